@@ -6,7 +6,7 @@ import pytest
 
 from frictionlab.errors import SceneError
 from frictionlab.experiment import facts_of
-from frictionlab.scene import Experiment, Scene
+from frictionlab.scene import Scene
 
 PATTERN = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
 SHEET = 'log,material,normal_force_n,humidity\nsteel_N10_r0.5.csv,steel,10,40 %\nb,rubber,"2,5",\n'
@@ -16,10 +16,11 @@ def scene(folder: Path = Path(), **facts: str | float) -> Scene:
     return Scene.model_validate({"experiment": facts, "folder": folder})
 
 
-def test_the_scene_alone() -> None:
+def test_the_scene_alone_says_what_it_says_and_the_defaults_nothing() -> None:
     facts = facts_of(scene(material="steel", normal_force_n=10.0), Path("x.csv"))
     assert facts.values == {"material": "steel", "normal_force_n": 10.0}
     assert facts.warnings == ()
+    assert facts_of(Scene(), Path("a.csv")).values == {}
 
 
 @pytest.mark.parametrize(
@@ -74,10 +75,7 @@ def test_the_sheet(tmp_path: Path) -> None:
         ("log,normal_force_n\na,heavy\n", "row 2: normal_force_n: expected a number; got 'heavy'"),
         ("log,normal_force_n\nb,10\na,-3\n", "row 3: normal_force_n: expected a number above 0; got '-3'"),
         ("log,normal_force_n\na,inf\n", "row 2: normal_force_n: expected a number above 0; got 'inf'"),
-        ("log,normal_force_n\na,nan\n", "row 2: normal_force_n: expected a number above 0; got 'nan'"),
-        ("log,normal_force_n\na,0\n", "row 2: normal_force_n: expected a number above 0; got '0'"),
         ("log,material\n../../etc/passwd,steel\n", "leaves the sheet's folder"),
-        ("log,material\n/etc/passwd,steel\n", "leaves the sheet's folder"),
         ("", "expected a `log` column"),
     ],
 )
@@ -115,7 +113,3 @@ def test_a_long_name_of_many_fields_is_done_in_a_moment() -> None:
 def test_a_faulty_pattern_is_refused(pattern: str) -> None:
     with pytest.raises(SceneError, match=r"experiment\.name_pattern: expected keys in braces"):
         facts_of(scene(name_pattern=pattern), Path("a.csv"))
-
-
-def test_the_defaults_know_nothing() -> None:
-    assert facts_of(Scene(experiment=Experiment()), Path("a.csv")).values == {}

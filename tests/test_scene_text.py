@@ -13,7 +13,7 @@ from typer.testing import CliRunner, Result
 
 import frictionlab as fl
 from frictionlab.cli import app
-from frictionlab.errors import SceneError, UsageError
+from frictionlab.errors import UsageError
 from frictionlab.scene import Scene, find_scene, read_scene, scene_from_tables
 from frictionlab.scene.text import tables_of_keys, template, to_toml, value_text
 from tests.desk import ROOT
@@ -38,19 +38,15 @@ def test_every_key_has_its_sentence() -> None:
 def test_the_template_is_a_scene_of_defaults_and_so_is_it_with_its_defaults_switched_on() -> None:
     assert scene_from_tables(tomllib.loads(template())) == Scene()
     plain = re.sub(r"(?m)^# \[\[.*\n(?:#.*\n)*", "", template())
-    lines = [
-        line[2:] if " = " in line and line.startswith("# ") and line[2].islower() else line
-        for line in plain.splitlines()
-    ]
-    on = [line for line in lines if not line.endswith(" =")]
-    keys = [line for line in on if line[:1].islower()]
-    assert len(keys) > 30
-    assert scene_from_tables(tomllib.loads("\n".join(on))) == Scene()
+    on = re.sub(r"(?m)^# (?=[a-z]\w* = \S)", "", plain)
+    assert len(re.findall(r"(?m)^[a-z]", on)) > 30
+    assert scene_from_tables(tomllib.loads(on)) == Scene()
 
 
 @pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.toml")), ids=lambda path: path.name)
 def test_a_scene_is_read_back_from_its_text(path: Path) -> None:
     scene = read_scene(path)
+    assert path.name == "all_keys.toml" or scene.rig.natural_frequency is not None
     assert scene_from_tables(tomllib.loads(to_toml(scene)), folder=scene.folder) == scene
 
 
@@ -67,10 +63,8 @@ def test_any_value_is_read_back_from_its_text(value: object) -> None:
     assert tomllib.loads(f"key = {value_text(value)}")["key"] == value
 
 
-def test_show_prints_a_scene_that_can_be_pasted(run: Run, tmp_path: Path) -> None:
-    done = run("show", CONFIGS / "sample_data.toml")
-    (tmp_path / "pasted.toml").write_text(done.stdout, encoding="utf-8")
-    pasted = read_scene(tmp_path / "pasted.toml")
+def test_show_prints_a_scene_that_can_be_pasted(run: Run) -> None:
+    pasted = scene_from_tables(tomllib.loads(run("show", CONFIGS / "sample_data.toml").stdout))
     assert pasted.model_dump() == read_scene(CONFIGS / "sample_data.toml").model_dump()
 
 
@@ -154,20 +148,3 @@ def test_commands_use_the_scene_they_find_and_say_so(run: Run, tmp_path: Path) -
     first, second = refused.stderr.splitlines()[1:]
     assert "scene frictionlab.toml, line 2: rig.mass: unknown key; did you mean mass_kg? expected one of" in first
     assert "scene frictionlab.toml, line 4: analysis.cycle: unknown key; did you mean cycles? expected" in second
-
-
-def test_faults_are_told_in_the_order_of_their_lines_and_a_law_that_does_not_exist_is_one(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text('[rig]\nmass_kgg = 3\nstiffness_n_per_m = "x"\n[modle]\na = 1\n[model]\nlaw = "coulomb+plce"\n')
-    with pytest.raises(SceneError, match="unknown key") as told:
-        read_scene(path)
-    lines = str(told.value).splitlines()
-    assert [int(line.partition("line ")[2].partition(":")[0]) for line in lines] == [2, 3, 4, 7]
-    assert "rig.stiffness_n_per_m: expected a number; got 'x'" in lines[1]
-    assert "model.law: law 'coulomb+plce': 'plce' is no term; expected coulomb or a sum of" in lines[3]
-    assert "nput should" not in str(told.value)
-
-
-@pytest.mark.parametrize("law", ["coulomb", "auto", "coulomb+place+speed"])
-def test_a_law_that_exists_is_taken(law: str) -> None:
-    assert scene_from_tables({"model": {"law": law}}).model.law == law
