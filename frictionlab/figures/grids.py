@@ -169,8 +169,8 @@ def colour_limit(values: FloatArray) -> float:
 
     Examples
     --------
-    >>> round(colour_limit(np.array([0.05, 0.4])), 9)
-    0.3
+    >>> round(colour_limit(np.array([0.05, 0.4])), 9), colour_limit(np.array([0.1, 0.15]))
+    (0.3, 0.15)
     """
     top = float(values.max()) if len(values) else 0.0
     return top - CLIP if top > 2 * CLIP else max(top, 1e-6)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from matplotlib.collections import QuadMesh
 
 from frictionlab.campaign import Campaign, evaluate, trial_of
-from frictionlab.figures import grids
-from frictionlab.figures.grids import colour_limit, resonance_band
-from frictionlab.figures.plates import Plate, plates, safe
+from frictionlab.figures import grids, is_figure
+from frictionlab.figures.grids import resonance_band
+from frictionlab.figures.plates import Plate, plates
 from frictionlab.figures.style import AT_REST, stop_colours
 from frictionlab.report import page
 from frictionlab.scene import Scene
@@ -29,22 +29,16 @@ def plate(campaign: Campaign, name: str) -> Plate:
 
 
 def test_a_campaign_without_recordings_has_all_figures_but_the_time_responses(campaign: Campaign) -> None:
-    assert {p.name for p in plates(campaign)} == NAMES
+    drawn = {plate.name: plate.draw() for plate in plates(campaign)}
+    assert set(drawn) == NAMES
+    for figure in drawn.values():
+        assert all(ax.has_data() or ax.texts for ax in figure.axes)
+        assert any(ax.get_xlabel() for ax in figure.axes)
 
 
-@pytest.mark.parametrize("name", sorted(NAMES))
-def test_each_figure_can_be_drawn_alone(campaign: Campaign, name: str) -> None:
-    figure = plate(campaign, name).draw()
-    assert all(ax.has_data() or ax.texts for ax in figure.axes)
-    assert any(ax.get_xlabel() for ax in figure.axes)
-
-
-def test_the_same_figure_gives_the_same_bytes(campaign: Campaign, tmp_path: Path) -> None:
-    (tmp_path / "a").mkdir()
-    (tmp_path / "b").mkdir()
-    one, two = (plate(campaign, "ranking").save(tmp_path / n) for n in "ab")
-    assert [path.suffix for path in one] == [".svg", ".pdf", ".png"]
-    assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
+def test_a_plate_is_saved_as_vector_and_picture(campaign: Campaign, tmp_path: Path) -> None:
+    saved = plate(campaign, "ranking").save(tmp_path)
+    assert [path.name for path in saved if is_figure(path)] == ["ranking.svg", "ranking.pdf", "ranking.png"]
 
 
 def test_the_irregularity_maps_share_one_scale_and_leave_resonance_blank(campaign: Campaign) -> None:
@@ -56,11 +50,6 @@ def test_the_irregularity_maps_share_one_scale_and_leave_resonance_blank(campaig
         blank = np.isnan(np.asarray(mesh.get_array(), dtype=float))
         (place,) = np.flatnonzero(blank.all(axis=0))
         assert edges[place] < 1.0 < edges[place + 1]
-
-
-def test_the_colour_scale_ends_a_tenth_below_the_maximum() -> None:
-    assert colour_limit(np.array([0.1, 0.6])) == pytest.approx(0.5)
-    assert colour_limit(np.array([0.1, 0.15])) == pytest.approx(0.15)
 
 
 @given(st.lists(st.floats(0.05, 0.8), min_size=2, max_size=8, unique=True))
@@ -89,10 +78,6 @@ def test_a_campaign_of_one_force_has_lines_in_place_of_maps_and_no_caption_of_ab
     assert residuals.get_xlim()[0] == 0.0
     one = evaluate([trial_of(row("steel", 1.0, 0.3, 0.6))], scene)
     assert not {"stops", "irregularity"} & {plate.name for plate in plates(one)}
-
-
-def test_words_of_logs_are_safe_in_file_names() -> None:
-    assert safe("../../etc/passwd") == ".._.._etc_passwd"
 
 
 def test_tests_of_one_frequency_ratio_are_drawn_over_normal_force_with_space_around(scene: Scene) -> None:
