@@ -94,15 +94,6 @@ def test_what_holds_no_measurement_fails_plainly(run: Run, tmp_path: Path, text:
     assert fault in one_line(done.stderr)
 
 
-@pytest.mark.parametrize("command", ["ingest", "analyze", "compare-numeric"])
-def test_an_unknown_scene_key_is_status_2_for_every_command(run: Run, tmp_path: Path, command: str) -> None:
-    scene = log_of(tmp_path, "[rig]\nnatural_frequency = 3\n", "scene.toml")
-    done = run(command, SAMPLE, "--scene", scene)
-    assert done.returncode == 2
-    assert "rig.natural_frequency: unknown key" in one_line(done.stderr)
-    assert done.stdout == ""
-
-
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -147,12 +147,6 @@ def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path
     assert not list(desk.rglob("PWNED"))
 
 
-def test_a_folder_without_logs_is_said(desk: Path) -> None:
-    done = make(desk, "LOGS=nowhere")
-    assert done.returncode == 2
-    assert "no logs in nowhere: expected *.csv" in done.stderr
-
-
 def test_help_lists_every_documented_target(desk: Path) -> None:
     helped = make(desk, "help").stdout
     assert all(f"make {target} " in helped for target in ("all", "test", "check", "sample-data", "clean"))
@@ -257,17 +251,14 @@ def test_a_strangers_file_at_a_results_place_stays(tmp_path: Path) -> None:
     assert mine.read_text() == "mine"
 
 
-def test_make_takes_the_scene_beside_the_logs_unless_one_is_given(desk: Path) -> None:
-    (desk / "logs" / "frictionlab.toml").write_text("[rigs]\n")
-    done = make_without_scene(desk)
-    assert done.returncode == 2
-    assert "scene logs/frictionlab.toml, line 1: rigs: unknown key; did you mean rig?" in done.stderr
-    assert "nowhere.toml: cannot be read" in make(desk, "SCENE=nowhere.toml").stderr
-
-
-def test_make_takes_no_other_rigs_scene_for_logs_that_have_none(desk: Path) -> None:
+def test_make_takes_the_scene_that_is_given_or_beside_the_logs_and_no_other_rigs(desk: Path) -> None:
     (desk / "logs" / LOGS[1]).unlink()
     done = make_without_scene(desk)
     assert done.returncode == 2
     assert "no scene: there is no frictionlab.toml" in done.stderr
     assert "the natural frequency is not known" in done.stderr
+    (desk / "logs" / "frictionlab.toml").write_text("[rigs]\n")
+    done = make_without_scene(desk)
+    assert "scene logs/frictionlab.toml, line 1: rigs: unknown key; did you mean rig?" in done.stderr
+    assert "nowhere.toml: cannot be read" in make(desk, "SCENE=nowhere.toml").stderr
+    assert "no logs in nowhere: expected *.csv" in make(desk, "LOGS=nowhere").stderr

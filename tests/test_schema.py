@@ -29,34 +29,25 @@ EACH = pytest.mark.parametrize("table", TABLES, ids=lambda t: t.kind)
 
 
 @EACH
-def test_names_and_heads_stand_once_in_a_table(table: Table) -> None:
+def test_a_table_names_and_describes_each_column_once_and_shows_some(table: Table) -> None:
     for words in (table.names, [c.title for c in table.columns], [c.head for c in table.columns]):
         assert len(set(words)) == len(words)
 
-
-@EACH
-def test_every_column_is_told_in_a_sentence(table: Table) -> None:
     for column in (*table.columns, *table.series):
         assert column.sentence[0] in "`(" or column.sentence[0].isupper()
         assert column.sentence.endswith((".", ")", ".)", "..."))
         assert len(column.title) <= 20
 
-
-@EACH
-def test_what_is_shown_exists_and_begins_within_80_characters(table: Table) -> None:
     assert set(table.shown) <= set(table.names)
     assert set(table.where_known) <= set(table.shown)
     assert 4 <= table.lead <= len(table.columns)
 
 
-def test_a_name_means_the_same_kind_of_thing_everywhere() -> None:
+def test_a_name_means_the_same_everywhere_and_says_its_unit() -> None:
     types: dict[str, set[Type]] = {}
     for column in (column for table in TABLES for column in table.columns):
         types.setdefault(column.name, set()).add(column.type)
     assert not {name for name, found in types.items() if len(found) > 1}
-
-
-def test_numbers_say_their_unit_in_their_name() -> None:
     ends = {"Hz": "_hz", "s": "_s", "m": "_m", "N": "_n", "J": "_j"}
     strangers = {"seconds", "wall_s"}
     for column in (column for table in TABLES for column in table.columns):

@@ -26,6 +26,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.mark.parametrize(("workers", "seconds"), [(None, 0.25), (1, 0.0), (2, 0.0), (3, 0.25)])
 def test_results_do_not_depend_on_workers_or_batches(workers: int | None, seconds: float) -> None:
     cases = range(40)
+    assert not list(run_each(jobs.wave, [], workers=workers))
     assert list(run_each(jobs.wave, cases, workers=workers, seconds_per_batch=seconds)) == TRUTH[:40]
 
 
@@ -35,20 +36,12 @@ def test_batches_of_arrays_join_to_the_whole() -> None:
     assert np.array_equal(np.concatenate([np.asarray(batch.results) for batch in batches]), jobs.waves(CASES))
 
 
-def test_no_cases_need_no_workers() -> None:
-    assert not list(run_each(jobs.wave, [], workers=2))
-
-
 def test_long_work_is_handed_to_processes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "WORTH_S", 0.2)
     monkeypatch.setattr(run, "cores", lambda: 2)
     numbers = set(run_each(jobs.who, range(20)))
     assert os.getpid() in numbers
     assert len(numbers) == 3
-
-
-def test_short_work_stays_in_this_process() -> None:
-    assert set(run_each(jobs.who, range(3))) == {os.getpid()}
 
 
 def test_a_killed_worker_costs_no_result(tmp_path: Path) -> None:
