@@ -83,11 +83,11 @@ def cycle(problem: Problem, start: Any, **options: Any) -> np.ndarray:
     return _carried(problem, force_of(problem), np.append(start, 0.0), (0.0, TURN), **options)
 
 
-def along(problem: Problem, force: Drive, knots: np.ndarray, start: Any) -> np.ndarray:
+def along(problem: Problem, force: Drive, knots: np.ndarray, start: Any, **options: Any) -> np.ndarray:
     """States (n, size) at the knots of a force that is smooth between them, by solve_ivp from knot to knot."""
     states = [np.append(start, 0.0)]
     for span in zip(knots[:-1].tolist(), knots[1:].tolist(), strict=True):
-        states.append(_carried(problem, force, states[-1], span))
+        states.append(_carried(problem, force, states[-1], span, **options))
     return np.array(states)[:, :-1]
 
 

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, laws, steady_state
@@ -85,28 +86,30 @@ def test_scipy_carries_the_orbit_back_to_its_start(law: str) -> None:
     assert end[-1] == pytest.approx(found.energy_taken, rel=1e-8)
 
 
-@each_law
-def test_energy_in_is_energy_out(law: str) -> None:
-    found = steady(problem(law, r=0.8, frame_damping_ratio=0.02, base=Base((1.0, 0.05), (0.0, 0.02))))
-    assert number(found.closure_error) < 1e-9 * number(found.energy_per_cycle)
+@settings(max_examples=10, deadline=None)
+@given(law=st.sampled_from(list(LAWS)), r=st.floats(0.3, 2.0), beta=st.floats(0.1, 0.8))
+def test_whatever_the_drive_energy_in_is_energy_out(law: str, r: float, beta: float) -> None:
+    found = steady(problem(law, r, beta, frame_damping_ratio=0.02, base=Base((1.0, 0.05), (0.0, 0.02))))
+    if found.outcome == "periodic":
+        assert number(found.closure_error) <= 1e-8 * max(number(found.energy_per_cycle), 1e-3)
 
 
 @pytest.mark.parametrize(
-    ("law", "neutral"),
-    [("coulomb+logarithm", {"rate_strength": 0.0}), ("coulomb+stribeck", {"static_ratio": 1.0})],
+    ("law", "neutral", "simpler"),
+    [
+        ("coulomb+logarithm", {"rate_strength": 0.0}, "coulomb"),
+        ("coulomb+stribeck", {"static_ratio": 1.0}, "coulomb"),
+        ("coulomb+bouc-wen", {"exponent": 1.0}, "coulomb+dahl"),
+    ],
 )
-def test_a_smooth_law_that_does_nothing_is_coulombs(law: str, neutral: dict[str, float]) -> None:
-    assert steady(problem(law, r=0.5, parameters=neutral)).energy_per_cycle == pytest.approx(
-        steady_state(Problem(0.5, 0.5)).energy_per_cycle, rel=1e-10
-    )
+def test_a_law_that_does_nothing_is_the_simpler_one(law: str, neutral: dict[str, float], simpler: str) -> None:
+    expected = steady_state(problem(simpler, r=0.5)).energy_per_cycle
+    assert steady(problem(law, r=0.5, parameters=neutral)).energy_per_cycle == pytest.approx(expected, rel=1e-10)
 
 
-def test_bouc_wen_of_exponent_one_is_dahl_and_a_neighbour_is_a_start() -> None:
-    dahl = steady(problem("coulomb+dahl"))
-    one = steady(problem("coulomb+bouc-wen", parameters={"exponent": 1.0}))
-    assert one.energy_per_cycle == pytest.approx(dahl.energy_per_cycle, rel=1e-11)
+def test_a_neighbour_is_a_start() -> None:
     again = steady(problem("coulomb+dahl"), near=steady(problem("coulomb+dahl", beta=0.501)))
-    assert again.energy_per_cycle == pytest.approx(dahl.energy_per_cycle, rel=1e-9)
+    assert again.energy_per_cycle == pytest.approx(steady(problem("coulomb+dahl")).energy_per_cycle, rel=1e-9)
 
 
 def test_a_stiffer_dahl_contact_tends_to_the_rigid_one_like_the_root_of_its_compliance() -> None:
@@ -182,14 +185,6 @@ def test_plain_python_is_the_twin_of_the_compiled_flow() -> None:
         np.testing.assert_allclose(carried(law), plain, rtol=1e-9, atol=1e-9)
 
 
-@settings(max_examples=5, deadline=None)
-@given(r=st.floats(0.3, 2.0), beta=st.floats(0.1, 0.8), strength=st.floats(0.0, 0.1))
-def test_whatever_the_drive_energy_closes(r: float, beta: float, strength: float) -> None:
-    found = steady(problem("coulomb+logarithm", r, beta, parameters={"rate_strength": strength}, zeta=0.02))
-    if found.outcome == "periodic":
-        assert number(found.closure_error) <= 1e-8 * max(number(found.energy_per_cycle), 1e-3)
-
-
 def test_a_narrow_stribeck_curve_is_not_stepped_over() -> None:
     """A step from v = 0.66 to 0 saw nothing of a curve that stands below 0.0126: the energies were 4e-5 apart."""
     curve = {"stiffness_ratio": 962.0, "bristle_damping": 0.73, "static_ratio": 1.87, "stribeck_speed": 0.0126}
@@ -199,10 +194,15 @@ def test_a_narrow_stribeck_curve_is_not_stepped_over() -> None:
     assert number(found.closure_error) < 1e-10
 
 
-def test_close_to_resonance_newton_finds_the_large_motion() -> None:
+def test_newton_finds_the_large_motion_close_to_resonance_and_what_rest_approaches_slowly() -> None:
     found = steady(problem("coulomb+dahl", 1.0015, 0.5766, parameters={"stiffness_ratio": 120.0}))
     exact = number(steady_state(Problem(1.0015, 0.5766)).energy_per_cycle)
     assert found.energy_per_cycle == pytest.approx(exact, rel=0.02)
+    creeping = {"stiffness_ratio": 60.0, "gradient": 0.05}
+    asked = problem("coulomb+dahl+place", 0.15, 0.226, parameters=creeping, wall="base", base=Base((1.0, 0.03)))
+    slow = steady(asked)
+    assert slow.outcome in ("stuck", "periodic")
+    assert number(slow.closure_error) < 1e-9
 
 
 def test_rate_and_state_friction_makes_two_stops_where_coulombs_makes_six() -> None:
@@ -237,14 +237,6 @@ def test_a_search_that_got_lost_leaves_nothing_behind() -> None:
     before = flow.carry(flow.rest_state(), 1.0)
     flow.work.clock.next = 1e-30
     np.testing.assert_array_equal(flow.carry(flow.rest_state(), 1.0), before)
-
-
-def test_a_stable_orbit_that_rest_approaches_slowly_is_told_with_a_warning() -> None:
-    creeping = {"stiffness_ratio": 60.0, "gradient": 0.05}
-    asked = problem("coulomb+dahl+place", 0.15, 0.226, parameters=creeping, wall="base", base=Base((1.0, 0.03)))
-    found = steady(asked)
-    assert found.outcome in ("stuck", "periodic")
-    assert number(found.closure_error) < 1e-9
 
 
 @each_law
@@ -309,12 +301,9 @@ def test_a_new_law_is_one_term_in_the_list_of_laws(monkeypatch: pytest.MonkeyPat
     found = steady_state(asked.with_r(0.5))
     assert number(found.closure_error) < 1e-9 * number(found.energy_per_cycle)
     assert isinstance(found.orbit, NumericMotion)
-    end = cycle(asked.with_r(0.5), found.orbit.state(0.0)[:2], rtol=1e-11)
+    end = cycle(asked.with_r(0.5), found.orbit.state(0.0)[:2], method="DOP853", rtol=1e-11)
     np.testing.assert_allclose(end[:2], found.orbit.state(0.0)[:2], atol=1e-8)
-    base = BaseRecord(np.linspace(0.0, 12.0, 13), np.sin(np.linspace(0.0, 12.0, 13)) ** 3)
-    seen = respond(asked, base)
-    from scipy.interpolate import CubicSpline  # noqa: PLC0415
-
+    base = BaseRecord(np.arange(7.0), np.sin(np.arange(7.0)) ** 3)
     spline: Any = CubicSpline(base.time, base.values)
-    slow = along(asked, lambda t: float(spline(t)), base.time, np.zeros(2))
-    np.testing.assert_allclose(seen.displacement, slow[:, 0], atol=1e-8)
+    slow = along(asked, lambda t: float(spline(t)), base.time, np.zeros(2), method="DOP853")
+    np.testing.assert_allclose(respond(asked, base).displacement, slow[:, 0], atol=1e-8)

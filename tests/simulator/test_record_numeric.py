@@ -13,20 +13,7 @@ from tests.simulator import numeric_oracle as oracle
 from tests.simulator.test_record import cosine_record, some_base
 
 integrator = importlib.import_module("frictionlab.simulator.record.integrate")
-LAWS = {
-    "stribeck": {"static_ratio": 1.3, "stribeck_speed": 0.2},
-    "logarithm": {"rate_strength": 0.1, "rate_speed": 0.2},
-    "dahl": {"stiffness_ratio": 30.0},
-    "bouc-wen": {"stiffness_ratio": 30.0, "exponent": 2.0},
-    "lugre": {"stiffness_ratio": 30.0, "bristle_damping": 0.2, "static_ratio": 1.2, "stribeck_speed": 0.3},
-    "rate-state": {
-        "direct_effect": 0.06,
-        "evolution_effect": 0.03,
-        "slip_distance": 0.1,
-        "reference_speed": 0.2,
-        "stiffness_ratio": 20.0,
-    },
-}
+LAWS = {name.removeprefix("coulomb+"): parameters for name, parameters in oracle.LAWS.items()}
 
 
 def problem_of(law: str, wall: Any = "fixed") -> Problem:
