@@ -49,18 +49,9 @@ def warnings(
 ) -> list[str]:
     """Say what a reader of the numbers must know.
 
-    Parameters
-    ----------
-    settled, transient : float
-        When the motion had settled (None: it had not), and where the transient was cut; s from the recording's start.
-    loop : Estimate
-        Energy per cycle (k Y^2) with its standard error.
-    r : float or None
-        Frequency ratio, where known.
-    wall_moves : bool
-        The wall goes with the base.
-    prescribed : bool
-        The motion of the mass is given, and stands in the base's place.
+    ``settled``, ``transient``: when the motion had settled (None: it had not), and where the transient was cut, s from
+    the recording's start; ``loop``: energy per cycle (k Y^2); ``r``: frequency ratio, where known; ``wall_moves``: the
+    wall goes with the base; ``prescribed``: the motion of the mass is given, and stands in the base's place.
     """
     return [
         *(() if prescribed else _of_the_channels(layout, answer, loop, r, wall_moves=wall_moves)),
@@ -480,20 +471,9 @@ def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = Fals
     only close to its extreme: the same is asked at a quarter and a sixteenth of these depths, where the cycle has
     points enough to tell (40 and 80).
 
-    Parameters
-    ----------
-    cycle : (p,) array
-        One cycle, equally spaced in phase.
-    noise : float
-        Rms of the noise left in one point, in the cycle's unit; where it hides the levels, nothing is found.
-    stops_on_its_way : bool
-        The mass slows or stops between its extremes: its flanks are steep everywhere.
-
-    Examples
-    --------
-    >>> x = np.sin(2 * np.pi * np.arange(400) / 400)
-    >>> is_clipped(x, noise=0.0), is_clipped(np.minimum(x, 0.9), noise=0.0)
-    (False, True)
+    ``cycle`` (p,): equally spaced in phase; ``noise``: rms left in one point, in the cycle's unit: where it hides the
+    levels, nothing is found; ``stops_on_its_way``: the mass slows or stops between its extremes, so that its flanks are
+    steep everywhere.
     """
     stroke = float(np.ptp(cycle))
     if not stroke > 0.0:

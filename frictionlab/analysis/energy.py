@@ -41,24 +41,12 @@ def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
     -------
     (n,) array
         In the product of the units given; dimensionless (k Y^2) for x/Y and y/Y.
-
-    Examples
-    --------
-    >>> tau = np.linspace(0, 2 * np.pi, 64, endpoint=False)
-    >>> float(loop_area(0.5 * np.sin(tau)[None], np.cos(tau)[None])[0] / (0.5 * np.pi))
-    0.99999...
     """
-    fine, coarse = (_polygon(mass, base, stride) for stride in (1, 2))
+    fine, coarse = (  # sums of base_i (mass_{i+stride} - mass_{i-stride}) / 2 round the loop
+        0.5 * np.einsum("ij,ij->i", base, np.roll(mass, -stride, axis=1) - np.roll(mass, stride, axis=1))
+        for stride in (1, 2)
+    )
     return np.asarray((4.0 * fine - 0.5 * coarse) / 3.0)
-
-
-def _polygon(mass: FloatArray, base: FloatArray, stride: int) -> FloatArray:
-    """Sum of base_i (mass_{i+stride} - mass_{i-stride}) / 2 round the loop."""
-    inner = np.einsum("ij,ij->i", base[:, stride:-stride], mass[:, 2 * stride :] - mass[:, : -2 * stride])
-    ahead = np.concatenate([mass[:, -2 * stride :], mass[:, : 2 * stride]], axis=1)
-    ends = np.concatenate([base[:, -stride:], base[:, :stride]], axis=1)
-    edge = np.einsum("ij,ij->i", ends, ahead[:, 2 * stride :] - ahead[:, : 2 * stride])
-    return np.asarray(0.5 * (inner + edge))
 
 
 def energy_input(mass: FloatArray) -> FloatArray:
@@ -150,18 +138,6 @@ def by_load_cell(
         Mass between sensor and contact.
     wall_moves : bool
         The contact slides on the base.
-
-    Examples
-    --------
-    >>> from frictionlab.recording import Channel, Recording
-    >>> from frictionlab.analysis.measure import measure
-    >>> from frictionlab.scene import Scene
-    >>> t = np.arange(0.0, 30.0, 0.004)
-    >>> x, y = 1e-3 * np.sin(2 * np.pi * t), 2e-3 * np.cos(2 * np.pi * t)
-    >>> force = Channel("contact_force", 0.5 * np.sign(np.cos(2 * np.pi * t)))
-    >>> m = measure(Recording(t, x, y, channels=(force,), experiment={"normal_force_n": 2.0}), Scene())
-    >>> print(f"{m.force_energy_per_cycle_j:.4f} {m.measured_friction_coefficient:.3f}")
-    0.0020 0.250
     """
     name = next((name for name in channels.FORCES if name in layout.more), None)
     if name is None or answer.is_stuck:

@@ -111,17 +111,6 @@ class Layout:
     def __len__(self) -> int:
         return len(self.mass)
 
-    def in_periods(self) -> tuple[FloatArray, FloatArray]:
-        """x/Y and y/Y of whole periods of the motion, a row each, the base without its slow wander."""
-        period, points = self.foreign.period, self.mass.shape[1]
-        mass, base = (rows[len(self) % period :].reshape(-1, period * points) for rows in (self.mass, self.base))
-        whole = (slice(0, len(base)),)
-        return mass, base - slow_wander(base.mean(axis=1), base.shape[1], whole, whole[0])
-
-    def levelled_base(self, some: slice) -> FloatArray:
-        """y/Y of some cycles without its slow wander: a drifting sensor adds no energy."""
-        return self.base[some] - slow_wander(self.base.mean(axis=1), self.base.shape[1], self.blocks, some)
-
 
 def lay_out(
     stretches: list[Stretch],
@@ -132,14 +121,8 @@ def lay_out(
 ) -> Layout:
     """Find the drive in the longest stretch and lay all full cycles of all stretches under each other.
 
-    Parameters
-    ----------
-    stretches : list of Stretch
-        Steady motion only: the transient is cut off.
-    padding : int
-        Length of the FFT that finds the drive over the length of the stretch.
-    least_points, most_points : int
-        Points a cycle is laid out on: one per sample, but at least and at most so many; multiples of 8.
+    The stretches hold steady motion only. ``padding``: length of the FFT that finds the drive over that of the stretch;
+    a cycle is laid out on one point per sample, but at least and at most so many, multiples of 8.
 
     Raises
     ------
@@ -328,10 +311,7 @@ def _drive(
 def slow_wander(means: FloatArray, points: int, blocks: tuple[slice, ...], some: slice | None = None) -> FloatArray:
     """Slow wander of cycles: straight lines from the middle of each one's mean (n,) to the next, within a block.
 
-    Returns
-    -------
-    (n, points) array
-        Of the cycles ``some``; without it one row, the mean wander of all.
+    Of the cycles ``some`` (n, points); without it one row, the mean wander of all.
     """
     inside = (np.arange(points) + 0.5) / points - 0.5
     before, after = np.zeros(len(means)), np.zeros(len(means))

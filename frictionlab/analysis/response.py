@@ -15,7 +15,7 @@ from numpy import fft
 
 from frictionlab.analysis import energy, stops
 from frictionlab.analysis.cycles import chunks
-from frictionlab.analysis.layout import Layout
+from frictionlab.analysis.layout import Layout, slow_wander
 from frictionlab.analysis.signals import white_noise
 from frictionlab.analysis.stops import Move, Thresholds
 from frictionlab.arrays import ComplexArray, FloatArray
@@ -54,20 +54,11 @@ class Smoother:
 
 
 def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0, period: int = 1) -> Smoother:
-    """Decide how to smooth cycles.
+    """Decide how to smooth cycles (n, points), points even, one a row.
 
-    Parameters
-    ----------
-    rows : (n, points) array
-        One cycle a row, ``points`` even.
-    noise : float
-        Rms of the white noise of one sample.
-    samples : float
-        Samples the sensor took in a cycle (a row may have more points than that).
-    shared : float
-        Rms of the white noise of one sample that cycles share: rounding without noise follows the place.
-    period : int
-        Cycles after which the motion repeats: what they have in common is looked for in whole periods.
+    ``noise``: rms of the white noise of one of the ``samples`` that the sensor took of a cycle (a row may have more
+    points); ``shared``: the same of noise that cycles share, for rounding without noise follows the place; ``period``:
+    cycles after which the motion repeats: what they have in common is looked for in whole periods.
     """
     rows, samples = _in_periods(rows, period), samples * period
     n, points = rows.shape
@@ -310,13 +301,18 @@ def _energy_shared(layout: Layout, how: Smoother, found: FloatArray, growth: flo
 
 def _loop_areas(layout: Layout) -> FloatArray:
     """Energy of each cycle (n,), k Y^2."""
-    some_cycles = chunks(len(layout), layout.mass.shape[1], _BLOCK)
-    parts = [energy.loop_area(layout.mass[some], layout.levelled_base(some)) for some in some_cycles]
-    each, period = np.concatenate(parts), layout.foreign.period
-    if 1 < period <= len(layout):  # a cycle's loop does not close, a period's does
-        spare = len(layout) % period
-        open_ = each[spare:].reshape(-1, period)
-        missing = energy.loop_area(*layout.in_periods()) - open_.sum(axis=1)
+    n, points = layout.mass.shape
+    means, parts, period = layout.base.mean(axis=1), [], layout.foreign.period
+    for some in chunks(n, points, _BLOCK):  # without the slow wander: a sensor that drifts adds no energy
+        levelled_base = layout.base[some] - slow_wander(means, points, layout.blocks, some)
+        parts.append(energy.loop_area(layout.mass[some], levelled_base))
+    each = np.concatenate(parts)
+    if 1 < period <= n:  # a cycle's loop does not close, a period's does
+        spare, open_ = n % period, each[n % period :].reshape(-1, period)
+        mass, base = _in_periods(layout.mass, period), _in_periods(layout.base, period)
+        whole = slice(0, len(base))
+        base = base - slow_wander(base.mean(axis=1), base.shape[1], (whole,), whole)
+        missing = energy.loop_area(mass, base) - open_.sum(axis=1)
         each[spare:] = (open_ + missing[:, None] / period).ravel()
         each[:spare] = each[period : period + spare]
     return each

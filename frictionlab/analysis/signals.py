@@ -110,13 +110,6 @@ def white_noise(signal: FloatArray) -> float:
 
     A sinusoid of period P samples leaves (2 pi / P)^6 of its amplitude in them: nothing at 60 samples a period. The
     median over blocks keeps shocks and kinks out.
-
-    Examples
-    --------
-    >>> rng = np.random.default_rng(1)
-    >>> t = np.arange(20_000) / 500
-    >>> round(white_noise(np.cos(2 * np.pi * 3 * t) + 1e-3 * rng.standard_normal(len(t))), 4)
-    0.001
     """
     power = np.diff(signal, _ORDER) ** 2
     blocks = len(power) // _BLOCK
@@ -131,13 +124,6 @@ def sensor_step(signal: FloatArray) -> float:
 
     Values that fall on few levels repeat; the step is the least distance between neighbouring levels. Levels that are
     closer than a tenth of the usual distance are rounding in the log's text and are merged.
-
-    Examples
-    --------
-    >>> sensor_step(np.round(np.sin(np.arange(500.0)) / 0.01) * 0.01)
-    0.01
-    >>> sensor_step(np.sin(np.arange(500.0)))
-    0.0
     """
     levels = np.unique(signal[:20_000])
     if len(levels) < 2 or len(levels) > 0.9 * min(len(signal), 20_000):

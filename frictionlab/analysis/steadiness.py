@@ -22,16 +22,9 @@ INTERVAL_S = 10.0  # one cycle so often tells the trend of a long test (thesis 4
 def settled_at(distance: FloatArray, *, floor: float, least: float = 0.02) -> int | None:
     """Index of the first cycle from which the motion stays as near its final cycle as it ever comes.
 
-    None where the last quarter itself is not settled (fewer than four cycles in it, or it still moves).
-
-    Parameters
-    ----------
-    distance : (n,) array
-        Rms distance of each cycle from the mean of the last ones, over the rms of that mean.
-    floor : float
-        Distance that sensor noise alone gives.
-    least : float
-        Distance below which a cycle counts as the final one.
+    None where the last quarter itself is not settled (fewer than four cycles in it, or it still moves). ``distance``
+    (n,): of each cycle from the mean of the last ones (rms over rms); ``floor``: what sensor noise alone gives;
+    ``least``: below it a cycle counts as the final one.
     """
     n = len(distance)
     tail = distance[n - max(4, n // 4) :]
@@ -58,14 +51,6 @@ def transient(stretch: Stretch) -> tuple[float, bool]:
     Cycles of the whole stretch are compared on a coarse grid with the mean of the last quarter; medians of five, so
     that single irregular cycles are no transient. At most half of the stretch is cut, and so much where the motion has
     not settled by then; whether it has comes with the time.
-
-    Examples
-    --------
-    >>> t = np.arange(0.0, 60.0, 0.01)
-    >>> base = np.cos(2 * np.pi * t)
-    >>> start, settled = transient(Stretch(0.0, 0.01, base + np.exp(-0.5 * t) * np.cos(20.0 * t), base))
-    >>> 8.0 < start < 16.0, settled
-    (True, True)
     """
     if len(stretch.base) < 64 or not float(np.ptp(stretch.base)) > 0.0:
         return 0.0, True
@@ -203,12 +188,6 @@ def irregularity_index(rows: FloatArray, blocks: tuple[slice, ...] = (slice(None
     -------
     float or None
         None for fewer than two cycles, or a signal that does not move.
-
-    Examples
-    --------
-    >>> x = np.sin(2 * np.pi * np.arange(100) / 100)
-    >>> round(irregularity_index(np.array([1.0 * x, 1.1 * x, 1.0 * x])), 6)  # (0.1 / 1 + 0.1 / 1.1) / 2
-    0.095455
     """
     size = _row_sums(rows)
     pairs = np.concatenate([np.arange(len(rows))[block][:-1] for block in blocks])

@@ -134,27 +134,8 @@ def parted(
     """Part the stops in which the mean cycle stands in two places; return the largest move that may part one or not.
 
     Such is a slip beside a stop of less than `THIN` dwells, which may be a slow passage, and a step in the place of a
-    stop that is too small to part it: a slip, or a creep.
-
-    Parameters
-    ----------
-    found : (2, m) array
-        Stops of all cycles.
-    mean : (p,) array
-        Mean cycle as measured.
-    noise : float
-        Rms of the noise of one of its points.
-    dwell : float
-        Shortest stop, radians of tau.
-    cycles : int
-        Number of cycles.
-
-    Examples
-    --------
-    >>> place = np.where(np.arange(400) < 40, 0.0, np.where(np.arange(400) < 80, 0.01, np.arange(400) * 0.01))
-    >>> two, _ = parted(np.array([[0.0], [1.2]]), place, noise=1e-4, dwell=0.05, cycles=1)
-    >>> two.round(2).tolist()
-    [[0.0, 0.66], [0.6, 1.2]]
+    stop that is too small to part it: a slip, or a creep. ``found`` (2, m): stops of all cycles; ``mean`` (p,): mean
+    cycle as measured, with this much noise (rms) in a point; ``dwell``: shortest stop, radians of tau.
     """
     scale, split, moves = len(mean) / TURN, found, list[Move]()
     for begin, end in _of_the_middle(found, cycles):
@@ -173,13 +154,7 @@ def parted(
 
 
 def smallest_slip(noise: float, points: float) -> float:
-    """Way of the smallest step that is seen in the middle of a stop of a tenth of a cycle, of so many points.
-
-    Examples
-    --------
-    >>> round(smallest_slip(1e-4, 1000.0), 6)
-    0.00012
-    """
+    """Way of the smallest step that is seen in the middle of a stop of a tenth of a cycle, of so many points."""
     return SEEN * noise * 2.0 / math.sqrt(max(1.0, 0.1 * points))
 
 
