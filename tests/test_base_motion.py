@@ -148,12 +148,6 @@ def test_what_an_acceleration_needs_is_asked_for(tmp_path: Path) -> None:
         respond(PLAIN, BaseRecord(t, y, quantity="acceleration"))
 
 
-def test_a_unit_that_is_not_said_is_asked_for(tmp_path: Path) -> None:
-    t, y = base_of()
-    with pytest.raises(LogError, match="give --unit"):
-        fl.respond(log_of(tmp_path / "a.csv", {"time [s]": t, "base": 1e3 * y}), PLAIN, natural_frequency_hz=FN)
-
-
 def test_nothing_is_simulated_across_a_gap() -> None:
     t, y = base_of()
     quality = np.zeros(len(t), np.uint8)
@@ -251,14 +245,6 @@ def test_the_law_is_that_of_the_other_commands(quake: Path) -> None:
         "contact_damping_ratio": 0.02,
         "frame_damping_ratio": 0.0,
     }
-
-
-def test_a_scene_gives_frequency_stiffness_and_damping(quake: Path, tmp_path: Path) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text("[rig]\nnatural_frequency_hz = 3.0\nstiffness_n_per_m = 1000.0\ndamping_ratio = 0.01\n")
-    row = json.loads(run("--base-motion", quake, "--scene", scene, "--beta", 0.4, "--json").stdout)
-    assert row["energy_j"] == pytest.approx(row["energy"] * 1000.0 * row["base_largest_m"] ** 2)
-    assert row["parameters"]["frame_damping_ratio"] == 0.01
 
 
 @pytest.mark.parametrize(

@@ -41,10 +41,6 @@ def test_an_exact_factor_keeps_the_relative_error(value: float, se: float, facto
     assert scaled.relative_se == pytest.approx(Estimate(value, se).relative_se)
 
 
-def test_an_unknown_factor_leaves_nothing_known() -> None:
-    assert Estimate(1.0, 0.1).scaled(None) == Estimate(1.0).over(0.0) == Estimate()
-
-
 def test_the_widest_known_error_is_told() -> None:
     assert str(Estimate(2.126, 0.0031)) == "2.1260 ± 0.0031"
     assert str(Estimate(2.126, 0.0031).with_u(0.031)) == "2.126 ± 0.031"

@@ -12,7 +12,7 @@ from frictionlab.errors import SceneError
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
 from frictionlab.synthetic import cycle_friction_ratios, driven, log_of, synthesize, virtual_tests
-from frictionlab.synthetic.virtual_motion import random_motion, wander
+from frictionlab.synthetic.virtual_motion import base_motion, random_motion, wander
 
 Tables = dict[str, object]
 FN = math.sqrt(1200.0 / 3.0) / (2 * math.pi)
@@ -80,8 +80,8 @@ def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
 
 def test_random_motion_has_the_power_it_is_given_and_none_beyond() -> None:
     table = [[0.5, 0.0], [1.0, 2e-6], [3.0, 1e-6]]
-    scene = scene_of({"motion": "random", "spectrum": table}, duration_s=400.0, noise_m=0.0, step_m=0.0)
-    base = 1e-3 * samples(log_of(virtual_tests(scene)[0], scene)[0])[:, 2]
+    scene = scene_of({"motion": "random", "spectrum": table})
+    base = base_motion(virtual_tests(scene)[0], scene, np.arange(100_000) / 250.0)
     assert np.std(base) == pytest.approx(math.sqrt(0.5 * 0.5 * 2e-6 + 2.0 * 1.5e-6), rel=0.05)
     power = np.abs(np.fft.rfft(base * np.hanning(len(base)))) ** 2
     f = np.fft.rfftfreq(len(base), 1 / 250.0)

@@ -4,7 +4,6 @@ import json
 import math
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
@@ -65,23 +64,6 @@ def test_the_h5_output_keeps_the_series(folder: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(tree["cycles"]["0"]["energy"], energy, rtol=5e-3)
     assert len(tree["cycles"]["0"]["mean_cycle"]["tau"]) >= 64
     assert run(folder / "one.h5", *HZ, "-o", output, "-q").exit_code == 0  # its own kind is replaced
-
-
-def test_every_dataset_says_what_it_is_and_in_what_unit(folder: Path, tmp_path: Path) -> None:
-    output = tmp_path / "measurements.h5"
-    assert run(folder / "one.h5", *HZ, "-o", output, "-q").exit_code == 0
-    told: dict[str, tuple[str, str]] = {}
-
-    def look(name: str, node: object) -> None:
-        if isinstance(node, h5py.Dataset):
-            told[name] = node.attrs["units"], node.attrs["long_name"]
-
-    with h5py.File(output) as file:
-        file.visititems(look)
-    assert told["rows/base_amplitude_m"][0] == "m"
-    assert told["rows/energy_per_cycle"][0] == "1"
-    assert told["cycles/0/time"][0] == "s"
-    assert all(words for _, words in told.values())
 
 
 def test_figures_are_drawn_the_same_each_time(folder: Path, tmp_path: Path) -> None:

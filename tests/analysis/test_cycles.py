@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.analysis import cycles, signals
-from frictionlab.errors import AnalysisError
 
 N, FREQUENCY = 20_000, 0.00734567
 
@@ -66,11 +65,6 @@ def test_folding_is_interpolating_evenly_from_start_to_end() -> None:
     for number in (0, 700, len(start) - 1):
         at = start[number] + 97.3 * np.arange(104) / 104
         np.testing.assert_allclose(rows[number], cycles.interpolate(signal, at), atol=1e-9)
-
-
-def test_frequencies_that_are_none_are_refused() -> None:
-    with pytest.raises(AnalysisError, match=r"expected 0 to 0\.5"):
-        cycles.cut(np.zeros(100), 0.7, noise=0.0)
 
 
 def test_stamps_written_coarsely_are_even() -> None:

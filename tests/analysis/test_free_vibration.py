@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis.decay import Decay
-from frictionlab.analysis.free_vibration import averages, find_taps, free_vibrations, scene_snippet
+from frictionlab.analysis.free_vibration import averages, free_vibrations, scene_snippet
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Average, average
 from frictionlab.scene import scene_from_tables
@@ -105,14 +105,6 @@ def test_a_driven_motion_is_refused_by_name() -> None:
         free_vibrations(t, x)
 
 
-def test_a_start_with_beats_is_a_driven_motion() -> None:
-    t = np.arange(round(60 * RATE)) / RATE
-    free = np.exp(-0.004 * OMEGA * t) * np.cos(OMEGA * t)
-    x = seen(3e-3 * (np.cos(0.9 * OMEGA * t) - free))
-    with pytest.raises(AnalysisError, match="driven motion"):
-        free_vibrations(t, x)
-
-
 def test_a_growing_motion_is_refused_by_name() -> None:
     t = np.arange(round(10 * RATE)) / RATE
     x = seen(1e-4 * np.exp(0.01 * OMEGA * t) * np.sin(OMEGA * t))
@@ -166,13 +158,6 @@ def test_the_snippet_is_a_scene() -> None:
     assert 0.0 < (scene.rig.damping_ratio_u or 0.0) < 1e-5
 
 
-def test_turning_points_of_taps_alternate() -> None:
-    x = seen(decaying(0.01, 5e-6))
-    (tap,) = find_taps(clock(x), x)
-    assert np.diff(tap.time) == pytest.approx(np.full(len(tap.time) - 1, 0.5 / HZ), rel=0.05)
-    assert np.all(np.diff(np.abs(tap.height)) < 2e-5)
-
-
 @pytest.mark.parametrize("size", [5e-6, 20e-6, 50e-6])
 @pytest.mark.parametrize("zeta", [0.0055, 0.02])
 def test_hum_of_the_mains_is_taken_out(size: float, zeta: float) -> None:
@@ -184,16 +169,6 @@ def test_hum_of_the_mains_is_taken_out(size: float, zeta: float) -> None:
     assert tap.natural_frequency_hz == pytest.approx(HZ, rel=1e-4)
     assert tap.damping_ratio == pytest.approx(zeta, rel=0.01)
     assert abs(tap.friction_m - 10e-6) < 3 * (tap.friction_m_se or 0.0)
-
-
-def test_a_cubic_spring_is_said() -> None:
-    t = np.arange(0.0, 15.0, 0.004)
-    x = seen(Decay(0.0, 5e-3, 0.0, OMEGA, 0.004, 20e-6, 0.05 / 25e-6).at(t))
-    (tap,) = free_vibrations(t, x)
-    assert abs(tap.friction_m - 20e-6) < 3 * (tap.friction_m_se or 0.0)
-    assert tap.natural_frequency_hz == pytest.approx(HZ, rel=1e-3)
-    assert tap.cubic_share == pytest.approx(0.05, rel=0.1)
-    assert any(w.startswith("the spring is not linear: its force at the first swing is +") for w in tap.warnings)
 
 
 def test_a_pendulum_of_large_angles() -> None:

@@ -71,15 +71,6 @@ def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
     assert [(line["tap"], line["status"]) for line in lines] == [(1, "ok"), (2, "ok")]
 
 
-def test_driven_recordings_are_refused_by_name(tmp_path: Path) -> None:
-    t = np.arange(5000) / RATE
-    driven = Recording(t, 3e-3 * np.sin(2 * np.pi * 2.35 * t), 2e-3 * np.cos(2 * np.pi * 2.35 * t))
-    write_recording(driven, tmp_path / "driven.h5")
-    result = CliRunner().invoke(app, ["free-vibration", str(tmp_path / "driven.h5"), "--json"])
-    assert result.exit_code == 1
-    assert "driven motion" in json.loads(result.stdout)["reason"]
-
-
 def test_a_log_without_a_decay_fails_and_the_others_go_on(decays: list[str], tmp_path: Path) -> None:
     bad = tmp_path / "flat.csv"
     bad.write_text("time [s],mass [mm],base [mm]\n" + "".join(f"{i / 100},{1.0},{0.0}\n" for i in range(500)))

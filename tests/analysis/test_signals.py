@@ -38,13 +38,6 @@ def autocorrelation(share: float, wander: float, n: int) -> FloatArray:
     return np.asarray(found / found[0])
 
 
-def scores(series: FloatArray) -> FloatArray:
-    """Mean over its stated error of each series (n, m)."""
-    n = len(series)
-    variance = series.var(axis=0, ddof=1) / n * variance_inflation(series) * student(n - 1.0)
-    return np.asarray(series.mean(axis=0) / np.sqrt(variance))
-
-
 def test_likelihood_and_mean_are_those_of_the_covariance_written_out() -> None:
     """Ratios of the likelihood of a series, its mean free (Gauss), against scipy's of all differences of neighbours."""
     n, series = 9, np.random.default_rng(3).standard_normal(9)
@@ -81,12 +74,6 @@ def test_friction_that_wanders_over_thirty_cycles_is_seen_in_four_hundred() -> N
     assert math.sqrt(float(np.mean(score**2))) < 1.35
 
 
-def test_few_cycles_know_their_scatter_badly() -> None:
-    series = np.random.default_rng(1).standard_normal((8, 800))
-    score = scores(series)
-    assert 0.94 < float(np.mean(np.abs(score) < 1.96)) < 0.995
-
-
 def test_a_series_that_does_not_vary_is_not_inflated() -> None:
     assert variance_inflation(np.ones((6, 2))).tolist() == [1.0, 1.0]
     rounded: FloatArray = 0.7 + 1e-16 * np.arange(6.0)[:, None]
@@ -99,11 +86,6 @@ def test_noise_is_found_under_a_motion(noise: float, seed: int) -> None:
     t = np.arange(30_000) / 500
     signal = np.cos(2 * math.pi * 2 * t) + noise * np.random.default_rng(seed).standard_normal(len(t))
     assert white_noise(signal) == pytest.approx(math.hypot(noise, 1e-9), rel=0.03)
-
-
-def test_quantisation_counts_as_noise() -> None:
-    signal = np.random.default_rng(1).normal(0, 0.8, 50_000)
-    assert white_noise(np.round(signal)) == pytest.approx(math.sqrt(0.64 + 1 / 12), rel=0.02)
 
 
 def test_shocks_and_kinks_stay_out() -> None:

@@ -118,10 +118,6 @@ def test_index_known_by_construction() -> None:
     assert irregularity_index(np.outer(sizes, WAVE)) == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_motion_that_repeats_has_index_zero() -> None:
-    assert irregularity_index(np.tile(WAVE, (5, 1))) == 0.0
-
-
 @settings(max_examples=20, deadline=None)
 @given(st.integers(2, 5), st.integers(3, 12), st.integers(0, 10_000))
 def test_against_the_sums_of_the_equation(cycles: int, points: int, seed: int) -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from frictionlab.analysis import stops
 from frictionlab.analysis.measure import measure
-from frictionlab.analysis.response import half_range, levelled, smoothed, smoother
+from frictionlab.analysis.response import half_range, smoothed, smoother
 from tests.analysis import naive
 from tests.analysis.seen import recording_of, scene, steady
 
@@ -52,13 +52,6 @@ def test_blocks_do_not_matter() -> None:
     np.testing.assert_allclose(pieces, found(v), atol=0.05)
 
 
-def test_thresholds_follow_the_noise() -> None:
-    quiet, loud = stops.Thresholds.of(1e-5, 0.02), stops.Thresholds.of(0.01, 0.5)
-    assert quiet.still == 1e-3
-    assert loud.still == pytest.approx(0.03)
-    assert loud.dwell > quiet.dwell
-
-
 def test_smoothing_takes_the_noise_and_leaves_the_motion() -> None:
     generator = np.random.default_rng(7)
     _, orbit, _, amplitude = steady(0.5, 0.5)
@@ -80,21 +73,6 @@ def test_smoothing_keeps_what_each_cycle_has_of_its_own() -> None:
     rows = clean + 1e-3 * generator.standard_normal((60, 256))
     parts = list(smoothed(rows, smoother(rows, noise=1e-3, samples=256.0), POINTS))
     np.testing.assert_allclose(np.concatenate([half_range(x) for _, x, _ in parts]), sizes, atol=1e-3)
-
-
-def test_levelling_makes_stops_flat_and_touches_nothing_else() -> None:
-    x = np.arange(20.0).reshape(2, 10)
-    stop = np.array([[3.0], [6.0]]) * stops.TURN / 10
-    flat = levelled(x, stop, 0.0).ravel()
-    assert flat.tolist() == [0, 1, 2, 4, 4, 4, *range(6, 20)]
-
-
-def test_the_half_range_of_a_stop_is_its_level() -> None:
-    """A stop's edge is no parabola, however steep; a peak between two points is one."""
-    row = np.array([[0.0, 0.9, 1.0, 1.0, 1.0, 0.5, -0.4, -1.0, -1.0, -1.0, -0.3]])
-    assert half_range(row)[0] == 1.0
-    tau = stops.TURN * (np.arange(64) + 0.5) / 64
-    assert half_range(np.sin(tau)[None])[0] == pytest.approx(1.0, abs=5e-6)
 
 
 @pytest.mark.parametrize(("r", "beta"), [(0.3, 0.3), (0.5, 0.4), (1.5, 0.4)])
