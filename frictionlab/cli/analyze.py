@@ -77,7 +77,9 @@ def analyze(
     for path, name in ({} if report is None else result_names(inputs)).items():
         places.setdefault(path, {})[PAGE] = (report or path) / f"{name}.html"
     is_tree = work.output is not None and work.output.suffix == ".h5"
-    rows = work.rows(inputs, partial(_measured, scene=scene, with_series=is_tree), "analyze", scene, places)
+    rows = work.rows(
+        inputs, partial(_measured, scene=scene, with_series=is_tree), "analyze", scene, places, force=work.force
+    )
     series = {str(number): row["_series"] for number, row in enumerate(rows) if "_series" in row}
     work.write(rows, inputs, scene, MEASUREMENTS, series=series)
     work.show(rows, MEASUREMENTS, MEASURED, scene, noun="recordings measured")
@@ -124,7 +126,7 @@ def compare_numeric(
     kinds = ("record", "comparison", "contact") if fit == "whole" else ("comparison", "contact", *("record",) * whole)
     places = work.places(inputs, scene, COMPARISONS, kinds)
     asked = {"law": law, "law_file": law_file, "friction_ratio": beta, "whole": whole, "fit": fit}
-    rows = work.rows(inputs, partial(_compared, scene=scene, asked=asked), "compare", scene, places)
+    rows = work.rows(inputs, partial(_compared, scene=scene, asked=asked), "compare", scene, places, force=work.force)
     work.write(rows, inputs, scene, COMPARISONS)
     good = work.show(rows, COMPARISONS, COMPARED, scene, noun="recordings compared")
     if work.wide:
@@ -177,7 +179,7 @@ def explain(recordings: list[Path], *, settings: Mapping[str, object], work: Jud
     scene = work.scene_for(recordings[0], settings, ("model", "analysis", "rig"))
     inputs = files_of(recordings, recordings_in)
     places = work.places(inputs, scene, COMPARISONS, ("contact",))
-    rows = work.rows(inputs, partial(_explained, scene=scene), "explain", scene, places)
+    rows = work.rows(inputs, partial(_explained, scene=scene), "explain", scene, places, force=work.force)
     work.write(rows, inputs, scene, COMPARISONS)
     for number, row in enumerate(() if work.as_json else rows):
         text, short = _each(row.get("text")), _each(row.get("_short"))
@@ -210,7 +212,9 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     scene = work.scene_for(inputs[0], {}, ())
     paths = files_of(inputs, recordings_in)
     places = work.places(paths, scene, FREE_VIBRATIONS, ("free_vibration",))
-    rows = work.rows(paths, partial(_tapped, scene=scene), "free vibration", scene, places, silent=True)
+    rows = work.rows(
+        paths, partial(_tapped, scene=scene), "free vibration", scene, places, force=work.force, silent=True
+    )
     means = _means([tap for row in rows for tap in _each(row.get("_taps"))])  # before the first line of --json
     if work.as_json:
         over_all = {f"mean_{name}": value for name, value in _numbers(means, spread=True).items()}

@@ -20,7 +20,7 @@ from frictionlab.cli.screen import (
     track,
     word,
 )
-from frictionlab.cli.work import Rows, assumed, exit_status, files_of, headline, report_rows, tables_in
+from frictionlab.cli.work import Rows, Work, assumed, exit_status, files_of, headline, report_rows, tables_in
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, MATERIAL_LAWS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
@@ -50,17 +50,12 @@ def batch(
     logs: list[Path],
     *,
     output: Path | None = None,
-    scene: Path | None = None,
     campaign: bool = False,
     law: str | None = None,
     settings: Mapping[str, object],
     again: bool = False,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    as_json: bool = False,
     wide: bool = False,
-    verbose: bool = False,
-    quiet: bool = False,
+    work: Work,
 ) -> None:
     """Take logs through the whole chain: recordings, measurements, comparisons, figures; redo only what changed.
 
@@ -74,79 +69,80 @@ def batch(
     from frictionlab.verbs.chain import batch as plan
 
     check_law(law)
-    what = scene_of(scene, beside=logs[0], quiet=quiet or as_json)
-    if scene is None and find_scene(logs[0]) is None and not quiet:
+    scene = work.scene_for(logs[0], {}, ())
+    if work.scene is None and find_scene(logs[0]) is None and not work.quiet:
         complain(NO_SCENE)
     if output is None:  # beside the raw data, not among them
         raw = logs[0].resolve() if logs[0].is_dir() else logs[0].resolve().parent
         output = Path(".." if raw == Path.cwd() else "") / f"{raw.name}{RESULTS}"
     single = None if campaign else law
-    work = plan(files_of(logs), what, output=output, compare=not campaign, law=single, again=again, **settings)
-    read = [*work.logs, *what.files]
+    todo = plan(files_of(logs), scene, output=output, compare=not campaign, law=single, again=again, **settings)
+    read = [*todo.logs, *scene.files]
     if campaign:  # before the work: a folder that holds other files where results go is refused
         from frictionlab.campaign.output import check_folder
 
         check_folder(output, inputs=read)
     else:
         check_output(output / TABLE, COMPARISONS, inputs=read)
-    made = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)
-    rows = work.rows()
+    made = _do(todo, work)
+    rows = todo.rows()
     good = [row for row in rows if row.get("status") == "ok"]
     if campaign:
-        if len(good) < len(rows) and not as_json:
+        if len(good) < len(rows) and not work.as_json:
             print_tests(rows, MEASURED, headline(rows, "logs measured"))
-        _evaluate(work, rows, law=law, workers=workers, quiet=quiet or as_json)
+        _evaluate(todo, rows, law, work)
     else:
-        if not as_json:
-            _show(work, made, wide=wide)
+        if not work.as_json:
+            _show(todo, made, wide=wide)
         write_rows(good, output / TABLE)
-    if not (as_json or quiet):
-        print_warnings(rows, verbose=verbose, notes=assumed(work.scene, rows))
+    if not (work.as_json or work.quiet):
+        print_warnings(rows, verbose=work.verbose, notes=assumed(todo.scene, rows))
     exit_status(made)
 
 
-def _do(work: "Batch", *, workers: int | None, scheduler: str | None, as_json: bool, quiet: bool) -> Rows:
+def _do(todo: "Batch", work: Work) -> Rows:
     """Do what is due; with --json the rows of all logs, of those that had not changed too."""
-    if work.due and not (as_json or quiet):
-        typer.echo(f"{', '.join(work.steps[:-1])} and {work.steps[-1]}: {len(work.due)} of {len(work.logs)} logs")
-    made = work.run(workers=workers, scheduler=scheduler)
-    if not as_json:
-        return report_rows(track(made, total=len(work.due), title="batch", quiet=quiet), as_json=False)
-    due = set(work.due)
-    every = (next(made) if log in due else work.row(log) for log in work.logs)
+    quiet = work.as_json or work.quiet
+    if todo.due and not quiet:
+        typer.echo(f"{', '.join(todo.steps[:-1])} and {todo.steps[-1]}: {len(todo.due)} of {len(todo.logs)} logs")
+    made = todo.run(workers=work.workers, scheduler=work.scheduler)
+    if not work.as_json:
+        return report_rows(track(made, total=len(todo.due), title="batch", quiet=quiet), as_json=False)
+    due = set(todo.due)
+    every = (next(made) if log in due else todo.row(log) for log in todo.logs)
     return report_rows((row for row in every if row is not None), as_json=True)
 
 
-def _show(work: "Batch", made: Rows, *, wide: bool) -> None:
+def _show(todo: "Batch", made: Rows, *, wide: bool) -> None:
     """Print the table of all logs, those that had not changed too, and where the results are."""
     failed = {str(row["source"]): row for row in made if row.get("status") != "ok"}
     rows: list[Row] = []
-    for log in work.logs:
-        row = failed.get(str(log)) or work.row(log)
+    for log in todo.logs:
+        row = failed.get(str(log)) or todo.row(log)
         if row is not None and row.get("status") == "ok":
-            row = {**read_rows(work.results(log)["measurement"], MEASUREMENTS)[0], **row}
+            row = {**read_rows(todo.results(log)["measurement"], MEASUREMENTS)[0], **row}
         rows += [] if row is None else [row]
     good = [row for row in rows if row.get("status") == "ok"]
     if wide and good:
         print_table(good, COMPARISONS)
     print_tests([row for row in rows if not (wide and row in good)], COMPARED, headline(rows, "logs"))
     if good:
-        where = f"{work.folder}{'/' * bool(work.folder.name)}"
+        where = f"{todo.folder}{'/' * bool(todo.folder.name)}"
         typer.echo(printable(f"recordings, measurements, comparisons and figures are in {where}"))
 
 
-def _evaluate(work: "Batch", rows: Sequence[Row], *, law: str | None, workers: int | None, quiet: bool) -> None:
+def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Work) -> None:
     """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since."""
     from frictionlab.verbs.chain import digest, is_fresh, made_by, write_stamp
 
-    stamp = {"rows": digest(rows), "law": law, "scene": made_by(work.scene)}
-    report, mark = work.folder / "report.html", work.folder / "made.json"
+    stamp = {"rows": digest(rows), "law": law, "scene": made_by(todo.scene)}
+    report, mark, quiet = todo.folder / "report.html", todo.folder / "made.json", work.quiet or work.as_json
     if not is_fresh(mark, stamp, [report]):
         _refuse_failures(rows)
         if not quiet:
             typer.echo(f"evaluate the campaign: {len(rows)} tests")
-        folders = [work.folder / "measurements", work.folder / "recordings"]
-        _write_campaign(rows, work.scene, work.folder, folders=folders, law=law, workers=workers, quiet=quiet)
+        folders = [todo.folder / "measurements", todo.folder / "recordings"]
+        _write_campaign(rows, todo.scene, todo.folder, folders=folders, law=law, workers=work.workers, quiet=quiet)
         write_stamp(mark, stamp)
     if not quiet:
         typer.echo(printable(f"the report is {report}"))

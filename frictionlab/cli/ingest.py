@@ -48,6 +48,7 @@ def ingest(
     output: str | None = None,
     settings: Mapping[str, object],
     dry_run: bool = False,
+    force: bool = False,
     work: Work,
 ) -> None:
     """Read logs, whatever their dialect and damage, into one HDF5 recording each.
@@ -61,7 +62,7 @@ def ingest(
         outputs = _places(inputs, output)
         refuse_inputs(outputs.values(), [*inputs, *([] if base_log is None else [base_log]), *scene.files])
     base, alone = None if base_log is None else on_disk(base_log), len(inputs) == 1 and not (work.quiet or work.as_json)
-    job = partial(_ingested, scene=scene, base=base, outputs=outputs, force=work.force, alone=alone)
+    job = partial(_ingested, scene=scene, base=base, outputs=outputs, force=force, alone=alone)
     rows = work.rows(inputs, job, "ingest", scene, watched=not alone)
     if not work.as_json:
         good = [row for row in rows if row["status"] == "ok"]

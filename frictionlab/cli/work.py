@@ -216,7 +216,6 @@ class Work:
     """The options that commands over many inputs share, and the way through these."""
 
     as_json: bool = False
-    force: bool = False
     quiet: bool = False
     scene: Path | None = None
     verbose: bool = False
@@ -235,6 +234,7 @@ class Work:
         scene: "Scene",
         places: Places | None = None,
         *,
+        force: bool = False,
         silent: bool = False,
         watched: bool = True,
     ) -> Rows:
@@ -243,7 +243,7 @@ class Work:
         ``job`` gives, of an input and the file that holds it (not itself for standard input), the row, and by kind
         what is drawn of it at its places. Keys that begin with a dash below are for the command alone.
         """
-        one = _One(job, {path: on_disk(path) for path in inputs}, places or {}, scene, self.force)
+        one = _One(job, {path: on_disk(path) for path in inputs}, places or {}, scene, force)
         made = rows_of(inputs, one, workers=self.workers, scheduler=self.scheduler)
         quiet = self.quiet or self.as_json or not watched
         return report_rows(
@@ -258,6 +258,7 @@ class ManyInputs(Work):
     output: Path | None = None
     plot: Path | None = None
     wide: bool = False
+    force: bool = False
 
     def places(self, inputs: Sequence[Path], scene: "Scene", table: "Table", kinds: Sequence[str]) -> Places:
         """Where the figures go; refuses outputs that would replace something else, before the work."""
