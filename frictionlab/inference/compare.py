@@ -267,11 +267,8 @@ def compare_table(
             "verdict: none, for the table states no error of some numbers (columns amplitude_u, phase_u): errors are"
             " those of the scatter about the law"
         )
-    elif misfit > EXPLAINED:
-        said.append(
-            f"verdict: {observation.law.name} does not explain this table: what it misses is {misfit:.2g} times the"
-            " stated errors; try another --law"
-        )
+    verdict = verdict_of(misfit, strained=bool(found.strained))
+    said += on_the_verdict(observation, verdict, misfit, ladder, what="table", of="stated errors")
     return _comparison(
         found,
         scene,
@@ -288,7 +285,7 @@ def compare_table(
         response_nrmse=nrmse,
         response_floor=observation.floor if stated else None,
         misfit=misfit,
-        verdict=verdict_of(misfit, strained=bool(found.strained)),
+        verdict=verdict,
         over_frequency=observation.curve(values, tuple(said)),
     )
 
@@ -334,7 +331,8 @@ def compared(
     verdict = verdict_of(misfit, strained=diagnosis.strained, answered=diagnosis.answered)
     parameters = found.parameters()
     said = [*measurement.warnings, *found.warnings, *diagnosis.said, *caveats(found, parameters), *state.warnings]
-    said += on_the_verdict(observation, verdict, misfit, ladder)
+    error = "standard error of the measured mean cycle"
+    said += on_the_verdict(observation, verdict, misfit, ladder, what="cycle", of=error)
     said += on_the_ladder(ladder, observation, parameters)
     said += [f"no prediction: {state.outcome}"] if predicted is None else []
     rows = _rows(ladder, nrmse)

@@ -26,25 +26,15 @@ SHOWN = 5  # stretches told one by one
 class WholeRecord:
     """A record over its prediction, from the first sample to the last.
 
-    Parameters
-    ----------
-    time : ndarray of shape (n,)
-        s, by the recording's clock.
-    base, measured, predicted : ndarray of shape (n,)
-        Over Y; the mass about the mean of its measured record.
-    nrmse : float
-        Rms of measured minus predicted over the rms of the measured about its mean.
-    energy_difference : float
-        Predicted / measured - 1, of the loop's area over the whole record, eq. (2.18).
-    cycle_time, cycle_measured, cycle_predicted, cycle_nrmse : ndarray of shape (c,)
-        Start of each period of the drive; its energy (k Y^2) as measured and as predicted; its own nrmse.
-    cycle_friction, cycle_friction_se : ndarray of shape (c,)
-        Friction ratio of each period as a random walk about the fitted one, and the standard error of its changes;
-        their common level is as sure as the friction ratio itself.
-    wanders : float
-        Logarithm of how much more likely friction that changes is than friction that does not.
-    left : tuple of (float, float, float)
-        Where the prediction leaves the measurement: from, to (s), and the largest nrmse of a period there.
+    ``time`` (n,) s, by the recording's clock; ``base``, ``measured``, ``predicted`` (n,) over Y, the mass about the
+    mean of its measured record; ``nrmse``: rms of measured minus predicted over the rms of the measured about its mean;
+    ``energy_difference``: predicted / measured - 1, of the loop's area over the whole record, eq. (2.18).
+    ``cycle_time``, ``cycle_measured``, ``cycle_predicted``, ``cycle_nrmse`` (c,): start of each period of the drive;
+    its energy (k Y^2) as measured and as predicted; its own nrmse. ``cycle_friction``, ``cycle_friction_se`` (c,):
+    friction ratio of each period as a random walk about the fitted one, and the standard error of its changes; their
+    common level is as sure as the friction ratio itself. ``wanders``: logarithm of how much more likely friction that
+    changes is than friction that does not. ``left``: where the prediction leaves the measurement: from, to (s), and the
+    largest nrmse of a period there.
     """
 
     time: FloatArray
@@ -137,19 +127,9 @@ def contact_force(measurement: Measurement, problem: Problem | None = None, late
 
     ``n = y - x - 2 zeta_f r (x' - y') - r^2 x''`` of the mean cycle without its noise.
 
-    Parameters
-    ----------
-    measurement : Measurement
-        With a frequency ratio.
-    problem : Problem, optional
-        Whose frequency ratio, damping and base motion, as a fit has found them, are taken in place of those measured.
-    late : float
-        Phase by which the base's channel is behind the mass's, rad.
-
-    Returns
-    -------
-    ndarray of shape (p,)
-        Over k Y, at the phases of ``measurement.cycle.tau``; positive against a motion in the positive direction.
+    Over k Y, (p,) at the phases of ``measurement.cycle.tau``; positive against a motion in the positive direction.
+    ``problem``: whose frequency ratio, damping and base motion, as a fit has found them, are taken in place of those
+    measured; ``late``: phase by which the base's channel is behind the mass's, rad.
     """
     cycle, half = measurement.cycle, 0.5 * len(measurement.cycle.tau)
     mass = np.fft.rfft(cycle.mass_smooth)[1:] / half

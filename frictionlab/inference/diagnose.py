@@ -195,7 +195,7 @@ def _best(main: Fit, cause: Cause) -> tuple[float, Fit]:
     freed, observation = _freed(main, cause), cycle_of(main.model.tests[0])
     found = [(_gain(main, freed), freed)]
     if cause.unknown.name == "natural_frequency" and observation.law.kind == "rigid":
-        plain = replace(model_of([observation.under(law_of("+".join(("coulomb", *RICHER))))]), most=STEPS)
+        plain = replace(model_of([observation.under(law_of("coulomb+place+speed"))]), most=STEPS)
         held = fit_from(plain, starting_points(plain)[0], tempers=False)
         freed = _freed(held, cause)
         found.append((min(_gain(main, freed), _gain(held, freed)), freed))

@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -33,7 +34,7 @@ from frictionlab.inference.observation import Observation
 from frictionlab.inference.observations import STATES, CycleObservation
 from frictionlab.inference.posterior import Posterior, infer, misfit_is_noise, model_of, posterior_of
 from frictionlab.inference.record import RecordObservation, fit_record, record_of
-from frictionlab.inference.starts import FIRST_GUESSES, starting_points
+from frictionlab.inference.starts import FIRST_GUESSES, point_at, starting_points
 from frictionlab.simulator.laws import TERMS, Law, law_of
 from frictionlab.simulator.meter import Meter, OverspentError
 
@@ -41,7 +42,7 @@ EXACT = ("place", "speed", "breakaway", "compliance")
 CHEAP = EXACT[:3]  # a rigid contact: a fraction of a millisecond a steady state
 NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen")  # milliseconds a steady state ...
 DEAR = ("lugre", "rate-state")  # ... and up to a second
-WORK = 1e6  # steps of integration, or as much work, for all laws of one test: some ten seconds
+WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
@@ -73,7 +74,7 @@ class Rung:
     seconds: float = 0.0
     said: str = ""
 
-    @property
+    @cached_property
     def posterior(self) -> Posterior | None:
         """The posterior of the rung's own fit, weighed by what the law leaves."""
         if self.fit is None:
@@ -132,6 +133,7 @@ class _Climb:
         self.observations = [o.missing(0.0).metered(self.work) for o in observations]
         self.accuracy = accuracy
         self.rungs: list[Rung] = []
+        self.valleys: list[dict[str, float]] = []  # in which a contact rings as often: by the first law that yields
         self.left_out: dict[str, str] = {}
 
     def is_noise(self, rung: Rung) -> bool:
@@ -230,8 +232,17 @@ class _Climb:
         if "stiffness_ratio" in {u.name for u in model.unknowns} and not several:
             known = below.fit.values()
             law_values = {u.name: known[u.name] for u in model.unknowns if u.law and u.name in known}
-            points, local = starting_points(model, {} if set(law_values) <= {"beta"} else law_values)
-            begun = [(replace(model, most=30), point, local) for point in points]
+            law_values = {} if set(law_values) <= {"beta"} else law_values
+            if not self.valleys:
+                points, local = starting_points(model, law_values)
+                at = {u.name: k for k, u in enumerate(model.unknowns) if u.name in ("stiffness_ratio", "beta", "lag_s")}
+                self.valleys = [{name: float(point[k]) for name, k in at.items()} for point in points]
+            near = point_at(model, law_values)
+            points = [
+                np.array([valley.get(u.name, c) for u, c in zip(model.unknowns, near.tolist(), strict=True)])
+                for valley in self.valleys
+            ]
+            begun = [(replace(model, most=30), point, [np.zeros(len(point))]) for point in points]
         enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)
         best: Fit | None = None
         missed = AnalysisError("no starting point has a steady state")
@@ -373,18 +384,12 @@ def _trials(model: Model, below: Fit) -> list[dict[str, float]]:
     """Coordinates at which the parameters that a richer law adds are tried."""
     known = {u.name for u in below.model.unknowns}
     new = [u for u in model.unknowns if u.law and u.name not in known]
-    if any(u.scale == "log" for u in new):
-        tried: tuple[float, ...] = SCALES
-    else:
-        tried = TRIALS[:1] if all(u.folded for u in new) else TRIALS
-    found = []
-    for trial in tried:
-        at = {}
-        for u in new:
-            c = 0.5 * abs(trial) if u.folded else trial
-            at[u.name] = max(u.at(FIRST_GUESSES[u.name]) if u.folded and u.name in FIRST_GUESSES else c, u.low + 0.01)
-        found.append(at)
-    return found
+    tried = SCALES if any(u.scale == "log" for u in new) else TRIALS[:1] if all(u.folded for u in new) else TRIALS
+    guess = {u.name: u.at(FIRST_GUESSES[u.name]) for u in new if u.folded and u.name in FIRST_GUESSES}
+    return [
+        {u.name: max(guess.get(u.name, 0.5 * abs(trial) if u.folded else trial), u.low + 0.01) for u in new}
+        for trial in tried
+    ]
 
 
 def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model, FloatArray, list[FloatArray]]:

@@ -49,42 +49,14 @@ class Reached:
 class Observation(ABC):
     """One test in a fit.
 
-    Parameters
-    ----------
-    law : Law
-    held : mapping of str to float
-        Parameters of the law that the scene holds.
-    wall : {"fixed", "base"}
-    material : str or None
-        Of the contact: what the law misses is alike in its tests.
-    normal_force : float or None
-        N; None where it is not known.
-    r : float
-        Frequency ratio that speeds are over.
-    unit : float
-        Y [m].
-    turn : float
-        Angular frequency of the drive, rad/s.
-    sources : Sources
-        What is not known of sensors and rig.
-    swing : float
-        Half the swing of the mass, over Y.
-    data : ndarray of shape (N,)
-        What is fitted.
-    variances : ndarray of shape (N,) or float
-        Of the noise, along its independent directions.
-    powers : ndarray of shape (N,) or float
-        Mean square of what a share is missed of.
-    floor : float
-        The nrmse that noise alone leaves: what no model can undercut.
-    directions : ndarray of shape (N, N), optional
-        Independent directions of the noise, as columns; None where the data themselves are.
-    distorted : bool
-        Whether the base's sensor shows harmonics.
-    missed : float
-        Share of the test's power that the law cannot explain: it counts beside the noise.
-    work : Meter
-        What its motions may still cost.
+    ``law``; ``held``: parameters of it that the scene holds; ``wall``; ``material`` of the contact: what the law misses
+    is alike in its tests; ``normal_force`` N, None where it is not known; ``r``: frequency ratio that speeds are over;
+    ``unit``: Y [m]; ``turn``: angular frequency of the drive, rad/s; ``sources``: what is not known of sensors and rig;
+    ``swing``: half the swing of the mass, over Y; ``distorted``: whether the base's sensor shows harmonics.
+    ``data`` (N,): what is fitted; ``directions`` (N, N): independent directions of the noise, as columns, None where
+    the data themselves are; ``variances`` (N,) of the noise along them; ``powers`` (N,): mean square of what a share is
+    missed of; ``missed``: share of the test's power that the law cannot explain, which counts beside the noise;
+    ``floor``: the nrmse that noise alone leaves; ``work``: what its motions may still cost.
     """
 
     law: Law
@@ -231,15 +203,8 @@ class Observation(ABC):
     def slopes(self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float]) -> FloatArray:
         """Return derivatives (N, n) by the unknowns' coordinates, by differences of the simulated motion.
 
-        A column is zero where neither neighbour has a motion.
-
-        Parameters
-        ----------
-        unknowns : sequence of Unknown
-        values : sequence of float
-            In this test, in the same order.
-        factors : sequence of float
-            Value in this test over that of the unknown.
+        A column is zero where neither neighbour has a motion. ``values``: in this test, in the same order; ``factors``:
+        value in this test over that of the unknown.
 
         Raises
         ------

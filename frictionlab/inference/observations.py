@@ -41,7 +41,8 @@ ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
 LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
 STATES = 150.0  # steady states of one fit, about
-COST = {"rigid": 5.0, "elastic": 100.0}  # steps of integration that an exact steady state costs, about
+COST = {"rigid": (40.0, 1.0), "elastic": (0.0, 60.0)}
+"""Steps of integration that an exact steady state and its cycle cost, about: these, and these over r."""
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
 STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
@@ -67,7 +68,8 @@ def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> S
     OverspentError
         The work that the search may do is used up: the same search ends at the same place on every machine.
     """
-    meter.take(COST.get(problem.law.kind, 0.0))
+    fixed, slow = COST.get(problem.law.kind, (0.0, 0.0))
+    meter.take(fixed + slow / problem.r)
     try:
         if problem.law.kind in COST:
             return steady_state(problem)
@@ -84,26 +86,12 @@ def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> S
 class Cycles:
     """A measured mean cycle about its mean, as harmonics, and its covariance.
 
-    Parameters
-    ----------
-    mean : ndarray of shape (2 K,)
-        Cosine parts of harmonics 1 to K of x/Y, then the sine parts.
-    each : ndarray of shape (n, 2 K)
-        The same of single steady cycles.
-    covariance : ndarray of shape (2 K, 2 K)
-        Of the mean cycle.
-    sensor : float
-        Variance of one part of the mean cycle from the sensor's white noise alone.
-    used : int
-        Cycles that the mean is of.
-    power : float
-        Mean square of the measured mean cycle.
-    floor : float
-        Standard error of the mean cycle over its rms: what no model can undercut.
-    of_base : ndarray of shape (2 K, 2 K)
-        The part of the covariance that all cycles share: the base's noise.
-    raised : float
-        By how much the autocorrelation of the cycles raises the covariance of the mean.
+    ``mean`` (2 K,): cosine parts of harmonics 1 to K of x/Y, then the sine parts; ``each`` (n, 2 K): the same of single
+    steady cycles; ``covariance`` (2 K, 2 K) of the mean cycle; ``sensor``: variance of one part of it from the sensor's
+    white noise alone; ``used``: cycles that the mean is of; ``power``: mean square of the measured mean cycle;
+    ``floor``: standard error of the mean cycle over its rms, what no model can undercut; ``of_base`` (2 K, 2 K): the
+    part of the covariance that all cycles share, the base's noise; ``raised``: by how much the autocorrelation of the
+    cycles raises the covariance of the mean.
     """
 
     mean: FloatArray
@@ -447,7 +435,7 @@ def observe(measurement: Measurement, scene: Scene, law: str | Law | None = None
             " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
         )
     if scene.rig.masses or scene.rig.contacts:
-        from frictionlab.inference.storey_cycle import observe_storeys  # noqa: PLC0415 - for frames of several masses alone
+        from frictionlab.inference.storey_cycle import observe_storeys  # noqa: PLC0415 - for frames alone
 
         return observe_storeys(measurement, scene, law)
     chosen, held = law_and_held(scene, law)

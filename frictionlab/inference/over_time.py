@@ -99,15 +99,9 @@ def loop_areas(base: FloatArray, mass: FloatArray) -> FloatArray:
 
 
 def stretches_apart(each: FloatArray, limit: float, edges: FloatArray) -> Iterator[tuple[float, float, float]]:
-    """Stretches of periods whose misfit is above a limit: from, to, the largest; a short calm ends none.
+    """Stretches of periods whose misfit (c,) is above a limit: from, to, the largest; a short calm ends none.
 
-    Parameters
-    ----------
-    each : ndarray of shape (c,)
-        Misfit of each period.
-    limit : float
-    edges : ndarray of shape (c + 1,)
-        Where the periods begin and end.
+    ``edges`` (c + 1,): where the periods begin and end.
 
     Examples
     --------
@@ -135,13 +129,7 @@ class Walk:
 
 
 def walk(values: FloatArray, errors: FloatArray, size: float) -> Walk:
-    """Return the smoothed random walk behind values (c,) seen with errors.
-
-    Parameters
-    ----------
-    values, errors : ndarray of shape (c,)
-    size : float
-        What the walk's step is measured in (beta).
+    """Return the smoothed random walk behind values (c,) seen with errors (c,); ``size``: what its step is over (beta).
 
     Examples
     --------
@@ -177,16 +165,10 @@ def walk(values: FloatArray, errors: FloatArray, size: float) -> Walk:
 
 
 def changes(gap: FloatArray, slope: FloatArray, periods: Periods, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return the change of a parameter in each period (c,), by least squares, and the weight <s, s> of each.
+    """Return the change of a parameter in each of c periods (c,), by least squares, and the weight <s, s> of each.
 
-    Parameters
-    ----------
-    gap, slope : ndarray of shape (n,)
-        Measured minus predicted, and the prediction's derivative by the parameter.
-    periods : ndarray of shape (n,)
-        Number of the period that each sample is in, from 0.
-    count : int
-        Periods; what comes behind them is left out.
+    ``gap``, ``slope`` (n,): measured minus predicted, and the prediction's derivative by the parameter; ``periods``
+    (n,): number of the period that each sample is in, from 0.
     """
     weight = np.asarray(np.bincount(periods, slope * slope, minlength=count)[:count], dtype=np.float64)
     moved = np.asarray(np.bincount(periods, slope * gap, minlength=count)[:count], dtype=np.float64)

@@ -8,7 +8,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import RecordResponse, respond_to
-from frictionlab.errors import FrictionlabError, SimulationError
+from frictionlab.errors import FrictionlabError
 from frictionlab.inference.material_law import DETUNING, MaterialLaw
 from frictionlab.recording import Recording
 from frictionlab.schema import PREDICTED, PREDICTED_RECORD, PREDICTIONS
@@ -134,23 +134,19 @@ def predict_tests(
     found: list[PredictedTest] = []
     for r in frequency_ratios:
         best = steady_state(law.problem(normal_force_n, base_amplitude_m, r, base=base))
-        states = [_state(law, normal_force_n, base_amplitude_m, r, values, base) for values in others]
+        states = []
+        for values in others:
+            try:
+                states.append(steady_state(law.problem(normal_force_n, base_amplitude_m, r, values=values, base=base)))
+            except FrictionlabError:
+                continue  # values outside a law's domain have no motion
+        states = [state for state in states if state.orbit is not None]
         beyond = law.beyond(frequency_ratio=r, normal_force_n=normal_force_n, base_amplitude_m=base_amplitude_m)
-        found.append(_test(law, best, [s for s in states if s], (r, normal_force_n, base_amplitude_m), count, beyond))
+        lost = (NOT_ALL.format(count - len(states), count),) if len(states) < count else ()
+        found.append(_test(law, best, states, (r, normal_force_n, base_amplitude_m), (*beyond, *lost)))
         if progress is not None:
             progress(len(found), len(frequency_ratios))
     return Prediction(law, tuple(found))
-
-
-def _state(
-    law: MaterialLaw, force: float, amplitude: float, r: float, values: Mapping[str, float], base: Base
-) -> SteadyState | None:
-    """The motion at drawn values; None where they have no steady state."""
-    try:
-        state = steady_state(law.problem(force, amplitude, r, values=values, base=base))
-    except (SimulationError, FrictionlabError):
-        return None
-    return state if state.orbit is not None else None
 
 
 def _test(
@@ -158,9 +154,9 @@ def _test(
     best: SteadyState,
     states: Sequence[SteadyState],
     test: tuple[float, float, float],
-    count: int,
-    beyond: Sequence[str],
+    warnings: Sequence[str],
 ) -> PredictedTest:
+    """One test predicted, in metres and joules; `test`: frequency ratio, normal force, base amplitude."""
     r, force, amplitude = test
     tau = np.linspace(0.0, 2.0 * np.pi, POINTS)
     middle = np.full(POINTS, np.nan) if best.orbit is None else best.orbit.at(tau)[0]
@@ -171,7 +167,6 @@ def _test(
         for name, factor in zip(PREDICTED, factors, strict=True)
         for key in [name.removesuffix("_m").removesuffix("_j")]
     }
-    lost = (NOT_ALL.format(count - len(states), count),) if len(states) < count else ()
     unsolved = () if best.outcome in ("periodic", "stuck") else (best.verdict,)
     return PredictedTest(
         material=law.material,
@@ -181,7 +176,7 @@ def _test(
         base_amplitude_m=amplitude,
         regime=best.regime,
         numbers=numbers,
-        warnings=(*unsolved, *best.warnings, *beyond, *lost),
+        warnings=(*unsolved, *best.warnings, *warnings),
         time=tau / (2.0 * np.pi * r * law.rig["natural_frequency_hz"]),
         base=amplitude * best.problem.base.at(tau),
         **_displacements(amplitude * middle, amplitude * np.array(motions)),
@@ -219,14 +214,7 @@ def predict_record(
 
     Its amplitude is the largest displacement of the mass, its energy and its stops are those of the whole record.
 
-    Parameters
-    ----------
-    law : MaterialLaw
-    recording : Recording
-        Its base is what moves.
-    normal_force_n : float
-    draws : int
-        Motions behind each band.
+    `recording`: its base is what moves; `draws`: motions behind each band.
 
     Raises
     ------
@@ -241,8 +229,13 @@ def predict_record(
         problem = law.problem(normal_force_n, largest or 1.0, 1.0, values={**values, DETUNING: 1.0})
         return respond_to(recording, problem, natural_frequency_hz=frequency * detuned, stiffness_n_per_m=stiffness)
 
-    best, others = respond(law.values), [respond(values) for values in law.draws(draws)]
-    found = [_record_numbers(answer) for answer in (best, *others)]
+    answers = [respond(values) for values in (law.values, *law.draws(draws))]
+    best, found = answers[0], []
+    for a in answers:
+        peak, energy, y = a.response.peaks["displacement"], a.response.energy, a.response.base.scale
+        joules = energy * (a.stiffness_n_per_m or 0.0) * y**2
+        found.append((peak, peak * y, energy, joules, float(a.response.stops)))
+    drawn = np.array([a.recording.mass_displacement for a in answers[1:]])
     test = PredictedTest(
         material=law.material,
         law=law.law,
@@ -254,14 +247,6 @@ def predict_record(
         warnings=(*best.warnings, *law.beyond(normal_force_n=normal_force_n, base_amplitude_m=largest)),
         time=best.recording.time,
         base=best.recording.base_displacement,
-        **_displacements(best.recording.mass_displacement, np.array([a.recording.mass_displacement for a in others])),
+        **_displacements(best.recording.mass_displacement, drawn),
     )
     return Prediction(law, (test,))
-
-
-def _record_numbers(answer: RecordResponse) -> tuple[float, ...]:
-    """What `PREDICTED_RECORD` names, of one response."""
-    response, y = answer.response, answer.response.base.scale
-    peak = response.peaks["displacement"]
-    energy = response.energy * (answer.stiffness_n_per_m or 0.0) * y**2
-    return peak, peak * y, response.energy, energy, float(response.stops)

@@ -41,34 +41,15 @@ SMALLEST = 1e-9  # of the record's rms: no sensor is better
 class Track:
     """One record.
 
-    Parameters
-    ----------
-    time : ndarray of shape (n,)
-        s, from the recording's first sample.
-    base, mass : ndarray of shape (n,)
-        Over Y: the base without its noise about its mean, the mass as measured about its mean.
-    noise : float
-        Rms of the white noise of the mass's sensor over Y, of one sample.
-    scale : float
-        Y [m]: the amplitude of the base's fundamental in the steady cycles, so that beta means the same there and here;
-        without a steady cycle the largest displacement of the base from its first value.
-    period : float
-        Of the drive, s; of the stretches that a record without a steady cycle is told in.
-    base_noise : float
-        Rms of the white noise of the base's sensor over Y, of one sample, before it was smoothed away.
-    penalty : float
-        By which it was smoothed; what is left of the noise shakes the simulated mass.
-    thin : int
-        One of so many samples was kept after that.
-    natural_frequency : float
-        As it is known, Hz.
-    start : float
-        s, the first sample by the recording's clock.
-    swing, middle : float
-        Half the swing of the steady mass, and its middle, over Y: of the whole record where nothing is steady. A sensor
-        that bends is told by them.
-    scale_u : float
-        Relative error of Y, where it is the size of one motion and no mean of many cycles.
+    ``time`` (n,) s, from the recording's first sample; ``base``, ``mass`` (n,) over Y: the base without its noise about
+    its mean, the mass as measured about its mean; ``noise``, ``base_noise``: rms of the white noise of both sensors
+    over Y, of one sample, that of the base before it was smoothed away by a ``penalty``: what is left of it shakes the
+    simulated mass; ``thin``: one of so many samples was kept after that. ``scale``: Y [m], the amplitude of the base's
+    fundamental in the steady cycles, so that beta means the same there and here; without a steady cycle the largest
+    displacement of the base from its first value, known to ``scale_u`` (relative). ``period`` of the drive, s; of the
+    stretches that a record without a steady cycle is told in. ``natural_frequency``: as it is known, Hz; ``start``: s,
+    the first sample by the recording's clock. ``swing``, ``middle``: half the swing of the steady mass, and its middle,
+    over Y (of the whole record where nothing is steady): a sensor that bends is told by them.
     """
 
     time: FloatArray
@@ -111,15 +92,8 @@ def track_of(
     truth: errors hold the noise that is left, not what smoothing takes of the motion. A wall that moves feels the
     base's acceleration, and there noise counts more.
 
-    Parameters
-    ----------
-    recording : Recording
-    scene : Scene
-    natural_frequency : float
-        Hz.
-    measurement : Measurement, optional
-        Of its steady cycles. Without one Y is the largest displacement of the base from its first value, and the record
-        is told in stretches of its base's mean period, at least one of the frame.
+    Without a measurement of its steady cycles Y is the largest displacement of the base from its first value, and the
+    record is told in stretches of its base's mean period, at least one of the frame (natural_frequency, Hz).
 
     Raises
     ------

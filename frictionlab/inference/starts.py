@@ -154,22 +154,18 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
     found: list[tuple[float, FloatArray]] = []
     lag = _undeclared_lag(model)
     for branch in (0, 1):
-        costs = np.full(len(roots), math.inf)
-        points: list[FloatArray | None] = []
-        for j, root in enumerate(roots):
-            ratios = elastic_friction_ratios(strokes, energy, float(root) ** 2) if free else (0.0,)
+        costs, points = np.full(len(roots), math.inf), {}
+        for j, root in enumerate((roots**2).tolist()):
+            ratios = elastic_friction_ratios(strokes, energy, root) if free else (observation.held["beta"],)
             if branch >= len(ratios):
-                points.append(None)
                 continue
-            values = {**known, "stiffness_ratio": float(root) ** 2} | ({"beta": ratios[branch]} if free else {})
-            point = point_at(model, values)
-            beta = ratios[branch] if free else observation.held["beta"]
-            over = _costs_over_lag(model, 0, point, beta, lag)
+            own = {"beta": ratios[branch]} if free else {}
+            points[j] = point_at(model, {**known, "stiffness_ratio": root, **own})
+            over = _costs_over_lag(model, 0, points[j], ratios[branch], lag)
             if lag is not None:
-                point[lag] = LAGS[int(np.argmin(over))]
+                points[j][lag] = LAGS[int(np.argmin(over))]
             costs[j] = over.min()
-            points.append(point)
-        found += [(float(costs[j]), there) for j in minima(costs) if (there := points[j]) is not None]
+        found += [(float(costs[j]), points[j]) for j in minima(costs)]
     found.sort(key=lambda pair: pair[0])
     return [point for _, point in found[:FOLLOWED]] or [point_at(model, known)]
 
@@ -226,16 +222,8 @@ def elastic_friction_ratios(strokes: FloatArray, energy: float, stiffness: float
     """Return the friction ratios with which an elastic contact takes in an energy over given strokes, smallest first.
 
     There are none where the contact is too soft for the energy, else two: one slips most of the way, one hardly. Of the
-    second only what is below `LARGEST` is given.
-
-    Parameters
-    ----------
-    strokes : ndarray of shape (k,)
-        Closed strokes of a cycle (:func:`strokes_of`), in Y.
-    energy : float
-        k Y^2.
-    stiffness : float
-        Of the contact over k.
+    second only what is below `LARGEST` is given. ``strokes`` (k,): closed strokes of a cycle (`strokes_of`), in Y;
+    ``energy``: k Y^2; ``stiffness``: of the contact over k.
 
     Examples
     --------
@@ -243,8 +231,6 @@ def elastic_friction_ratios(strokes: FloatArray, energy: float, stiffness: float
     >>> rigid, soft = (elastic_friction_ratios(strokes, 1.6, kappa) for kappa in (1e9, 4.0))
     >>> [round(beta, 6) for beta in rigid], [round(beta, 4) for beta in soft]
     ([0.4], [0.4508, 3.5492])
-    >>> elastic_friction_ratios(strokes, 1.6, 1.0)
-    ()
     """
     if not energy > 0.0:
         return ()

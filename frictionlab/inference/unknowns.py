@@ -8,7 +8,7 @@ its prior, from the prior's mean: that number is its coordinate.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 from scipy.special import stdtrit
 
@@ -32,30 +32,13 @@ SCATTER = 0.02  # scale of the prior (half-Cauchy) of the relative scatter from 
 class Unknown:
     """One unknown; its value is ``mean + sd * c`` at a coordinate c, or e to that on a logarithmic scale.
 
-    Parameters
-    ----------
-    name, words : str
-    level : {"rig", "material", "test"}
-    mean, sd : float
-        Of the prior.
-    scale : {"linear", "log"}
-    low, high : float
-        Bounds of the coordinate.
-    unit : tuple of (float, str)
-        How many of the unit that people read the value 1 is, and its name.
-    folded : bool
-        Whether the prior is the upper half of the normal distribution (what can only be positive).
-    tail : float
-        Exponent a of a prior that falls by ``(1 + c^2 / 2a)^-a``; infinite for a normal one.
-    known_to : float
-        What is declared or assumed of it, in `sd`.
-    law : bool
-        Whether it is a parameter of the law, and not of sensors or rig.
-    key : str
-        The scene's key that declares it.
-    scatter : float
-        Scale of the prior (half-Cauchy) of its scatter from test to test, in coordinates; relative for a linear
-        parameter that is not of the test's level.
+    ``level``: rig, material or test; ``mean``, ``sd``: of the prior; ``scale``: linear or log; ``low``, ``high``:
+    bounds of the coordinate; ``unit``: how many of the unit that people read the value 1 is, and its name; ``folded``:
+    whether the prior is the upper half of the normal distribution (what can only be positive); ``tail``: exponent a of
+    a prior that falls by ``(1 + c^2 / 2a)^-a``, infinite for a normal one; ``known_to``: what is declared or assumed of
+    it, in `sd`; ``law``: whether it is a parameter of the law, and not of sensors or rig; ``key``: the scene's key that
+    declares it; ``scatter``: scale of the prior (half-Cauchy) of its scatter from test to test, in coordinates, but
+    relative for a linear parameter that is not of the test's level.
     """
 
     name: str
@@ -176,75 +159,43 @@ def of_rig(
     distorted : bool
         Whether the base's sensor shows harmonics: its nonlinearity may be what makes them.
     """
-    (in_mass, of_gain), (in_base, _) = (_bends(sources, size * unit) for size in (amplitude, 1.0))
+
+    def bends(swing: float) -> tuple[float, float]:  # share of the range that a half swing (m) fills, the cubic's gain
+        share = min(1.0, swing * 2.0 / sources.measuring_range) if sources.measuring_range else 1.0
+        return share, sources.linearity * math.sqrt(7.2) * (1.0 - share) ** 2
+
+    def cubic_error(share: float) -> tuple[float, float]:  # both bends of it (`frictionlab.uncertainty`)
+        return sources.linearity * math.sqrt(12.0) * share * (1.0 - share), sources.linearity * 2.0 * share**2
+
+    (in_mass, of_gain), (in_base, _) = bends(amplitude * unit), bends(unit)
     gain = math.hypot(sources.gain, of_gain, sources.linearity * bent_gain(in_base))
-    mass, base = (_parabola_and_cubic(sources, part) for part in (in_mass, in_base if distorted else None))
-    bent = "{} by which the {}'s sensor bends the cycle"
-    found = (
-        Unknown(
-            "natural_frequency",
-            "natural frequency",
-            sd=sources.natural_frequency,
-            key="rig.natural_frequency_hz",
-        ),
-        Unknown("gain", "gain of a sensor", sd=gain, key="sensors.gain_error"),
-        _lag(sources),
-        _frame(sources, held.get("frame_damping_ratio")),
-        Unknown("parabola", bent.format("parabola", "mass"), sd=mass[0], key="sensors.linearity"),
-        Unknown("cubic", bent.format("cubic", "mass"), sd=mass[1], key="sensors.linearity"),
-        Unknown("base_parabola", bent.format("parabola", "base"), sd=base[0], key="sensors.linearity"),
-        Unknown("base_cubic", bent.format("cubic", "base"), sd=base[1], key="sensors.linearity"),
-        Unknown(
-            "base_in_mass", "share of the base's channel in the mass's", sd=sources.crosstalk, key="sensors.crosstalk"
-        ),
-        Unknown(
-            "mass_in_base", "share of the mass's channel in the base's", sd=sources.crosstalk, key="sensors.crosstalk"
-        ),
-    )
-    return tuple(u for u in found if u.sd > SMALLEST)
-
-
-def _bends(sources: Sources, swing: float) -> tuple[float, float]:
-    """Share of a sensor's range that a half swing (m) fills, and the gain that its cubic error may be there."""
-    share = min(1.0, swing * 2.0 / sources.measuring_range) if sources.measuring_range else 1.0
-    return share, sources.linearity * math.sqrt(7.2) * (1.0 - share) ** 2
-
-
-def _parabola_and_cubic(sources: Sources, share: float | None) -> tuple[float, float]:
-    """Standard uncertainties of both bends of a sensor's cubic error (`frictionlab.uncertainty.budget`)."""
-    if share is None:
-        return 0.0, 0.0
-    return sources.linearity * math.sqrt(12.0) * share * (1.0 - share), sources.linearity * 2.0 * share**2
-
-
-def _lag(sources: Sources) -> Unknown:
-    """The lag between the channels, s: its prior has tails where nobody has declared it."""
+    mass, base = cubic_error(in_mass), cubic_error(in_base) if distorted else (0.0, 0.0)
     declared = "sensors.lag_s_u" not in sources.assumed
-    wider = 1.0 if declared else UNDECLARED_LAG
-    return Unknown(
-        "lag_s",
-        "lag between the channels",
-        sd=wider * sources.lag,
-        tail=math.inf if declared else TAIL,
-        known_to=1.0 / wider,
-        unit=(1e3, "ms"),
-        key="sensors.lag_s",
-    )
-
-
-def _frame(sources: Sources, held: float | None) -> Unknown:
-    """The frame's damping ratio: about what the scene says, or up from zero where it says nothing."""
-    mean, sd = held or 0.0, sources.damping_ratio
-    return Unknown(
-        "frame_damping_ratio",
-        "frame's damping",
-        mean=mean,
-        sd=sd,
-        low=max(-STRONGEST, -mean / sd) if sd > 0.0 else 0.0,
-        tail=TAIL if held is None else math.inf,
-        folded=mean == 0.0,
-        key="rig.damping_ratio",
-    )
+    wider = 1.0 if declared else UNDECLARED_LAG  # a prior with tails where nobody has declared the lag, ...
+    frame = held.get("frame_damping_ratio")  # ... or the frame's damping: then up from zero
+    mean, damping = frame or 0.0, sources.damping_ratio
+    rows = [
+        ("natural_frequency", "natural frequency", sources.natural_frequency, "rig.natural_frequency_hz"),
+        ("gain", "gain of a sensor", gain, "sensors.gain_error"),
+        ("lag_s", "lag between the channels", wider * sources.lag, "sensors.lag_s"),
+        ("frame_damping_ratio", "frame's damping", damping, "rig.damping_ratio"),
+        ("parabola", "parabola by which the mass's sensor bends the cycle", mass[0], "sensors.linearity"),
+        ("cubic", "cubic by which the mass's sensor bends the cycle", mass[1], "sensors.linearity"),
+        ("base_parabola", "parabola by which the base's sensor bends the cycle", base[0], "sensors.linearity"),
+        ("base_cubic", "cubic by which the base's sensor bends the cycle", base[1], "sensors.linearity"),
+        ("base_in_mass", "share of the base's channel in the mass's", sources.crosstalk, "sensors.crosstalk"),
+        ("mass_in_base", "share of the mass's channel in the base's", sources.crosstalk, "sensors.crosstalk"),
+    ]
+    own: dict[str, dict[str, Any]] = {
+        "lag_s": {"tail": math.inf if declared else TAIL, "known_to": 1.0 / wider, "unit": (1e3, "ms")},
+        "frame_damping_ratio": {
+            "mean": mean,
+            "low": max(-STRONGEST, -mean / damping) if damping > 0.0 else 0.0,
+            "tail": TAIL if frame is None else math.inf,
+            "folded": mean == 0.0,
+        },
+    }
+    return tuple(Unknown(n, words, sd=sd, key=key, **own.get(n, {})) for n, words, sd, key in rows if sd > SMALLEST)
 
 
 def factor(unknown: Unknown, law: Law, *, length: float, rate: float, force: float) -> float:

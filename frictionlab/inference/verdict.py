@@ -77,9 +77,18 @@ def caveats(found: Posterior, parameters: Mapping[str, ParameterEstimate]) -> li
 
 
 def on_the_verdict(
-    observation: Observation, verdict: Verdict | None, misfit: float | None, ladder: Ladder | None
+    observation: Observation,
+    verdict: Verdict | None,
+    misfit: float | None,
+    ladder: Ladder | None,
+    *,
+    what: str,
+    of: str,
 ) -> Iterator[str]:
-    """Yield what must be known of a law that does not explain the cycle, or that noise alone would let explain it."""
+    """Yield what must be known of a law that does not explain a test, or that noise alone would let explain it.
+
+    ``what``: the test is a cycle, or a table; ``of``: what the misfit is over.
+    """
     if verdict == "explained" and observation.floor > FAINT:
         faint = f"the measurement's own error is {100 * observation.floor:.2g} % of the motion"
         yield f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
@@ -91,8 +100,8 @@ def on_the_verdict(
     elif "beta" in observation.held:
         beta = observation.held["beta"]
         step = f"the friction ratio is held at {beta:g}: leave out --beta, and beta of [model.parameters], to fit it"
-    missed = f"what it misses is {misfit:.2g} times the standard error of the measured mean cycle"
-    yield f"verdict: {observation.law.name} does not explain this cycle: {missed}; {step}"
+    missed = f"what it misses is {misfit:.2g} times the {of}"
+    yield f"verdict: {observation.law.name} does not explain this {what}: {missed}; {step}"
 
 
 def on_the_ladder(

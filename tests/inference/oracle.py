@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp, ndtr, ndtri
+from scipy.special import logsumexp, ndtr
 from scipy.stats import multivariate_t, norm
 from scipy.stats import t as student
 
@@ -28,22 +28,6 @@ def likelihood(fit: Fit) -> Callable[[FloatArray], float]:
         return -1e300 if residual is None else constant - 0.5 * float(residual @ residual)
 
     return value
-
-
-def prior_transform(fit: Fit) -> Callable[[FloatArray], FloatArray]:
-    """The unit cube to coordinates: normal, the upper half of it where a coordinate only grows, or with tails."""
-    low = np.array([ndtr(c.low) for c in fit.model.unknowns])
-    high = np.array([ndtr(c.high) for c in fit.model.unknowns])
-    tails = [(i, c) for i, c in enumerate(fit.model.unknowns) if math.isfinite(c.tail)]
-
-    def point(cube: FloatArray) -> FloatArray:
-        found = np.asarray(ndtri(low + (high - low) * cube))
-        for i, c in tails:
-            share = 0.5 * (1.0 + cube[i]) if c.folded else cube[i]
-            found[i] = _scale(c) * float(student.ppf(share, 2.0 * c.tail - 1.0))
-        return found
-
-    return point
 
 
 def log_prior(c: Unknown, at: float) -> float:

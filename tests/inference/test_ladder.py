@@ -9,8 +9,10 @@ import pytest
 from frictionlab.errors import SimulationError
 from frictionlab.inference import compare, ladder
 from frictionlab.inference.fit import Fit
+from frictionlab.inference.observations import steady
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law
+from frictionlab.simulator.meter import Meter
 from tests.inference.contacts import NATURAL_HZ, recorded, scene
 
 RUNG = {"law", "parameters", "log_evidence", "response_nrmse", "held_out_nrmse", "required", "seconds", "note"}
@@ -58,13 +60,23 @@ def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try(monkeypat
     """Work is counted in steps of integration, not in seconds: the same recording gets the same answer anywhere."""
     monkeypatch.setattr(ladder, "EXACT", ("speed",))
     monkeypatch.setattr(ladder, "NUMERIC", ("logarithm", "stribeck"))
-    monkeypatch.setattr(ladder, "WORK", 5000.0)
+    monkeypatch.setattr(ladder, "WORK", 2e4)
     truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
     seen = recorded(truth, np.random.default_rng(3), seconds=20.0)
     found, again = compare(seen, scene(), law="auto"), compare(seen, scene(), law="auto")
     assert any(w.startswith("law coulomb+logarithm: not fitted to the end: the work of a") for w in found.warnings)
     assert any(w.startswith("law coulomb+rate-state: not tried: the work of a ladder was") for w in found.warnings)
     assert (again.law, again.parameters, again.warnings) == (found.law, found.parameters, found.warnings)
+
+
+def test_an_elastic_state_under_a_slow_drive_is_booked_at_what_it_costs() -> None:
+    """At r = 0.09 one took 7 ms and was booked as 1 ms: a ladder that found no law took 40 s of CPU."""
+    spent = []
+    for r in (0.05, 0.5):
+        meter = Meter(1e6)
+        steady(Problem(r, 0.3, law="coulomb+compliance", parameters={"stiffness_ratio": 30.0}), meter)
+        spent.append(1e6 - meter.left)
+    assert spent[0] == pytest.approx(10.0 * spent[1])
 
 
 @pytest.mark.parametrize(
@@ -104,15 +116,6 @@ def test_friction_that_scatters_does_not_hide_a_dashpot_from_the_cycles_left_out
     assert found.verdict == "explained"
 
 
-def test_a_contact_too_stiff_to_be_told_has_a_least_stiffness() -> None:
-    found = compare(recorded(Problem(1.3, 0.3), np.random.default_rng(3)), scene(), law="coulomb+compliance")
-    stiffness = found.parameters["stiffness_ratio"]
-    assert not stiffness["told"]
-    assert stiffness["lower"] is not None
-    assert stiffness["upper"] is None
-    assert any(w.startswith("stiffness_ratio: this test does not tell it; at least") for w in found.warnings)
-
-
 def test_a_lag_that_nobody_declared_is_not_taken_for_a_law() -> None:
     """Three milliseconds at 250 Hz, 2.6 times what half a sample is worth: break-away was climbed in its stead."""
     for r, beta, seed in [(0.32, 0.45, 1), (0.5, 0.3, 2)]:
@@ -133,7 +136,7 @@ def test_a_lag_far_from_half_a_sample_is_told_in_milliseconds() -> None:
     assert "measure it and declare it" in said[0]
 
 
-@pytest.mark.parametrize(("r", "stiffness"), [(0.35, 40.0), (0.3, 3.0), (0.2, 120.0)])
+@pytest.mark.parametrize(("r", "stiffness"), [(0.3, 3.0), (0.2, 120.0)])
 def test_an_elastic_contact_is_found_among_the_valleys_of_its_ringing(r: float, stiffness: float) -> None:
     """A contact that rings fits in every valley a whole ring apart; the right one is far from the first guess."""
     truth = Problem(r, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": stiffness})

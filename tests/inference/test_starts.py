@@ -48,10 +48,6 @@ def test_strokes_take_in_what_a_slider_takes_in_of_any_motion(
     assert 2 * beta * slipped.sum() == pytest.approx(work, rel=0.01, abs=0.01)
 
 
-def test_a_motion_of_two_turns_has_one_stroke() -> None:
-    assert strokes_of(np.cos(TAU)) == pytest.approx([2.0])
-
-
 def test_a_contact_too_soft_for_the_energy_has_no_friction_ratio() -> None:
     """A slider takes in at most kappa X^2, at beta = kappa X / 2 (set dE / dbeta = 0 in 4 beta (X - beta / kappa))."""
     strokes = np.array([2.0])
