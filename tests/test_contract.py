@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from frictionlab import tradeoff
-from frictionlab.campaign.output import REPORT, TABLES, write_tables
+from frictionlab.campaign.files import REPORT, TABLES, write_tables
 from frictionlab.cli import app
 from frictionlab.scene import scene_from_tables
 from frictionlab.tables import read_rows

@@ -6,7 +6,7 @@
 - ``joint_fit``: all tests fitted together by the inference
 - ``laws``: Amontons' law, evidence, parameters and loops; ``left_out``: each test predicted by all others
 - ``ranking``: drift of long tests, and which material is best
-- ``reading``: tables of measurements, examples from the recordings; ``output``: the tables as files
+- ``files``: tables of measurements in, examples from the recordings, tables out
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,6 +18,17 @@ import numpy as np
 
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.steadiness import Trend
+from frictionlab.campaign.files import (
+    MeasuredResponse,
+    elsewhere,
+    envelope,
+    examples,
+    last_cycles,
+    read_measurements,
+    recording_of,
+    recording_path,
+    rows_of,
+)
 from frictionlab.campaign.friction import NO_STEADY_CYCLE, Cause, FrictionFit, Screened, Verdict, screen
 from frictionlab.campaign.joint_fit import FAULTS, JointFit, Known, fit_cycles, fit_rows, friction_of
 from frictionlab.campaign.laws import (
@@ -34,16 +45,6 @@ from frictionlab.campaign.laws import (
 from frictionlab.campaign.left_out import LeftOutTest, left_out
 from frictionlab.campaign.prediction import Curve, Model, RowObservation, curve, model_of, observe_row
 from frictionlab.campaign.ranking import CRITERIA, Drift, Rank, drift_of, rank_all
-from frictionlab.campaign.reading import (
-    MeasuredResponse,
-    elsewhere,
-    envelope,
-    examples,
-    last_cycles,
-    read_measurements,
-    recording_of,
-    recording_path,
-)
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.material_law import MaterialLaw, material_law_of
@@ -135,9 +136,7 @@ class Campaign(Result):
 
     def rows(self) -> list[dict[str, object]]:
         """One row for each material and normal force, as in ``friction.csv``."""
-        from frictionlab.campaign.output import friction_row  # noqa: PLC0415 - it imports this class
-
-        return [dict(friction_row(fit)) for fit in self.fits]
+        return [dict(row) for row in rows_of(self)["friction.csv"]]
 
     def __repr__(self) -> str:
         tests = f"{len(self.trials)} tests, {len(self.failures)} failed"

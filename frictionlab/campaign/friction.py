@@ -150,17 +150,33 @@ class FrictionFit:
     friction_coefficient_u = Flat("coefficient", "u")
 
     @property
-    def coefficient_interval(self) -> tuple[float | None, float | None]:
-        """95 % confidence of the friction coefficient."""
-        if self.friction_coefficient is None or self.friction_coefficient_se is None:
-            return None, None
-        reach = reach_of(self.coefficient, self.freedom)
-        return self.friction_coefficient - reach, self.friction_coefficient + reach
-
-    @property
     def used(self) -> tuple[Verdict, ...]:
         """The tests that the fit rests on."""
         return tuple(v for v in self.verdicts if v.excluded is None)
+
+    @property
+    def tests_used(self) -> int:
+        """How many these are."""
+        return len(self.used)
+
+    @property
+    def tests(self) -> int:
+        """How many short tests there are, or long ones where there are no others."""
+        return sum(not v.trial.is_long for v in self.verdicts) or len(self.verdicts)
+
+    @property
+    def friction_coefficient_low(self) -> float | None:
+        """Lower end of the coefficient's 95 % interval."""
+        return self._end(-1.0)
+
+    @property
+    def friction_coefficient_high(self) -> float | None:
+        """Upper end of it."""
+        return self._end(1.0)
+
+    def _end(self, side: float) -> float | None:
+        value = self.coefficient.value if self.coefficient.se is not None else None
+        return None if value is None else value + side * reach_of(self.coefficient, self.freedom)
 
 
 @dataclass(frozen=True)

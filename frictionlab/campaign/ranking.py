@@ -42,29 +42,29 @@ Cells = Mapping[str, Mapping[Cell, Tests]]
 class Drift:
     """The drift of one long test.
 
-    ``slope_per_hour``: of the energy per cycle (k Y^2 per hour), with its standard error and 95 % interval ``low`` to
-    ``high``; ``relative_*``: the same over the mean energy; ``friction_*``: the relative change of the friction force
-    per hour that explains it by Coulomb's law; ``trend``: the points behind the slope where the recording is at hand.
+    ``slope_per_hour``: of the energy per cycle (k Y^2 per hour), with its standard error and 95 % interval;
+    ``relative_*``: the same over the mean energy; ``friction_*``: the relative change of the friction force per hour
+    that explains it by Coulomb's law; ``trend``: the points behind the slope where the recording is at hand.
     ``None`` is not known, and ``note`` says why.
     """
 
     trial: Trial
     slope_per_hour: float | None
     slope_per_hour_se: float | None
-    low: float | None
-    high: float | None
-    friction_per_hour: float | None
-    friction_per_hour_se: float | None
+    slope_per_hour_low: float | None
+    slope_per_hour_high: float | None
+    friction_slope_per_hour: float | None
+    friction_slope_per_hour_se: float | None
     trend: Trend | None
     note: str
 
     @property
-    def relative_per_hour(self) -> float | None:
+    def relative_slope_per_hour(self) -> float | None:
         """Slope over the test's mean energy."""
         return self._over_energy(self.slope_per_hour)
 
     @property
-    def relative_per_hour_se(self) -> float | None:
+    def relative_slope_per_hour_se(self) -> float | None:
         """Standard error of it."""
         error = self._over_energy(self.slope_per_hour_se)
         return None if error is None else abs(error)
@@ -76,11 +76,11 @@ class Drift:
     @property
     def verdict(self) -> str:
         """``rises``, ``falls``, ``no drift shown`` (the interval holds zero) or ``not known``."""
-        if self.low is None or self.high is None:
+        if self.slope_per_hour_low is None or self.slope_per_hour_high is None:
             return "not known"
-        if self.low <= 0 <= self.high:
+        if self.slope_per_hour_low <= 0 <= self.slope_per_hour_high:
             return "no drift shown"
-        return "rises" if self.low > 0 else "falls"
+        return "rises" if self.slope_per_hour_low > 0 else "falls"
 
 
 def drift_of(trial: Trial, trend: Trend | None, model: Model, fits: Sequence[FrictionFit]) -> Drift:
@@ -308,8 +308,10 @@ def _by_drift(drifts: Sequence[Drift]) -> Standing:
     """Mean magnitude of the relative slope over the long tests of each material."""
     each: dict[str, list[_Level]] = {}
     for d in drifts:
-        if d.relative_per_hour is not None and d.relative_per_hour_se is not None:
-            each.setdefault(d.trial.group[0], []).append(_Level(abs(d.relative_per_hour), d.relative_per_hour_se))
+        if d.relative_slope_per_hour is not None and d.relative_slope_per_hour_se is not None:
+            each.setdefault(d.trial.group[0], []).append(
+                _Level(abs(d.relative_slope_per_hour), d.relative_slope_per_hour_se)
+            )
     found = {m: _mean(own) for m, own in each.items()}
     count = sum(map(len, each.values()))
     evidence = f"{count} long tests; the sign of each drift is in drift.csv; no gain changes a relative slope"

@@ -79,7 +79,7 @@ def batch(
     todo = plan(files_of(logs), scene, output=output, compare=not campaign, law=single, again=again, **settings)
     read = [*todo.logs, *scene.files]
     if campaign:  # before the work: a folder that holds other files where results go is refused
-        from frictionlab.campaign.output import check_folder
+        from frictionlab.campaign.files import check_folder
 
         check_folder(output, inputs=read)
     else:
@@ -163,8 +163,7 @@ def campaign(
 
     Example: frictionlab campaign build/measurements/*.jsonl --scene configs/campaign.toml -o build/campaign
     """
-    from frictionlab.campaign.output import check_folder
-    from frictionlab.campaign.reading import IS_RECORDING, read_measurements
+    from frictionlab.campaign.files import IS_RECORDING, check_folder, read_measurements
     from frictionlab.hdf5 import is_recording
     from frictionlab.verbs.evaluate import recordings_beside
 
@@ -241,13 +240,14 @@ def _write_campaign(
 
 def _print_campaign(result: "Campaign") -> None:
     """Print friction by material and force, who ranks where if there are several, and what is doubtful."""
-    from frictionlab.campaign.output import friction_row, law_row
+    from frictionlab.campaign.files import rows_of
 
-    rows = [friction_row(fit) for fit in result.fits]
-    print_table([{column.title: column.text(row) for column in FITTED} for row in rows], [c.title for c in FITTED])
+    rows = rows_of(result)
+    fitted = [{column.title: column.text(row) for column in FITTED} for row in rows["friction.csv"]]
+    print_table(fitted, [column.title for column in FITTED])
     if result.laws:
         typer.echo()
-        print_table([law_row(law) for law in result.laws], MATERIAL_LAWS, elsewhere="laws.csv has")
+        print_table(rows["laws.csv"], MATERIAL_LAWS, elsewhere="laws.csv has")
     placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
     for criterion in dict.fromkeys(rank.criterion for rank in placed):
         names = [f"{rank.rank} {rank.material}" for rank in placed if rank.criterion == criterion]

@@ -40,7 +40,14 @@ def friction(campaign: Campaign) -> Figure:
         for i, test in enumerate(campaign.amontons):
             colour = style.PALETTE[i % len(style.PALETTE)]
             rows = [
-                (fit.normal_force_n, mean, *(mean if end is None else end for end in fit.coefficient_interval))
+                (
+                    fit.normal_force_n,
+                    mean,
+                    *(
+                        mean if end is None else end
+                        for end in (fit.friction_coefficient_low, fit.friction_coefficient_high)
+                    ),
+                )
                 for fit in campaign.fits
                 if fit.material == test.material and (mean := fit.friction_coefficient) is not None
             ]
@@ -327,7 +334,7 @@ def _draw_trend(ax: Axes, test: Drift, colour: str) -> None:
     level_error = trend.slope_se * float(np.sqrt(np.mean(about**2)))
     reach = 0.5 * (trend.high - trend.low) / max(trend.slope_se, 1e-300)
     band = reach * np.hypot(level_error, trend.slope_se * about)
-    percent = 100 * (test.relative_per_hour or 0.0)
+    percent = 100 * (test.relative_slope_per_hour or 0.0)
     label = f"{test.trial.material}, {test.trial.normal_force_n:.4g} N: {percent:+.1f} %/h, {test.verdict}"
     ax.plot(time / 60, trend.value, ".", color=colour, markersize=2.5, alpha=0.6)
     ax.plot(time / 60, line, ":", color=colour, linewidth=1.4, label=label)

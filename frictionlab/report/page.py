@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from frictionlab import __version__
 from frictionlab.campaign import CRITERIA, Campaign
-from frictionlab.campaign.output import measurement_rows, rows_of
+from frictionlab.campaign.files import rows_of
 from frictionlab.campaign.trials import short_name
 from frictionlab.figures.materials import over_force
 from frictionlab.figures.plates import Plate, first_of
@@ -259,7 +259,7 @@ def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, st
 
 def _tests(campaign: Campaign) -> Listing:
     """All tests, failed ones too, one line each: name, status, what was measured, remark."""
-    rows = [{**row, "energy_per_cycle_j_u": _joules_u(row)} for row in measurement_rows(campaign)]
+    rows = [{**row, "energy_per_cycle_j_u": _joules_u(row)} for row in rows_of(campaign)["measurements.csv"]]
     doubled = "energy_per_cycle" if any(row.get("energy_per_cycle_j") for row in rows) else "energy_per_cycle_j"
     known = listing(TESTS, rows, [name for name in COLUMNS["tests"] if name != doubled])
     cells = []

@@ -10,7 +10,7 @@ import numpy as np
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign, Trial, Verdict
-from frictionlab.campaign.output import MARK
+from frictionlab.campaign.files import MARK
 from frictionlab.campaign.trials import short_name
 from frictionlab.estimate import Estimate
 from frictionlab.files import write_whole

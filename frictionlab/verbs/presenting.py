@@ -159,7 +159,7 @@ def publish(
     OutputError
         The folder cannot be written, or holds other files of these names.
     """
-    from frictionlab.campaign.output import REPORT, check_folder, write_tables
+    from frictionlab.campaign.files import REPORT, check_folder, write_tables
     from frictionlab.figures.plates import plates
     from frictionlab.report import write_report
 
@@ -178,7 +178,7 @@ def publish(
 def _write_sheets(campaign: "Campaign", folder: Path, *, force: bool) -> None:
     """A page per test, with what its recording shows where that is at hand."""
     from frictionlab.analysis.measure import measure
-    from frictionlab.campaign.reading import recording_of
+    from frictionlab.campaign.files import recording_of
     from frictionlab.report.page_of_test import sheet_name, sheets_of, write_sheet
 
     make_folder(folder)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.campaign.reading import elsewhere, recording_of
+from frictionlab.campaign.files import elsewhere, recording_of
 from frictionlab.campaign.trials import LONGEST_NAME, trial_of
 from frictionlab.figures import plates as figures
 from frictionlab.scene import scene_from_tables

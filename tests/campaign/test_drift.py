@@ -21,9 +21,9 @@ def test_the_energys_drift_gives_back_the_frictions() -> None:
     energy = np.array([s.energy_per_cycle for s in states], dtype=float)
     long = trial_of({**row("steel", 1.25, 0.3, 0.6, noise=0.0), "duration_s": 1800.0})
     found = drift_of(long, linear_trend(time, energy), LAW, [fit])
-    assert found.friction_per_hour == pytest.approx(0.04, rel=0.01)
+    assert found.friction_slope_per_hour == pytest.approx(0.04, rel=0.01)
     assert found.verdict == "rises"
-    assert found.relative_per_hour == pytest.approx((found.slope_per_hour or 0) / energy.mean())
+    assert found.relative_slope_per_hour == pytest.approx((found.slope_per_hour or 0) / energy.mean())
 
 
 def test_without_points_the_measurements_own_slope_serves(campaign: Campaign) -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from frictionlab.campaign import evaluate, read_measurements, trial_of
-from frictionlab.campaign.output import check_folder, write_tables
+from frictionlab.campaign.files import check_folder, write_tables
 from frictionlab.cli import app
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.report import page

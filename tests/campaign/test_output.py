@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from frictionlab.campaign import Campaign
-from frictionlab.campaign.output import check_folder, write_tables
+from frictionlab.campaign.files import check_folder, write_tables
 from frictionlab.errors import OutputError
 from frictionlab.tables import read_rows
 

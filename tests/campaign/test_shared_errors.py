@@ -51,8 +51,9 @@ def test_the_uncertainty_of_a_gain_reaches_coefficient_and_interval() -> None:
     assert not exact.shares
     assert known(exact.friction_coefficient_u) == pytest.approx(known(exact.friction_coefficient_se), rel=1e-3)
     assert 0.005 * TRUE < known(gained.friction_coefficient_u) < 0.06 * TRUE
-    low, high = gained.coefficient_interval
-    assert known(high) - known(low) > 3.8 * known(gained.friction_coefficient_u)
+    assert known(gained.friction_coefficient_high) - known(gained.friction_coefficient_low) > 3.8 * known(
+        gained.friction_coefficient_u
+    )
 
 
 def test_a_test_whose_energy_and_amplitude_contradict_each_other_says_so_in_its_error() -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import frictionlab as fl
 from frictionlab.campaign import Campaign
-from frictionlab.campaign.output import write_tables
+from frictionlab.campaign.files import write_tables
 from frictionlab.errors import OutputError, UsageError
 from frictionlab.inference.material_law import (
     AT_FORCE,

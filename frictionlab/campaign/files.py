@@ -1,29 +1,60 @@
-"""Files of a campaign: tables of measurements, and the recordings behind them, of which examples are shown."""
+"""Files of a campaign: tables of measurements in, recordings behind them (of which examples are shown), tables out."""
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
+from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.laws import is_comparison
 from frictionlab.campaign.trials import Trial
-from frictionlab.errors import FrictionlabError, RecordingError, UsageError
+from frictionlab.errors import FrictionlabError, OutputError, RecordingError, UsageError
+from frictionlab.files import make_folder, refuse_inputs, refuse_protected
 from frictionlab.hdf5 import is_recording, read_recording, read_tree
+from frictionlab.inference.material_law import is_material_law
 from frictionlab.recording import Recording
-from frictionlab.schema import MEASUREMENTS
-from frictionlab.tables import SUFFIXES, Row, read_rows
-from frictionlab.tables.frames import rows_of
+from frictionlab.schema import (
+    DRIFTS,
+    FRICTION,
+    LAW_PARAMETERS,
+    LEFT_OUT,
+    MATERIAL_LAWS,
+    MEASUREMENTS,
+    RANKING,
+    TESTS,
+    Table,
+)
+from frictionlab.tables import SUFFIXES, Row, is_table, read_rows, write_rows
+from frictionlab.tables.frames import rows_of as tree_rows
+
+if TYPE_CHECKING:
+    from frictionlab.campaign import Campaign
 
 IS_RECORDING = (
     "a recording; campaign evaluates measurements: `frictionlab analyze RECORDING... -o measurements.jsonl`, then"
     " `frictionlab campaign measurements.jsonl -o FOLDER`"
 )
+CYCLES = 8  # shown of a short test, its last ones
+BINS = 800  # an envelope has so many pairs of lowest and highest
+TABLES: Mapping[str, Table] = {
+    "measurements.csv": TESTS,
+    "friction.csv": FRICTION,
+    "ranking.csv": RANKING,
+    "drift.csv": DRIFTS,
+    "laws.csv": MATERIAL_LAWS,
+    "parameters.csv": LAW_PARAMETERS,
+    "left_out.csv": LEFT_OUT,
+}
+OF_TRIAL = ("source", "material", "normal_force_n", "frequency_ratio", "duration_s")
+REPORT = "report.html"
+MARK = '<meta name="generator" content="frictionlab'
 
 
 def read_measurements(path: Path) -> list[Row]:
@@ -67,7 +98,7 @@ def _at_home(row: Row) -> Row:
 def _rows_of_tree(path: Path) -> Iterator[Row]:
     tree = read_tree(path, kind=MEASUREMENTS.format)
     series = tree.get("cycles", {})
-    for n, row in enumerate(rows_of(tree, path, MEASUREMENTS)):
+    for n, row in enumerate(tree_rows(tree, path, MEASUREMENTS)):
         try:
             trend = series.get(str(n), {}).get("trend")
             yield row if trend is None else {**row, "trend": _trend(trend)}
@@ -79,10 +110,6 @@ def _trend(tree: Mapping[str, Any]) -> Trend:
     time, value = (np.asarray(tree[key], dtype=np.float64) for key in ("time", "value"))
     slope, error, low, high, level = (float(tree[key]) for key in ("slope", "slope_se", "low", "high", "level"))
     return Trend(time, value, slope, error, low, high, level)
-
-
-CYCLES = 8  # shown of a short test, its last ones
-BINS = 800  # an envelope has so many pairs of lowest and highest
 
 
 @dataclass(frozen=True)
@@ -188,3 +215,111 @@ def envelope(trial: Trial, recording: Recording) -> MeasuredResponse:
         )
     )
     return MeasuredResponse(trial, "long", np.repeat(recording.time[edges], 2), mass, base, is_envelope=True)
+
+
+def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = ()) -> None:
+    """Make the output folder, and refuse one that holds files of these names which are not an earlier campaign's.
+
+    Raises
+    ------
+    OutputError
+        It cannot be made, or the files in it may not be replaced.
+    UsageError
+        One of them is an input.
+    """
+    refuse_inputs((folder / name for name in (*TABLES, REPORT)), inputs)
+    for name in (*TABLES, REPORT):
+        refuse_protected(folder / name, force=force)
+    make_folder(folder / "figures")
+    there = [name for name in (*TABLES, REPORT) if (folder / name).exists()]
+    strange = [name for name in there if not _is_ours(folder / name)]
+    if strange and not force:
+        raise OutputError(
+            f"{folder / strange[0]}: exists and was not written by frictionlab campaign: choose another folder, or give"
+            " --force"
+        )
+
+
+def _is_ours(path: Path) -> bool:
+    if path.name in TABLES:
+        return is_table(path, TABLES[path.name])
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return MARK in file.read(4000).decode(errors="replace")
+
+
+def write_tables(campaign: "Campaign", folder: Path) -> tuple[Path, ...]:
+    """Write `TABLES`, and the law of each material, ``law_MATERIAL.toml``; laws of an earlier campaign go.
+
+    Raises
+    ------
+    OutputError
+        A file cannot be written.
+    """
+    rows = rows_of(campaign)
+    for name, table in TABLES.items():
+        write_rows(rows[name], folder / name, table, force=True)
+    laws = {law_file(law.material): law for law in campaign.material_laws}
+    for old in set(folder.glob("law_*.toml")) - {folder / name for name in laws}:
+        if is_material_law(old):
+            old.unlink()
+    for name, law in laws.items():
+        law.write(folder / name)
+    return (*(folder / name for name in TABLES), *(folder / name for name in laws))
+
+
+def law_file(material: str) -> str:
+    """Return the name of a material's law; what stands badly in a file's name is an underscore.
+
+    Examples
+    --------
+    >>> law_file("brass on steel/2")
+    'law_brass_on_steel_2.toml'
+    """
+    plain = re.sub(r"[^\w.+-]", "_", material)
+    return f"law_{plain}.toml"
+
+
+def rows_of(campaign: "Campaign") -> Mapping[str, list[Row]]:
+    """The rows of each table of a campaign, by the name of its file."""
+    p = {test.material: test.p for test in campaign.amontons}
+    return {
+        "measurements.csv": [_measurement(trial, campaign.verdicts.get(trial.source)) for trial in campaign.trials],
+        "friction.csv": [_row(FRICTION, fit, amontons_p=p[fit.material]) for fit in campaign.fits],
+        "ranking.csv": [_row(RANKING, r, tied_with=", ".join(r.tied_with) or None) for r in campaign.ranking],
+        "drift.csv": [
+            _row(DRIFTS, drift, **{key: getattr(drift.trial, key) for key in OF_TRIAL}) for drift in campaign.drifts
+        ],
+        "laws.csv": [_row(MATERIAL_LAWS, law) for law in campaign.laws],
+        "parameters.csv": [_row(LAW_PARAMETERS, parameter) for parameter in campaign.parameters],
+        "left_out.csv": [_row(LEFT_OUT, test) for test in campaign.left_out],
+    }
+
+
+def _row(table: Table, thing: object, **more: object) -> Row:
+    """The columns of a table as a result names them; ``more``: of those that it does not have."""
+    return {name: more[name] if name in more else getattr(thing, name) for name in table.names}
+
+
+def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
+    """One test, and what the fit says of it."""
+    status = "failed" if trial.failed else trial.row.get("status") or "ok"
+    low, high = trial.irregularity_interval
+    own = {"source": trial.source, "status": status, "reason": trial.reason}
+    row = {**trial.row, **own, "irregularity_low": low, "irregularity_high": high}
+    if verdict is None:
+        return row
+    state, excluded = verdict.predicted, verdict.excluded
+    return row | {
+        "test_friction_ratio": verdict.friction_ratio,
+        "test_friction_ratio_se": verdict.friction_ratio_se,
+        "test_friction_ratio_u": verdict.alone.u,
+        "test_misfit": verdict.misfit,
+        "predicted_energy_per_cycle": state and state.energy_per_cycle,
+        "predicted_response_amplitude": state and state.response_amplitude,
+        "predicted_stops_per_cycle": state and state.stops_per_cycle,
+        "energy_residual": verdict.residual,
+        "left_out_of_fit": excluded and excluded.sentence,
+        "left_out_code": excluded and excluded.cause.value,
+    }
