@@ -57,16 +57,24 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     assert (tmp_path / "out" / "figures" / "irregularity.pdf").exists()
 
 
-def test_when_all_inputs_failed_no_report_takes_the_place_of_one(run: Run, tmp_path: Path) -> None:
-    done = run("campaign", "gone.jsonl", "-o", "out", "--quiet")
-    assert done.returncode == 1
-    assert "there is no such file" in done.stderr
-    assert done.stderr.splitlines()[-1].endswith("no test to evaluate, all 1 failed: no report is written")
-    assert not (tmp_path / "out").exists()
-    (tmp_path / "comparisons.jsonl").write_text('{"source": "a.h5", "status": "ok", "law": "coulomb"}\n')
-    done = run("campaign", "comparisons.jsonl", "-o", "out", "--quiet")
-    assert (done.returncode, "comparisons, and no measurements" in done.stderr) == (1, True), done.stderr
-    assert not (tmp_path / "out").exists()
+@pytest.mark.parametrize(
+    ("name", "line", "fault"),
+    [
+        ("gone.jsonl", None, "no test to evaluate, all 1 failed: no report is written"),
+        ("m.jsonl", {"source": "a.csv", "status": "failed", "reason": "no drive"}, "no test to evaluate, all 1 failed"),
+        ("m.jsonl", {"source": "a.h5", "status": "ok", "law": "coulomb"}, "comparisons, and no measurements"),
+        ("m.jsonl", {**small_campaign()[0], "frequency_ratio": None}, "tests failed: no frequency_ratio: give [rig]"),
+    ],
+)
+def test_where_nothing_can_be_evaluated_no_report_takes_the_place_of_one(
+    run: Run, tmp_path: Path, name: str, line: dict[str, object] | None, fault: str
+) -> None:
+    if line is not None:
+        (tmp_path / name).write_text(json.dumps(line) + "\n")
+    done = run("campaign", name, "-o", "out", "--quiet")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert fault in done.stderr
+    assert not (tmp_path / "out" / "report.html").exists()
 
 
 def test_a_foreign_folder_and_a_wrong_scene_stop_it(run: Run, tmp_path: Path) -> None:
@@ -110,20 +118,6 @@ def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> No
     assert done.returncode == 2
     assert "a.h5 and 2 others: a recording; campaign evaluates measurements: `frictionlab analyze" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_when_all_tests_failed_the_status_is_1(run: Run, tmp_path: Path) -> None:
-    write_rows([{"source": "a.csv", "status": "failed", "reason": "no drive"}], tmp_path / "m.jsonl")
-    assert run("campaign", "m.jsonl", "-o", "out").returncode == 1
-    assert not (tmp_path / "out").exists()
-
-
-def test_tests_without_a_frequency_ratio_are_no_campaign_and_the_reason_is_said(run: Run, tmp_path: Path) -> None:
-    write_rows([{**row, "frequency_ratio": None} for row in small_campaign()], tmp_path / "a.csv")
-    done = run("campaign", "a.csv", "-o", "out")
-    assert (done.returncode, done.stdout) == (1, "")
-    assert "tests failed: no frequency_ratio: give [rig] natural_frequency_hz" in done.stderr
-    assert not (tmp_path / "out" / "report.html").exists()
 
 
 def test_the_screen_of_a_campaign_ranks_no_material_against_itself(run: Run, tmp_path: Path) -> None:

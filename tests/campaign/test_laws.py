@@ -1,46 +1,112 @@
-"""The law per material: what its tests require together."""
+"""What is fitted: the scene's whole [model], or it is refused by name; and the law that a material requires."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
 from frictionlab.analysis.measure import measure
-from frictionlab.campaign import Campaign
+from frictionlab.campaign import FrictionFit, trial_of
+from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.errors import ParameterError, UsageError
 from frictionlab.hdf5 import write_recording
-from frictionlab.scene import Scene
+from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.simulator import Problem, steady_state
 from frictionlab.tables import write_rows
 from frictionlab.verbs.evaluate import evaluate
-from tests.campaign.fabricate import row
+from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row
 from tests.campaign.recorded import steady_recording
+
+TRUE, FORCE = 0.4, 1.5
+BETA = TRUE * FORCE / (STIFFNESS * AMPLITUDE)
+RATIOS = (0.65, 0.7, 0.8, 1.4, 1.8)
+
+
+def scene_with(rig: Mapping[str, object] | None = None, /, **model: object) -> Scene:
+    known = SCENE["rig"]
+    assert isinstance(known, dict)
+    return scene_from_tables({"rig": {**known, **(rig or {})}, "model": model})
+
+
+def rows_of(scene: Scene, **parameters: float) -> list[dict[str, object]]:
+    """What two sensors show of exact steady states under a scene's own physics."""
+    rows = []
+    for r in RATIOS:
+        problem = Problem(
+            r, BETA, wall=scene.model.wall, law=scene.model.law, parameters=parameters or None,
+            frame_damping_ratio=scene.frame_damping_ratio,
+        )  # fmt: skip
+        seen = steady_state(problem)
+        shown = {"energy_per_cycle": seen.energy_per_cycle, "response_amplitude": seen.response_amplitude}
+        rows.append({**row("steel", FORCE, r, TRUE, noise=0.0), **shown, "regime": seen.regime})
+    return rows
+
+
+def only_fit(scene: Scene, rows: list[dict[str, object]]) -> FrictionFit:
+    (fit,) = evaluate_trials([trial_of(r) for r in rows], scene).fits
+    assert len(fit.used) == len(RATIOS), [str(v.excluded) for v in fit.verdicts]
+    return fit
+
+
+@pytest.mark.parametrize(
+    ("rig", "model"),
+    [
+        ({}, {"wall": "base"}),
+        ({"damping_ratio": 0.02}, {}),
+        ({"damping_ratio": 0.02}, {"wall": "base"}),
+        ({}, {"law": "coulomb+place", "parameters": {"gradient": 0.2}}),
+        ({}, {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 20.0}}),
+    ],
+)
+def test_the_coefficient_comes_back_under_each_model(rig: dict[str, object], model: dict[str, object]) -> None:
+    """With ``wall = "base"`` 0.4 once came out as 0.390 +- 0.145: the loop's energy lacked its factor 1/r^2."""
+    scene = scene_with(rig, **model)
+    parameters = model.get("parameters", {})
+    assert isinstance(parameters, dict)
+    fit = only_fit(scene, rows_of(scene, **parameters))
+    assert fit.friction_coefficient == pytest.approx(TRUE, rel=1e-5)
+    assert fit.friction_coefficient_se is not None
+    assert fit.friction_coefficient_se < 0.004  # the 0.2 % that no model undercuts, and few tests
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        ({"base_harmonics": 3}, r"^model.base_harmonics = 3: .*pure cosine"),
+        ({"law": "coulomb+place"}, r"^law coulomb\+place: .*recordings.*model.parameters.*gradient"),
+        ({"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 9.0}, "solver": "closed-form"}, "closed-form"),
+    ],
+)
+def test_what_a_campaign_cannot_use_is_refused_by_name(model: dict[str, object], words: str) -> None:
+    scene = scene_with(**model)
+    with pytest.raises(UsageError, match=words):
+        evaluate_trials([trial_of(row("steel", FORCE, r, TRUE)) for r in RATIOS], scene)
+
+
+def test_the_words_say_what_was_simulated() -> None:
+    said = evaluate_trials(
+        [trial_of(row("steel", FORCE, 0.5, TRUE))], scene_with({"damping_ratio": 0.004}, wall="base")
+    ).model
+    assert "frame damping 0.004" in said.words
+    assert "base wall" in said.words
 
 
 def comparison(source: str, **evidence: float) -> dict[str, object]:
     """A comparison whose ladder found these log evidences, by law ('_' for '+')."""
     rungs = [{"law": law.replace("_", "+"), "log_evidence": e, "response_nrmse": 0.03} for law, e in evidence.items()]
     best = max(rungs, key=lambda rung: float(str(rung["log_evidence"])))
-    known = {
-        "source": source,
-        "status": "ok",
-        "frequency_ratio": 0.5,
-        "energy_per_cycle": 2.0,
-        "response_amplitude": 1.3,
-    }
-    return {**known, "law": best["law"], "laws": rungs}
+    numbers = {"frequency_ratio": 0.5, "energy_per_cycle": 2.0, "response_amplitude": 1.3}
+    return {"source": source, "status": "ok", **numbers, "law": best["law"], "laws": rungs}
 
 
-@pytest.fixture
-def joined(scene: Scene, tmp_path: Path) -> Campaign:
+def test_comparisons_join_their_measurements_and_stand_alone_where_there_is_none(scene: Scene, tmp_path: Path) -> None:
     """Measurements and comparisons of the same tests, and one test of which there is a comparison alone."""
     rows = [row("steel", 1.5, r, 0.6) for r in (0.3, 0.7, 1.4)]
     told = [comparison(str(r["source"]), coulomb=0.0, coulomb_place=6.0) for r in rows]
     alone = {**comparison("alone.h5", coulomb=0.0, coulomb_place=6.0), "material": "steel", "normal_force_n": 1.5}
     write_rows(rows, tmp_path / "m.jsonl")
     write_rows([*told, alone, {"source": "lost.h5", "status": "failed", "reason": "no drive"}], tmp_path / "c.jsonl")
-    return evaluate([tmp_path / "m.jsonl", tmp_path / "c.jsonl"], scene)
-
-
-def test_comparisons_join_their_measurements_and_stand_alone_where_there_is_none(joined: Campaign) -> None:
+    joined = evaluate([tmp_path / "m.jsonl", tmp_path / "c.jsonl"], scene)
     assert [t.source for t in joined.failures] == ["lost.h5"]
     assert len(joined.trials) == 5
     assert joined.laws == ()  # evidence of single tests is none of the material: its scatter would be counted as law

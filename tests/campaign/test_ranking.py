@@ -1,12 +1,46 @@
-"""Rankings: the right order, ties called ties, and what cannot be known said."""
+"""Long tests and rankings: slopes, the right order, ties called ties, and what cannot be known said."""
 
 import math
 
+import numpy as np
 import pytest
 
-from frictionlab.campaign import Campaign, Rank, evaluate, trial_of
+from frictionlab.analysis.steadiness import linear_trend
+from frictionlab.campaign import Campaign, Model, Rank, evaluate, trial_of
+from frictionlab.campaign.ranking import drift_of
 from frictionlab.scene import Scene
-from tests.campaign.fabricate import COEFFICIENTS, RATIOS, row
+from frictionlab.simulator import Problem, steady_state
+from tests.campaign.fabricate import AMPLITUDE, COEFFICIENTS, RATIOS, STIFFNESS, fit_of, row
+
+LAW = Model()
+
+
+def test_the_energys_drift_gives_back_the_frictions() -> None:
+    """Friction grows by 4 % an hour; the energy of each cycle is the simulator's own."""
+    fit = fit_of([trial_of(row("steel", 1.25, r, 0.6, noise=0.0)) for r in (0.3, 0.7, 1.2)])
+    beta = 0.6 * 1.25 / (STIFFNESS * AMPLITUDE)
+    time = np.arange(20.0, 1800.0, 10.0)
+    states = [steady_state(Problem(0.3, beta * (1 + 0.04 * (t - 910) / 3600))) for t in time]
+    energy = np.array([s.energy_per_cycle for s in states], dtype=float)
+    long = trial_of({**row("steel", 1.25, 0.3, 0.6, noise=0.0), "duration_s": 1800.0})
+    found = drift_of(long, linear_trend(time, energy), LAW, [fit])
+    assert found.friction_slope_per_hour == pytest.approx(0.04, rel=0.01)
+    assert found.verdict == "rises"
+    assert found.relative_slope_per_hour == pytest.approx((found.slope_per_hour or 0) / energy.mean())
+
+
+def test_without_points_the_measurements_own_slope_serves(campaign: Campaign) -> None:
+    slopes = {d.trial.material: d.slope_per_hour for d in campaign.drifts}
+    assert slopes == {"steel": 0.05, "aramid": 0.001, "rubber": -0.2}
+    verdicts = {d.trial.material: d.verdict for d in campaign.drifts}
+    assert verdicts == {"steel": "rises", "aramid": "no drift shown", "rubber": "falls"}
+
+
+def test_without_any_slope_it_says_so() -> None:
+    found = drift_of(trial_of({**row("steel", 1.25, 0.3, 0.6), "duration_s": 900.0}), None, LAW, [])
+    assert found.slope_per_hour is None
+    assert found.verdict == "not known"
+    assert "its recording is not at hand" in found.note
 
 
 def ranks_of(campaign: Campaign, criterion: str) -> list[Rank]:
@@ -17,24 +51,15 @@ def order(campaign: Campaign, criterion: str) -> list[tuple[int | None, str]]:
     return [(rank.rank, rank.material) for rank in ranks_of(campaign, criterion)]
 
 
-def test_the_criteria_come_in_the_contracts_order(campaign: Campaign) -> None:
+def test_each_criterion_ranks_by_its_own_mean_over_the_common_tests(campaign: Campaign) -> None:
     assert list(dict.fromkeys(rank.criterion for rank in campaign.ranking)) == ["energy", "consistency", "drift"]
-
-
-def test_energy_ranks_by_its_mean_over_the_common_tests(campaign: Campaign) -> None:
     assert order(campaign, "energy") == [(1, "rubber"), (2, "steel"), (3, "aramid")]
+    assert order(campaign, "consistency") == [(1, "aramid"), (2, "rubber"), (3, "steel")]
+    assert order(campaign, "drift") == [(1, "aramid"), (2, "steel"), (3, "rubber")]
     best = ranks_of(campaign, "energy")[0]
     means = [t.mean[0] for t in campaign.trials if t.material == "rubber" and not t.is_long]
     assert best.value == pytest.approx(math.fsum(means) / len(means))
     assert "15 tests (at 1, 1.25, 1.5 N)" in best.evidence
-
-
-def test_consistency_ranks_by_irregularity(campaign: Campaign) -> None:
-    assert order(campaign, "consistency") == [(1, "aramid"), (2, "rubber"), (3, "steel")]
-
-
-def test_drift_ranks_by_the_magnitude_of_the_slope(campaign: Campaign) -> None:
-    assert order(campaign, "drift") == [(1, "aramid"), (2, "steel"), (3, "rubber")]
 
 
 def test_equal_materials_tie_in_everything(scene: Scene) -> None:

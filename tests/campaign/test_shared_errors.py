@@ -6,7 +6,7 @@ import pytest
 
 from frictionlab.campaign import FrictionFit, evaluate, trial_of
 from frictionlab.scene import scene_from_tables
-from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, row
+from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, known, row
 
 RATIOS = (0.3, 0.5, 0.6, 1.4, 1.6)
 EXACT = scene_from_tables(QUIET)
@@ -30,11 +30,6 @@ def fit_of(*, late: float = 0.0, gain: float = 0.0, tests: int = 1, ratios: tupl
             rows.append({**known, **stated, "frequency_ratio_u": known["frequency_ratio_se"], "source": f"{n}_{r}"})
     (fit,) = evaluate([trial_of(r) for r in rows], EXACT).fits
     return fit
-
-
-def known(value: float | None) -> float:
-    assert value is not None
-    return value
 
 
 def test_a_common_lag_does_not_average_away() -> None:

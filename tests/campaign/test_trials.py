@@ -1,20 +1,14 @@
 """Rows of measurements become tests: facts, failures, order."""
 
-import json
 import math
-from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionlab.campaign import read_measurements, trial_of
+from frictionlab.campaign import trial_of
 from frictionlab.campaign.trials import in_order, levels, nearest
-from frictionlab.errors import RecordingError, UsageError
-from frictionlab.hdf5 import write_tree
-from frictionlab.schema import MEASUREMENTS
-from frictionlab.tables import write_rows
+from frictionlab.errors import UsageError
 from tests.campaign.fabricate import row, small_campaign
 
 
@@ -79,56 +73,3 @@ def test_every_ratio_lies_near_its_level(ratios: list[float]) -> None:
     found = levels(ratios)
     assert list(found) == sorted(found)
     assert all(abs(nearest(r, found) - r) <= max(0.02 * r, 0.008) for r in ratios)
-
-
-def test_rows_come_back_the_same_from_every_kind_of_file(tmp_path: Path) -> None:
-    rows = [row("steel", 1.25, r, 0.6) for r in (0.3, 1.2)]
-    write_rows(rows, tmp_path / "m.csv")
-    (tmp_path / "m.jsonl").write_text("".join(json.dumps(r) + "\n" for r in rows))
-    columns = {key: [str(r[key]) for r in rows] for key in ("source", "status", "material", "regime")}
-    numbers = {k: np.array([r[k] for r in rows], float) for k in rows[0] if _is_number(rows[0][k])}
-    write_tree({"rows": {**columns, **numbers}, "cycles": {}}, tmp_path / "m.h5", kind=MEASUREMENTS.format)
-    expected = [trial_of(r) for r in rows]
-    for name in ("m.csv", "m.jsonl", "m.h5"):
-        trials = [trial_of(r) for r in read_measurements(tmp_path / name)]
-        assert [(t.group, t.r, t.mean, t.mean_se) for t in trials] == [
-            (t.group, t.r, t.mean, t.mean_se) for t in expected
-        ]
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-def test_an_h5_file_brings_the_trend_of_a_long_test(tmp_path: Path) -> None:
-    trend = {"time": np.arange(3.0), "value": np.ones(3), "slope": 1e-4, "slope_se": 1e-5, "low": 8e-5, "high": 12e-5}
-    tree = {"rows": {"source": ["a.h5"]}, "cycles": {"0": {"trend": {**trend, "level": 1.0}}}}
-    write_tree(tree, tmp_path / "m.h5", kind=MEASUREMENTS.format)
-    (found,) = read_measurements(tmp_path / "m.h5")
-    trial = trial_of(found)
-    assert trial.trend is not None
-    assert trial.trend.slope == 1e-4
-    assert "trend" not in trial.row
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "words"),
-    [
-        ("m.txt", "", "expected measurements as"),
-        ("m.jsonl", "", "expected at least one measurement"),
-        ("m.jsonl", "{\n", "line 1: expected a JSON object"),
-        ("m.csv", "a,b\n1,2\n", "row 1: expected a measurement with a source"),
-    ],
-)
-def test_files_that_hold_no_measurements_are_refused(tmp_path: Path, name: str, text: str, words: str) -> None:
-    (tmp_path / name).write_text(text)
-    with pytest.raises(UsageError, match=words):
-        read_measurements(tmp_path / name)
-
-
-def test_a_missing_file_and_another_kind_of_h5_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="there is no such file"):
-        read_measurements(tmp_path / "gone.jsonl")
-    write_tree({"a": 1.0}, tmp_path / "other.h5", kind="frictionlab example")
-    with pytest.raises(RecordingError, match="expected a file of frictionlab measurements"):
-        read_measurements(tmp_path / "other.h5")
