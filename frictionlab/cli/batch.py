@@ -180,7 +180,8 @@ def campaign(
             rows += read_measurements(path)
         except Exception as error:  # noqa: BLE001  # a file that cannot be read is a row, whatever the reason
             unread.append(failure(path, error))
-            complain(f"{path}: {unread[-1]['reason']}")
+            reason = str(unread[-1]["reason"])
+            complain(reason if reason.startswith(str(path)) else f"{path}: {reason}")
     rows += unread
     _refuse_failures(rows)
     check_folder(output, force=force, inputs=[*paths, *what.files])
