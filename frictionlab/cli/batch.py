@@ -244,8 +244,8 @@ def _print_campaign(result: "Campaign") -> None:
     from frictionlab.campaign.files import rows_of
 
     rows = rows_of(result)
-    fitted = [{column.title: column.text(row) for column in FITTED} for row in rows["friction.csv"]]
-    print_table(fitted, [column.title for column in FITTED])
+    shown = [{c.title: c.text(row).replace("+-", "±") for c in FITTED} for row in rows["friction.csv"]]
+    print_table(shown, [column.title for column in FITTED])
     if result.laws:
         typer.echo()
         print_table(rows["laws.csv"], MATERIAL_LAWS, elsewhere="laws.csv has")

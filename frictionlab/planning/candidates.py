@@ -30,6 +30,7 @@ FRICTION = ("beta", "friction_coefficient")
 FIRST_VALUES = {"contact_damping_ratio": 0.03, "gradient": 0.03, "static_ratio_up": 1.1, "static_ratio_down": 1.1}
 POINTS = 512  # of a virtual cycle
 HARMONICS = 64
+CHANGE = 0.75  # of a cycle from the base's top on: cycles are cut there, friction changes at the top
 MOST_CYCLES = 60  # drawn of a test: more cycles scatter like these
 STEP = 1e-3  # relative change of the friction by which the scatter from cycle to cycle is drawn
 HOUR = 3600.0
@@ -317,12 +318,15 @@ def _observation(
     generator = np.random.default_rng([len(lab.law.name), round(1e4 * candidate.frequency_ratio), cycles])
     count = min(cycles, MOST_CYCLES)
     white = math.sqrt(2.0 / samples) * noise / candidate.base_amplitude_m
-    drawn = generator.standard_normal((count, 1))
-    friction = plan.cycle_scatter * (drawn - drawn.mean()) / (drawn.std(ddof=1) if count > 1 else 1.0)
-    each = mean + friction * by_friction
-    each = each + white * (generator.standard_normal(each.shape) + 1j * generator.standard_normal(each.shape))
     tau = 2.0 * np.pi * np.arange(POINTS) / POINTS
-    shown = (np.exp(1j * np.outer(tau, np.arange(1, HARMONICS + 1))) @ mean).real
+    waves = np.exp(1j * np.outer(tau, np.arange(1, HARMONICS + 1)))
+    drawn = generator.standard_normal(count + 1)
+    drawn = plan.cycle_scatter * (drawn - drawn.mean()) / drawn.std(ddof=1)
+    before = tau < 2.0 * np.pi * CHANGE
+    friction = np.where(before, drawn[:-1, None], drawn[1:, None])
+    each = mean + harmonics_of(friction * (waves @ by_friction).real, HARMONICS)
+    each = each + white * (generator.standard_normal(each.shape) + 1j * generator.standard_normal(each.shape))
+    shown = (waves @ mean).real
     first = np.eye(1, 9)[0]
     measurement = SimpleNamespace(  # what a fit asks of one
         source=f"N{candidate.normal_force_n:g}_r{candidate.frequency_ratio:g}",

@@ -12,8 +12,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -85,41 +86,18 @@ def drawn(seed: int, known: Scene) -> tuple[list[Trial], dict[str, CycleObservat
     return trials, observations, truth
 
 
-@dataclass
-class Tally:
-    """Errors over their stated uncertainties by value, bands that hold, laws by what was made, seconds."""
-
-    scores: dict[str, list[float]] = field(default_factory=dict)
-    relative_u: list[float] = field(default_factory=list)
-    uneven: int = 0
-    held: list[bool] = field(default_factory=list)
-    unpredicted: list[str] = field(default_factory=list)
-    laws: list[tuple[str, str]] = field(default_factory=list)
-    seconds: list[float] = field(default_factory=list)
-
-    def add(self, seed: int, found: Campaign, made: Truth, seconds: float) -> None:
-        """Count one campaign, and say in a line what it found."""
-        self.seconds.append(seconds)
-        said = [f"seed {seed}: {len(found.trials)} tests, {made.law}, scatter {made.scatter:.3f}:"]
-        for law in found.material_laws:
-            self.laws.append((made.law, law.law))
-            said.append(law.law)
-            for (name, value), variance in zip(law.values.items(), np.diag(law.covariance), strict=True):
-                if name in made.values and variance > 0.0:
-                    score = (value - made.values[name]) / float(np.sqrt(variance))
-                    self.scores.setdefault(name, []).append(score)
-                    said.append(f"{name} {score:+.2f} u")
-            if COEFFICIENT in law.values:
-                self.relative_u.append(float(np.sqrt(law.covariance[0, 0])) / law.values[COEFFICIENT])
-            else:
-                self.uneven += 1
-                said.append("Amontons' law denied")
-        bands = [test.band_holds for test in found.left_out if test.band_holds is not None]
-        self.held += bands
-        self.unpredicted += [test.reason for test in found.left_out if test.reason]
-        said.append(f"bands hold {sum(bands)} of {len(bands)}; {seconds:.0f} s")
-        sys.stdout.write(" ".join(said) + "\n")
-        sys.stdout.flush()
+def result_of(found: Campaign, made: Truth) -> dict[str, Any]:
+    """What one campaign found: its law, errors of its values over their uncertainties, and which bands held."""
+    law = found.material_laws[0]
+    errors = dict(zip(law.values, np.sqrt(np.diag(law.covariance)).tolist(), strict=True))
+    return {
+        "made": made.law,
+        "law": law.law,
+        "scores": {n: (law.values[n] - v) / errors[n] for n, v in made.values.items() if errors.get(n, 0.0) > 0.0},
+        "relative u": errors[COEFFICIENT] / law.values[COEFFICIENT] if COEFFICIENT in law.values else None,
+        "held": [test.band_holds for test in found.left_out if test.band_holds is not None],
+        "unpredicted": [test.reason for test in found.left_out if test.reason],
+    }
 
 
 def within(name: str, values: Iterable[float]) -> str:
@@ -129,23 +107,24 @@ def within(name: str, values: Iterable[float]) -> str:
     return f"{name} ({len(scores)}): {shares}; rms of error over u {np.sqrt(np.mean(scores**2)):.2f}"
 
 
-def report(tally: Tally, first: int) -> str:
+def report(rows: list[dict[str, Any]], first: int) -> str:
     """The table."""
     git = ["git", "rev-parse", "--short", "HEAD"]
     commit = subprocess.run(git, capture_output=True, text=True, check=False, cwd=RESULTS).stdout.strip()
-    made = list(tally.laws)
-    left = "; ".join(sorted(set(tally.unpredicted))) or "none"
-    held = f"hold {np.mean(tally.held):.0%} of {len(tally.held)}"
-    richer = sum(set(law.split("+")) < set(found.split("+")) for law, found in made)
+    held, left = ([x for row in rows for x in row[key]] for key in ("held", "unpredicted"))
+    known = [row["relative u"] for row in rows if row["relative u"] is not None]
+    laws = [(row["made"], row["law"]) for row in rows]
+    richer = sum(set(law.split("+")) < set(found.split("+")) for law, found in laws)
     lines = [
-        f"{len(tally.seconds)} campaigns from seed {first} on, of 4 to 12 tests; commit {commit}",
-        *(within(name, scores) for name, scores in tally.scores.items()),
-        f"relative u of the coefficient: median {np.median(tally.relative_u):.2%}",
-        f"Amontons' law, which holds, is denied (p < 0.05) in {tally.uneven}",
-        f"bands (95 %) of tests left out {held}; {len(tally.unpredicted)} tests without one: {left}",
-        f"law: right in {sum(a == b for a, b in made)}, richer in {richer} of {len(made)}",
-        *(f"  made with {law}: found {', '.join(f for m, f in made if m == law)}" for law in LAWS),
-        f"CPU seconds of an evaluation with --law auto: median {np.median(tally.seconds):.0f}",
+        f"{len(rows)} campaigns from seed {first} on, of 4 to 12 tests; commit {commit}",
+        *(within(n, [row["scores"][n] for row in rows if n in row["scores"]]) for n in (COEFFICIENT, DASHPOT)),
+        f"relative u of the coefficient: median {np.median(known):.2%}",
+        f"Amontons' law, which holds, is denied (p < 0.05) in {len(rows) - len(known)}",
+        f"bands (95 %) of tests left out hold {np.mean(held):.0%} of {len(held)}",
+        f"{len(left)} tests without one: {'; '.join(sorted(set(left))) or 'none'}",
+        f"law: right in {sum(a == b for a, b in laws)}, richer in {richer} of {len(laws)}",
+        *(f"  made with {law}: found {', '.join(f for m, f in laws if m == law)}" for law in LAWS),
+        f"CPU seconds of an evaluation with --law auto: median {np.median([row['seconds'] for row in rows]):.0f}",
     ]
     return "\n".join(lines) + "\n"
 
@@ -153,7 +132,7 @@ def report(tally: Tally, first: int) -> str:
 def main() -> None:
     """Run the campaigns and write the table."""
     campaigns, first, most = (int(sys.argv[i]) if len(sys.argv) > i else d for i, d in ((1, 40), (2, 0), (3, 10**6)))
-    known, tally, begun = rig(), Tally(), time.monotonic()
+    known, rows, begun = rig(), list[dict[str, Any]](), time.monotonic()
     for seed in range(first, first + campaigns):
         if time.monotonic() - begun > most:
             break
@@ -164,8 +143,10 @@ def main() -> None:
             continue
         begin = time.process_time()
         found = evaluate(trials, known, observations=observations, find_law=True)
-        tally.add(seed, found, made, time.process_time() - begin)
-    text = report(tally, first)
+        rows.append({**result_of(found, made), "seconds": time.process_time() - begin})
+        sys.stdout.write(f"seed {seed}: {len(trials)} tests, scatter {made.scatter:.3f}: {rows[-1]}\n")
+        sys.stdout.flush()
+    text = report(rows, first)
     (RESULTS / f"campaign_coverage{f'_{first}' if first else ''}.txt").write_text(text, encoding="utf-8")
     sys.stdout.write(text)
 

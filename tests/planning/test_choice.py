@@ -1,13 +1,11 @@
 """Which tests are chosen: laboratory time, repeats against length, two laws apart."""
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
 
 from frictionlab.analysis.measure import measure
-from frictionlab.errors import SceneError, UsageError
 from frictionlab.inference.fit import log_evidence
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer
@@ -75,35 +73,6 @@ def test_an_aim_lowers_its_own_error() -> None:
         return last.cumulative_u["gradient"] or math.inf
 
     assert left("gradient") <= left()
-
-
-@pytest.mark.parametrize(
-    ("options", "fault"),
-    [
-        ({"hours": 0.01}, r"hours: 0\.01 are less than any test takes: expected at least 0\.0167"),
-        ({"aim": ["gradient"]}, r"law coulomb has no parameter 'gradient' to find: expected beta"),
-        ({"against": "coulomb"}, r"against: law coulomb is the one that is planned for"),
-        ({"law": "coulomb+place", "against": "coulomb+nothing"}, r"nothing"),
-    ],
-)
-def test_a_choice_that_cannot_be_is_refused_by_name(options: Mapping[str, object], fault: str) -> None:
-    with pytest.raises(UsageError, match=fault):
-        plan_tests(scene(), **options)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("change", "fault"),
-    [
-        (
-            {"duration_s": 1.5},
-            r"plan\.duration_s: 1\.5 s are over before the transient \(analysis\.transient_s = 2 s\)",
-        ),
-        ({"expected": {"beta": 0.3}}, r"plan\.expected\.beta: it follows from friction_coefficient"),
-    ],
-)
-def test_a_plan_that_makes_no_sense_is_refused_by_key(change: Mapping[str, object], fault: str) -> None:
-    with pytest.raises(SceneError, match=fault):
-        plan_tests(scene(**change))
 
 
 def test_the_running_order_sets_each_force_once_and_says_it_in_words() -> None:

@@ -24,16 +24,8 @@ from tests.planning.rig import scene
 
 SAMPLING_HZ = 250.0  # of a plan that names none
 
-LINE = [
-    "rank",
-    "frequency_ratio",
-    "normal_force_n",
-    "base_amplitude_m",
-    "duration_s",
-    "regime",
-    "expected",
-    "cumulative",
-]
+LINE = ["rank", "frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s", "regime", "expected"]
+LINE += ["cumulative"]
 
 
 @pytest.fixture(scope="module")
@@ -113,32 +105,48 @@ def test_what_was_measured_is_known_before() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "fault"),
+    ("change", "options", "fault"),
     [
-        ({"normal_forces_n": []}, r"plan\.normal_forces_n: expected at least one value"),
-        ({"frequency_ratios": []}, r"plan\.frequency_ratios: expected at least one value"),
-        ({"avoid_frequency_ratios": [0.1, 2.0]}, r"plan\.avoid_frequency_ratios: 0\.1 to 2 forbids all"),
-        ({"largest_response_m": 1e-6}, r"plan\.largest_response_m: 1e-06 m forbids all candidates"),
+        ({"normal_forces_n": []}, {}, r"plan\.normal_forces_n: expected at least one value"),
+        ({"frequency_ratios": []}, {}, r"plan\.frequency_ratios: expected at least one value"),
+        ({"avoid_frequency_ratios": [0.1, 2.0]}, {}, r"plan\.avoid_frequency_ratios: 0\.1 to 2 forbids all"),
+        ({"largest_response_m": 1e-6}, {}, r"plan\.largest_response_m: 1e-06 m forbids all candidates"),
+        ({"duration_s": 1.5}, {}, r"plan\.duration_s: 1\.5 s are over before the transient .*transient_s = 2 s"),
+        ({"expected": {"beta": 0.3}}, {}, r"plan\.expected\.beta: it follows from friction_coefficient"),
+        ({"normal_forces_n": [50.0]}, {}, "no candidate tells anything: the mass stands still"),
+        ({}, {"hours": 0.01}, r"hours: 0\.01 are less than any test takes: expected at least 0\.0167"),
+        ({}, {"aim": ["gradient"]}, r"law coulomb has no parameter 'gradient' to find: expected beta"),
+        ({}, {"against": "coulomb"}, r"against: law coulomb is the one that is planned for"),
+        ({}, {"law": "coulomb+place", "against": "coulomb+nothing"}, r"nothing"),
     ],
 )
-def test_a_plan_that_cannot_be_is_refused_by_name(change: Mapping[str, object], fault: str) -> None:
-    with pytest.raises(SceneError, match=fault):
-        plan_tests(scene(**change))
-
-
-def test_a_law_that_nothing_tells_is_refused_by_name() -> None:
-    with pytest.raises(UsageError, match="no candidate tells anything: the mass stands still"):
-        plan_tests(scene(normal_forces_n=[50.0]))
+def test_a_plan_that_cannot_be_is_refused_by_name(
+    change: Mapping[str, object], options: Mapping[str, object], fault: str
+) -> None:
+    error = SceneError if fault.startswith("plan") else UsageError
+    with pytest.raises(error, match=fault):
+        plan_tests(scene(**change), **options)  # type: ignore[arg-type]
     with pytest.raises(SceneError, match="a plan needs natural frequency and stiffness"):
         plan_tests(Scene())
 
 
+TOML = f"""
+[rig]
+natural_frequency_hz = {NATURAL_HZ}
+stiffness_n_per_m = 1191.0
+damping_ratio = 0.0
+[experiment]
+material = 'steel'
+[plan]
+frequency_ratios = [0.3, 0.8]
+normal_forces_n = [1.0]
+friction_coefficient = [0.6, 0.1]
+"""
+
+
 def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_read(tmp_path: Path) -> None:
     path, sheet = tmp_path / "rig.toml", tmp_path / "tests.csv"
-    path.write_text(
-        f"[rig]\nnatural_frequency_hz = {NATURAL_HZ}\nstiffness_n_per_m = 1191.0\n[experiment]\nmaterial = 'steel'\n"
-        "[plan]\nfrequency_ratios = [0.3, 0.8]\nnormal_forces_n = [1.0]\nfriction_coefficient = [0.6, 0.1]\n"
-    )
+    path.write_text(TOML)
     done = CliRunner().invoke(app, ["plan", "--scene", str(path), "--tests", "2", "-o", str(sheet), "--json"])
     assert done.exit_code == 0, done.output
     lines = [json.loads(line) for line in done.stdout.splitlines()]
@@ -146,16 +154,13 @@ def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_re
     assert list(lines[0])[: len(LINE)] == LINE
     assert lines[0]["rank"] == 1
     assert lines[0]["expected"]["beta"] > 0
-    first = fl.read_rows(sheet)[0]
-    facts = facts_of(
-        scene_from_tables({"experiment": {"sheet": sheet.name}}, folder=tmp_path), tmp_path / str(first["log"])
-    )
-    assert facts.values["normal_force_n"] == 1.0
-    assert facts.values["material"] == "steel"
+    assert math.isfinite(lines[1]["cumulative"]["beta"])
+    log = tmp_path / str(fl.read_rows(sheet)[0]["log"])
+    facts = facts_of(scene_from_tables({"experiment": {"sheet": sheet.name}}, folder=tmp_path), log).values
+    assert (facts["normal_force_n"], facts["material"]) == (1.0, "steel")
     again = CliRunner().invoke(app, ["plan", "--scene", str(path), "-o", str(sheet)])
     assert again.exit_code == 2
     assert "give --force" in again.output
-    assert math.isfinite(lines[1]["cumulative"]["beta"])
 
 
 def test_the_figure_shows_all_candidates(tmp_path: Path, coulomb: Plan) -> None:
@@ -164,10 +169,7 @@ def test_the_figure_shows_all_candidates(tmp_path: Path, coulomb: Plan) -> None:
 
 def test_two_laws_are_told_apart_on_the_command_line(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
-    path.write_text(
-        f"[rig]\nnatural_frequency_hz = {NATURAL_HZ}\nstiffness_n_per_m = 1191.0\ndamping_ratio = 0.0\n"
-        "[plan]\nfrequency_ratios = [0.3, 0.8]\nnormal_forces_n = [1.0]\nfriction_coefficient = [0.6, 0.1]\n"
-    )
+    path.write_text(TOML)
     asked = ["plan", "--scene", str(path), "--law", "coulomb+place", "--against", "coulomb+speed", "--tests", "1"]
     told = json.loads(CliRunner().invoke(app, [*asked, "--json"]).stdout)
     assert list(told)[: len(LINE)] == LINE
