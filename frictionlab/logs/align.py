@@ -20,7 +20,7 @@ from frictionlab.logs.clock import Clock
 from frictionlab.logs.sensor import Sensed
 from frictionlab.recording import Fact, Quality
 
-Series = tuple[FloatArray, FloatArray]
+Sensor = tuple[Clock, Sensed]
 _WINDOWS = (8, 16)  # fewest and most
 _CYCLES = 4  # in a window at least
 _MOST_DRIFT = 5e-3
@@ -28,84 +28,106 @@ _MOST_OF_CLOCKS = 3e-4
 """Between clocks that both show absolute time: quartz does not drift more; a phase that moves faster is mechanical."""
 _CERTAIN = 5.0  # standard errors
 _LONGEST = 20  # times its samples that a record may last before it has a jump
+_MOST_LAG_S = 10.0
+_SAME = 1e-4
+"""Stamps that differ by less than this share of a step are one moment."""
+_UNIFORM = math.sqrt(12.0)
+"""Full width of a uniform distribution over its standard deviation."""
 
 
-@dataclass(frozen=True)
-class ClockDrift:
-    """By how much the base's clock gains on the mass's (share) where that is to be taken off, and what is known of it.
+@dataclass
+class Aligned:
+    """Both channels on the mass's stamps (n,): s, m, m, quality bits; how they were aligned."""
 
-    ``lag_s_u``: what the drift's own uncertainty does to the lag, at an end of the record whose middle is right [s].
-    """
-
-    applied: float
+    time: FloatArray
+    mass: FloatArray
+    base: FloatArray
+    quality: NDArray[np.uint8]
     facts: dict[str, Fact] = field(default_factory=dict)
-    lag_s_u: float = 0.0
-    warnings: tuple[str, ...] = ()
+    warnings: list[str] = field(default_factory=list)
 
 
-def find_drift(mass: Series, base: Series, step: float, *, absolute: bool) -> ClockDrift:
-    """Find the relative drift of two clocks.
-
-    The phase between the drive's fundamental in both motions is followed window by window; a straight line through it,
-    windows that stand off left out (a start-up beats), gives the drift.
+def align(mass: Sensor, base: Sensor, options: LogOptions, *, one_clock: bool = False) -> Aligned:
+    """Bring the base's samples to the stamps of the mass.
 
     Parameters
     ----------
-    mass, base : (time, values)
-        Stamps [s] and displacements [m] of each, the base's lag taken off.
-    step
-        Sampling interval of the mass [s].
-    absolute
-        Whether both clocks show absolute time: then only what quartz can do is taken for drift.
-    """
-    start, end = max(mass[0][0], base[0][0]), min(mass[0][-1], base[0][-1])
-    if end <= start:
-        return ClockDrift(0.0)
-    frequency = _frequency(base, step)
-    windows = min(_WINDOWS[1], int((end - start) * frequency / _CYCLES))
-    if windows < _WINDOWS[0]:
-        return ClockDrift(0.0, {"clock_drift_applied": "no: too few cycles to find it"})
-    edges = np.linspace(start, end, windows + 1)
-    apart = np.unwrap(_phases(*base, edges, frequency) - _phases(*mass, edges, frequency))
-    slope, spread = _robust_slope(0.5 * (edges[1:] + edges[:-1]), apart)
-    drift, uncertainty = slope / (2 * np.pi * frequency), spread / (2 * np.pi * frequency)
-    return _judged(drift, uncertainty, end - start, step, absolute=absolute)
-
-
-def _judged(drift: float, uncertainty: float, duration: float, step: float, *, absolute: bool) -> ClockDrift:
-    facts: dict[str, Fact] = {"clock_drift": drift, "clock_drift_u": uncertainty}
-    felt = abs(drift) > _CERTAIN * uncertainty and abs(drift) * duration > 0.25 * step
-    unsure = 0.5 * uncertainty * duration
-    if not felt:
-        return ClockDrift(0.0, facts | {"clock_drift_applied": "no"}, unsure)
-    if abs(drift) <= (_MOST_OF_CLOCKS if absolute else _MOST_DRIFT):
-        said = (
-            f"the clocks drift apart by {drift * 1e6:.3g} parts in a million (+- {uncertainty * 1e6:.2g}), found from "
-            "the drive in both logs: the base's stamps are stretched accordingly; clock_drift = 0 in [log] leaves them"
-        )
-        return ClockDrift(drift, facts | {"clock_drift_applied": "yes"}, unsure, (said,))
-    said = (
-        f"the phase between mass and base moves as if the clocks drifted apart by {drift * 1e6:.3g} parts in a "
-        "million, more than clocks do: the stamps are left; if it is the clocks, give clock_drift in [log]"
-    )
-    return ClockDrift(0.0, facts | {"clock_drift_applied": "no"}, 0.5 * abs(drift) * duration, (said,))
-
-
-def _frequency(series: Series, step: float) -> float:
-    """Frequency of the strongest line [Hz]."""
-    even = evenly(*series, step)
-    spectrum = np.abs(np.fft.rfft(even * np.hanning(len(even)), 4 * len(even)))
-    return float((np.argmax(spectrum[4:]) + 4) / (4 * len(even) * step))
-
-
-def evenly(time: FloatArray, values: FloatArray, step: float) -> FloatArray:
-    """Resample by straight lines at even steps, mean removed; for finding lag and drift only.
+    mass, base
+        Each on its own clock.
+    options
+        ``lag_s``, ``lag_s_u`` and ``clock_drift`` where they are known.
+    one_clock
+        Whether both have stamps of one clock (columns of one file): there is neither lag nor drift to find. Two logs
+        whose stamps are equal share one too.
 
     Raises
     ------
     LogError
-        The stamps jump by so much that even steps would fill the memory.
+        If the two logs have less than two samples in common.
     """
+    no_start = mass[0].start_s is None or base[0].start_s is None
+    written = mass[0].written and base[0].written and options.lag_s is None and not one_clock
+    same_stamps = written and no_start and np.array_equal(mass[0].time, base[0].time)
+    one_clock = one_clock or same_stamps
+    if one_clock:
+        options = replace(options, lag_s=options.lag_s or 0.0, clock_drift=options.clock_drift or 0.0)
+    how, lag, unsure, warnings = ("equal stamps", 0.0, 0.0, []) if same_stamps else _lag(mass, base, options)
+    facts: dict[str, Fact] = {"alignment": how, "lag_s": lag}
+    unsure = unsure if options.lag_s_u is None else options.lag_s_u
+    moved, drift = base[0].time - lag, options.clock_drift
+    if drift is None:
+        drift, drift_lag = _drift(mass, base, moved, facts, warnings, absolute=how == "absolute time")
+        unsure = math.hypot(unsure, drift_lag)
+    elif drift:
+        facts |= {"clock_drift": drift, "clock_drift_applied": "as given"}
+    if drift:
+        moved = moved[0] + (moved - moved[0]) / (1.0 + drift)
+    if not one_clock or options.lag_s_u is not None:
+        facts["lag_s_u"] = unsure
+        if unsure > max(mass[0].interval, base[0].interval):
+            warnings.append(
+                f"mass and base are aligned ({how}) to +- {unsure:.2g} s only: energy per cycle, phase and friction "
+                "depend on it; give lag_s and lag_s_u in [log], or log both sensors on one clock"
+            )
+    return _on_mass_stamps(mass, base, moved, facts, warnings)
+
+
+def _lag(mass: Sensor, base: Sensor, options: LogOptions) -> tuple[str, float, float, list[str]]:
+    """How the base's clock relates to the mass's: in words, its lag [s], the standard uncertainty, what to say."""
+    starts = mass[0].start_s, base[0].start_s
+    if options.lag_s is not None:
+        return "lag as given", options.lag_s, base[0].interval / _UNIFORM, []
+    if starts[0] is not None and starts[1] is not None:
+        unsure = math.hypot(mass[0].resolution_s, base[0].resolution_s) / _UNIFORM
+        return "absolute time", round(starts[0] - starts[1], 6), unsure, []
+    lag, unsure = _likeness(mass, base)
+    said = (
+        f"the logs have no common clock: the lag of {lag:.6g} s is where the two motions resemble each other most, "
+        f"which cannot be told from their mechanical phase (uncertain by {unsure:.3g} s): give --lag if it is known"
+    )
+    return "estimated from the motions", lag, unsure, [said]
+
+
+def _likeness(mass: Sensor, base: Sensor) -> tuple[float, float]:
+    """Lag of the base's clock at the peak of the cross-correlation [s], and a quarter of the drive's period."""
+    step = max(mass[0].interval, base[0].interval)
+    x, y = (_evenly(sensor[0].time, sensor[1].values, step) for sensor in (mass, base))
+    size = 1 << (len(x) + len(y) - 1).bit_length()
+    spectrum = np.fft.rfft(y, size)
+    product = np.fft.irfft(spectrum * np.conj(np.fft.rfft(x, size)), size)
+    most = min(int(_MOST_LAG_S / step), min(len(x), len(y)) // 2)
+    shifts = np.arange(-most, most + 1)
+    best = int(shifts[np.argmax(product[shifts])])
+    left, here, right = (float(product[(best + k) % size]) for k in (-1, 0, 1))
+    bend = left - 2.0 * here + right
+    part = 0.5 * (left - right) / bend if bend else 0.0
+    peak = int(np.argmax(np.abs(spectrum[1:]))) + 1
+    origin = float(base[0].time[0] - mass[0].time[0])
+    return (best + part) * step + origin, 0.25 * size * step / peak
+
+
+def _evenly(time: FloatArray, values: FloatArray, step: float) -> FloatArray:
+    """Resample by straight lines at even steps, mean removed; for finding lag and drift only."""
     count = (time[-1] - time[0]) / step
     if count > max(1e6, _LONGEST * len(time)):
         at = int(np.argmax(np.diff(time)))
@@ -116,6 +138,49 @@ def evenly(time: FloatArray, values: FloatArray, step: float) -> FloatArray:
     sound = np.isfinite(values)
     resampled = np.interp(np.arange(time[0], time[-1], step), time[sound], values[sound])
     return np.asarray(resampled - resampled.mean())
+
+
+def _drift(
+    mass: Sensor, base: Sensor, moved: FloatArray, facts: dict[str, Fact], warnings: list[str], *, absolute: bool
+) -> tuple[float, float]:
+    """By how much the base's clock gains on the mass's (share), and what its uncertainty does to the lag [s].
+
+    The phase between the drive's fundamental in both motions is followed window by window; a straight line through it,
+    windows that stand off left out (a start-up beats), gives the drift. It is 0 where it is not felt, or more than
+    clocks drift: ``absolute``, that both show absolute time, lets it be only what quartz can do. ``moved``: stamps of
+    the base, its lag taken off.
+    """
+    step, x = mass[0].interval, (mass[0].time, mass[1].values)
+    y = (moved, base[1].values)
+    start, end = max(x[0][0], moved[0]), min(x[0][-1], moved[-1])
+    if end <= start:
+        return 0.0, 0.0
+    even = _evenly(*y, step)
+    spectrum = np.abs(np.fft.rfft(even * np.hanning(len(even)), 4 * len(even)))
+    frequency = float((np.argmax(spectrum[4:]) + 4) / (4 * len(even) * step))
+    windows = min(_WINDOWS[1], int((end - start) * frequency / _CYCLES))
+    if windows < _WINDOWS[0]:
+        facts["clock_drift_applied"] = "no: too few cycles to find it"
+        return 0.0, 0.0
+    edges, duration = np.linspace(start, end, windows + 1), end - start
+    apart = np.unwrap(_phases(*y, edges, frequency) - _phases(*x, edges, frequency))
+    slope, error = _robust_slope(0.5 * (edges[1:] + edges[:-1]), apart)
+    drift, uncertainty = slope / (2 * np.pi * frequency), error / (2 * np.pi * frequency)
+    felt = abs(drift) > _CERTAIN * uncertainty and abs(drift) * duration > 0.25 * step
+    applied = felt and abs(drift) <= (_MOST_OF_CLOCKS if absolute else _MOST_DRIFT)
+    facts |= {"clock_drift": drift, "clock_drift_u": uncertainty, "clock_drift_applied": "yes" if applied else "no"}
+    if applied:
+        warnings.append(
+            f"the clocks drift apart by {drift * 1e6:.3g} parts in a million (+- {uncertainty * 1e6:.2g}), found from "
+            "the drive in both logs: the base's stamps are stretched accordingly; clock_drift = 0 in [log] leaves them"
+        )
+        return drift, 0.5 * uncertainty * duration
+    if felt:
+        warnings.append(
+            f"the phase between mass and base moves as if the clocks drifted apart by {drift * 1e6:.3g} parts in a "
+            "million, more than clocks do: the stamps are left; if it is the clocks, give clock_drift in [log]"
+        )
+    return 0.0, 0.5 * (abs(drift) if felt else uncertainty) * duration
 
 
 def _robust_slope(at: FloatArray, values: FloatArray) -> tuple[float, float]:
@@ -140,123 +205,6 @@ def _phases(time: FloatArray, values: FloatArray, edges: FloatArray, frequency: 
         (cosine, sine, _), *_ = np.linalg.lstsq(model, values[inside], rcond=None)
         phases.append(np.arctan2(sine, cosine))
     return np.array(phases)
-
-
-Sensor = tuple[Clock, Sensed]
-_MOST_LAG_S = 10.0
-_SAME = 1e-4
-"""Stamps that differ by less than this share of a step are one moment."""
-_UNIFORM = math.sqrt(12.0)
-"""Full width of a uniform distribution over its standard deviation."""
-
-
-@dataclass(frozen=True)
-class Aligned:
-    """Both channels on the mass's stamps (n,): s, m, m, quality bits; how they were aligned."""
-
-    time: FloatArray
-    mass: FloatArray
-    base: FloatArray
-    quality: NDArray[np.uint8]
-    facts: dict[str, Fact] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class _Relation:
-    """How the base's clock relates to the mass's: its lag [s] and the standard uncertainty, how that is known."""
-
-    alignment: str
-    lag: float
-    uncertainty: float
-    warnings: tuple[str, ...] = ()
-
-
-def align(mass: Sensor, base: Sensor, options: LogOptions, *, one_clock: bool = False) -> Aligned:
-    """Bring the base's samples to the stamps of the mass.
-
-    Parameters
-    ----------
-    mass, base
-        Each on its own clock.
-    options
-        ``lag_s``, ``lag_s_u`` and ``clock_drift`` where they are known.
-    one_clock
-        Whether both have stamps of one clock (columns of one file): there is neither lag nor drift to find. Two logs
-        whose stamps are equal share one too.
-
-    Raises
-    ------
-    LogError
-        If the two logs have less than two samples in common.
-    """
-    same_stamps = not one_clock and _same_stamps(mass, base, options)
-    one_clock = one_clock or same_stamps
-    if one_clock:
-        options = replace(options, lag_s=options.lag_s or 0.0, clock_drift=options.clock_drift or 0.0)
-    relation = _Relation("equal stamps", 0.0, 0.0) if same_stamps else _relation(mass, base, options)
-    if options.lag_s_u is not None:
-        relation = replace(relation, uncertainty=options.lag_s_u)
-    moved = base[0].time - relation.lag
-    known = options.clock_drift
-    if known is None:
-        series = (mass[0].time, mass[1].values), (moved, base[1].values)
-        drift = find_drift(*series, mass[0].interval, absolute=relation.alignment == "absolute time")
-    else:
-        drift = ClockDrift(known, {"clock_drift": known, "clock_drift_applied": "as given"} if known else {})
-    if drift.applied:
-        moved = moved[0] + (moved - moved[0]) / (1.0 + drift.applied)
-    warnings = [*relation.warnings, *drift.warnings]
-    facts: dict[str, Fact] = {"alignment": relation.alignment, "lag_s": relation.lag, **drift.facts}
-    if not one_clock or options.lag_s_u is not None:
-        facts["lag_s_u"] = unsure = math.hypot(relation.uncertainty, drift.lag_s_u)
-        if unsure > max(mass[0].interval, base[0].interval):
-            warnings.append(
-                f"mass and base are aligned ({relation.alignment}) to +- {unsure:.2g} s only: energy per "
-                "cycle, phase and friction depend on it; give lag_s and lag_s_u in [log], or log both sensors on one "
-                "clock"
-            )
-    return _on_mass_stamps(mass, base, moved, facts, warnings)
-
-
-def _relation(mass: Sensor, base: Sensor, options: LogOptions) -> _Relation:
-    starts = mass[0].start_s, base[0].start_s
-    if options.lag_s is not None:
-        return _Relation("lag as given", options.lag_s, base[0].interval / _UNIFORM)
-    if starts[0] is not None and starts[1] is not None:
-        spread = math.hypot(mass[0].resolution_s, base[0].resolution_s) / _UNIFORM
-        return _Relation("absolute time", round(starts[0] - starts[1], 6), spread)
-    lag, spread = _likeness(mass, base)
-    said = (
-        f"the logs have no common clock: the lag of {lag:.6g} s is where the two motions resemble each other most, "
-        f"which cannot be told from their mechanical phase (uncertain by {spread:.3g} s): give --lag if it is known"
-    )
-    return _Relation("estimated from the motions", lag, spread, (said,))
-
-
-def _same_stamps(mass: Sensor, base: Sensor, options: LogOptions) -> bool:
-    """Whether two logs without absolute time have the same stamps, as written: one clock made them."""
-    written = mass[0].written and base[0].written and options.lag_s is None
-    no_start = mass[0].start_s is None or base[0].start_s is None
-    return written and no_start and np.array_equal(mass[0].time, base[0].time)
-
-
-def _likeness(mass: Sensor, base: Sensor) -> tuple[float, float]:
-    """Lag of the base's clock at the peak of the cross-correlation [s], and a quarter of the drive's period."""
-    step = max(mass[0].interval, base[0].interval)
-    x, y = (evenly(sensor[0].time, sensor[1].values, step) for sensor in (mass, base))
-    size = 1 << (len(x) + len(y) - 1).bit_length()
-    spectrum = np.fft.rfft(y, size)
-    product = np.fft.irfft(spectrum * np.conj(np.fft.rfft(x, size)), size)
-    most = min(int(_MOST_LAG_S / step), min(len(x), len(y)) // 2)
-    shifts = np.arange(-most, most + 1)
-    best = int(shifts[np.argmax(product[shifts])])
-    left, here, right = (float(product[(best + k) % size]) for k in (-1, 0, 1))
-    bend = left - 2.0 * here + right
-    part = 0.5 * (left - right) / bend if bend else 0.0
-    peak = int(np.argmax(np.abs(spectrum[1:]))) + 1
-    origin = float(base[0].time[0] - mass[0].time[0])
-    return (best + part) * step + origin, 0.25 * size * step / peak
 
 
 def _on_mass_stamps(

@@ -4,6 +4,7 @@ import contextlib
 import io
 import math
 from collections.abc import Callable
+from typing import Any
 
 import h5py
 import numpy as np
@@ -67,6 +68,13 @@ BINARY: tuple[Bytes, ...] = (flipped, flipped, flipped, moved, moved, cut)
 TEXT: tuple[Bytes, ...] = (flipped, cut, word, word, value, value, value, shuffled)
 
 
+Hurt = Callable[[h5py.File, str], object]
+
+
+NOT_THERE = (KeyError, OSError, TypeError, ValueError, AttributeError, StopIteration)
+"""A node may be gone, or of another kind, by the change before."""
+
+
 def hurt(raw: bytes, rng: np.random.Generator) -> bytes:
     """A file that is sound HDF5 and holds what no file of its kind holds."""
     file_ = io.BytesIO(raw)
@@ -75,142 +83,112 @@ def hurt(raw: bytes, rng: np.random.Generator) -> bytes:
             names: list[str] = []
             file.visit(names.append)
             name = names[int(rng.integers(len(names)))]
-            with contextlib.suppress(KeyError, OSError, TypeError, ValueError):  # gone or another by the change before
-                HURTS[int(rng.integers(len(HURTS)))](file, name, rng)
+            kinds = HURTS[int(rng.integers(len(HURTS)))]
+            with contextlib.suppress(*NOT_THERE):
+                kinds[int(rng.integers(len(kinds)))](file, name)
     return file_.getvalue()
 
 
-def _replace(file: h5py.File, name: str, new: object, **how: object) -> None:
+def _new(data: object = None, **how: Any) -> Hurt:
+    """Another array in place of what stands there."""
+
+    def new(file: h5py.File, name: str) -> None:
+        del file[name]
+        file.create_dataset(name, data=data, **how)
+
+    return new
+
+
+def _set(value: object) -> Hurt:
+    """Another value of the first attribute: of the node, or of the root for a node without one."""
+
+    def change(file: h5py.File, name: str) -> None:
+        node = file[name] if len(file[name].attrs) else file
+        node.attrs[next(iter(node.attrs))] = file.ref if value is None else value
+
+    return change
+
+
+def _put(thing: Callable[[h5py.File, str], object]) -> Hurt:
+    def put(file: h5py.File, name: str) -> None:
+        new = thing(file, name)
+        del file[name]
+        file[name] = new
+
+    return put
+
+
+def _virtual(file: h5py.File, name: str) -> None:
+    """The numbers are elsewhere."""
+    shape = file[name].shape or (1,)
+    layout = h5py.VirtualLayout(shape, "f8")
+    layout[...] = h5py.VirtualSource("/etc/passwd", "x", shape)
     del file[name]
-    file.create_dataset(name, data=new, **how)
+    file.create_virtual_dataset(name, layout)
 
 
-def _attribute(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    values = [
-        file.ref,
-        np.zeros(3, [("a", "f8"), ("b", "S3")]),
-        np.array([[1, 2], [3, 4]], "u1"),
-        np.array(["a", "b"], h5py.string_dtype()),
-        b"\xff\xfe",
-        10**15,
-        math.nan,
-        np.zeros(5),
-        np.zeros((2, 2)),
-        "x" * 60000,
-        np.array([b"a"]),
-        h5py.Empty("f8"),
-        -1,
-    ]
-    node = file[name] if rng.random() < 0.7 else file
-    keys = list(node.attrs) or ["format"]
-    node.attrs[keys[int(rng.integers(len(keys)))]] = values[int(rng.integers(len(values)))]
+def _stored(**how: Any) -> Hurt:
+    """The same numbers stored in another way."""
+
+    def store(file: h5py.File, name: str) -> None:
+        values = file[name][()]
+        _new(values, chunks=True, **how)(file, name)
+
+    return store
 
 
-def _lose_attribute(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    keys = list(file[name].attrs)
-    if keys:
-        del file[name].attrs[keys[int(rng.integers(len(keys)))]]
+def _more(member: str) -> Hurt:
+    def more(file: h5py.File, name: str) -> None:
+        node = file[name] if isinstance(file[name], h5py.Group) else file
+        node.create_dataset(member, data=np.arange(5.0))
+
+    return more
 
 
-def _type(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    kinds: list[object] = [
-        np.zeros(300, "f4"), np.zeros(300, "c16"), np.zeros(300, "i8"), np.zeros(300, ">f8"), np.zeros((300, 2)),
-        np.float64(1.0), np.zeros(300, [("a", "f8")]), np.full(300, np.nan), np.full(300, 1e308), np.zeros(0),
-        np.array([b"x"] * 300), np.zeros(300, bool), np.arange(300)[::-1] * 1.0, np.full(300, np.inf),
-    ]  # fmt: skip
-    _replace(file, name, kinds[int(rng.integers(len(kinds)))])
-
-
-def _huge(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    """An array that claims more than any memory holds, of which nothing is stored."""
-    del file[name]
-    shape = [(1 << 40,), (1 << 33,), (1 << 20, 1 << 20), (1 << 62,)][int(rng.integers(4))]
-    file.create_dataset(name, shape, "f8" if shape[0] < 1 << 60 else "u1", chunks=tuple(min(s, 1024) for s in shape))
-
-
-def _link(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    links = [
-        h5py.ExternalLink("/etc/passwd", "/x"),
-        h5py.SoftLink("/nowhere"),
-        h5py.SoftLink(f"/{name}"),
-        h5py.SoftLink("/"),
-    ]
-    del file[name]
-    file[name] = links[int(rng.integers(len(links)))]
-
-
-def _cycle(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    """A group that is inside itself."""
-    node = file[name]
-    group = node if isinstance(node, h5py.Group) else file["source"]
-    group[f"again{int(rng.integers(9))}"] = file["/"] if rng.random() < 0.5 else group
-
-
-def _texts(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    strange = [[b"\xff"] * 3, ["\x1b[31m"], ["x" * 100000], []]
-    _replace(file, name, strange[int(rng.integers(4))], dtype=h5py.string_dtype())
-
-
-def _storage(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    """The same numbers stored in another way, or somewhere else."""
-    old = file[name]
-    if not isinstance(old, h5py.Dataset):
-        return
-    values, shape = old[()], old.shape or (1,)
-    del file[name]
-    how = int(rng.integers(6))
-    if how == 0:
-        layout = h5py.VirtualLayout(shape, "f8")
-        layout[...] = h5py.VirtualSource("/etc/passwd", "x", shape)
-        file.create_virtual_dataset(name, layout)
-    elif how == 1:
-        file.create_dataset(name, shape, "f8", external=[("/etc/passwd", 0, 8 * int(np.prod(shape)))])
-    else:
-        filters: list[dict[str, object]] = [
-            {"compression": "gzip", "shuffle": True},
-            {"compression": "lzf"},
-            {"fletcher32": True},
-            {"scaleoffset": 3},
-        ]
-        file.create_dataset(name, data=values, chunks=True, **filters[how - 2])
-
-
-def _strange(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    """What stands there is no array of numbers, though HDF5 knows it."""
-    kinds: list[tuple[object, object]] = [
-        ([file.ref] * 5, h5py.ref_dtype),
-        (np.zeros(800, "u1"), h5py.enum_dtype({"GOOD": 0, "BAD": 1}, "u1")),
-        (h5py.Empty("f8"), None),
-        (np.zeros((1,) * 32), None),
-        (np.zeros(800, "f2"), None),
-        (np.zeros(800, "S0" if rng.random() < 0.1 else "S5"), None),
-        (np.zeros(800, "u8") + np.uint64(2**64 - 1), None),
-    ]
-    data, dtype = kinds[int(rng.integers(len(kinds)))]
-    del file[name]
-    if rng.random() < 0.1:
-        file[name] = np.dtype("f8")  # a type with a name
-    else:
-        file.create_dataset(name, data=data, dtype=dtype)
-
-
-def _more(file: h5py.File, name: str, rng: np.random.Generator) -> None:
-    """Members that nobody asked for."""
-    names = ("x" * 5000, "\u202e", "..", "é\u0301", "a b\n", "#refs#", "\x1b[31m")
-    node = file[name] if isinstance(file[name], h5py.Group) else file
-    node.create_dataset(names[int(rng.integers(len(names)))], data=np.arange(5.0))
-
-
-def _away(file: h5py.File, name: str, _rng: np.random.Generator) -> None:
-    del file[name]
-
-
-def _group(file: h5py.File, name: str, _rng: np.random.Generator) -> None:
-    del file[name]
-    file.create_group(name)
-
-
-HURTS = (
-    _attribute, _attribute, _lose_attribute, _type, _type, _huge, _link, _cycle, _texts, _away, _group, _storage,
-    _strange, _more,
+TEXTS = h5py.string_dtype()
+ATTRIBUTES: tuple[object, ...] = (
+    None, np.zeros(3, [("a", "f8"), ("b", "S3")]), np.array([[1, 2], [3, 4]], "u1"), np.array(["a", "b"], TEXTS),
+    b"\xff\xfe", 10**15, math.nan, np.zeros(5), np.zeros((2, 2)), "x" * 60000, np.array([b"a"]), h5py.Empty("f8"), -1,
 )  # fmt: skip
+ARRAYS: tuple[object, ...] = (
+    np.zeros(300, "f4"), np.zeros(300, "c16"), np.zeros(300, "i8"), np.zeros(300, ">f8"), np.zeros((300, 2)),
+    np.float64(1.0), np.zeros(300, [("a", "f8")]), np.full(300, np.nan), np.full(300, 1e308), np.zeros(0),
+    np.array([b"x"] * 300), np.zeros(300, bool), np.arange(300)[::-1] * 1.0, np.full(300, np.inf), h5py.Empty("f8"),
+    np.zeros((1,) * 32), np.zeros(800, "f2"), np.zeros(800, "S5"), np.zeros(800, "u8") + np.uint64(2**64 - 1),
+)  # fmt: skip
+HURTS: tuple[tuple[Hurt, ...], ...] = (
+    tuple(_set(value) for value in ATTRIBUTES),
+    (lambda file, name: file[name].attrs.pop(next(iter(file[name].attrs))),),
+    *2 * (tuple(_new(data) for data in ARRAYS),),
+    (  # an array that claims more than any memory holds, of which nothing is stored
+        *(_new(shape=(1 << n,), dtype="f8", chunks=(1024,)) for n in (33, 40)),
+        _new(shape=(1 << 20, 1 << 20), dtype="f8", chunks=(1024, 1024)),
+        _new(shape=(1 << 62,), dtype="u1", chunks=(1024,)),
+    ),
+    (
+        _put(lambda *_: h5py.ExternalLink("/etc/passwd", "/x")),
+        _put(lambda *_: h5py.SoftLink("/nowhere")),
+        _put(lambda _, name: h5py.SoftLink(f"/{name}")),
+        _put(lambda *_: h5py.SoftLink("/")),
+        _put(lambda *_: np.dtype("f8")),  # a type with a name
+        lambda file, name: file.move(name, "source/moved"),
+    ),
+    (  # a group that is inside itself
+        lambda file, name: file[name].__setitem__("again", file["/"]),
+        lambda file, name: file[name].__setitem__("again", file[name]),
+    ),
+    tuple(_new(texts, dtype=TEXTS) for texts in ([b"\xff"] * 3, ["\x1b[31m"], ["x" * 100000], [])),
+    (lambda file, name: file.pop(name),),
+    (lambda file, name: (file.pop(name), file.create_group(name)),),
+    (
+        _virtual,
+        _new(shape=(300,), dtype="f8", external=[("/etc/passwd", 0, 2400)]),
+        _stored(compression="gzip", shuffle=True),
+        _stored(compression="lzf"),
+        _stored(fletcher32=True),
+        _stored(scaleoffset=3),
+        _new(np.zeros(800, "u1"), dtype=h5py.enum_dtype({"GOOD": 0, "BAD": 1}, "u1")),
+    ),
+    tuple(_more(member) for member in ("x" * 5000, "\u202e", "..", "é\u0301", "a b\n", "#refs#", "\x1b[31m")),
+)
+"""Kinds of harm, each with its ways."""
