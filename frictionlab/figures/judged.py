@@ -177,7 +177,7 @@ def _draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
     misfit.set(
         xlabel="nrmse [%]", ylabel="parameters, law", xscale="log", xlim=(low / 1.4, 1.8 * high * (high / low) ** 0.6)
     )
-    plain_numbers(misfit.xaxis, few=high < 10.0 * low)
+    plain_numbers(misfit.xaxis)
     draw_evidence(evidence, names, [log - best for _, (_, _, log) in tried], contact.law)
     evidence.set_yticks(range(len(names)), [""] * len(names))
     for end in np.cumsum([len(list(group)) for _, group in groupby(counts)])[:-1]:

@@ -82,7 +82,7 @@ def _draw_candidates(plan: Plan, ax: Axes, value_of: Value, name: str | None) ->
             *_columns(clear), s=MARK, marker="s", c=list(clear.values()), norm=LogNorm(),
             cmap="viridis" if name else "viridis_r", zorder=2,
         )  # fmt: skip
-        style.plain_numbers(ax.figure.colorbar(marks, ax=ax, pad=0.02).ax.yaxis, few=True)
+        style.plain_numbers(ax.figure.colorbar(marks, ax=ax, pad=0.02).ax.yaxis)
     thin: dict[str, Any] = {"s": MARK, "marker": "s", "facecolors": "none", "edgecolors": "0.6", "linewidths": 0.6}
     ax.scatter(*_columns(moving.keys() - clear.keys()), zorder=2, **thin)
     still = places.keys() - moving.keys()

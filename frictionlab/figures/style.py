@@ -149,12 +149,14 @@ def shades(count: int) -> list[str]:
     return [to_hex(colormaps["viridis_r"](0.1 + 0.9 * i / (count - 1))) for i in range(count)]
 
 
-def plain_numbers(axis: Axis, *, few: bool = False) -> None:
-    """Number the decades of a logarithmic axis in plain text, with ``few`` of them 1, 2, 5 of each; nothing between.
+def plain_numbers(axis: Axis) -> None:
+    """Number the decades of a logarithmic axis in plain text, or 1, 2, 5 of each where it has less than two.
 
     By default each number is set as mathematics, and eight ticks a decade are as dear as those with a number: a fifth
     of the time.
     """
+    low, high = sorted(axis.get_view_interval())
+    few = 0.0 < high < 100.0 * low
 
     def said(value: float, _: object) -> str:
         return f"{value:g}" if few or value <= 0.0 else f"10{f'{math.log10(value):.0f}'.translate(RAISED)}"

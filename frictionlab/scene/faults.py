@@ -74,20 +74,10 @@ LawName = Annotated[str, AfterValidator(_law)]
 
 
 def check_held(values: Mapping[str, float], law: str | None, *, breaks_away: bool = False) -> None:
-    """Refuse parameters that a law lacks, or values outside their domain; without a law, those that no law has.
+    """Refuse parameters that a law lacks, or values outside their domain, with a ValueError that names them.
 
-    Parameters
-    ----------
-    values : mapping of str to float
-    law : str, optional
-        The law that the scene names; None, or "auto": it is chosen later on.
-    breaks_away : bool
-        Whether the scene adds the term breakaway by a static ratio.
-
-    Raises
-    ------
-    ValueError
-        As said, with the parameter's name.
+    Of a law that is chosen later on (None, or "auto") those that no law has; ``breaks_away``: a static ratio of the
+    scene adds the term breakaway.
     """
     if not values:
         return
