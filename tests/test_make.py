@@ -132,7 +132,7 @@ def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path
     (logs / "$(touch PWNED).csv").write_text("")
     words = ("campaign", "CAMPAIGN_SCENE=small.toml", "CAMPAIGN=my `touch PWNED`")
     first = make(desk, *words)
-    assert first.returncode != 0
+    assert first.returncode == 0, "a virtual campaign ends well: one of its tests is broken off on purpose"
     assert "ingest and analyze: 3 of 3 logs" in first.stdout
     assert "evaluate the campaign: 3 tests" in first.stdout
     assert first.stdout.splitlines()[-1] == "the report is my `touch PWNED`/report.html"
