@@ -136,17 +136,18 @@ def free_vibrations(
         base = None if base is None else without_high_lines(base, step)
     found = []
     for tap in find_taps(time, displacement):
-        inside, share = (time >= tap.time[0]) & (time <= tap.time[-1]), 0.0
+        when, height = tap
+        inside, share = (time >= when[0]) & (time <= when[-1]), 0.0
         if base is not None and np.count_nonzero(inside) > 1:
-            share = math.sqrt(2.0) * float(np.std(base[inside])) / float(tap.swing[0])
+            share = math.sqrt(2.0) * float(np.std(base[inside])) / float(_swings(tap)[0])
         if share > _DRIVEN:
             raise AnalysisError(
                 f"free vibration: a driven motion: the base moves by {share:.0%} of the mass's swing: expected a base"
                 " at rest: hold it, tap the mass, record until it rests"
             )
-        guess = replace(first_guess(tap.time, tap.height), pendulum=pendulum)
+        guess = replace(first_guess(when, height), pendulum=pendulum)
         t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
-        found.append(_found(fit_decay(t, seen, guess), t, seen, len(tap.swing), share))
+        found.append(_found(fit_decay(t, seen, guess), t, seen, len(when) - 1, share))
     good = tuple(tap for tap in found if tap.misfit <= _NO_DECAY)
     if not good:
         raise AnalysisError(
@@ -285,25 +286,8 @@ _FALLS_TO = 0.7  # of its first swing, at least, in a free decay
 _LEAST_SHARE = 0.5  # of all half-cycles that belong to free decays
 
 
-@dataclass(frozen=True)
-class Turnings:
-    """Turning points of a record: ``time`` (n,) s and ``height`` (n,) m."""
-
-    time: FloatArray
-    height: FloatArray
-
-    @property
-    def swing(self) -> FloatArray:
-        """Half the way from each turning point to the next (n - 1,) m; the sensor's zero does not matter."""
-        return 0.5 * np.abs(np.diff(self.height))
-
-    def part(self, begin: int, end: int) -> "Turnings":
-        """The turning points from one number up to another, not included."""
-        return Turnings(self.time[begin:end], self.height[begin:end])
-
-
-def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[Turnings, ...]:
-    """Find the free decays of a record (n,) [s], [m], each by its turning points.
+def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, ...]:
+    """Find the free decays of a record (n,) [s], [m], each by its turning points: times and heights (2, k).
 
     The first turning point of a tap is left out, a hand or a hammer may still have been there, and so is the last one
     before a new tap. The record may begin before the release and go on after the motion died.
@@ -317,11 +301,11 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[Turnings, ...
     --------
     >>> t = np.arange(0.0, 20.0, 0.01)
     >>> x = np.exp(-0.5 * np.mod(t, 10.0)) * np.cos(2 * np.pi * np.mod(t, 10.0))
-    >>> [round(float(tap.time[0]), 1) for tap in find_taps(t, x)]
+    >>> [round(float(when[0]), 1) for when, _ in find_taps(t, x)]
     [0.5, 10.5]
     """
     turnings = _turning_points(time, displacement)
-    swings, wait = turnings.swing, np.diff(turnings.time)
+    swings, wait = _swings(turnings), np.diff(turnings[0])
     begins, smallest = [0], math.inf  # of runs in which no swing rises and the mass never rests
     for number, swing in enumerate(swings.tolist()):
         rests = number > begins[-1] and wait[number] > _UNEVEN * wait[number - 1]
@@ -331,12 +315,12 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[Turnings, ...
         smallest = min(smallest, swing)
     long = []
     for begin, end in zip(begins, [*(b + 1 for b in begins[1:]), len(swings) + 1], strict=True):
-        part = turnings.part(begin, end)
-        if len(part.swing):
-            run = part.part(int(np.argmax(part.swing)) + 1, len(part.time) - (end < len(turnings.time)))
-            long += [run] if len(run.swing) >= LEAST_SWINGS else []
-    decays = tuple(run for run in long if run.swing[-1] <= _FALLS_TO * run.swing[0])
-    share = sum(len(run.swing) + 1 for run in decays) / max(1, len(swings))
+        if end - begin > LEAST_SWINGS:
+            first = begin + int(np.argmax(swings[begin : end - 1])) + 1
+            run = turnings[:, first : end - (end < turnings.shape[1])]
+            long += [run] if run.shape[1] > LEAST_SWINGS else []
+    decays = tuple(run for run in long if _swings(run)[-1] <= _FALLS_TO * _swings(run)[0])
+    share = sum(run.shape[1] for run in decays) / max(1, len(swings))
     if decays and share >= _LEAST_SHARE:
         return decays
     do = "displace the mass, let go, and record until it rests"
@@ -358,8 +342,13 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[Turnings, ...
     )
 
 
-def _turning_points(time: FloatArray, x: FloatArray) -> Turnings:
-    """Extremes between which the record moves by ten times its noise.
+def _swings(turnings: FloatArray) -> FloatArray:
+    """Half the way from each turning point (2, k) to the next (k - 1,) m; the sensor's zero does not matter."""
+    return np.asarray(0.5 * np.abs(np.diff(turnings[1])))
+
+
+def _turning_points(time: FloatArray, x: FloatArray) -> FloatArray:
+    """Extremes between which the record moves by ten times its noise: times and heights (2, k).
 
     Each is the vertex of the parabola through the samples about it; the first one is as it is.
     """
@@ -385,7 +374,7 @@ def _turning_points(time: FloatArray, x: FloatArray) -> Turnings:
             c, b, a = np.polynomial.polynomial.polyfit(u, x[part], 2)
             offset = float(np.clip(-b / (2.0 * a), u[0], u[-1])) if a else 0.0
             when[k], height[k] = time[here] + offset, c + offset * (b + a * offset)
-    return Turnings(when, height)
+    return np.array([when, height])
 
 
 # Several masses ------------------------------------------------------------------------------------------------------
