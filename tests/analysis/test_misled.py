@@ -102,7 +102,12 @@ def test_a_column_from_base_to_mass_is_named_with_its_sign() -> None:
 
 def test_a_mass_whose_stops_cannot_be_told_is_not_said_to_be_relative(tmp_path: Path) -> None:
     """Steel at 3.2 N and r = 0.05 of the virtual campaign: friction that scatters by 25 % hides how long it stands."""
-    test = {"material": "steel", "label": "short", "normal_forces_n": [3.2], "frequency_ratios": [0.05]}
+    test: dict[str, object] = {
+        "material": "steel",
+        "label": "short",
+        "normal_forces_n": [3.2],
+        "frequency_ratios": [0.05],
+    }
     test |= {"friction_coefficient": 0.45, "friction_scatter": 0.25}
     tables = {
         "rig": {"mass_kg": 3.0799, "stiffness_n_per_m": 1191.0},
