@@ -182,8 +182,8 @@ class Channel:
     --------
     >>> import numpy as np
     >>> channel = Channel("mass_velocity", np.zeros(3))
-    >>> channel.place, channel.quantity, channel.unit
-    ('mass', 'velocity', 'm/s')
+    >>> channel.quantity, channel.unit
+    ('velocity', 'm/s')
     """
 
     name: str
@@ -201,12 +201,6 @@ class Channel:
     def quantity(self) -> str:
         """What is measured."""
         return quantity_named(self.name)
-
-    @property
-    def place(self) -> str:
-        """Where: ``mass``, ``mass 2``, ``base``, ``contact``; "" for what has no place of its own."""
-        place = self.name.removesuffix(self.quantity.replace(" ", "_")).strip("_").replace("_", " ")
-        return "contact" if place == "normal" else place
 
 
 @dataclass(frozen=True)

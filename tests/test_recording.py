@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import RecordingError
@@ -48,6 +48,7 @@ def test_lines_must_add_up() -> None:
     assert LineCount(read=2, data=2) + LineCount(read=1, header=1) == LineCount(read=3, data=2, header=1)
 
 
+@settings(deadline=None)  # on a busy machine
 @given(st.lists(st.tuples(st.integers(0, 99), st.sampled_from(list(Quality))), max_size=12))
 def test_stretches_hold_what_is_sound_and_never_cross_a_hole(damage: list[tuple[int, Quality]]) -> None:
     """Compared with the slow and obvious way: walk from sample to sample."""
