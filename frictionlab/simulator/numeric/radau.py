@@ -388,7 +388,7 @@ def land(law: Any, rig: Rig, drive: Drive, work: Work, side: float, k: int, t: f
     The polynomial of a long step may cross zero where the motion does not (just after a release it moves like t^2):
     then the step must be shorter. The length is Newton's, kept between what is too short and what is too long.
     """
-    work.values[:] = work.trial
+    keep(work, 0)
     length, short, long, left = theta * h, 0.0, h, FAILED
     for _ in range(LOOKS):
         predict(work, rig.size, 0.0, length / h)
@@ -409,14 +409,34 @@ def land(law: Any, rig: Rig, drive: Drive, work: Work, side: float, k: int, t: f
     return length if abs(left) <= LOOSE * rig.scale[k] or h < SHORTEST_TRY else -1.0
 
 
-@inlined
+@compiled
+def spread(state: FloatArray, values: FloatArray) -> None:
+    """Write a state at all nodes of a step."""
+    for k in range(WIDTH):
+        for i in range(COUNT):
+            values[k, i] = state[k]
+
+
+@compiled
+def keep(work: Work, size: int) -> None:
+    """Keep the trial step's values; its end is the state in so many components."""
+    for k in range(WIDTH):
+        for i in range(COUNT):
+            work.values[k, i] = work.trial[k, i]
+        if k < size:
+            work.state[k] = work.trial[k, STAGES]
+
+
+@compiled
 def record(work: Work, t: float, h: float, side: float) -> None:
     """Append the step in `values` to the log, as far as there is space; count it in any case."""
     log, row = work.log, work.clock.rows
     work.clock.rows += 1
     if row < len(log):
         log[row, 0], log[row, 1], log[row, 2] = t, h, side
-        log[row, 3:] = work.values.reshape(WIDTH * COUNT)
+        for k in range(WIDTH):
+            for i in range(COUNT):
+                log[row, 3 + k * COUNT + i] = work.values[k, i]
 
 
 @compiled
@@ -433,8 +453,8 @@ def advance(
         if 0.0 < h < 3.0 * clock.last:
             predict(work, rig.size, 1.0, h / clock.last)
         else:
+            spread(work.state, work.trial)
             for i in range(COUNT):
-                work.trial[:, i] = work.state
                 work.trial[0, i] += h * NODES[i] * work.state[1]
         if not step(law, rig, drive, work, side, t, h):
             clock.next, clock.last = 0.25 * h, 0.0
@@ -455,8 +475,7 @@ def advance(
                 continue
         if tangent:
             carry_tangent(work, landed, rig.size)
-        work.values[:] = work.trial
-        work.state[: rig.size] = work.trial[: rig.size, STAGES]
+        keep(work, rig.size)
         if len(work.log) > 0:
             record(work, t, landed, side)
         clock.last = landed
@@ -502,8 +521,7 @@ def rest(law: Any, rig: Rig, drive: Drive, work: Work, t: float, end: float, bef
     tangent, z = work.tangent, work.state[0]
     go, side = release(law, rig, drive, z, t, end)
     if go > t and len(work.log) > 0:
-        for i in range(COUNT):
-            work.values[:, i] = work.state
+        spread(work.state, work.values)
         count = int((go - t) * max(1, len(drive.cosine)) / REST) + 1
         for i in range(count):
             record(work, t + (go - t) * i / count, (go - t) / count, 0.0)
