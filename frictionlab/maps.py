@@ -17,9 +17,9 @@ from frictionlab.errors import ClusterError, SimulationError
 from frictionlab.files import check_replaceable, make_folder
 from frictionlab.hdf5.map_file import GrowingMap, MapLayout, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
-from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.notes import WORDS, Note
+from frictionlab.simulator.row import ROW
 from frictionlab.simulator.state import PLACES
 from frictionlab.simulator.sweep import FAILED, Grid, named, sweep_points, table, warm_up
 from frictionlab.tables import Row, is_table, write_rows
@@ -54,14 +54,11 @@ class Solve:
     ----------
     grid
         All points.
-    fast
-        Whether to use the compiled kernel.
     build
         Digest of the simulator that asks; workers with another one refuse.
     """
 
     grid: Grid
-    fast: bool
     build: str = field(default_factory=digest)
 
     def __call__(self, numbers: Sequence[int]) -> NDArray[np.void]:
@@ -75,10 +72,10 @@ class Solve:
 
     def _solve(self, points: FloatArray) -> FloatArray:
         try:
-            return sweep_points(points, self.grid.family, fast=self.fast)
+            return sweep_points(points, self.grid.family)
         except SimulationError:  # one of them cannot be solved: alone, it costs only itself
             if len(points) == 1:
-                return np.full((1, layout.ROW), np.nan)
+                return np.full((1, ROW), np.nan)
             return np.concatenate([self._solve(point) for point in points[:, np.newaxis]])
 
 
@@ -235,13 +232,12 @@ class Tally:
 
 def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | None) -> Iterator[Step]:
     """Solve what is not yet in the file and put it there, batch by batch."""
-    fast = scheduler is not None or grid.worth_compiling
-    if fast and scheduler is None:
+    if scheduler is None:
         warm_up(grid.law)  # compiled here once: processes find the machine code
     saved, numbers = 0.0, range(file.done, len(grid))
-    batches = run_batches(Solve(grid, fast), numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S)
+    batches = run_batches(Solve(grid), numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S)
     for batch in batches:
-        failed = _records(np.full((1, layout.ROW), np.nan))
+        failed = _records(np.full((1, ROW), np.nan))
         step = Step(file.done, failed if batch.results is None else batch.results, batch.lost)
         file.append(step.records)
         if time.monotonic() - saved > CHECKPOINT_S:

@@ -149,7 +149,7 @@ def test_a_point_that_cannot_be_solved_costs_only_itself(tmp_path: Path, monkeyp
 
 
 def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
-    """Killed after the first saving; a map small enough for plain Python, which needs no compiler."""
+    """Killed after the first saving."""
     values = ("--r", "0.5:2:0.05", "--beta", "0.1:0.9:0.02", "--zeta", "0.02")
     order = (COMMAND, "sweep", *values, "-q", "--workers", "2", "-o")
     with subprocess.Popen((*order, "map.h5"), cwd=tmp_path, stderr=subprocess.DEVNULL) as first:
@@ -219,4 +219,4 @@ def test_another_build_of_the_simulator_does_not_go_on(tmp_path: Path, monkeypat
     with pytest.raises(UsageError, match="or was begun by another build"):
         list(make_map(GRID, tmp_path / "map.h5", workers=1, resume=True))
     with pytest.raises(ClusterError, match=r"a worker has another build of the simulator \(another\)"):
-        maps.Solve(GRID, fast=False, build="ours")(range(1))
+        maps.Solve(GRID, build="ours")(range(1))

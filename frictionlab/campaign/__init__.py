@@ -48,7 +48,7 @@ from frictionlab.campaign.ranking import CRITERIA, Drift, Rank, drift_of, rank_a
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.material_law import MaterialLaw, material_law_of
-from frictionlab.inference.observations import CycleObservation, prepare
+from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
 from frictionlab.schema import Result
 from frictionlab.simulator.laws import Law, law_of
@@ -200,7 +200,6 @@ def evaluate(
     for trial in tests:
         if not trial.failed:
             groups.setdefault(trial.group, []).append(trial)
-    prepare(model.first.law, 1.0, 20.0 * len(tests) + CURVE_POINTS * len(groups))
     screened = {group: screen(own, model.first) for group, own in groups.items()}
     laws = _laws(groups, comparisons) if find_law else {}
     joint, unfitted = fit_cycles(_cycles(groups, screened, observations), laws, scene.accuracy)

@@ -14,7 +14,7 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, weighed
-from frictionlab.inference.observations import STATES, CycleObservation, cycle_of
+from frictionlab.inference.observations import CycleObservation, cycle_of
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, model_of
 from frictionlab.inference.starts import loop_friction_ratio, point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown
@@ -152,7 +152,6 @@ def _other_causes(
         main = weighed(Fit(replace(own.model, tests=(bare,), most=STEPS), own.place), np.zeros(1))
     except FAULTS:
         return found, False, []
-    observation.prepare(4.0 * STATES * len(causes))
     likely: list[tuple[float, Cause, Fit]] = []
     for cause in causes:
         try:

@@ -31,7 +31,7 @@ from frictionlab.inference.fit import (
     with_scatter,
 )
 from frictionlab.inference.observation import Observation
-from frictionlab.inference.observations import STATES, CycleObservation
+from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import Posterior, infer, misfit_is_noise, model_of, posterior_of
 from frictionlab.inference.record import RecordObservation, fit_record, record_of
 from frictionlab.inference.starts import FIRST_GUESSES, point_at, starting_points
@@ -214,7 +214,6 @@ class _Climb:
 
     def _rung(self, law: Law, below: Rung | None) -> Rung:
         observations = [o.under(law) for o in self.observations]
-        observations[0].prepare(10.0 * STATES * len(observations))
         model = model_of(observations)
         if self.accuracy == "fast":
             model = replace(model, tolerance=1e3)

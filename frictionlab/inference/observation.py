@@ -113,9 +113,6 @@ class Observation(ABC):
     def problem(self, values: Values) -> Problem:
         """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
 
-    def prepare(self, motions: float) -> None:  # noqa: B027 - most kinds, but not all
-        """Load the compiled simulator if so many motions are worth it; it changes nothing but their time."""
-
     def settled(self, values: Values) -> Self:  # noqa: ARG002 - most know their noise before
         """Return the test with what the values of a first fit tell of its noise."""
         return self

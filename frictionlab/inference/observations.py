@@ -49,17 +49,6 @@ UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
 SPRING_HARMONICS = 16  # of the force of a spring that is not linear
 
 
-def prepare(law: Law, r: float, states: float) -> None:
-    """Load the compiled simulator if so many steady states are worth it; it changes nothing but their time."""
-    from frictionlab.simulator.engine import choose  # noqa: PLC0415 - a measurement alone has no use for it
-
-    choose(states * (20.0 if law.has("breakaway") else 1.0) * (10.0 + 4.0 / r))
-    if law.kind == "elastic":
-        from frictionlab.simulator.elastic import engine as elastic_engine  # noqa: PLC0415 - for such laws alone
-
-        elastic_engine.choose(states * 200.0 / r)
-
-
 def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> SteadyState | None:
     """Return the steady state of a problem; None where the simulator has none: these values are no candidate.
 
@@ -156,10 +145,6 @@ class CycleObservation(Observation):
     def count(self) -> int:
         """Number of harmonics."""
         return len(self.kept)
-
-    def prepare(self, motions: float) -> None:
-        """Load the compiled simulator if so many steady states are worth it; it changes nothing but their time."""
-        prepare(self.law, self.r, motions)
 
     def problem(self, values: Values) -> Problem:
         """Return what is simulated at some values, dimensionless in this test, sensors and rig included.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.comparison import WholeRecord
-from frictionlab.inference.record import RUNS, RecordObservation, spread_of
+from frictionlab.inference.record import RecordObservation, spread_of
 from frictionlab.simulator.record import BaseRecord, respond
 
 Periods = NDArray[np.intp]
@@ -45,7 +45,6 @@ def follow(observation: RecordObservation, values: Mapping[str, float], *, fits_
         The law has no motion under the measured base at these values.
     """
     track = observation.track
-    observation.prepare(RUNS)
     if fits_start:
         values = {**values, **_fitted_start(observation, values)}
     predicted = observation.predict(values)

@@ -29,7 +29,7 @@ from frictionlab.inference.fit import (
     with_scatter,
 )
 from frictionlab.inference.observation import Observation, Reached
-from frictionlab.inference.observations import STATES, CycleObservation
+from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor
 from frictionlab.simulator.laws import Law
@@ -436,8 +436,6 @@ def infer(
     AnalysisError
         The mass stands still, the loop takes in no energy, or no value tried has a steady state.
     """
-    for observation in observations:
-        observation.prepare(STATES * len(observations))
     model = model_of(observations)
     model = model if most is None else replace(model, most=most)
     starts, local = starting_points(model, near)

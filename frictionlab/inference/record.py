@@ -22,7 +22,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law
-from frictionlab.simulator.record import BaseRecord, Response, prepare, respond
+from frictionlab.simulator.record import BaseRecord, Response, respond
 
 DENSE = 120.0  # samples per period of drive or frame, whichever is shorter, that a fit needs at most
 STEP = 1e-3  # of a prior's standard deviation: finite differences of the simulated record
@@ -225,11 +225,6 @@ class RecordObservation(Observation):
         speed = float(slope) / (2.0 * math.pi * track.natural_frequency)
         return {"start_displacement": float(level) - zero, "start_velocity": speed, "offset": zero}
 
-    def prepare(self, motions: float) -> None:
-        """Load the compiled simulator if so many records are worth it; it changes nothing but their time."""
-        usual = {u.name: u.value(0.0) for u in self.law_unknowns}
-        prepare(self.problem(usual).in_frame_time(), self.base(usual), round(motions))
-
     def problem(self, values: Values) -> Problem:
         """Return the problem at some values, speeds over omega Y."""
         return self.simulated(values, self.r)
@@ -347,7 +342,6 @@ def fit_record(observation: RecordObservation, starts: Sequence[Values], *, trie
         No start has a motion.
     """
     model = replace(model_of([observation]), most=MOST_STEPS)
-    observation.prepare(RUNS)
     begun: list[tuple[float, FloatArray]] = []
     for start in starts:
         point = np.array([u.at(start[u.name]) if u.name in start else 0.0 for u in model.unknowns])

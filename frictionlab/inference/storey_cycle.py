@@ -30,8 +30,7 @@ from frictionlab.simulator import Contact, Problem, SteadyState, Structure
 from frictionlab.simulator import Motion as MotionOfOne
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.meter import OverspentError
-from frictionlab.simulator.several import StructureState, steady
-from frictionlab.simulator.several.answer import StructureMotion
+from frictionlab.simulator.several import StructureMotion, StructureState, steady
 
 COST = 400.0  # steps of integration that a steady state of several masses costs, about
 FREQUENCY, DAMPING, GAIN = "storey_{}_frequency", "storey_{}_damping", "gain_{}"  # from the second storey on
@@ -154,12 +153,11 @@ class StoreyObservation(CycleObservation):
             base=problem.base,
         )
 
-    def state(self, values: Values, near: SteadyState | None = None) -> StoreyState | None:
+    def state(self, values: Values, near: SteadyState | None = None) -> StoreyState | None:  # noqa: ARG002 - solved anew
         """Return the steady state at some values; None where there is none."""
         self.work.take(COST)
-        begun = near.whole if isinstance(near, StoreyState) else None
         try:
-            return StoreyState.of(self.problem(values), steady(self.structure(values), near=begun))
+            return StoreyState.of(self.problem(values), steady(self.structure(values)))
         except OverspentError:
             raise
         except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError, ValueError):
@@ -229,10 +227,10 @@ class StoreyObservation(CycleObservation):
 
     def law_at_contact(self, state: SteadyState, tau: FloatArray) -> AtContact | None:
         """Return slip, its velocity and the force of the first contact in the prediction."""
-        motion = state.whole.motion if isinstance(state, StoreyState) and state.whole else None
-        if motion is None:
+        whole = state.whole if isinstance(state, StoreyState) else None
+        if whole is None or whole.motion is None:
             return None
-        structure = motion.flow.structure
+        structure, motion = whole.structure, whole.motion
         contact, (q, v) = structure.contacts[0], motion.at(tau)
         row, follow = structure.row(contact), float(contact.against == "base")
         z = q @ row - follow * structure.base.at(tau)

@@ -13,7 +13,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.comparison import OverFrequency
 from frictionlab.inference.observation import Observation, Reached, Values
-from frictionlab.inference.observations import harmonics_of, law_and_held, mean_cycle, prepare, steady
+from frictionlab.inference.observations import harmonics_of, law_and_held, mean_cycle, steady
 from frictionlab.inference.unknowns import Unknown, factor
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene
@@ -63,10 +63,6 @@ class TableObservation(Observation):
         seen = [u for u in super().rig_unknowns if u.name in SEEN and (u.name != "lag_s" or math.isfinite(self.turn))]
         free = Unknown(UNIT, "amplitude of the base", scale="log", known_to=4.0, key="experiment.base_amplitude_m")
         return (*seen, *(free,) * self.is_free)
-
-    def prepare(self, motions: float) -> None:
-        """Load the compiled simulator if so many tables are worth it; it changes nothing but their time."""
-        prepare(self.law, float(self.ratios.min()), motions * len(self.ratios))
 
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (m, m) in the coordinates: few rows tell their scatter badly."""

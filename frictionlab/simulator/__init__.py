@@ -11,7 +11,6 @@ The mathematics stands in the README of this folder.
 from frictionlab.simulator.coexisting import Attractor, coexisting
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import COSINE, Base, Problem
-from frictionlab.simulator.rigid import Trajectory
 from frictionlab.simulator.solve import last_cycle, simulate, steady_state
 from frictionlab.simulator.state import Solver, SteadyState
 from frictionlab.simulator.structure import Contact, Structure
@@ -30,7 +29,6 @@ __all__ = [
     "SteadyState",
     "Structure",
     "ThesisRun",
-    "Trajectory",
     "coexisting",
     "last_cycle",
     "simulate",

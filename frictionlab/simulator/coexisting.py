@@ -4,8 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from frictionlab.errors import UsageError
-from frictionlab.simulator import engine as engines
-from frictionlab.simulator import rigid
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.solve import steady_state
@@ -100,20 +98,19 @@ def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[Stea
     """What the motion from each start settles on."""
     reach = 2.0 * max(1.0, first.response_amplitude or 0.0)
     places = [tuple(reach * (2.0 * ((0.5 + step * number) % 1.0) - 1.0) for step in GOLDEN) for number in range(starts)]
-    if problem.law.kind == "rigid":
-        engines.choose(2e3 * starts)
+    if problem.law.is_exact:
+        from frictionlab.simulator.exact.solve import steady_from  # noqa: PLC0415 - what is not asked for is not loaded
+
         looks = LOOKS  # for all starts together
-        for z, v in places:
-            state, looks = rigid.steady_from(problem, z, v, looks)
+        for x, v in places:
+            state, looks = steady_from(problem, x, v, looks)
             yield state
         return
     if starts >= WORTH_COMPILING:
         warm_up(problem.law.name)
-    if problem.law.kind == "elastic":
-        from frictionlab.simulator.elastic import steady_from  # noqa: PLC0415 - what is not asked for is not loaded
-    else:
-        from frictionlab.simulator.numeric import steady_from  # noqa: PLC0415 - as above
-    yield from (steady_from(problem, x, v) for x, v in places)
+    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
+
+    yield from (numeric.steady_from(problem, x, v) for x, v in places)
 
 
 def _is_same(one: SteadyState, other: SteadyState) -> bool:

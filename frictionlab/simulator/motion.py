@@ -144,6 +144,11 @@ class Motion(ABC):
         """Return z, v and what else the motion has, a row each, at the given times within the given phases."""
 
     @property
+    def kinks(self) -> FloatArray:
+        """Times (rad) between which the motion is smooth."""
+        return np.concatenate((self.stops.ravel(), self.turning_points[0]))
+
+    @property
     def start(self) -> float:
         """Begin of the motion, rad."""
         return self.timeline.start
@@ -251,8 +256,7 @@ def nodes_of(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Gauss-Legendre nodes and weights from the motion's start to its end, in panels cut at its events."""
     problem = motion.problem
     longest = PANEL * min(problem.r, 1.0 / problem.base.harmonics)
-    events = np.concatenate((motion.stops.ravel(), motion.turning_points[0], (motion.start, motion.end)))
-    marks = np.unique(np.clip(events, motion.start, motion.end))
+    marks = np.unique(np.clip(np.concatenate((motion.kinks, (motion.start, motion.end))), motion.start, motion.end))
     cuts = [np.linspace(a, b, ceil((b - a) / longest) + 1)[:-1] for a, b in pairwise(marks)]
     edges = np.concatenate((*cuts, [motion.end]))
     half = 0.5 * np.diff(edges)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.kernel.settle import LONGEST, PATIENCE
+from frictionlab.simulator import row as places
 from frictionlab.simulator.meter import WAITED_CYCLES, WAITED_STEPS
 
 if TYPE_CHECKING:
@@ -18,6 +17,9 @@ if TYPE_CHECKING:
 LOOSE = 1e-10  # relative closure error of exact phases above which it is said
 COARSE = 1e-6  # the same of a law that is integrated
 ROUNDING = 1e-14  # of the force times the amplitude: what rounding leaves of the work put in
+LONGEST, PATIENCE = 512, 4096  # cycles of the longest orbit that exact phases look for; cycles waited for it
+EPSILON = 2e-16  # of the drive
+ROUNDED = 1e-15  # of a motion, by rounding in a cycle; what is left of it in the next adds up
 SLOW = 1e-3  # of a disturbance is forgotten in a period, or less: that is said
 
 
@@ -97,31 +99,35 @@ def asked_of(problem: "Problem") -> Asked:
 
 
 def notes_of(asked: Asked, row: Any) -> Any:
-    """Return the notes of a kernel's row (or of columns of rows) of a law with exact phases, as bits.
+    """Return the notes of a row (or of columns of rows) of a law with exact phases, as bits.
 
     Parameters
     ----------
     asked : Asked
     row : sequence
-        What `kernel.layout` says stands in a row: numbers, or arrays over the points of a map.
+        What `row` says stands in a row: numbers, or arrays over the points of a map.
     """
-    outcome, multiplier, beta = row[layout.OUTCOME], row[layout.MULTIPLIER], asked.beta
-    moves, rests, unawaited = outcome == layout.PERIODIC, outcome == layout.STUCK, row[layout.UNAWAITED] == 1.0
+    outcome, multiplier, beta = row[places.OUTCOME], row[places.MULTIPLIER], asked.beta
+    moves, rests, unawaited = outcome == places.PERIODIC, outcome == places.STUCK, row[places.UNAWAITED] == 1.0
     undamped = (asked.zeta == 0.0) & (asked.frame == 0.0)
     free = (beta == 0.0) & undamped
     many = in_continuum(asked) & _not(free)
     static = asked.mu > 1.0
-    left = row[layout.CLOSURE] - ROUNDING * asked.drive * row[layout.AMPLITUDE]
-    loose = (left > LOOSE * row[layout.ENERGY]) & (row[layout.ENERGY] > 0.0)
+    taken = row[places.CONTACT_ENERGY] + row[places.FRAME_ENERGY]
+    left = row[places.CLOSURE] - ROUNDING * asked.drive * row[places.AMPLITUDE]
+    lasts = (LOOSE * (1.0 - abs(multiplier)) < ROUNDED) & _not(free)
+    lasts |= free & moves & (LOOSE * away_from_resonance(asked.r) < ROUNDED)
+    small = moves & asked.rigid & (LOOSE * row[places.AMPLITUDE] < EPSILON)  # beside the drive, whose rounding it has
+    loose = (((left > LOOSE * taken) & (taken > 0.0)) | lasts | small) & _not(many)
     held = rests & (not asked.rigid)
     said = {
         Note.FAILED: outcome != outcome,  # noqa: PLR0124 - not a number
-        Note.RUNS_AWAY: outcome == layout.RUNAWAY,
-        Note.PULLS: outcome == layout.PULLING,
-        Note.CHATTERS: outcome == layout.CHATTERED,
-        Note.PARTS: outcome == layout.PARTING,
-        Note.GIVEN_UP: outcome == layout.COSTLY,
-        Note.UNSETTLED: outcome == layout.NOT_FOUND,
+        Note.RUNS_AWAY: outcome == places.RUNAWAY,
+        Note.PULLS: outcome == places.PULLING,
+        Note.CHATTERS: outcome == places.CHATTERED,
+        Note.PARTS: outcome == places.PARTING,
+        Note.GIVEN_UP: outcome == places.COSTLY,
+        Note.UNSETTLED: outcome == places.NOT_FOUND,
         Note.UNDAMPED: (moves & free) | (held & undamped),
         Note.CONTINUUM: moves & many,
         Note.FORGETS_SLOWLY: moves & _not(free) & _not(many) & (1.0 - abs(multiplier) < SLOW),
@@ -131,6 +137,11 @@ def notes_of(asked: Asked, row: Any) -> Any:
         Note.FEWER_DIGITS: (moves | rests) & _not(held) & loose,
     }
     return sum(int(note) * found for note, found in said.items())
+
+
+def away_from_resonance(r: Any) -> Any:
+    """Return |1 - k r| of the harmonic k that is nearest to resonance."""
+    return abs(1.0 - np.maximum(1.0, (1.0 / r + 0.5) // 1.0) * r)
 
 
 def _not(truth: Any) -> Any:
@@ -256,10 +267,11 @@ def _fewer_digits(state: "SteadyState") -> str:
             "that changes within so small a speed, is lost in the tolerance of the steps."
         )
     off = max(0.0, off - ROUNDING * asked_of(state.problem).drive * (state.response_amplitude or 0.0))
-    return (
-        f"So close to resonance or rest, numbers are good to about {off / energy:.0e} only: energies in and out differ "
-        "so."
-    )
+    kept = 1.0 - abs(state.floquet_multiplier or 0.0) if state.problem.beta else away_from_resonance(state.problem.r)
+    lasting, off = ROUNDED / max(ROUNDED, kept), off / energy if energy > 0.0 else 0.0
+    lasting = max(lasting, EPSILON / max(EPSILON, state.response_amplitude or 1.0))
+    why = "energies in and out differ so" if off >= lasting else "what rounding disturbs in a cycle lasts so long"
+    return f"So close to resonance or rest, numbers are good to about {max(off, lasting):.0e} only: {why}."
 
 
 SENTENCES: Mapping[Note, Callable[["SteadyState"], str]] = {

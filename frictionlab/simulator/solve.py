@@ -1,10 +1,9 @@
 """The three questions to the simulator, and which solver answers: steady state, motion from a start, its last cycle."""
 
 from math import isfinite, pi
-from typing import Any, get_args
+from typing import get_args
 
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator import rigid
 from frictionlab.simulator.last import last_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
@@ -55,7 +54,13 @@ def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
     _check_solver(problem, solver)
     if solver == "thesis":
         return last_cycle(problem, cycles=100, solver="thesis")
-    state: SteadyState = rigid.steady(problem, solver) if _is_rigid(problem, solver) else _room(problem).steady(problem)
+    if is_exact(problem, solver):
+        from frictionlab.simulator.exact.solve import steady  # noqa: PLC0415 - what is not asked for is not loaded
+
+        return steady(problem, solver)
+    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
+
+    state: SteadyState = numeric.steady(problem)
     return state
 
 
@@ -70,19 +75,9 @@ def _check_solver(problem: Problem, solver: str) -> None:
         )
 
 
-def _is_rigid(problem: Problem, solver: str) -> bool:
-    return problem.law.kind == "rigid" and solver != "numeric"
-
-
-def _room(problem: Problem) -> Any:
-    """The solver of a law that is not rigid, or of any law by integration; loaded when it is needed."""
-    if problem.law.kind == "elastic":
-        from frictionlab.simulator import elastic  # noqa: PLC0415 - what is not asked for is not loaded
-
-        return elastic
-    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
-
-    return numeric
+def is_exact(problem: Problem, solver: str = "auto") -> bool:
+    """Tell whether exact phases answer: the law has them, and no integration is asked for."""
+    return problem.law.is_exact and solver != "numeric"
 
 
 def simulate(
@@ -115,7 +110,7 @@ def simulate(
     Returns
     -------
     Motion
-        A `Trajectory` where the law is rigid.
+        A `Trajectory` where the law has exact phases.
 
     Raises
     ------
@@ -139,10 +134,7 @@ def simulate(
             f"simulate: initial conditions; expected finite numbers of size up to {LARGEST:g}; "
             f"got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
         )
-    run = rigid.run if _is_rigid(problem, solver) else _room(problem).run
-    kept = cycles if keep is None else keep
-    motion: Motion = run(problem, cycles=cycles, x0=x0, v0=v0, tau0=tau0 % (2.0 * pi), keep=kept)
-    return motion
+    return _run(problem, solver, cycles, keep or cycles, x0, v0, tau0 % (2.0 * pi))
 
 
 def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> SteadyState:
@@ -174,9 +166,18 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
         raise UsageError(f"last cycle: cycles; expected 1 to {MOST_CYCLES}; got {cycles}")
     if solver == "thesis":
         return waited(problem, cycles)
-    if _is_rigid(problem, solver):
-        return rigid.last(problem, cycles)
-    if problem.law.kind == "elastic":
-        elastic: SteadyState = _room(problem).last(problem, cycles)
-        return elastic
-    return last_of(_room(problem).run(problem, cycles=cycles, keep=1), "numeric")
+    return last_of(_run(problem, solver, cycles, 1), "exact" if is_exact(problem, solver) else "numeric")
+
+
+def _run(
+    problem: Problem, solver: str, cycles: int, keep: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0
+) -> Motion:
+    """Carry a motion over cycles by the solver that answers; the last `keep` are recorded."""
+    if is_exact(problem, solver):
+        from frictionlab.simulator.exact.solve import run  # noqa: PLC0415 - what is not asked for is not loaded
+
+        return run(problem, cycles=cycles, keep=keep, x0=x0, v0=v0, tau0=tau0)
+    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
+
+    motion: Motion = numeric.run(problem, cycles=cycles, keep=keep, x0=x0, v0=v0, tau0=tau0)
+    return motion

@@ -5,7 +5,7 @@ from functools import cached_property
 from math import isfinite, nan
 from typing import Any, Literal
 
-from frictionlab.simulator.kernel import layout
+from frictionlab.simulator import row as places
 from frictionlab.simulator.motion import Energies, Motion, energies_of
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
@@ -15,17 +15,17 @@ Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
 Regime = Literal["continuous", "stick-slip", "stuck"]
 
 OUTCOMES: dict[int, Outcome] = {
-    layout.PERIODIC: "periodic",
-    layout.STUCK: "stuck",
-    layout.UNBOUNDED: "unbounded",
-    layout.NOT_FOUND: "not found",
-    layout.CHATTERED: "not found",
-    layout.RUNAWAY: "not found",
-    layout.PULLING: "not found",
-    layout.PARTING: "not found",
-    layout.COSTLY: "not found",
+    places.PERIODIC: "periodic",
+    places.STUCK: "stuck",
+    places.UNBOUNDED: "unbounded",
+    places.NOT_FOUND: "not found",
+    places.CHATTERED: "not found",
+    places.RUNAWAY: "not found",
+    places.PULLING: "not found",
+    places.PARTING: "not found",
+    places.COSTLY: "not found",
 }
-SOLVERS = ("exact", "closed-form", "numeric")  # what the number CLOSED_FORM of a row says
+SOLVERS = ("exact", "closed-form", "numeric")  # what the number SOLVER of a row says
 PARAMETERS = ("r", "beta", "mu", "zeta", "wall")
 NUMBERS = (
     "energy_per_cycle",
@@ -43,19 +43,19 @@ NUMBERS = (
     "frame_energy_per_cycle",
     "warnings",
 )
-PLACES = {  # number of a state: its place in a kernel's row
-    "energy_per_cycle": layout.ENERGY,
-    "response_amplitude": layout.AMPLITUDE,
-    "stops_per_cycle": layout.STOPS,
-    "stuck_fraction": layout.STUCK_SHARE,
-    "symmetric": layout.SYMMETRIC,
-    "period_cycles": layout.PERIOD,
-    "floquet_multiplier": layout.MULTIPLIER,
-    "closure_error": layout.CLOSURE,
-    "residual": layout.MISS,
-    "growth_per_cycle": layout.GROWTH,
-    "contact_energy_per_cycle": layout.CONTACT_ENERGY,
-    "frame_energy_per_cycle": layout.FRAME_ENERGY,
+PLACES = {  # number of a state: its place in a row
+    "energy_per_cycle": places.ENERGY,
+    "response_amplitude": places.AMPLITUDE,
+    "stops_per_cycle": places.STOPS,
+    "stuck_fraction": places.STUCK_SHARE,
+    "symmetric": places.SYMMETRIC,
+    "period_cycles": places.PERIOD,
+    "floquet_multiplier": places.MULTIPLIER,
+    "closure_error": places.CLOSURE,
+    "residual": places.MISS,
+    "growth_per_cycle": places.GROWTH,
+    "contact_energy_per_cycle": places.CONTACT_ENERGY,
+    "frame_energy_per_cycle": places.FRAME_ENERGY,
 }
 KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
 
@@ -73,7 +73,7 @@ class SteadyState:
     outcome : str
         "periodic", "stuck" (the contact never slips), "unbounded" (no steady state), "not settled" or "not found".
     energy_taken : float or None
-        What the contact and both dashpots take per cycle, over k Y^2: the energies follow from it when asked for.
+        What the contact and both dashpots take per cycle, over k Y^2.
     response_amplitude : float or None
         (max - min) / 2 of the displacement of the mass over Y.
     stops_per_cycle : float or None
@@ -98,6 +98,8 @@ class SteadyState:
         What the numbers do not say: `notes.Note` as bits; `warnings` are their sentences.
     orbit : Motion or None
         The motion over one period.
+    energies : Energies or None
+        Where the solver has them; else they follow from `energy_taken` and the motion when asked for.
     """
 
     problem: Problem
@@ -116,10 +118,11 @@ class SteadyState:
     growth_per_cycle: float | None = None
     notes: int = 0
     orbit: Motion | None = None
+    energies: Energies | None = None
 
     @cached_property
     def _energies(self) -> Energies:
-        return energies_of(self.problem, self.energy_taken, self.orbit)
+        return self.energies or energies_of(self.problem, self.energy_taken, self.orbit)
 
     @property
     def energy_per_cycle(self) -> float | None:
@@ -185,42 +188,44 @@ def _cycles(count: int | None) -> str:
     return "cycle" if count == 1 else f"{count} cycles"
 
 
-def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyState:
-    """Turn a kernel's row into a steady state."""
-    outcome, said = OUTCOMES[int(row[layout.OUTCOME])], int(notes_of(asked_of(problem), row))
-    miss = float(row[layout.MISS])
+def from_numbers(problem: Problem, numbers: Any, orbit: Motion | None) -> SteadyState:
+    """Turn a row of numbers into a steady state."""
+    outcome, said = OUTCOMES[int(numbers[places.OUTCOME])], int(notes_of(asked_of(problem), numbers))
+    miss = float(numbers[places.MISS])
     if outcome not in ("periodic", "stuck"):
         residual = miss if said & Note.GIVEN_UP and isfinite(miss) else None
         growth = miss if said & Note.PARTS else None
         return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
-    moves: Regime = "stick-slip" if row[layout.STOPS] > 0.0 else "continuous"
+    moves: Regime = "stick-slip" if numbers[places.STOPS] > 0.0 else "continuous"
+    loop, contact, frame = (float(numbers[i]) for i in (places.ENERGY, places.CONTACT_ENERGY, places.FRAME_ENERGY))
     return SteadyState(
         problem=problem,
-        solver=SOLVERS[int(row[layout.CLOSED_FORM])],
+        solver=SOLVERS[int(numbers[places.SOLVER])],
         outcome=outcome,
-        energy_taken=float(row[layout.ENERGY]),
-        response_amplitude=float(row[layout.AMPLITUDE]),
-        stops_per_cycle=float(row[layout.STOPS]),
-        stuck_fraction=float(row[layout.STUCK_SHARE]),
+        energy_taken=contact + frame,
+        response_amplitude=float(numbers[places.AMPLITUDE]),
+        stops_per_cycle=float(numbers[places.STOPS]),
+        stuck_fraction=float(numbers[places.STUCK_SHARE]),
         regime="stuck" if outcome == "stuck" else moves,
-        symmetric=bool(row[layout.SYMMETRIC]),
-        period_cycles=int(row[layout.PERIOD]),
-        floquet_multiplier=float(row[layout.MULTIPLIER]),
-        closure_error=float(row[layout.CLOSURE]),
+        symmetric=bool(numbers[places.SYMMETRIC]),
+        period_cycles=int(numbers[places.PERIOD]),
+        floquet_multiplier=float(numbers[places.MULTIPLIER]),
+        closure_error=float(numbers[places.CLOSURE]),
         residual=miss,
         notes=said,
         orbit=orbit,
+        energies=Energies(loop, contact, frame),
     )
 
 
 def to_numbers(state: SteadyState) -> list[float]:
-    """Return a steady state as a kernel's row, as far as a map needs it: the other way round than `from_numbers`."""
-    row = [nan] * layout.ROW
+    """Return a steady state as a row of numbers, as far as a map needs it: the other way round than `from_numbers`."""
+    row = [nan] * places.ROW
     code = {outcome: number for number, outcome in reversed(OUTCOMES.items())}
-    row[layout.OUTCOME] = float(code[state.outcome])
-    row[layout.CLOSED_FORM] = float(SOLVERS.index(state.solver))
+    row[places.OUTCOME] = float(code[state.outcome])
+    row[places.SOLVER] = float(SOLVERS.index(state.solver))
     for key, position in PLACES.items():
         value = getattr(state, key)
         row[position] = nan if value is None else float(value)
-    row[layout.NOTES] = float(state.notes)
+    row[places.NOTES] = float(state.notes)
     return row

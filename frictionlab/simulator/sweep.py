@@ -1,7 +1,7 @@
 """Maps of steady states over r, beta, mu, zeta and the parameters of a law: chunks of points.
 
-Rigid laws are one call of the compiled kernel per chunk; others are solved point by point. Each point is solved by
-itself, so that the numbers are the same bits whatever the chunks and whoever solves them.
+Laws with exact phases are one call of the compiled flow per chunk; others are solved point by point. Each point is
+solved by itself, so that the numbers are the same bits whatever the chunks and whoever solves them.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator import engine as engines
-from frictionlab.simulator.kernel import layout
+from frictionlab.errors import UsageError
+from frictionlab.simulator import row as places
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.notes import WORDS, Asked, Note, drive_of, notes_of
 from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
@@ -23,11 +22,8 @@ from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, SteadyState, to_numbers
 
 FAILED = "failed"  # outcome of a point that could not be solved
-MANY = {"elastic": 100, "smooth": 16, "inner": 4}  # points solved one by one, from which a compiled kernel is loaded
 CHUNK = 500  # points a call: some 10 ms of work
 AXES = ("r", "beta", "mu", "zeta")
-LONG = 16  # times the phases of one cycle: with static friction orbits last many
-MOST_PHASES = 1 << 22  # recorded per orbit, 200 MB: beyond that the point is given up by name
 
 
 @dataclass(frozen=True)
@@ -60,19 +56,15 @@ class Family:
         values = dict(zip(self.names, more, strict=True))
         return Problem(r, beta, mu, zeta, self.wall, self.base, law=self.law, parameters=values)
 
-    def contacts(self, points: FloatArray) -> FloatArray:
-        """Return the points as the rigid kernel reads them: r and the numbers of `layout.Contact`, shape (n, 7)."""
+    def asked(self, points: FloatArray) -> Asked:
+        """Return what is asked at points (n, coordinates), as notes depend on it."""
         values = dict(zip(self.coordinates, points.T, strict=True))
-        up, down = (values.get(f"static_ratio_{way}", values["mu"]) for way in ("up", "down"))
-        damping, none = values.get("contact_damping_ratio", values["zeta"]), np.zeros(len(points))
-        gradient, frame = values.get("gradient", none), values.get("frame_damping_ratio", none)
-        return np.column_stack((values["r"], values["beta"], gradient, up, down, damping, frame))
-
-    def asked(self, contacts: FloatArray) -> Asked:
-        """Return what is asked at points of a rigid law, given as `contacts` tells them, as notes depend on it."""
-        r, beta, gradient, up, down, zeta, frame = contacts.T
-        drive = drive_of(r, frame, self.wall, self.base)
-        return Asked(r, beta, np.maximum(up, down), zeta, frame, gradient, drive, self.base.harmonics == 1, rigid=True)
+        none = np.zeros(len(points))
+        r, beta, frame = values["r"], values["beta"], values.get("frame_damping_ratio", none)
+        mu = np.maximum(*(values.get(f"static_ratio_{way}", values["mu"]) for way in ("up", "down")))
+        zeta, gradient = values.get("contact_damping_ratio", values["zeta"]), values.get("gradient", none)
+        drive, rigid = drive_of(r, frame, self.wall, self.base), law_of(self.law).kind == "rigid"
+        return Asked(r, beta, mu, zeta, frame, gradient, drive, self.base.harmonics == 1, rigid)
 
 
 @dataclass(frozen=True)
@@ -133,15 +125,6 @@ class Grid:
         """What the points have in common."""
         return Family(self.law, tuple(name for name, _ in self.parameters), self.wall, self.base)
 
-    @property
-    def worth_compiling(self) -> bool:
-        """Whether it is large enough for the compiled kernel."""
-        r = np.array(self.r)
-        others = len(self) / len(r)
-        if law_of(self.law).kind != "rigid":
-            return len(self) > MANY[law_of(self.law).kind]
-        return engines.is_worth_it(others * (10.0 * len(r) + float(np.sum(4.0 / r))))
-
     def axes(self) -> dict[str, FloatArray]:
         """The values along each axis."""
         values = {name: getattr(self, name) for name in AXES} | dict(self.parameters)
@@ -163,7 +146,7 @@ class StateMap:
     grid : Grid
         Its points.
     numbers : ndarray of shape (n, columns)
-        One row of the kernel per point, the last axis fastest; `datasets` and `rows` read it.
+        One row per point, the last axis fastest; `datasets` and `rows` read it.
     """
 
     grid: Grid
@@ -198,18 +181,18 @@ def named(numbers: FloatArray) -> dict[str, NDArray[Any]]:
     Parameters
     ----------
     numbers : ndarray of shape (n, columns)
-        Rows of the kernel; one that is all NaN is a point that could not be solved.
+        Rows of steady states; one that is all NaN is a point that could not be solved.
     """
-    code = np.nan_to_num(numbers[:, layout.OUTCOME], nan=len(OUTCOMES)).astype(np.int64)
+    code = np.nan_to_num(numbers[:, places.OUTCOME], nan=len(OUTCOMES)).astype(np.int64)
     outcome = np.array([*(OUTCOMES[number] for number in range(len(OUTCOMES))), FAILED])[code]
-    regime = np.where(numbers[:, layout.STOPS] > 0.0, "stick-slip", "continuous")
+    regime = np.where(numbers[:, places.STOPS] > 0.0, "stick-slip", "continuous")
     regime = np.where(outcome == "stuck", "stuck", np.where(outcome == "periodic", regime, ""))
     texts = {
-        "solver": np.array(SOLVERS)[np.nan_to_num(numbers[:, layout.CLOSED_FORM]).astype(np.int64)],
+        "solver": np.array(SOLVERS)[np.nan_to_num(numbers[:, places.SOLVER]).astype(np.int64)],
         "outcome": outcome,
         "regime": regime,
     }
-    notes = np.nan_to_num(numbers[:, layout.NOTES], nan=Note.FAILED).astype(np.uint32)
+    notes = np.nan_to_num(numbers[:, places.NOTES], nan=Note.FAILED).astype(np.uint32)
     return texts | {key: numbers[:, position] for key, position in PLACES.items()} | {"warnings": notes}
 
 
@@ -292,9 +275,8 @@ def sweep(
     """
     more = tuple((name, _numbers(values)) for name, values in (parameters or {}).items())
     grid = Grid(_numbers(r), _numbers(beta), _numbers(mu), _numbers(zeta), wall, law, more, base)
-    fast = grid.worth_compiling
     chunks = [range(start, min(start + CHUNK, len(grid))) for start in range(0, len(grid), CHUNK)]
-    return StateMap(grid, np.concatenate([sweep_points(grid.points(c), grid.family, fast=fast) for c in chunks]))
+    return StateMap(grid, np.concatenate([sweep_points(grid.points(c), grid.family) for c in chunks]))
 
 
 def _numbers(values: Sequence[float]) -> tuple[float, ...]:
@@ -302,64 +284,29 @@ def _numbers(values: Sequence[float]) -> tuple[float, ...]:
 
 
 def warm_up(law: str) -> None:
-    """Load the compiled kernel that answers for a law, or compile it: its solver then takes it for every point."""
-    kind = law_of(law).kind
-    if kind == "rigid":
-        engines.compiled()
-    elif kind == "elastic":
-        from frictionlab.simulator.elastic.engine import compiled  # noqa: PLC0415 - what is not asked for is not loaded
-
-        compiled()
+    """Load the compiled code that answers for a law, or compile it: its solver then takes it for every point."""
+    if law_of(law).is_exact:
+        steady_state(Problem(0.5, 0.4))
     else:
         from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
 
         numeric.warm_up()
 
 
-def sweep_points(points: FloatArray, family: Family, *, fast: bool) -> FloatArray:
-    """Return the kernel's rows of points given as (n, coordinates). What a worker does."""
-    if law_of(family.law).kind != "rigid" or _needs_motion(points, family):
-        if fast:
-            warm_up(family.law)
+def sweep_points(points: FloatArray, family: Family) -> FloatArray:
+    """Return the rows of points given as (n, coordinates). What a worker does."""
+    if not law_of(family.law).is_exact:
         return np.array([to_numbers(steady_state(family.problem(point))) for point in points.tolist()])
-    engine = engines.compiled() if fast else engines.choose(0.0)
-    phases = 64 + int(10 * (family.base.harmonics + 1.0 / float(points[:, 0].min())))
-    if family.contacts(points)[:, 3:5].max() > 1.0:
-        phases *= LONG  # an orbit that has no room is sought again
-    numbers = _call(engine, points, family, phases)
-    while np.any(full := numbers[:, layout.OUTCOME] == layout.OVERFULL):
-        phases *= 4
-        if phases > MOST_PHASES:
-            r, beta = points[full][0, :2]
-            raise SimulationError(f"sweep: r = {r!r}, beta = {beta!r}; expected at most {MOST_PHASES} phases; got more")
-        numbers[full] = _call(engine, points[full], family, phases)
-    return numbers
+    from frictionlab.simulator.exact.solve import rows_of  # noqa: PLC0415 - half a second that other work need not wait
 
-
-def _needs_motion(points: FloatArray, family: Family) -> bool:
-    """Whether the area of the loop does not follow from what is taken (`energies_of`)."""
-    return bool(family.contacts(points)[:, -1].any()) or (family.wall == "base" and family.base.harmonics > 1)
-
-
-def _call(engine: engines.Engine, points: FloatArray, family: Family, phases: int) -> FloatArray:
-    """Call the kernel once for all points."""
-    base = family.base
-    room = engines.make_room(engine, Problem(1.0, 0.0, wall=family.wall, base=base), phases)
-    force = engines.make_force(engine, base.cosine, base.sine)
-    rows = engine.zeros(layout.ROW * len(points))
-    flat = engine.flat(family.contacts(points))
-    engine.kernel.sweep(flat, engine.buffer(base.cosine), engine.buffer(base.sine), force, 0, room, rows)
-    return _with_notes(np.array(rows, dtype=np.float64).reshape(len(points), layout.ROW), points, family)
+    return _with_notes(rows_of([family.problem(point) for point in points.tolist()]), points, family)
 
 
 def _with_notes(rows: FloatArray, points: FloatArray, family: Family) -> FloatArray:
-    """Add notes to the kernel's rows; where a motion does not repeat, MISS is its growth and moves to that column."""
-    parts, kept = rows[:, layout.OUTCOME] == layout.PARTING, (layout.PERIODIC, layout.STUCK, layout.COSTLY)
-    rows[:, layout.GROWTH] = np.where(parts, rows[:, layout.MISS], np.nan)
-    known = np.isin(rows[:, layout.OUTCOME], kept) & np.isfinite(rows[:, layout.MISS])
-    rows[:, layout.MISS] = np.where(known, rows[:, layout.MISS], np.nan)
-    rows[:, layout.NOTES] = notes_of(family.asked(family.contacts(points)), rows.T)
-    rows[:, layout.CONTACT_ENERGY], rows[:, layout.FRAME_ENERGY] = rows[:, layout.ENERGY], 0.0 * rows[:, layout.ENERGY]
-    if family.wall == "base":
-        rows[:, layout.ENERGY] /= points[:, 0] ** 2
+    """Add notes to rows; where a motion does not repeat, MISS is its growth and moves to that column."""
+    parts, kept = rows[:, places.OUTCOME] == places.PARTING, (places.PERIODIC, places.STUCK, places.COSTLY)
+    rows[:, places.GROWTH] = np.where(parts, rows[:, places.MISS], np.nan)
+    known = np.isin(rows[:, places.OUTCOME], kept) & np.isfinite(rows[:, places.MISS])
+    rows[:, places.MISS] = np.where(known, rows[:, places.MISS], np.nan)
+    rows[:, places.NOTES] = notes_of(family.asked(points), rows.T)
     return rows

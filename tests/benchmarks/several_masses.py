@@ -17,7 +17,7 @@ import numpy as np
 from frictionlab.errors import FrictionlabError
 from frictionlab.simulator import Base, Contact, Structure
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.several import StructureState, steady
+from frictionlab.simulator.several import StructureMotion, StructureState, steady
 from tests.simulator.several_twin import Twin
 
 LAWS = (
@@ -53,13 +53,24 @@ def draw(seed: int) -> Structure:
     return Structure.of_storeys(float(g.uniform(0.1, 2.0)), masses, stiffness, damping, contacts, base)
 
 
+def anchors_at_begin(state: StructureState, motion: StructureMotion, twin: Twin, start: np.ndarray) -> np.ndarray:
+    """Where the springs of elastic contacts are relaxed at tau = 0."""
+    contacts, n = state.structure.contacts, motion.masses
+    index, anchors = motion.pieces.timeline.place([0.0], None)[2], np.zeros(len(contacts))
+    offsets, sides = motion.pieces.rows[index[0], 2 + 2 * n + len(contacts) :].reshape(2, -1)
+    for i, contact in enumerate(contacts):
+        spring, (place, _) = twin.springs[i], twin.place(contact, 0.0, start)
+        slips = place - sides[i] * twin.limit(contact, place) / spring
+        anchors[i] = slips if sides[i] else -offsets[i] / spring
+    return anchors
+
+
 def missed_by_twin(state: StructureState) -> tuple[float, float]:
     """By how much the twin, started on an orbit of one cycle, misses its end, and its energies."""
     if state.motion is None:
         raise ValueError("no motion")
-    at = state.motion.pieces[0].motion.at
-    twin, start = Twin(state.structure), np.concatenate((at.q, at.v))
-    twin.anchors = at.anchors.copy()
+    twin, start = Twin(state.structure), np.concatenate([values[0] for values in state.motion.at([0.0])])
+    twin.anchors = anchors_at_begin(state, state.motion, twin, start)
     end = twin.run(start, 2 * pi)
     energies = np.array([state.energy_per_cycle, state.contact_energy_per_cycle], dtype=np.float64)
     return float(np.abs(end[: len(start)] - start).max()), float(np.abs(end[len(start) :] - energies).max())

@@ -20,7 +20,7 @@ from scipy import fft
 
 import frictionlab as fl
 from frictionlab.simulator import steady_state, sweep
-from frictionlab.simulator.record import BaseRecord, prepare, respond
+from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.simulator.sweep import warm_up
 
 ROOT = Path(__file__).parents[2]
@@ -103,7 +103,6 @@ def records() -> None:
     base = BaseRecord(2 * math.pi * t, np.sin(np.outer(t, 2 * math.pi * tones[:, 1]) + tones[:, 2]) @ tones[:, 0])
     for law, parameters in (("coulomb", {}), ("coulomb+compliance", CONTACT), ("coulomb+stribeck", STRIBECK)):
         problem = fl.Problem(1.0, 0.12, law=law, parameters=parameters)
-        prepare(problem, base, 1000)
         tell(f"response to 24,000 samples, {law}", seconds(partial(respond, problem, base), 3))
 
 

@@ -22,7 +22,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.inference import predict
 from frictionlab.recording import Recording
 from frictionlab.simulator import Problem, steady_state
-from frictionlab.simulator.engine import compiled
+from frictionlab.simulator.sweep import warm_up
 from tests.inference.contacts import NATURAL_HZ, recorded, scene
 
 FloatArray = NDArray[np.float64]
@@ -135,7 +135,7 @@ def table(scores: FloatArray) -> str:
 
 def main(draws: int, first: int = 0, *, filtered: bool = False) -> None:
     """Write the table, and again after every tenth round of all motions: a study that is cut short is one of fewer."""
-    compiled()
+    warm_up("coulomb")
     rounds: list[list[tuple[float, float, float]]] = []
     kind = "_filtered" if filtered else f"_{first}" if first else ""
     place = RESULTS / f"uncertainty_coverage{kind}.txt"

@@ -18,7 +18,7 @@ from frictionlab.inference.compare import identified
 from frictionlab.planning import Plan, plan_tests
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
-from frictionlab.simulator.engine import compiled
+from frictionlab.simulator.sweep import warm_up
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded
 from tests.planning.rig import scene
 
@@ -45,7 +45,7 @@ def test_each_further_test_leaves_less_unknown(coulomb: Plan) -> None:
 
 def test_the_errors_promised_are_those_achieved() -> None:
     """The scatter of the friction ratio over repeats of the best test, each with its own noise and cycles."""
-    compiled()
+    warm_up("coulomb")
     best = plan_tests(scene(), tests=1).tests[0]
     beta = 0.6 * best.normal_force_n / (1191.0 * BASE_M)
     found = []

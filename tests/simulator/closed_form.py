@@ -8,8 +8,7 @@ from math import ceil, cos, inf, pi, sin, sqrt
 
 from scipy.optimize import minimize_scalar
 
-from frictionlab.simulator.kernel.motion import gap
-from frictionlab.simulator.kernel.outlook import den_hartog
+from frictionlab.simulator.exact.answer import den_hartog, gap
 
 
 def continuous_amplitude(r: float, beta: float) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from frictionlab.simulator import Problem
-from frictionlab.simulator.elastic import sliders_of
+from frictionlab.simulator.exact.solve import sliders_of
 
 
 @dataclass

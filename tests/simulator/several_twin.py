@@ -12,7 +12,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from frictionlab.simulator.elastic.sliders import sliders_of
+from frictionlab.simulator.exact.solve import sliders_of
 from frictionlab.simulator.structure import Contact, Structure
 
 Floats = np.ndarray

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from frictionlab.cli import app
 from frictionlab.maps import Grid, make_map
 from frictionlab.simulator import Base, Problem, steady_state, sweep
-from frictionlab.simulator.kernel import layout
+from frictionlab.simulator import row as places
 from frictionlab.simulator.notes import SENTENCES, WORDS, Note, asked_of
 from frictionlab.simulator.state import from_numbers
 from frictionlab.simulator.sweep import Family, warm_up
@@ -23,7 +23,7 @@ SAID = {  # r, beta, mu, zeta, law, parameters: a word of what is to be said
     "continuum": ((0.5, 0.2, 1.0, 0.0), "coulomb", {}),
     "Nothing damps": ((0.5, 0.0, 1.0, 0.0), "coulomb", {}),
     "a disturbance lasts": ((1.0 + 1e-6, 0.1, 1.0, 0.0), "coulomb", {}),
-    "factor of 1.17": ((*CHAOS, 0.0), "coulomb", {}),
+    "factor of 1.1": ((*CHAOS, 0.0), "coulomb", {}),
     "rest settles on": ((0.3, 0.2, 3.0, 0.0), "coulomb", {}),
     "rest may settle on one of several cycles": (
         (0.3, 0.4, 1.2, 0.0),
@@ -61,18 +61,18 @@ def test_a_row_of_a_map_says_what_the_steady_state_says(words: str) -> None:
         assert row[key] == (None if value is None else pytest.approx(value, rel=1e-12, abs=1e-14)), key
 
 
-def test_an_orbit_that_rounding_hides_is_refused_by_name() -> None:
+def test_an_orbit_that_rounding_nearly_hides_is_said() -> None:
     """On a moving wall and at large r the mass hardly moves: its motion is a difference of two large ones."""
     state = steady_state(Problem(1e5, 0.0, wall="base", base=Base((1.0, 0.2))))
-    assert (state.outcome, state.notes) == ("not found", Note.UNSETTLED)
-    assert "less than rounding in a cycle" in state.verdict
+    assert state.outcome == "periodic"
+    assert any("numbers are good to about" in said for said in state.warnings)
 
 
 @pytest.mark.parametrize(("miss", "residual"), [(np.inf, None), (0.01, 0.01)])
 def test_a_search_given_up_before_it_came_anywhere_has_no_residual(miss: float, residual: float | None) -> None:
     """A file of a map says not known by NaN; it had infinity there."""
-    row = np.full(layout.ROW, np.nan)
-    row[layout.OUTCOME], row[layout.MISS] = layout.COSTLY, miss
+    row = np.full(places.ROW, np.nan)
+    row[places.OUTCOME], row[places.MISS] = places.COSTLY, miss
     state = from_numbers(Problem(0.5, 0.4), row, None)
     assert (state.outcome, state.notes, state.residual) == ("not found", Note.GIVEN_UP, residual)
     assert ("missed itself by" in state.verdict) is (residual is not None)
@@ -100,7 +100,7 @@ def test_notes_of_many_points_are_those_of_each() -> None:
 def test_the_force_of_many_points_is_that_of_each(wall: str) -> None:
     points = np.array([[0.3, 0.2, 1.0, 0.0, 0.1], [1.7, 0.5, 1.0, 0.1, 0.3]])
     family = Family("coulomb+speed", ("frame_damping_ratio",), wall)  # type: ignore[arg-type]  # a parameter's value
-    drives = family.asked(family.contacts(points)).drive
+    drives = family.asked(points).drive
     for point, drive in zip(points, np.broadcast_to(drives, 2), strict=True):
         problem = family.problem(point.tolist())
         assert drive == pytest.approx(problem.force_size, rel=1e-14) == asked_of(problem).drive

@@ -1,6 +1,5 @@
 """The response to a sampled base motion: against a slow twin, its own refinement, and the steady state."""
 
-import importlib
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +14,6 @@ from frictionlab.simulator import Base, Problem, steady_state
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.simulator import record_naive as naive
 
-kernel = importlib.import_module("frictionlab.simulator.record.respond")
 TERMS = {
     "place": ("q", "gradient"),
     "speed": ("zeta_c", "contact_damping_ratio"),
@@ -185,18 +183,6 @@ def test_free_vibration_loses_four_beta_a_cycle() -> None:
     assert turns[1:6] == pytest.approx([-0.85, 0.65, -0.45, 0.25, -0.05], abs=1e-11)
     assert response.path == pytest.approx(1.9 + 1.5 + 1.1 + 0.7 + 0.3, abs=1e-10)
     assert response.events[-1].tolist() == pytest.approx([5 * np.pi, 0.0, -0.05], abs=1e-10)
-
-
-@pytest.mark.timeout(300)  # compiles once on a new machine
-@pytest.mark.parametrize("name", ["breakaway by direction", "place, speed, frame", "elastic, place, breakaway"])
-def test_plain_and_compiled_kernels_give_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    base = BaseRecord(*some_base(7, 80, even=True))
-    monkeypatch.setattr(kernel, "choose", lambda _: kernel.plain())
-    slow = respond(problem_of(CASES[name]), base)
-    monkeypatch.setattr(kernel, "choose", lambda _: kernel.compiled())
-    fast = respond(problem_of(CASES[name]), base)
-    for key in ("displacement", "velocity", "contact_force", "events", "energy", "closure_error"):
-        np.testing.assert_array_equal(getattr(slow, key), getattr(fast, key))
 
 
 @pytest.mark.parametrize(

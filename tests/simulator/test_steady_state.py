@@ -16,7 +16,7 @@ from tests.simulator import naive
 from tests.simulator.closed_form import (
     friction_limit,
 )
-from tests.simulator.phases import phases_of
+from tests.simulator.phases import phases_of, sides
 
 PERIODS = [
     (0.32, 1),
@@ -38,12 +38,18 @@ def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, object], solver:
     r, beta, mu, zeta = (float(str(row[key])) for key in ("r", "beta", "mu", "zeta"))
     problem = Problem(r, beta, mu, zeta)
     state = steady_state(problem, solver="exact" if solver == "exact" else "auto")
-    assert error(state.energy_per_cycle, str(row["energy_per_cycle"])) < 1e-12
-    assert error(state.response_amplitude, str(row["response_amplitude"])) < 1e-12
+    distance = abs(complex(1.0 - r, zeta))  # beside resonance digits go as it does (design, "One engine")
+    lost = 3e-15 / distance if distance else 0.0
+    lost = max(lost, 2e-18 / float(str(row["response_amplitude"])))  # of a motion beside its drive
+    few = 1e-9 if zeta == 1.0 else max(1e-12, lost)  # and two rates that are one are parted by 1e-10 of zeta
+    assert error(state.energy_per_cycle, str(row["energy_per_cycle"])) < few
+    assert error(state.response_amplitude, str(row["response_amplitude"])) < few
+    is_told = zeta == 1.0 or any("good to about" in said for said in state.warnings)
+    assert is_told or error(state.energy_per_cycle, str(row["energy_per_cycle"])) <= 1e-10
     assert state.stops_per_cycle == row["stops_per_cycle"]
     assert state.closure_error is not None
     assert state.energy_per_cycle is not None
-    assert state.closure_error < 1e-11 * state.energy_per_cycle
+    assert state.closure_error < max(1e-11, lost) * state.energy_per_cycle
 
 
 @pytest.mark.parametrize(
@@ -118,7 +124,7 @@ def test_a_long_run_from_rest_arrives_at_the_orbit(
     problem = Problem(r, beta, mu, zeta, base=Base((1.0, even), (0.0, 0.0, third)))
     state = steady_state(problem)
     if state.outcome == "stuck":
-        assert phases_of(problem, cycles=200, keep=1).side.tolist() == [0.0]
+        assert sides(phases_of(problem, cycles=200, keep=1)).tolist() == [0.0]
         return
     assert state.outcome == "periodic"
     assert state.orbit is not None

@@ -85,4 +85,4 @@ def test_turning_points_and_stops_are_where_the_mass_rests() -> None:
 def test_arrays_cannot_be_written_to() -> None:
     run = phases_of(Problem(0.5, 0.4), cycles=1)
     with pytest.raises(ValueError, match="read-only"):
-        run.phases[0, 1] = 1.0
+        run.pieces.rows[0, 1] = 1.0

@@ -8,7 +8,7 @@ The mathematics, and how good it is, stand in the README of this folder.
 """
 
 from frictionlab.simulator.record.base import BaseRecord, Quantity
-from frictionlab.simulator.record.respond import prepare, respond
+from frictionlab.simulator.record.respond import respond
 from frictionlab.simulator.record.response import Response
 
-__all__ = ["BaseRecord", "Quantity", "Response", "prepare", "respond"]
+__all__ = ["BaseRecord", "Quantity", "Response", "respond"]

@@ -1,22 +1,22 @@
-"""The motion of a structure as its pieces, and the numbers of a steady state."""
+"""The steady state and the motion of a structure: several masses, any number of contacts."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
-from math import ceil, inf, pi
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.motion import Timeline, bisected
-from frictionlab.simulator.several.flow import Flow, Piece
-from frictionlab.simulator.structure import Contact, Structure
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import row as places
+from frictionlab.simulator.exact.answer import NEVER_CLOSED
+from frictionlab.simulator.exact.solve import TURN, Pieces, Solved, followed, rest_of, solved, system_of
+from frictionlab.simulator.state import OUTCOMES
+from frictionlab.simulator.structure import Structure
 
-TURN = 2.0 * pi
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 CREEP = 1e-10  # Y in a cycle: a contact that slips no further is at rest, at the edge of where it holds
-PANEL = 1.0  # over the fastest rate of a phase: 16 nodes of it integrate to rounding
+NOT_FOUND = (
+    "from rest no orbit was approached within the work allowed; with more damping_ratio there is less to wait for"
+)
 
 
 @dataclass(frozen=True)
@@ -37,25 +37,25 @@ class StructureMotion:
 
     Parameters
     ----------
-    flow : Flow
-    pieces : tuple of Piece
-    timeline : Timeline
-        When they are.
+    pieces : Pieces
     """
 
-    flow: Flow
-    pieces: tuple[Piece, ...]
-    timeline: Timeline
+    pieces: Pieces
+
+    @property
+    def masses(self) -> int:
+        """Number of masses."""
+        return int(self.pieces.systems[0]["masses"])
 
     @property
     def start(self) -> float:
         """Begin of the motion, rad."""
-        return self.timeline.start
+        return self.pieces.timeline.start
 
     @property
     def end(self) -> float:
         """End of the motion (or of its first period), rad."""
-        return self.timeline.end
+        return self.pieces.timeline.end
 
     def at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return displacements and velocities (k, n) of the masses at times tau (k,), over Y.
@@ -67,30 +67,20 @@ class StructureMotion:
 
         Examples
         --------
-        >>> from frictionlab.simulator.several import steady
         >>> state = steady(Structure.of_storeys(0.5, [1.0, 1.0], [1.0, 1.0], [0.02, 0.02]))
         >>> state.motion.at([0.0, 1.0])[0].shape
         (2, 2)
         """
-        _, _, index, since = self.timeline.place(np.atleast_1d(tau), None)
-        n = self.flow.structure.masses
-        q, v = np.empty((len(index), n)), np.empty((len(index), n))
-        for i in np.unique(index):
-            here = index == i
-            q[here], v[here] = self.pieces[i].motion.after(since[here])
-        return q, v
+        _, found = self.pieces.at(np.atleast_1d(tau))
+        return found[:, : self.masses], found[:, self.masses : 2 * self.masses]
 
     def force(self, tau: ArrayLike) -> FloatArray:
         """Return the forces (k, c) of the contacts on their masses, against the motion, over k_1 Y, at times (k,)."""
-        _, _, index, since = self.timeline.place(np.atleast_1d(tau), None)
-        force = np.empty((len(index), len(self.flow.structure.contacts)))
-        for i in np.unique(index):
-            force[index == i] = self.flow.contact_forces(self.pieces[i], since[index == i])
-        return force
+        return self.pieces.at(np.atleast_1d(tau))[1][:, 2 * self.masses :]
 
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
-        return self.timeline.spans(np.array(list(self.flow.holds(self.pieces, contact))))
+        return self.pieces.stops(contact)
 
 
 @dataclass(frozen=True)
@@ -191,64 +181,82 @@ class StructureState:
         }
 
 
-def energies(flow: Flow, pieces: Sequence[Piece]) -> dict[str, float | FloatArray]:
-    """Return ``input``, ``loop``, ``frame`` and ``contacts`` (c,): energies over k_1 Y^2 of a motion, in all.
+def steady(structure: Structure) -> StructureState:
+    """Return the steady state of a structure that the motion from rest settles on.
 
-    The base works against springs, dashpots and what rubs against it; the loop is the integral of f dx_1 (2.18).
+    Raises
+    ------
+    SimulationError
+        Events do not end, a gradient is too steep, or rigid contacts hold a mass twice over.
+
+    Examples
+    --------
+    >>> from frictionlab.simulator.laws import law_of
+    >>> from frictionlab.simulator.structure import Contact
+    >>> law = law_of("coulomb")
+    >>> rubs = Contact(1, "wall", law, law.complete({"beta": 0.4}))
+    >>> one = Structure.of_storeys(0.5, [1.0], [1.0], [0.0], [rubs])  # eq. (2.9)
+    >>> f"{steady(one).energy_per_cycle:.10f}"
+    '2.1260422664'
     """
-    structure, base = flow.structure, flow.structure.base
-    rows = np.array([structure.row(contact) for contact in structure.contacts]).reshape(-1, structure.masses)
-    follow = np.array([float(contact.against == "base") for contact in structure.contacts])
-    put_in, loop, frame, contacts = 0.0, 0.0, 0.0, np.zeros(len(rows))
-    damping = structure.r * structure.damping
-    for piece in pieces:
-        fastest = max(np.abs(piece.motion.phase.rates).max(initial=0.0), base.harmonics)
-        edges = np.linspace(0.0, piece.length, ceil(piece.length * fastest / PANEL) + 1)
-        half = 0.5 * np.diff(edges)
-        times = ((edges[:-1] + half)[:, None] + half[:, None] * NODES).ravel()
-        weights = (half[:, None] * WEIGHTS).ravel()
-        tau = piece.motion.at.tau + times
-        q, v = piece.motion.after(times)
-        f, rate, forces = base.at(tau), base.rate_at(tau), flow.contact_forces(piece, times)
-        slip = v - rate[:, None]
-        on_base = (f[:, None] - q) @ structure.stiffness.sum(axis=0) - slip @ damping.sum(axis=0) - forces @ follow
-        put_in += float(weights @ (on_base * rate))
-        loop += float(weights @ (f * v[:, 0]))
-        frame += float(weights @ np.einsum("ki,ij,kj->k", slip, damping, slip))
-        contacts += weights @ (forces * (v @ rows.T - np.outer(rate, follow)))
-    return {"input": put_in, "loop": loop, "frame": frame, "contacts": contacts}
+    found = solved(system_of(structure), NEVER_CLOSED)
+    code = int(found.row[places.OUTCOME])
+    if code in (places.CHATTERED, places.PULLING, places.RUNAWAY):
+        uneven = [n for n, contact in enumerate(structure.contacts, 1) if contact.parameter("gradient")]
+        if code == places.CHATTERED or not uneven:
+            raise SimulationError(f"structure of {structure.masses} masses, r = {structure.r!r}: events without end")
+        raise SimulationError(
+            f"contact {uneven[0]}: gradient; expected 1 + gradient z > 0 on the whole motion; got"
+            f" {structure.contacts[uneven[0] - 1].parameter('gradient'):g}: friction would turn into a pull; do: take a"
+            " smaller gradient"
+        )
+    if found.pieces is None:
+        outcome = OUTCOMES[code]
+        return StructureState(structure, outcome, warnings=(NOT_FOUND,) if outcome == "not found" else ())
+    return _state(structure, found, found.pieces())
 
 
-def ranges(flow: Flow, pieces: Sequence[Piece]) -> FloatArray:
-    """Return least and largest displacement (n, 2) of each mass over a motion."""
-    n = flow.structure.masses
-    found = np.column_stack((np.full(n, inf), np.full(n, -inf)))
-    for piece in pieces:
-        fastest = max(np.abs(piece.motion.phase.rates).max(initial=0.0), flow.structure.base.harmonics)
-        times = np.linspace(0.0, piece.length, 9 + ceil(8.0 * piece.length * fastest))
-        q, v = piece.motion.after(times)
-        for mass in range(n):
-            turns = np.flatnonzero(v[:-1, mass] * v[1:, mass] < 0.0)
-            at = bisected(partial(_speed, piece, mass), times[turns], times[turns + 1])
-            values = np.concatenate((q[[0, -1], mass], piece.motion.after(at)[0][:, mass]))
-            found[mass] = min(found[mass, 0], values.min()), max(found[mass, 1], values.max())
-    return found
-
-
-def _speed(piece: Piece, mass: int, times: FloatArray) -> FloatArray:
-    return piece.motion.after(times)[1][:, mass]
-
-
-def contact_numbers(motion: StructureMotion, number: int, contact: Contact, energy: float) -> ContactNumbers:
-    """Return what a contact does in a cycle of a periodic motion; a stop across the period's end is one."""
-    cycles = (motion.end - motion.start) / TURN
-    stops = motion.stops_of(number)
-    stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (cycles * TURN)
-    count = len(stops)
-    if count > 1 and stops[0, 0] <= motion.start + 1e-12 and stops[-1, 1] >= motion.end - 1e-12:
-        count -= 1
-    whole = stuck >= 1.0 - 1e-12 or energy <= CREEP * contact.beta
-    return ContactNumbers(
-        *(contact.mass, contact.against, contact.law.name, energy),
-        *(0.0 if whole else count / cycles, 1.0 if whole else stuck),
+def _state(structure: Structure, found: Solved, pieces: Pieces) -> StructureState:
+    """The numbers of an orbit; one over half a cycle is mirrored in the other half."""
+    numbers, row, n = found.numbers, found.row, structure.masses
+    high, low = (np.asarray(numbers[name])[:n] for name in ("high", "low"))
+    sizes = 0.5 * (high - low) if found.cycles >= 1.0 else np.maximum(high, -low)
+    contacts = []
+    for number, contact in enumerate(structure.contacts):
+        energy = float(numbers["contact"][number]) / found.cycles
+        stuck = float(numbers["stuck"][number]) / (found.cycles * TURN)
+        holds = row[places.OUTCOME] == places.STUCK or stuck >= 1.0 - 1e-12 or energy <= CREEP * contact.beta
+        stops = 0.0 if holds else float(numbers["stops"][number]) / found.cycles
+        named = (contact.mass, contact.against, contact.law.name)
+        contacts.append(ContactNumbers(*named, energy, stops, 1.0 if holds else stuck))
+    multiplier = float(row[places.MULTIPLIER])
+    lasting = "a motion beside this one does not draw nearer: a mode has neither damping nor friction"
+    others = "this is the motion that rest settles on; other starts may settle on others"
+    said = {lasting: abs(multiplier) > 1.0 - 1e-6, others: not structure.has_one_motion}
+    return StructureState(
+        structure=structure,
+        outcome="stuck" if contacts and all(contact.stuck_fraction >= 1.0 for contact in contacts) else "periodic",
+        motion=StructureMotion(pieces),
+        energy_per_cycle=float(row[places.ENERGY]),
+        contact_energy_per_cycle=float(row[places.CONTACT_ENERGY]),
+        frame_energy_per_cycle=float(row[places.FRAME_ENERGY]),
+        response_amplitudes=tuple(float(size) for size in sizes),
+        contacts=tuple(contacts),
+        period_cycles=max(1, round(found.cycles)),
+        floquet_multiplier=multiplier,
+        closure_error=float(row[places.CLOSURE]),
+        residual=float(row[places.MISS]),
+        warnings=tuple(sentence for sentence, is_so in said.items() if is_so),
     )
+
+
+def follow(structure: Structure, cycles: int) -> StructureMotion:
+    """Return the motion from rest over so many cycles of the drive.
+
+    Raises
+    ------
+    SimulationError
+        As :func:`steady`.
+    """
+    systems = system_of(structure)
+    return StructureMotion(followed(systems, rest_of(systems), cycles, cycles))

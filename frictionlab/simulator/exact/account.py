@@ -1,0 +1,222 @@
+"""What a motion does, from its recorded pieces: values at any time, energies, ranges, stops.
+
+A contact's friction works ``kappa / 2 (s_1^2 - s_0^2) + o (s_1 - s_0)`` in a piece, exactly. What dashpots take, what
+the base puts in and the area of the loop are integrated by Gauss and Legendre in panels short enough to be exact.
+"""
+
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.arrays import FloatArray
+from frictionlab.simulator.compiled import entry, inner
+from frictionlab.simulator.exact.motion import begin_motion, contact_force, modes_at, place_of, speed_of
+from frictionlab.simulator.exact.phase import CONTACTS, MASSES, slot_of
+
+TURN = 2.0 * pi
+_RULES = [np.polynomial.legendre.leggauss(count) for count in (8, 16)]
+NODES, WEIGHTS = (tuple(np.concatenate(both).tolist()) for both in zip(*_RULES, strict=True))
+PANEL = 6.0  # over the fastest rate: 16 nodes integrate a product of two such waves to rounding
+SHORT = 1.2  # the same of 8 nodes
+LOOKS = 1.0  # over the fastest rate: between two looks a speed changes its sign at most once
+FORGOTTEN = 40.0  # e-fold decays after which nothing is left of a mode
+STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
+
+NUMBERS = np.dtype(
+    [
+        ("gap", "f8"),  # energies over k_1 Y^2, in all: work of the drive on the masses less what is taken from them
+        ("loop", "f8"),  # integral of f dx_1 (2.18)
+        ("frame", "f8"),
+        ("contact", "f8", (CONTACTS,)),
+        ("stuck", "f8", (CONTACTS,)),  # rad
+        ("stops", "i8", (CONTACTS,)),
+        ("high", "f8", (MASSES,)),
+        ("low", "f8", (MASSES,)),
+    ]
+)
+"""What a motion does from its first piece to its last."""
+
+
+@inner
+def enter(system: Any, work: Any, pieces: FloatArray, k: int) -> int:
+    """Make a recorded piece the phase at hand; return its slot."""
+    n, contacts = system.masses, system.contacts
+    work.tau = pieces[k, 0]
+    for a in range(n):
+        work.q[a], work.v[a] = pieces[k, 2 + a], pieces[k, 2 + n + a]
+    for c in range(contacts):
+        work.kappa[c], work.offset[c] = pieces[k, 2 + 2 * n + c], pieces[k, 2 + 2 * n + contacts + c]
+        work.side[c] = int(pieces[k, 2 + 2 * n + 2 * contacts + c])
+    slot = slot_of(system, work.phases, work.kappa)
+    if slot >= 0:
+        begin_motion(system, work, slot)
+    return slot
+
+
+@inner
+def evaluate(
+    system: Any, work: Any, pieces: FloatArray, index: NDArray[np.int64], within: FloatArray, found: FloatArray
+) -> None:
+    """Write displacements, velocities and contact forces (k, 2 n + c) at times within the pieces of an index."""
+    n, last, slot = system.masses, -1, 0
+    for k in range(len(index)):
+        if index[k] != last:
+            last = index[k]
+            slot = enter(system, work, pieces, last)
+            if slot < 0:
+                return
+        modes_at(system, work, slot, within[k])
+        for c in range(system.contacts):
+            found[k, 2 * n + c] = contact_force(system, work, slot, c)
+        for a in range(n):
+            found[k, a], found[k, n + a] = work.now_q[a], work.now_v[a]
+
+
+@inner
+def rate_at(system: Any, work: Any, slot: int, t: float) -> float:
+    """Return the fastest rate of what has not died out at a time after the begin."""
+    fastest = max(float(system.harmonics), 1e-3)
+    for j in range(work.phases.modes[slot]):
+        rate = work.phases.rate[slot, j]
+        if -rate.real * t < FORGOTTEN:
+            fastest = max(fastest, abs(rate))
+    return fastest
+
+
+@inner
+def integrate(system: Any, work: Any, slot: int, length: float, numbers: Any) -> None:
+    """Add what flows in the phase at hand, by panels."""
+    n, t = system.masses, 0.0
+    while t < length:
+        fastest = rate_at(system, work, slot, t)
+        left = length - t
+        half = 0.5 * left / (int(left * fastest / PANEL) + 1)
+        first, last = (0, 8) if 2.0 * half * fastest <= SHORT else (8, 24)
+        middle, t = t + half, length if 2.0 * half >= left * (1.0 - 1e-12) else t + 2.0 * half
+        for k in range(first, last):
+            modes_at(system, work, slot, middle + half * NODES[k])
+            weight, f, rate = half * WEIGHTS[k], work.f[0], work.f[1]
+            for c in range(system.contacts):
+                speed = speed_of(system, work.now_v, c, rate)
+                force = system.dashpot[c] * speed
+                numbers.contact[c] += weight * force * speed
+                if system.follow[c] != 0.0:  # what rubs against the base works on the mass beyond its own slip
+                    numbers.gap -= weight * (contact_force(system, work, slot, c) - force) * rate
+            for a in range(n):
+                drive, thick = system.push[a, 0] * f + system.push[a, 1] * rate, 0.0
+                for b in range(n):
+                    drive -= system.damping[a, b] * work.now_v[b]
+                    own = system.damping[a, b]
+                    for c in range(system.contacts):
+                        own -= system.dashpot[c] * system.row[c, a] * system.row[c, b]
+                    thick += own * (work.now_v[b] - rate)
+                numbers.gap += weight * drive * work.now_v[a]
+                numbers.frame += weight * thick * (work.now_v[a] - rate)
+            numbers.loop += weight * f * work.now_v[0]
+
+
+@inner
+def widen(system: Any, work: Any, slot: int, length: float, numbers: Any) -> None:
+    """Widen the ranges by a piece: its begin and end, and wherever a mass turns in it."""
+    for a in range(system.masses):
+        t, before = 0.0, place_and_speed(system, work, slot, 0.0, a, numbers)
+        while t < length:
+            step = min(LOOKS / rate_at(system, work, slot, t), 0.5 * length, length - t)
+            t = length if t + step >= length * (1.0 - 1e-12) else t + step
+            speed = place_and_speed(system, work, slot, t, a, numbers)
+            if speed * before < 0.0:
+                turn(system, work, slot, t - step, t, before, a, numbers)
+            before = speed
+
+
+@inner
+def turn(system: Any, work: Any, slot: int, low: float, high: float, before: float, a: int, numbers: Any) -> None:
+    """Widen the range of a mass to where it turns between two times; `before`: its speed at the first."""
+    t, sign, width = high, 1.0 if before > 0.0 else -1.0, high - low
+    for _ in range(60):
+        now = place_and_speed(system, work, slot, t, a, numbers)
+        low, high = (t, high) if sign * now > 0.0 else (low, t)
+        bend = work.form[0]
+        ahead = t - now / bend if bend != 0.0 else 0.5 * (low + high)
+        ahead = ahead if low < ahead < high else 0.5 * (low + high)
+        if abs(ahead - t) <= 1e-9 * width:
+            break
+        t = ahead
+
+
+@inner
+def place_and_speed(system: Any, work: Any, slot: int, t: float, a: int, numbers: Any) -> float:
+    """Widen the range of a mass by where it is at a time; return its speed, and leave its acceleration in `form`."""
+    modes_at(system, work, slot, t)
+    bend, place = work.phases.along[slot, a] * work.f[2], work.now_q[a]
+    for j in range(work.phases.modes[slot]):
+        bend += (work.phases.outward[slot, a, j] * work.w[2, j]).real
+    numbers.high[a], numbers.low[a] = max(numbers.high[a], place), min(numbers.low[a], place)
+    work.form[0] = bend
+    return work.now_v[a]
+
+
+@inner
+def account(system: Any, work: Any, pieces: FloatArray, count: int, numbers: Any) -> None:
+    """Write what a motion of so many recorded pieces does."""
+    first = 2 + 2 * system.masses + 2 * system.contacts
+    plain = system.masses == 1 and system.contacts == 1 and system.sliders == 0 and system.follow[0] == 0.0
+    numbers.gap = numbers.loop = numbers.frame = 0.0
+    for a in range(system.masses):
+        numbers.high[a], numbers.low[a] = -np.inf, np.inf
+    for c in range(system.contacts):
+        numbers.contact[c] = numbers.stuck[c] = 0.0
+        numbers.stops[c] = 0
+    for k in range(count):
+        length = pieces[k, 1]
+        slot = enter(system, work, pieces, k)
+        if slot < 0:
+            return
+        integrate(system, work, slot, length, numbers)
+        if plain:
+            numbers.high[0], numbers.low[0] = max(numbers.high[0], work.q[0]), min(numbers.low[0], work.q[0])
+        else:
+            widen(system, work, slot, length, numbers)
+        modes_at(system, work, slot, length)
+        if plain:  # it turns at events alone
+            numbers.high[0], numbers.low[0] = max(numbers.high[0], work.now_q[0]), min(numbers.low[0], work.now_q[0])
+        for c in range(system.contacts):
+            if work.kappa[c] != np.inf:
+                place = place_of(system, work.now_q, c, work.f[0])
+                way = place - work.place[c]
+                friction = way * (0.5 * work.kappa[c] * (place + work.place[c]) + work.offset[c])
+                numbers.contact[c] += friction
+                numbers.gap -= friction
+            if pieces[k, first + c] == 0.0:
+                numbers.stuck[c] += length
+    for c in range(system.contacts):
+        count_stops(pieces, count, first + c, c, numbers)
+
+
+@inner
+def count_stops(pieces: FloatArray, count: int, column: int, c: int, numbers: Any) -> None:
+    """Count the stops of a contact: times in which it holds, those in a row as one, touches not at all.
+
+    One that goes on across the end of a period, at its begin, is one.
+    """
+    length, slipped, at_begin = 0.0, False, False
+    for k in range(count):
+        if pieces[k, column] == 0.0:
+            length += pieces[k, 1]
+            continue
+        if length > STILL:
+            numbers.stops[c] += 1
+            at_begin = at_begin or not slipped
+        length, slipped = 0.0, True
+    if length > STILL and slipped:
+        numbers.stops[c] += 0 if at_begin else 1
+
+
+@entry
+def evaluate_all(
+    systems: Any, works: Any, pieces: FloatArray, index: NDArray[np.int64], within: FloatArray, found: FloatArray
+) -> None:
+    """`evaluate`, of records that stand in arrays of length 1."""
+    evaluate(systems[0], works[0], pieces, index, within, found)

@@ -1,0 +1,405 @@
+"""The motion in a phase from a moment on, at any time, with its derivatives and bounds of them.
+
+Each mode is ``w = start e^(rate t) + steady + responses`` to the harmonics of the base or, under a sampled base, to its
+cubic. Derivatives follow from ``w' = rate w + force``, without differences.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from frictionlab.arrays import ComplexArray, FloatArray
+from frictionlab.simulator.compiled import inner
+from frictionlab.simulator.exact.phase import CONTACTS, HARMONICS, MASSES, MODES, PHASES, SLIDERS, mode_force
+
+ORDERS = 5  # values and four derivatives
+
+
+_N, _C, _D, _S, _H = MASSES, CONTACTS, MODES, SLIDERS, HARMONICS
+_J = 2 * _N + _S
+
+WORK = np.dtype(
+    [
+        ("phases", PHASES),
+        ("tau", "f8"),  # begin of the phase
+        ("until", "f8"),  # end of the run
+        ("count", "i8"),  # pieces met
+        ("signature", "i8"),  # of the events passed, in their order
+        ("path", "f8"),  # way slipped, all contacts together
+        ("left", "f8"),  # evaluations that may still be made
+        ("spent", "f8"),  # of them, by a search
+        ("fastest", "f8"),  # rate of the present phase
+        ("q", "f8", (_N,)),  # state at the begin of the phase
+        ("v", "f8", (_N,)),
+        ("high", "f8", (_N,)),  # of q, at the ends of pieces
+        ("low", "f8", (_N,)),
+        ("anchor", "f8", (_S,)),  # where an elastic slider's spring is relaxed
+        ("side", "i8", (_C,)),  # direction of slip, 0 holds
+        ("slips", "i8", (_S,)),  # 1 while it slips
+        ("slipped", "i8", (_S,)),  # 1 if it has slipped in the run
+        ("slipping", "i8", (_S,)),  # what slipped before an event
+        ("resting", "i8", (_C,)),  # rigid contacts at rest at an event
+        ("place", "f8", (_C,)),  # of contacts at the begin of the phase
+        ("kappa", "f8", (_C,)),
+        ("offset", "f8", (_C,)),
+        ("upper", "f8", (_C,)),  # displacement at which the next slider gives way
+        ("lower", "f8", (_C,)),
+        ("lead", "i8", (_C, 3)),  # of each event function how many derivatives are zero at the begin
+        ("bounds", "f8", (_C, 3)),  # of their third derivatives
+        ("line", "c16", (_H,)),  # harmonics of the base about the begin
+        ("start", "c16", (_D,)),
+        ("steady", "c16", (_D,)),
+        ("forced", "c16", (_D, 4)),  # of a sampled base, polynomial force on each mode
+        ("rest", "f8", (_N,)),  # what held contacts fix
+        ("w", "c16", (ORDERS, _D)),  # what the modes have grown by since the begin, and their derivatives
+        ("f", "f8", (ORDERS,)),  # the base and its derivatives
+        ("rise", "f8"),  # of the base since the begin
+        ("now_q", "f8", (_N,)),  # displacements and velocities at a time after the begin
+        ("now_v", "f8", (_N,)),
+        ("bound", "f8", (2, _D)),  # of the third and fourth derivative of each mode
+        ("flow", "f8", (2 * _N, 2 * _N + _C)),  # derivative of a phase's end by its begin and its constant forces
+        ("form", "f8", (2 * _N + _C,)),
+        ("acceleration", "f8", (2, _N)),  # before and after an event
+        ("force", "f8", (_C,)),  # of held contacts
+        ("net", "f8", (_N,)),  # of forces on the masses
+        ("shift", "f8", (_J,)),  # by how much an event comes earlier, for each column of the derivative
+        ("jacobian", "f8", (_J, _J)),  # rows q (n), v (n), anchors (s)
+    ]
+)
+"""Where a run writes: the state it is in, the motion of its phase, the derivative of its end by its start."""
+
+
+@inner
+def quotient(a: complex, b: complex, t: float) -> complex:
+    """Return (e^(a t) - e^(b t)) / (a - b), also where the two meet."""
+    x = 0.5 * (a - b) * t
+    if abs(x) < 0.03:  # sinh(x) / x
+        square = x * x
+        series = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
+        return t * np.exp(0.5 * (a + b) * t) * series
+    return (np.exp(a * t) - np.exp(b * t)) / (a - b)
+
+
+@inner
+def growth(x: complex) -> complex:
+    """Return e^x - 1, to rounding also where it is small."""
+    half = np.sin(0.5 * x.imag)
+    grown = np.expm1(x.real)
+    return complex(grown * np.cos(x.imag) - 2.0 * half * half, (grown + 1.0) * np.sin(x.imag))
+
+
+@inner
+def base_at(system: Any, work: Any, t: float) -> None:
+    """Write the base's displacement and its derivatives at a time after the begin, and its rise since."""
+    f = work.f
+    for order in range(ORDERS):
+        f[order] = 0.0
+    work.rise = 0.0
+    if system.harmonics == 0:
+        c = system.cubic
+        work.rise = t * (c[1] + t * (c[2] + t * c[3]))
+        f[0] = c[0] + work.rise
+        f[1] = c[1] + t * (2.0 * c[2] + t * 3.0 * c[3])
+        f[2] = 2.0 * c[2] + t * 6.0 * c[3]
+        f[3] = 6.0 * c[3]
+        return
+    for m in range(system.harmonics):
+        k = m + 1.0
+        change = work.line[m] * growth(complex(0.0, k * t))
+        wave = work.line[m] + change
+        work.rise += change.real
+        f[0] += wave.real
+        f[1] -= k * wave.imag
+        f[2] -= k * k * wave.real
+        f[3] += k * k * k * wave.imag
+        f[4] += k * k * k * k * wave.real
+
+
+@inner
+def place_of(system: Any, q: FloatArray, c: int, f: float) -> float:
+    """Return the displacement of a contact."""
+    place = -system.follow[c] * f
+    for a in range(system.masses):
+        place += system.row[c, a] * q[a]
+    return place
+
+
+@inner
+def begin_motion(system: Any, work: Any, i: int) -> None:
+    """Write the motion of the phase in slot i from the state at hand on."""
+    tau = work.tau
+    for m in range(system.harmonics):
+        k = m + 1.0
+        work.line[m] = system.lines[m] * complex(np.cos(k * tau), np.sin(k * tau))
+    base_at(system, work, 0.0)
+    constant_forces(system, work, i)
+    work.fastest = max(float(system.harmonics), 1e-3)
+    for j in range(work.phases.modes[i]):
+        begin_mode(system, work, i, j)
+
+
+@inner
+def constant_forces(system: Any, work: Any, i: int) -> None:
+    """Write where contacts are, and the constant forces on the masses: slip, anchors, and what held contacts fix."""
+    n, contacts = system.masses, system.contacts
+    for a in range(n):
+        work.rest[a] = 0.0
+    for c in range(contacts):
+        work.place[c] = place_of(system, work.q, c, work.f[0])
+        if work.kappa[c] == np.inf:
+            for a in range(n):
+                work.rest[a] += work.phases.carried[i, a, c] * work.place[c]
+    for a in range(n):
+        force = 0.0
+        for c in range(contacts):
+            if work.kappa[c] != np.inf:
+                force -= system.row[c, a] * work.offset[c]
+        for b in range(n):
+            force -= work.phases.stiffness[i, a, b] * work.rest[b]
+        work.net[a] = force
+
+
+@inner
+def begin_mode(system: Any, work: Any, i: int, j: int) -> None:
+    """Write where a mode starts, and what it tends to under constant forces or, under a sampled base, its force."""
+    phases = work.phases
+    rate, constant, start = phases.rate[i, j], 0.0j, 0.0j
+    for a in range(system.masses):
+        constant += phases.excite[i, j, a] * work.net[a]
+        start += phases.entry[i, j, a] * work.q[a] + phases.entry[i, j, MASSES + a] * work.v[a]
+    work.fastest = max(work.fastest, abs(rate))
+    if system.harmonics == 0:
+        work.steady[j], work.start[j] = constant, start
+        _cubic_force(system, work, i, j)
+        return
+    work.steady[j] = -constant / rate
+    start -= work.steady[j]
+    for m in range(system.harmonics):
+        if phases.near[i, j, m] == 0:
+            start -= phases.fore[i, j, m] * work.line[m]
+        start -= phases.back[i, j, m] * work.line[m].conjugate()
+    work.start[j] = start
+
+
+@inner
+def _cubic_force(system: Any, work: Any, i: int, j: int) -> None:
+    """Write the polynomial by which a sampled base, and what is constant, drives a mode: coefficients of t^k / k!."""
+    c = system.cubic
+    values = (c[0], c[1], 2.0 * c[2], 6.0 * c[3], 0.0, 0.0)  # the base's derivatives at the begin
+    for k in range(4):
+        work.forced[j, k] = mode_force(
+            system, work.phases, i, j, complex(values[k]), complex(values[k + 1]), complex(values[k + 2])
+        )
+    work.forced[j, 0] += work.steady[j]
+
+
+@inner
+def modes_at(system: Any, work: Any, i: int, t: float) -> None:
+    """Write what each mode has grown by, its derivatives, the base's motion and the masses' at a time after the begin.
+
+    Growth is not a difference of values: motions that are small beside the drive keep their digits.
+    """
+    phases, w = work.phases, work.w
+    work.left -= 1.0
+    base_at(system, work, t)
+    for j in range(phases.modes[i]):
+        rate = phases.rate[i, j]
+        if system.harmonics == 0:
+            _mode_under_cubic(work, rate, j, t)
+            continue
+        grown = work.start[j] * growth(rate * t)
+        free, square = work.start[j] + grown, rate * rate
+        w[0, j], w[1, j], w[2, j] = grown, rate * free, square * free
+        w[3, j], w[4, j] = square * rate * free, square * square * free
+        for m in range(system.harmonics):
+            k = m + 1.0
+            change = work.line[m] * growth(complex(0.0, k * t))
+            wave = work.line[m] + change
+            back, fore = phases.back[i, j, m] * wave.conjugate(), phases.fore[i, j, m] * wave
+            w[0, j] += phases.back[i, j, m] * change.conjugate()
+            if phases.near[i, j, m] == 1:
+                _add_near(w, j, fore, phases.fore[i, j, m] * work.line[m], rate, k, t)
+                fore = 0.0j
+            else:
+                w[0, j] += phases.fore[i, j, m] * change
+            w[1, j] += complex(0.0, k) * (fore - back)
+            w[2, j] -= k * k * (fore + back)
+            w[3, j] -= complex(0.0, k * k * k) * (fore - back)
+            w[4, j] += k * k * k * k * (fore + back)
+    for a in range(system.masses):
+        along = phases.along[i, a]
+        place, speed = work.q[a] + along * work.rise, along * work.f[1]
+        for j in range(phases.modes[i]):
+            place += (phases.outward[i, a, j] * w[0, j]).real
+            speed += (phases.outward[i, a, j] * w[1, j]).real
+        work.now_q[a], work.now_v[a] = place, speed
+
+
+@inner
+def _add_near(w: ComplexArray, j: int, force: complex, line: complex, rate: complex, k: float, t: float) -> None:
+    """Add the response from rest to a harmonic next to resonance: w' = rate w + force."""
+    turn = complex(0.0, k)
+    value, push = line * quotient(rate, turn, t), force  # from rest: it is what it has grown by
+    w[0, j] += value
+    for order in range(1, ORDERS):
+        value = rate * value + push
+        push = push * turn
+        w[order, j] += value
+
+
+@inner
+def _mode_under_cubic(work: Any, rate: complex, j: int, t: float) -> None:
+    """Write a mode under a cubic force: ``e^x start + sum_k t^(k+1) phi_(k+1)(x) p_k``, x = rate t."""
+    w, p = work.w, work.forced
+    x = rate * t
+    value = work.start[j] * growth(x)
+    if abs(x) < 0.7:
+        for k in range(4):
+            # phi_(k+1)(x) t^(k+1) = t^(k+1) sum x^m / (m + k + 1)!
+            term = complex(t)
+            for m in range(2, k + 2):
+                term *= t / m
+            total = term
+            for m in range(1, 16):
+                term *= x / (m + k + 1.0)
+                total += term
+            value += total * p[j, k]
+    else:
+        phi, power, factorial = (np.exp(x) - 1.0) / x, complex(t), 1.0
+        for k in range(4):
+            value += power * phi * p[j, k]
+            factorial *= k + 1.0
+            phi = (phi - 1.0 / factorial) / x
+            power *= t
+    w[0, j] = value
+    push = p[j, 0] + t * (p[j, 1] + t * (0.5 * p[j, 2] + t / 6.0 * p[j, 3]))
+    d_push = p[j, 1] + t * (p[j, 2] + 0.5 * t * p[j, 3])
+    dd_push = p[j, 2] + t * p[j, 3]
+    w[1, j] = rate * (value + work.start[j]) + push
+    w[2, j] = rate * w[1, j] + d_push
+    w[3, j] = rate * w[2, j] + dd_push
+    w[4, j] = rate * w[3, j] + p[j, 3]
+
+
+@inner
+def bound_modes(system: Any, work: Any, i: int, t: float, span: float) -> None:
+    """Bound the third and fourth derivative of each mode over a span from t on, where `modes_at` was called."""
+    phases = work.phases
+    for j in range(phases.modes[i]):
+        rate = phases.rate[i, j]
+        size, growth = abs(rate), np.exp(max(0.0, rate.real) * span)
+        if system.harmonics == 0:
+            fourth = (abs(work.w[4, j]) + size * span * abs(work.forced[j, 3])) * np.exp(size * span)
+            work.bound[0, j] = abs(work.w[3, j]) + span * fourth
+            work.bound[1, j] = fourth
+            continue
+        free = abs(work.start[j]) * np.exp(rate.real * t) * growth
+        third, fourth = size**3 * free, size**4 * free
+        for m in range(system.harmonics):
+            k = m + 1.0
+            both = (abs(phases.back[i, j, m]) + (0.0 if phases.near[i, j, m] else abs(phases.fore[i, j, m]))) * abs(
+                work.line[m]
+            )
+            third += k**3 * both
+            fourth += k**4 * both
+            if phases.near[i, j, m]:
+                most, force = max(size, k), abs(phases.fore[i, j, m] * work.line[m])
+                reach = (t + span) * max(1.0, growth)
+                third += force * most**2 * (most * reach + 3.0)
+                fourth += force * most**3 * (most * reach + 4.0)
+        work.bound[0, j], work.bound[1, j] = third, fourth
+
+
+@inner
+def base_bound(system: Any, order: int) -> float:
+    """Bound a derivative (0 to 5) of the base; of a sampled base over the piece, that of order 3."""
+    if system.harmonics == 0:
+        return 6.0 * abs(system.cubic[3]) if order == 3 else 0.0
+    total = 0.0
+    for m in range(system.harmonics):
+        total += (m + 1.0) ** order * abs(system.lines[m])
+    return total
+
+
+@inner
+def speed_of(system: Any, v: FloatArray, c: int, rate: float) -> float:
+    """Return the speed of a contact, the base's being `rate`."""
+    speed = -system.follow[c] * rate
+    for a in range(system.masses):
+        speed += system.row[c, a] * v[a]
+    return speed
+
+
+@inner
+def contact_force(system: Any, work: Any, i: int, c: int) -> float:
+    """Return the force of a contact on its mass, its dashpot in it, at the time for which `modes_at` was called."""
+    if work.kappa[c] == np.inf:
+        return held_force(system, work, i, c, work.now_q, work.now_v)
+    place, speed = place_of(system, work.now_q, c, work.f[0]), speed_of(system, work.now_v, c, work.f[1])
+    return work.kappa[c] * place + work.offset[c] + system.dashpot[c] * speed
+
+
+@inner
+def held_force(system: Any, work: Any, i: int, c: int, q: FloatArray, v: FloatArray) -> float:
+    """Return the force by which a rigid contact holds, in a state, the base's motion being in `f`."""
+    grip, total = work.phases.grip, -work.phases.bind[i, c] * work.f[2]
+    for a in range(system.masses):
+        if grip[i, c, a] != 0.0:
+            total += grip[i, c, a] * force_on(system, work, a, q, v)
+    return total
+
+
+@inner
+def force_on(system: Any, work: Any, a: int, q: FloatArray, v: FloatArray) -> float:
+    """Return the force on a mass, but for that of held contacts, in a state."""
+    force = system.push[a, 0] * work.f[0] + system.push[a, 1] * work.f[1]
+    for b in range(system.masses):
+        force -= system.damping[a, b] * v[b] + system.stiffness[a, b] * q[b]
+    for c in range(system.contacts):
+        if work.kappa[c] != np.inf:
+            force -= system.row[c, a] * (work.kappa[c] * place_of(system, q, c, work.f[0]) + work.offset[c])
+    return force
+
+
+@inner
+def flow_over(system: Any, work: Any, i: int, span: float) -> None:
+    """Write the derivative of (q, v) after a span by (q, v) and the contacts' constant forces at the begin."""
+    phases, flow = work.phases, work.flow
+    n, contacts = system.masses, system.contacts
+    for a in range(2 * n):
+        for b in range(2 * n + contacts):
+            flow[a, b] = 0.0
+    for a in range(n):
+        for c in range(contacts):
+            for b in range(n):
+                flow[a, b] += phases.carried[i, a, c] * system.row[c, b] if work.kappa[c] == np.inf else 0.0
+    for j in range(phases.modes[i]):
+        rate = phases.rate[i, j]
+        grown, lasting = np.exp(rate * span), quotient(rate, 0.0j, span)
+        later = rate * lasting + 1.0  # of the constant force, in w'
+        for b in range(2 * n + contacts):
+            by_start = 0.0j
+            if b < 2 * n:
+                by_start = phases.entry[i, j, b if b < n else MASSES + b - n]
+            by_force = pushed_by(system, work, i, j, b)
+            w, dw = grown * by_start + lasting * by_force, rate * grown * by_start + later * by_force
+            for a in range(n):
+                flow[a, b] += (phases.outward[i, a, j] * w).real
+                flow[n + a, b] += (phases.outward[i, a, j] * dw).real
+
+
+@inner
+def pushed_by(system: Any, work: Any, i: int, j: int, b: int) -> complex:
+    """Return what a mode's constant force changes by: by a displacement (b < n), or by a contact's constant force."""
+    phases, n, total = work.phases, system.masses, 0.0j
+    if n <= b < 2 * n:
+        return total
+    for a in range(n):
+        if b >= 2 * n:
+            total -= phases.excite[i, j, a] * system.row[b - 2 * n, a] if work.kappa[b - 2 * n] != np.inf else 0.0
+            continue
+        for c in range(system.contacts):
+            for e in range(n):
+                carried = phases.carried[i, e, c] * system.row[c, b] if work.kappa[c] == np.inf else 0.0
+                total -= phases.excite[i, j, a] * phases.stiffness[i, a, e] * carried
+    return total

@@ -1,0 +1,620 @@
+"""What repeats: the orbit by Newton's method on the Poincare map, or the one that the motion from a start settles on.
+
+The section is at a phase of the drive. Its map is of whole cycles, or of half a cycle whose end is mirrored where the
+problem is its own mirror image. Where friction is the same at rest, in slip and at all places, two motions never move
+apart in ``sum dq^2 + (r dv)^2 + spring d(force)^2``: there is one orbit. Else orbits may coexist, last many cycles or
+not exist at all, and the motion from a start is followed until it is about to repeat: its cycles pass the same events
+as those one period before, motions beside it draw nearer, and the orbit that Newton's method finds there draws it.
+"""
+
+from math import exp, inf, log, pi, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.arrays import FloatArray
+from frictionlab.simulator.compiled import inner
+from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED
+from frictionlab.simulator.row import CHATTERED, COSTLY, NOT_FOUND, PARTING, PERIODIC, PULLING, RUNAWAY, STUCK, UPCOMING
+
+TURN = 2.0 * pi
+STEPS = 60  # of Newton's method to the only orbit
+FEW_STEPS = 8  # to one of several
+ROUNDED = -1.0
+SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
+SECTIONS = 4  # phases of the drive from which the only orbit is tried
+LONGEST = 512  # cycles of the longest orbit looked for
+LONGEST_ELASTIC = 128
+PATIENCE = 4096  # cycles waited for
+ENOUGH = 1024  # of them for a motion whose neighbours do not draw nearer
+WINDOW = 256  # cycles over which that is judged
+PARTED = 8.0  # e-fold growth over the window by which a motion does not repeat
+GROWN = 1e-3  # the least that is no rounding
+FOR_GOOD = 1e-7  # of its size: a motion so near to an orbit slips where that does, and nowhere else
+NEAR = 0.01  # of its size: how near a motion must come to where it was before an orbit is tried
+EAGER = 64  # maps after each of which that is looked for; later after every eighth
+
+LEG = np.dtype([("tau", "f8"), ("span", "f8"), ("turns", "i8"), ("sign", "f8")])
+"""The map whose fixed point is an orbit: turns times a span from tau on, the end multiplied by sign."""
+
+
+class Flow(NamedTuple):
+    """What carries a motion: `flow.runner`, what it carries, where it writes."""
+
+    run: Any
+    systems: Any  # one record of SYSTEM
+    works: Any  # one record of WORK
+    pieces: FloatArray
+
+
+@inner
+def put(system: Any, work: Any, y: FloatArray, tau: float) -> None:
+    """Make a vector (q, v, anchors) the state at hand."""
+    n = system.masses
+    work.tau = tau
+    for a in range(n):
+        work.q[a], work.v[a] = y[a], y[n + a]
+    for i in range(system.sliders):
+        work.anchor[i] = y[2 * n + i]
+
+
+@inner
+def carry(flow: Any, leg: Any, y: FloatArray, image: FloatArray, tangent: bool) -> int:
+    """Write the image of a state under the map of a leg; return how the run ended."""
+    system, work = flow.systems[0], flow.works[0]
+    n = system.masses
+    put(system, work, y, leg.tau)
+    code = DONE
+    for turn in range(leg.turns):
+        work.tau = leg.tau
+        code = flow.run(flow.systems, flow.works, flow.pieces, leg.span, tangent, turn == 0)
+        if code != DONE:
+            return code
+    for a in range(n):
+        image[a], image[n + a] = leg.sign * work.q[a], leg.sign * work.v[a]
+    for i in range(system.sliders):
+        image[2 * n + i] = leg.sign * work.anchor[i]
+    if tangent and leg.sign != 1.0:
+        for a in range(2 * n + system.sliders):
+            for b in range(2 * n + system.sliders):
+                work.jacobian[a, b] *= leg.sign
+    return code
+
+
+@inner
+def distance(system: Any, y: FloatArray, other: FloatArray) -> float:
+    """Return the distance of two states, in the norm that friction never lets grow (of one mass)."""
+    n, total = system.masses, 0.0
+    for a in range(n):
+        total += (y[a] - other[a]) ** 2 + (system.r * (y[n + a] - other[n + a])) ** 2
+    for c in range(system.contacts):
+        for i in range(system.first[c], system.first[c + 1]):
+            apart = other[2 * n + i] - y[2 * n + i]
+            for a in range(n):
+                apart += system.row[c, a] * (y[a] - other[a])
+            total += system.spring[i] * apart * apart
+    return sqrt(total)
+
+
+@inner
+def size_of(system: Any, work: Any, y: FloatArray) -> float:
+    """Return the size of the motion last carried from a state, against which its miss is judged."""
+    n, total = system.masses, 0.0
+    for a in range(n):
+        total += y[a] ** 2 + (system.r * y[n + a]) ** 2 + (work.high[a] - work.low[a]) ** 2
+    return sqrt(total)
+
+
+@inner
+def drive_size(system: Any) -> float:
+    """Return the size of the base's harmonics: what rounding is of, where a motion is much smaller."""
+    total = 0.0
+    for m in range(system.harmonics):
+        total += (m + 1.0) * abs(system.lines[m])
+    return total
+
+
+@inner
+def solve_linear(matrix: FloatArray, size: int) -> bool:
+    """Solve linear equations in place, the right side in the last column; False where they have no one solution.
+
+    Two or three equations most of the time: LAPACK's call alone would take ten times as long.
+    """
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if abs(matrix[i, k]) > abs(matrix[best, k]):
+                best = i
+        if matrix[best, k] == 0.0:
+            return False
+        if best != k:
+            for j in range(size + 1):
+                matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
+        for i in range(size):
+            share = matrix[i, k] / matrix[k, k]
+            if i != k and share != 0.0:
+                for j in range(k, size + 1):
+                    matrix[i, j] -= share * matrix[k, j]
+    for k in range(size):
+        matrix[k, size] /= matrix[k, k]
+    return True
+
+
+@inner
+def unknowns(system: Any, work: Any, leg: Any) -> NDArray[np.int64]:
+    """Return which entries of a state Newton's method changes: anchors of sliders that never slip stay.
+
+    Under a mirrored map they are unknowns too: mirrored they must be themselves.
+    """
+    n = system.masses
+    which = np.empty(2 * n + system.sliders, np.int64)
+    count = 2 * n
+    for a in range(2 * n):
+        which[a] = a
+    for i in range(system.sliders):
+        if leg.sign < 0.0 or work.slipped[i]:
+            which[count] = 2 * n + i
+            count += 1
+    return which[:count]
+
+
+@inner
+def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatArray, target: FloatArray) -> bool:
+    """Write where Newton's method expects the fixed point; False if it cannot say."""
+    which = unknowns(system, work, leg)
+    size = len(which)
+    matrix = np.empty((size, size + 1))
+    for i in range(size):
+        for j in range(size):
+            matrix[i, j] = (1.0 if i == j else 0.0) - work.jacobian[which[i], which[j]]
+        matrix[i, size] = image[which[i]] - y[which[i]]
+    if not solve_linear(matrix, size):
+        return False
+    for k in range(len(y)):
+        target[k] = y[k]
+    for i in range(size):
+        target[which[i]] += matrix[i, size]
+        if not abs(target[which[i]]) < 1e150:
+            return False
+    return True
+
+
+@inner
+def shoot(flow: Any, leg: Any, y: FloatArray, steps: int, patience: int) -> tuple[float, int]:
+    """Move a state to the fixed point of a leg's map nearby; return its miss and how the last run ended.
+
+    Newton's steps are shortened until the miss shrinks; where none helps, the map itself is applied: once, then twice,
+    and so on, as often as patience allows. The run last carried is that from the state.
+    """
+    system, work = flow.systems[0], flow.works[0]
+    image, turns = np.empty(len(y)), 1
+    code = carry(flow, leg, y, image, True)
+    miss = distance(system, y, image)
+    for _ in range(steps):
+        if code != DONE or miss <= 2e-16 * size_of(system, work, y):
+            break
+        less = stepped(flow, leg, y, image, miss)
+        if ROUNDED < less < miss:
+            miss = less
+            continue
+        if less == ROUNDED or patience <= 0:  # only rounding is left, or no step helps
+            return miss, carry(flow, leg, y, image, True)
+        for _ in range(turns):
+            for k in range(len(y)):
+                y[k] = image[k]
+            code = carry(flow, leg, y, image, True)
+            if code != DONE:
+                return miss, code
+        miss, patience, turns = distance(system, y, image), patience - turns, min(2 * turns, 64)
+    return miss, code
+
+
+@inner
+def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float) -> float:
+    """Move a state and its image by the longest share of Newton's step that helps; return the miss then.
+
+    ROUNDED: what is left is rounding; infinite: no share helps, and the state stays.
+    """
+    system, work, size = flow.systems[0], flow.works[0], len(y)
+    target, trial, ahead = np.empty(size), np.empty(size), np.empty(size)
+    extent = size_of(system, work, y)
+    if not newton_target(system, work, leg, y, image, target):
+        return inf
+    share = 1.0
+    while share > 0.01:
+        for k in range(size):
+            trial[k] = y[k] + share * (target[k] - y[k])
+        less = distance(system, trial, ahead) if carry(flow, leg, trial, ahead, True) == DONE else inf
+        if less < (1.0 - 0.5 * share) * miss:
+            for k in range(size):
+                y[k], image[k] = trial[k], ahead[k]
+            return less
+        share *= 0.25
+        if miss <= 1e-13 * extent + 1e-15 * drive_size(system):
+            return ROUNDED
+    return inf
+
+
+@inner
+def multiplier(system: Any, work: Any) -> float:
+    """Return the Floquet multiplier of largest modulus of the leg last carried: signed if real, else its modulus.
+
+    Anchors of sliders that never slip, and speeds of what holds, are left out: they have none.
+    """
+    n, size = system.masses, 2 * system.masses
+    which = np.empty(2 * n + system.sliders, np.int64)
+    for a in range(2 * n):
+        which[a] = a
+    for i in range(system.sliders):
+        if work.slipped[i]:
+            which[size] = 2 * n + i
+            size += 1
+    if size == 2:
+        half = 0.5 * (work.jacobian[0, 0] + work.jacobian[1, 1])
+        det = work.jacobian[0, 0] * work.jacobian[1, 1] - work.jacobian[0, 1] * work.jacobian[1, 0]
+        inside = half * half - det
+        if inside < 4e-16 * half * half:  # also of a pair that only rounding parts
+            return sqrt(max(det, 0.0))
+        return half + sqrt(inside) if half >= 0.0 else half - sqrt(inside)
+    first, power = np.empty((size, size)), np.empty((size, size))
+    for i in range(size):
+        for j in range(size):
+            first[i, j] = power[i, j] = work.jacobian[which[i], which[j]]
+    grown, weight = 0.0, 1.0
+    for _ in range(SQUARINGS):  # the 2^m-th root is what remains of the norm
+        norm = np.abs(power).max()
+        if norm == 0.0:
+            return 0.0
+        grown += weight * log(norm)
+        weight *= 0.5
+        power = product(power / norm, power / norm)
+    return exp(grown) * sign_of(first, power, exp(grown))
+
+
+@inner
+def product(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the product of two square matrices: without a library that takes seconds to compile in."""
+    size, out = len(left), np.zeros((len(left), len(left)))
+    for i in range(size):
+        for k in range(size):
+            if left[i, k] != 0.0:
+                for j in range(size):
+                    out[i, j] += left[i, k] * right[k, j]
+    return out
+
+
+@inner
+def sign_of(first: FloatArray, power: FloatArray, radius: float) -> float:
+    """Return -1 where the eigenvalue that a power of a matrix is left with is negative, else 1."""
+    size, best, away = len(first), 0, 0.0
+    for j in range(size):
+        if np.abs(power[:, j]).max() > np.abs(power[:, best]).max():
+            best = j
+    for i in range(size):
+        image = radius * power[i, best]
+        for j in range(size):
+            image += first[i, j] * power[j, best]
+        away = max(away, abs(image))
+    return -1.0 if away <= 1e-6 * radius * np.abs(power[:, best]).max() else 1.0
+
+
+@inner
+def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[float, int]:
+    """Find the one orbit of a problem whose motions only draw nearer, from the best of some starts (k, size).
+
+    The map has a kink where a contact comes to rest just at the section, and Newton's method may stall there: then the
+    section is shifted.
+    """
+    system, work = flow.systems[0], flow.works[0]
+    size, image = len(y), np.empty(len(y))
+    miss, code = inf, DONE
+    state = np.zeros(size)
+    for section in range(SECTIONS):
+        leg.tau = 0.7 * section
+        least = inf
+        for k in range(len(starts)):
+            for j in range(size):
+                state[j] = starts[k, j] if section == 0 or k == 0 else 0.0
+            if k == 0 or section > 0:
+                for _ in range(2):
+                    carry(flow, leg, state, image, False)
+                    for j in range(size):
+                        state[j] = image[j]
+            code = carry(flow, leg, state, image, False)
+            away = distance(system, state, image) if code == DONE else inf
+            if away < least:
+                least = away
+                for j in range(size):
+                    y[j] = state[j]
+            if section > 0:
+                break
+        miss, code = shoot(flow, leg, y, STEPS, 1000000)
+        if code != DONE or miss <= 1e-12 * size_of(system, work, y) + 1e-14 * drive_size(system):
+            return miss, code
+    if code == DONE and system.masses == 1 and system.sliders == 0:
+        return continued(flow, leg, y)
+    return miss, code
+
+
+@inner
+def continued(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
+    """Find the orbit that is reached from one with more friction, step by step.
+
+    Where stops are about to vanish Newton's method converges only from the side on which the mass stops: more friction
+    is on that side.
+    """
+    system = flow.systems[0]
+    more = 0.03
+    limit = system.limit[0]
+    leg.tau = 0.0
+    for k in range(len(y)):
+        y[k] = 0.0
+    while more > 0.0:
+        system.limit[0] = limit * (1.0 + more)
+        shoot(flow, leg, y, STEPS if more == 0.03 else 2 * FEW_STEPS, 1000000)
+        more = 0.2 * more if more > 1e-17 else 0.0
+    system.limit[0] = limit
+    return shoot(flow, leg, y, 2 * FEW_STEPS, 1000000)
+
+
+@inner
+def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
+    """Find the orbit beside a state; return its miss, and whether the motion from the state settles on it, as y then.
+
+    Newton's method in full steps, each of which must halve the miss. The motion settles there if the orbit is stable,
+    both pass the same events over a period, and the map is nearly linear between them: what it brings the motion nearer
+    by is more than twice what it departs from its derivative.
+    """
+    system, work = flow.systems[0], flow.works[0]
+    size = len(y)
+    image, later, target, ahead, orbit = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    code = carry(flow, leg, y, later, True)
+    passed, radius = work.signature, abs(multiplier(system, work))
+    for k in range(size):
+        orbit[k], image[k] = y[k], later[k]
+    miss, extent = distance(system, orbit, image), size_of(system, work, y)
+    floor = 1e-12 * extent + 1e-14 * drive_size(system)
+    if code != DONE:
+        return inf, False
+    for _ in range(FEW_STEPS):
+        if miss <= 2e-16 * extent or not newton_target(system, work, leg, orbit, image, target):
+            break
+        code = carry(flow, leg, target, ahead, True)
+        less = distance(system, target, ahead) if code == DONE else inf
+        if less > 0.5 * miss and miss > floor:
+            return miss, False
+        if less >= miss:
+            code = carry(flow, leg, orbit, image, True)
+            break
+        radius = abs(multiplier(system, work))
+        for k in range(size):
+            orbit[k], image[k] = target[k], ahead[k]
+        miss = less
+    for k in range(size):
+        bent = later[k] - orbit[k]
+        for j in range(size):
+            bent -= work.jacobian[k, j] * (y[j] - orbit[j])
+        target[k], ahead[k] = bent, 0.0
+    straight = distance(system, target, ahead) <= 0.5 * max(0.0, 1.0 - radius) * distance(system, y, orbit) + floor
+    same = code == DONE and miss <= floor and work.signature == passed
+    settles = same and straight and radius <= 1.0 + 1e-9
+    if leaves_some(system, work):  # what these hold is what rest leaves in them: they must not slip any more
+        settles = settles and distance(system, y, orbit) <= FOR_GOOD * extent
+    for k in range(size):
+        y[k] = orbit[k] if settles else y[k]
+    return miss, settles
+
+
+@inner
+def leaves_some(system: Any, work: Any) -> bool:
+    """Tell whether friction varies along the path and some sliders did not slip in the run last carried."""
+    for c in range(system.contacts):
+        for i in range(system.first[c], system.first[c + 1]):
+            if system.gradient[c] != 0.0 and not work.slipped[i]:
+                return True
+    return False
+
+
+@inner
+def whole(leg: Any, maps: int, each: int) -> None:
+    """Make a leg that of so many maps; of two to a cycle, one is half of it mirrored, and three take three cycles."""
+    leg.tau, leg.span, leg.turns, leg.sign = 0.0, TURN, maps, 1.0
+    if each == 2 and maps == 1:
+        leg.span, leg.sign = pi, -1.0
+    elif each == 2:
+        leg.turns = maps if maps % 2 == 1 else maps // 2
+
+
+@inner
+def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
+    """Shorten a leg to the fewest cycles after which the orbit already repeats; return its miss."""
+    system, work = flow.systems[0], flow.works[0]
+    image, turns = np.empty(len(y)), leg.turns
+    for part in range(1, turns):
+        if turns % part == 0:
+            leg.turns = part
+            code = carry(flow, leg, y, image, True)
+            less = distance(system, y, image)
+            if code == DONE and less <= 1e-9 * size_of(system, work, y):
+                return shoot(flow, leg, y, FEW_STEPS, 0)[0]
+    leg.turns = turns
+    carry(flow, leg, y, image, True)
+    return miss
+
+
+@inner
+def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, int]:
+    """Find the orbit that the motion from a state at tau = 0 settles on; return its miss and an outcome.
+
+    Trials may cost half of the cycles followed, and each period is tried again only when the motion has come ten times
+    nearer. PARTING: motions beside it move apart, and the miss is their growth in a cycle. UPCOMING: a stable orbit is
+    near, but the motion was not seen to settle on it.
+    """
+    system, work, size = flow.systems[0], flow.works[0], len(y)
+    most = (LONGEST_ELASTIC if system.sliders else LONGEST) * each
+    keep = 2 * most + 1
+    past, passed, grown = np.zeros((keep, size)), np.zeros(keep, np.int64), np.zeros(keep)
+    tried, beside, total, spent, still = np.full(most + 1, NEAR), np.zeros(size), 0.0, 0.0, 0
+    beside[0] = 1.0
+    for at in range(1, PATIENCE * each + 1):
+        whole(leg, 1, each)
+        code = carry(flow, leg, y, past[at % keep], True)
+        if code != DONE:
+            return inf, verdict_of(code)
+        still = still + 1 if work.path == 0.0 else 0
+        for k in range(size):
+            y[k] = past[at % keep, k]
+        if still == each and system.sliders == 0 and system.masses == 1:
+            return 0.0, stopped(leg, y, each == 2 and at % 2 == 1)
+        total += stretch(system, work, beside)
+        passed[at % keep], grown[at % keep] = work.signature, total
+        extent = size_of(system, work, y)
+        if at <= EAGER or at % 8 == 0:
+            maps, away = nearest(system, past, passed, grown, at, tried, each, extent)
+            whole(leg, max(maps, 1), each)
+            if maps > 0 and (away <= 1e-9 * extent or spent + leg.turns <= 16.0 + 0.5 * at / each):
+                miss, settles = finish(flow, leg, y)
+                if settles:
+                    return shortest(flow, leg, y, miss), PERIODIC
+                spent, tried[maps] = spent + 2.0 * leg.turns, 0.1 * away / extent
+        growth = parting(grown, at, each)
+        if growth > 0.0:
+            return growth, PARTING
+    return any_stable(flow, leg, y, each)
+
+
+@inner
+def stopped(leg: Any, y: FloatArray, mirrored: bool) -> int:
+    """Say that a mass stands, where it does."""
+    for k in range(len(y)):
+        y[k] = -y[k] if mirrored else y[k]
+    leg.span, leg.turns, leg.sign = TURN, 1, 1.0
+    return STUCK
+
+
+@inner
+def any_stable(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, int]:
+    """Find a stable orbit of few cycles to which Newton's method comes from a state, however far it lies."""
+    system, work, orbit = flow.systems[0], flow.works[0], y.copy()
+    for maps in range(1, 3):
+        whole(leg, maps * (1 if each == 1 or maps == 1 else 2), each)
+        for k in range(len(y)):
+            orbit[k] = y[k]
+        miss, code = shoot(flow, leg, orbit, 4 * FEW_STEPS, 0)
+        near = miss <= 1e-12 * size_of(system, work, orbit) + 1e-14 * drive_size(system)
+        if code == DONE and near and abs(multiplier(system, work)) <= 1.0 + 1e-9:
+            for k in range(len(y)):
+                y[k] = orbit[k]
+            return miss, UPCOMING
+    return inf, NOT_FOUND
+
+
+@inner
+def stretch(system: Any, work: Any, beside: FloatArray) -> float:
+    """Carry a neighbour's direction over the map last carried; return the logarithm of its growth."""
+    size = len(beside)
+    ahead, none = np.empty(size), np.zeros(size)
+    for k in range(size):
+        ahead[k] = 0.0
+        for j in range(size):
+            ahead[k] += work.jacobian[k, j] * beside[j]
+    long, before = distance(system, ahead, none), distance(system, beside, none)
+    if not long > 1e-30 * before:
+        for k in range(size):
+            beside[k] = 1.0 if k == 0 else 0.0
+        return -69.0
+    for k in range(size):
+        beside[k] = ahead[k] / long
+    return log(long / before)
+
+
+@inner
+def nearest(
+    system: Any,
+    past: FloatArray,
+    passed: NDArray[np.int64],
+    grown: FloatArray,
+    at: int,
+    tried: FloatArray,
+    each: int,
+    extent: float,
+) -> tuple[int, float]:
+    """Return the number of maps after which a motion has come nearest to where it was, and how near; none: 0, inf.
+
+    Of two about as near the shorter; only where it passes the same events as one period before, and has drawn nearer.
+    """
+    keep, best, least = len(past), 0, inf
+    for maps in range(1, min(len(tried) - 1, at // 2) + 1):
+        if each == 2 and at % 2 == 1 and maps > 1:  # the mirror image of the motion, not the motion
+            continue
+        now, old = at % keep, (at - maps) % keep
+        if passed[now] != passed[old] or grown[now] > grown[old]:
+            continue
+        away = distance(system, past[now], past[old])
+        if not away <= min(0.1 * least, tried[maps] * extent):
+            continue
+        i = 0
+        while i < maps and passed[(at - i) % keep] == passed[(at - i - maps) % keep]:
+            i += 1
+        if i == maps:
+            best, least = maps, away
+    return best, least
+
+
+@inner
+def parting(grown: FloatArray, at: int, each: int) -> float:
+    """Return by how much a neighbour's distance grows in a cycle, if a motion does not repeat for that; else 0."""
+    if at % (WINDOW * each) != 0 or at < 2 * WINDOW * each:
+        return 0.0
+    apart = grown[at % len(grown)] - grown[(at - WINDOW * each) % len(grown)]
+    return exp(apart / WINDOW) if apart > PARTED or (at >= ENOUGH * each and apart > GROWN) else 0.0
+
+
+@inner
+def verdict_of(code: int) -> int:
+    """Return the outcome of a run that did not come to its end."""
+    if code == PULLS:
+        return PULLING
+    if code == TIRED:
+        return COSTLY
+    return RUNAWAY if code == STEEP else CHATTERED
+
+
+@inner
+def find(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, mirror: bool, alone: bool) -> tuple[int, float]:
+    """Find the orbit that rest settles on; return an outcome and its miss. `y` and `leg` are its state and map.
+
+    Parameters
+    ----------
+    system, work, leg
+        Records of SYSTEM, WORK and LEG.
+    pieces : ndarray
+        The run's pieces are recorded as far as there is space.
+    starts : ndarray of shape (k, size)
+        Where a search may begin; the first is at rest.
+    y : ndarray of shape (size,)
+    mirror : bool
+        Whether the problem is its own mirror image half a cycle later.
+    alone : bool
+        Whether motions only draw nearer to each other, so that there is one orbit.
+    """
+    system, work = flow.systems[0], flow.works[0]
+    each, smooth = 2 if mirror else 1, True
+    whole(leg, 1, each)
+    for c in range(system.contacts):
+        smooth = smooth and system.up[c] == 1.0 and system.down[c] == 1.0
+    if smooth:
+        miss, code = only_orbit(flow, leg, starts, y)
+        floor, extent = 1e-14 * drive_size(system), size_of(system, work, y)
+        if code == TIRED or (code != DONE and alone):
+            return verdict_of(code), miss
+        if alone:
+            return PERIODIC if miss <= 1e-9 * extent + floor else NOT_FOUND, miss
+        close = code == DONE and miss <= 1e-12 * extent + floor
+        if close and abs(multiplier(system, work)) <= 1.0 + 1e-9 and system.sliders <= 1:
+            return PERIODIC, miss
+    for k in range(len(y)):
+        y[k] = starts[0, k]
+    miss, outcome = settle_from(flow, leg, y, each)
+    return outcome, miss

@@ -1,0 +1,311 @@
+"""One phase of a structure: the linear motion while every contact holds or slips as it does, in modal coordinates.
+
+In a phase the force of contact c on its mass is ``n_c = kappa_c s_c + o_c`` (its dashpot apart), s_c its displacement
+``row_c q - follow_c f``; kappa is infinite where a rigid contact holds. Between events
+
+    M q'' + C q' + (K + sum kappa_c row_c row_c^T) q = push (f, f') + sum kappa_c follow_c row_c f - sum row_c o_c
+
+is linear. Held rigid contacts take their directions out of it; what is left is solved in modes, of a complex pair one:
+``q = Re sum shape_j w_j``, ``w_j' = rate_j w_j + force``.
+"""
+
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from frictionlab.arrays import FloatArray
+from frictionlab.errors import SimulationError
+from frictionlab.simulator.compiled import entry, inner
+
+SLOTS = 96  # phases remembered
+DONE, CHATTER, PULLS, TIRED, STEEP, MISSING = range(6)  # how a run ended; MISSING: a phase is to be made
+CRITICAL = 2e-10  # over the squared frequency: two rates nearer than this are parted by it (zeta moved by 1e-10)
+NEAR = 0.02  # a harmonic nearer to a rate than this is taken by its divided difference
+
+
+MASSES, CONTACTS, SLIDERS, HARMONICS = 6, 6, 200, 64  # what a structure may have
+MODES = 2 * MASSES
+_N, _C, _D, _S, _H, _P = MASSES, CONTACTS, MODES, SLIDERS, HARMONICS, SLOTS
+
+SYSTEM = np.dtype(
+    [
+        ("masses", "i8"),
+        ("contacts", "i8"),
+        ("sliders", "i8"),
+        ("harmonics", "i8"),  # of the base; 0: it is sampled
+        ("r", "f8"),
+        ("inertia", "f8", (_N, _N)),  # r^2 M
+        ("mobility", "f8", (_N, _N)),  # its inverse
+        ("damping", "f8", (_N, _N)),  # r C, dashpots of contacts in it
+        ("stiffness", "f8", (_N, _N)),
+        ("push", "f8", (_N, 2)),  # forces per f and f'
+        ("row", "f8", (_C, _N)),
+        ("follow", "f8", (_C,)),  # 1 against the base
+        ("dashpot", "f8", (_C,)),  # 2 zeta_c r
+        ("limit", "f8", (_C,)),  # friction force where s = 0
+        ("gradient", "f8", (_C,)),
+        ("up", "f8", (_C,)),  # static over kinetic friction
+        ("down", "f8", (_C,)),
+        ("first", "i8", (_C + 1,)),  # the sliders of contact c are first[c] to first[c + 1]; none: rigid
+        ("spring", "f8", (_S,)),
+        ("strength", "f8", (_S,)),  # friction force of each slider
+        ("lines", "c16", (_H,)),  # the base is Re sum lines_k e^(i k tau)
+        ("cubic", "f8", (4,)),  # of a sampled base, the piece's polynomial in local time
+    ]
+)
+"""The numbers of a structure of n masses, c contacts, s elastic sliders, under h harmonics of the base."""
+
+PHASES = np.dtype(
+    [
+        ("count", "i8"),  # slots in use
+        ("next", "i8"),  # slot to write
+        ("missing", "i8"),  # 1: a phase of several masses was wanted that is not there
+        ("wanted", "f8", (_C,)),  # the one that is made next
+        ("kappa", "f8", (_P, _C)),  # which phase it is
+        ("modes", "i8", (_P,)),  # modes
+        ("rate", "c16", (_P, _D)),
+        ("outward", "c16", (_P, _N, _D)),
+        ("entry", "c16", (_P, _D, 2 * _N)),  # modes of q, from 0 on, and v, from MASSES on
+        ("excite", "c16", (_P, _D, _N)),  # modes of a force
+        ("fore", "c16", (_P, _D, _H)),  # half the response to e^(i k tau), or half the force where `near`
+        ("back", "c16", (_P, _D, _H)),  # half the response to e^(-i k tau)
+        ("near", "i8", (_P, _D, _H)),  # 1 next to resonance
+        ("along", "f8", (_P, _N)),  # what held contacts carry along with the base
+        ("carried", "f8", (_P, _N, _C)),  # masses by displacements of held contacts
+        ("stiffness", "f8", (_P, _N, _N)),
+        ("grip", "f8", (_P, _C, _N)),  # held contacts' forces by the forces on the masses
+        ("bind", "f8", (_P, _C)),  # and by f''
+        ("by_f", "f8", (_P, _N)),  # force per f
+        ("place", "c16", (_P, _C, _D)),  # row of the displacement over the modes
+        ("follows", "f8", (_P, _C)),  # and per f
+        ("held_w", "c16", (_P, _C, _D)),  # row of a held contact's force over w
+        ("held_dw", "c16", (_P, _C, _D)),  # and over w'
+        ("held_f", "f8", (_P, _C, 3)),  # and over f, f', f''
+    ]
+)
+"""The phases met, one in each slot."""
+
+
+@inner
+def slot_of(system: Any, phases: Any, kappa: FloatArray) -> int:
+    """Return the slot of a phase. One that was not met before is made, of one mass; -MISSING: `make_phase` must do so.
+
+    -STEEP: a direction has no stiffness left.
+    """
+    contacts, held = system.contacts, False
+    for i in range(phases.count):
+        c = 0
+        while c < contacts and phases.kappa[i, c] == kappa[c]:
+            c += 1
+        if c == contacts:
+            return i
+    for c in range(contacts):
+        phases.wanted[c] = kappa[c]
+        held = held or kappa[c] == inf
+    if system.masses > 1:
+        phases.missing = 1
+        return -MISSING
+    i = _next_slot(system, phases)
+    _constrain_one(system, phases, i)
+    phases.modes[i] = 0
+    if not held and not _modes_of_one(system, phases, i):
+        phases.count, phases.next = 0, 0
+        return -STEEP
+    _contact_rows(system, phases, i)
+    _responses(system, phases, i)
+    return i
+
+
+@inner
+def _next_slot(system: Any, phases: Any) -> int:
+    """Return the slot that the phase wanted is written to."""
+    i = phases.next
+    phases.count = max(phases.count, i + 1)
+    phases.next = (i + 1) % SLOTS
+    for c in range(system.contacts):
+        phases.kappa[i, c] = phases.wanted[c]
+    return i
+
+
+@inner
+def _constrain_one(system: Any, phases: Any, i: int) -> None:
+    """Write stiffness of a single mass, and what a held contact carries along and is held by."""
+    stiffness, by_f = system.stiffness[0, 0], system.push[0, 0]
+    phases.along[i, 0] = 0.0
+    for c in range(system.contacts):
+        phases.carried[i, 0, c] = phases.grip[i, c, 0] = phases.bind[i, c] = 0.0
+        kappa = phases.kappa[i, c]
+        if kappa != inf:
+            stiffness += kappa
+            by_f += kappa * system.follow[c]
+    for c in range(system.contacts):
+        if phases.kappa[i, c] == inf:
+            phases.carried[i, 0, c], phases.along[i, 0] = 1.0, system.follow[c]
+            phases.grip[i, c, 0], phases.bind[i, c] = 1.0, system.inertia[0, 0] * system.follow[c]
+    phases.stiffness[i, 0, 0], phases.by_f[i, 0] = stiffness, by_f
+
+
+def make_phase(systems: Any, works: Any) -> None:
+    """Make the phase that a run has missed, of several masses.
+
+    Raises
+    ------
+    SimulationError
+        A direction has no stiffness left, or a mode is critically damped.
+    """
+    system, phases = systems[0], works[0]["phases"]
+    n, c = int(system["masses"]), int(system["contacts"])
+    phases["missing"] = 0
+    kappa, row = phases["wanted"][:c].copy(), system["row"][:c, :n]
+    i = int(phases["next"])
+    phases["count"], phases["next"] = max(int(phases["count"]), i + 1), (i + 1) % SLOTS
+    held = np.isinf(kappa)
+    free_kappa, rows = np.where(held, 0.0, kappa), row[held]
+    stiffness = system["stiffness"][:n, :n] + row.T @ (free_kappa[:, None] * row)
+    free, carried, grip = np.eye(n), np.zeros((n, c)), np.zeros((c, n))
+    bind = np.zeros(c)
+    if len(rows) and np.linalg.matrix_rank(rows) < len(rows):  # on wall and base at once: the base moves
+        phases["kappa"][i, :c], phases["modes"][i] = kappa, -1
+        return
+    if len(rows):
+        free = np.linalg.svd(rows)[2][len(rows) :].T
+        carried[:, held] = np.linalg.pinv(rows)
+        compliance = np.linalg.inv(rows @ system["mobility"][:n, :n] @ rows.T)
+        grip[held], bind[held] = compliance @ rows @ system["mobility"][:n, :n], compliance @ system["follow"][:c][held]
+    phases["kappa"][i, :c], phases["stiffness"][i, :n, :n] = kappa, stiffness
+    phases["carried"][i, :n, :c], phases["grip"][i, :c, :n], phases["bind"][i, :c] = carried, grip, bind
+    phases["along"][i, :n] = carried @ system["follow"][:c]
+    phases["by_f"][i, :n] = system["push"][:n, 0] + row.T @ (free_kappa * system["follow"][:c])
+    _write_modes(system, phases, i, free, stiffness)
+    complete(systems, works, i)
+
+
+def _write_modes(system: Any, phases: Any, i: int, free: FloatArray, stiffness: FloatArray) -> None:
+    """Write rates, shapes and what enters the modes in the free directions (n, p); of a complex pair one mode."""
+    n, p = free.shape
+    inertia, damping = (free.T @ system[name][:n, :n] @ free for name in ("inertia", "damping"))
+    stiff = free.T @ stiffness @ free
+    if p and np.linalg.eigvalsh(0.5 * (stiff + stiff.T))[0] <= 0.0:
+        phases["count"], phases["next"] = 0, 0
+        raise SimulationError(
+            "structure: gradient; expected so small that every mass keeps a stiffness; got friction that changes"
+            " along the path faster than the springs' force; do: take a smaller gradient"
+        )
+    matrix = np.block([[np.zeros((p, p)), np.eye(p)], [-np.linalg.solve(inertia, np.hstack((stiff, damping)))]])
+    rates, vectors = np.linalg.eig(matrix.astype(np.complex128))
+    if p and np.linalg.cond(vectors) > 1e7:
+        raise SimulationError(
+            "structure: a mode is critically damped, and two of its rates are one; do: change a damping_ratio by"
+            " one in a million"
+        )
+    lasting = np.abs(rates.imag) > 1e-12 * np.abs(rates)
+    kept = ~lasting | (rates.imag > 0.0)
+    inverse, d = np.linalg.inv(vectors)[kept], int(np.count_nonzero(kept))
+    phases["modes"][i] = d
+    phases["rate"][i, :d] = np.where(lasting, rates, rates.real)[kept]
+    phases["outward"][i, :n, :d] = free @ (vectors[:p] * np.where(lasting, 2.0, 1.0))[:, kept]
+    phases["entry"][i, :d, :n], phases["entry"][i, :d, MASSES : MASSES + n] = (
+        inverse[:, :p] @ free.T,
+        inverse[:, p:] @ free.T,
+    )
+    phases["excite"][i, :d, :n] = inverse[:, p:] @ np.linalg.solve(inertia, free.T)
+
+
+@entry
+def complete(systems: Any, works: Any, i: int) -> None:
+    """Write what follows from the modes of a phase."""
+    _contact_rows(systems[0], works[0].phases, i)
+    _responses(systems[0], works[0].phases, i)
+
+
+@inner
+def _modes_of_one(system: Any, phases: Any, i: int) -> bool:
+    """The modes of a single mass, by formula: a complex pair, or two real rates."""
+    mass = system.inertia[0, 0]
+    half, square = 0.5 * system.damping[0, 0] / mass, phases.stiffness[i, 0, 0] / mass
+    if square <= 0.0:
+        return False
+    inside = half * half - square
+    if abs(inside) < CRITICAL * square:
+        inside = -CRITICAL * square
+    if inside < 0.0:
+        rate = complex(-half, np.sqrt(-inside))
+        other = rate.conjugate()
+        phases.modes[i], phases.rate[i, 0], phases.outward[i, 0, 0] = 1, rate, 2.0
+        phases.entry[i, 0, 0], phases.entry[i, 0, MASSES] = -other / (rate - other), 1.0 / (rate - other)
+        phases.excite[i, 0, 0] = 1.0 / ((rate - other) * mass)
+        return True
+    fast = -half - np.sqrt(inside)
+    slow = square / fast
+    phases.modes[i] = 2
+    for j, own, other in ((0, slow, fast), (1, fast, slow)):
+        phases.rate[i, j], phases.outward[i, 0, j] = own, 1.0
+        phases.entry[i, j, 0], phases.entry[i, j, MASSES] = -other / (own - other), 1.0 / (own - other)
+        phases.excite[i, j, 0] = 1.0 / ((own - other) * mass)
+    return True
+
+
+@inner
+def _contact_rows(system: Any, phases: Any, i: int) -> None:
+    """Write each contact's displacement, and the force of each held rigid one, over the modes and the base."""
+    n, contacts, d = system.masses, system.contacts, phases.modes[i]
+    for c in range(contacts):
+        phases.follows[i, c] = -system.follow[c]
+        for a in range(n):
+            phases.follows[i, c] += system.row[c, a] * phases.along[i, a]
+        for j in range(d):
+            total = 0.0j
+            for a in range(n):
+                total += system.row[c, a] * phases.outward[i, a, j]
+            phases.place[i, c, j] = total
+        if phases.kappa[i, c] != inf:
+            continue
+        for order in range(3):
+            phases.held_f[i, c, order] = 0.0
+        phases.held_f[i, c, 2] = -phases.bind[i, c]
+        for a in range(n):
+            at_rest, moving = phases.by_f[i, a], system.push[a, 1]
+            for b in range(n):
+                at_rest -= phases.stiffness[i, a, b] * phases.along[i, b]
+                moving -= system.damping[a, b] * phases.along[i, b]
+            phases.held_f[i, c, 0] += phases.grip[i, c, a] * at_rest
+            phases.held_f[i, c, 1] += phases.grip[i, c, a] * moving
+        for j in range(d):
+            by_w, by_dw = 0.0j, 0.0j
+            for a in range(n):
+                for b in range(n):
+                    by_w -= phases.grip[i, c, a] * phases.stiffness[i, a, b] * phases.outward[i, b, j]
+                    by_dw -= phases.grip[i, c, a] * system.damping[a, b] * phases.outward[i, b, j]
+            phases.held_w[i, c, j], phases.held_dw[i, c, j] = by_w, by_dw
+
+
+@inner
+def mode_force(system: Any, phases: Any, i: int, j: int, f: complex, df: complex, ddf: complex) -> complex:
+    """Return what the base, with these values of f, f', f'', drives a mode by."""
+    n, total = system.masses, 0.0j
+    for a in range(n):
+        force = phases.by_f[i, a] * f + system.push[a, 1] * df
+        for b in range(n):
+            along = phases.along[i, b]
+            if along != 0.0:
+                force -= along * (
+                    system.inertia[a, b] * ddf + system.damping[a, b] * df + phases.stiffness[i, a, b] * f
+                )
+        total += phases.excite[i, j, a] * force
+    return total
+
+
+@inner
+def _responses(system: Any, phases: Any, i: int) -> None:
+    """Write each mode's response to each harmonic of the base."""
+    for j in range(phases.modes[i]):
+        for m in range(system.harmonics):
+            turn = complex(0.0, m + 1.0)
+            fore = 0.5 * mode_force(system, phases, i, j, 1.0 + 0.0j, turn, turn * turn)
+            back = 0.5 * mode_force(system, phases, i, j, 1.0 + 0.0j, -turn, turn * turn)
+            away = turn - phases.rate[i, j]
+            near = abs(away) < NEAR
+            phases.near[i, j, m] = 1 if near else 0
+            phases.fore[i, j, m] = fore if near else fore / away
+            phases.back[i, j, m] = back / (-turn - phases.rate[i, j])
