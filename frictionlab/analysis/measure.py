@@ -79,25 +79,18 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     layout = _laid_out(parts, transient, recording, scene)
     of_mass, of_base = channels_of(scene)
     channels.check_drive(layout.drive.frequency, (of_mass, of_base))
-    wall_moves, prescribed = scene.model.wall == "base", scene.rig.kind == "prescribed"
     natural, unit = scene.rig.natural_frequency, layout.drive.amplitude
+    wall_moves, prescribed = scene.model.wall == "base", scene.rig.kind == "prescribed"
     r, rate = layout.drive.frequency / natural if natural else None, 1.0 / parts[0].step
     joules = scene.rig.stiffness * unit**2 if scene.rig.stiffness else None  # k Y^2
-
     answer = response.response(layout, wall_moves=wall_moves)
     used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles, period=layout.foreign.period)
     settled = (transient if has_settled else None) if given is None else _settled(layout, parts[0])
-    first = np.searchsorted(layout.time, recording.time[0] + (settled or 0.0) - 1e-9)
-    steady = slice(min(int(first), len(layout) - 1), len(layout))
+    steady = _steady_part(layout, float(recording.time[0]) + (settled or 0.0))
     cycle = _mean_cycle(layout, answer, used, of_mass)
     estimates: dict[str, Any] = _estimates(layout, answer, used, steady, natural, prescribed=prescribed)
     sources, loop = sources_of_test(recording, scene, rate), estimates["energy"]
-    cut = 0.0
-    if not answer.is_stuck:
-        friction_ratio = abs(loop.value or 0.0) / (4.0 * max(answer.size, 1e-12))
-        cut = channels.cut_away(
-            *(cycle.mass_smooth, layout.drive.frequency, of_mass), friction=friction_ratio, r=r or 1.0
-        )
+    cut = 0.0 if answer.is_stuck else _cut_away(layout, answer.size, cycle, loop, of_mass, r or 1.0)
     budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
     estimates |= {BUDGETED[key]: estimates[BUDGETED[key]].with_u(combined(budget[key])) for key in budget}
     friction = energy.by_load_cell(
@@ -119,11 +112,10 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
             "measured_force": friction.force,
             "measured_coefficient": friction.coefficient,
         }
-    warnings += () if natural or prescribed else (NO_NATURAL_FREQUENCY,)
-    warnings += doubts.of_the_filter(cut, answer.size, of_mass)
-    trend = None
-    if not prescribed and layout.time[-1] - layout.time[0] >= LONG_TEST_S:
-        trend = steadiness.trend_of(layout.time, answer.energy)
+    unknown = () if natural or prescribed else (NO_NATURAL_FREQUENCY,)
+    warnings += (*unknown, *doubts.of_the_filter(cut, answer.size, of_mass))
+    is_long = not prescribed and layout.time[-1] - layout.time[0] >= LONG_TEST_S
+    trend = steadiness.trend_of(layout.time, answer.energy) if is_long else None
     return Measurement(
         **_facts(recording, scene, layout, rate),
         **_of_the_answer(layout, answer, used),
@@ -332,6 +324,18 @@ def _estimates(
     by_force = ("force_energy", "force_energy_j", "measured_force", "measured_coefficient")
     unknown = (*by_force, "ratio", "energy", "steady_energy") if prescribed else by_force
     return found | dict.fromkeys(unknown, Estimate())  # a mass that drives itself has no loop and no ratio
+
+
+def _steady_part(layout: Layout, settled_at: float) -> slice:
+    """The cycles after the motion has settled, at least one."""
+    first = int(np.searchsorted(layout.time, settled_at - 1e-9))
+    return slice(min(first, len(layout) - 1), len(layout))
+
+
+def _cut_away(layout: Layout, size: float, cycle: Cycle, loop: Estimate, of_mass: SensorChannel, r: float) -> float:
+    """What the mass's filter may have cut away of the amplitude, by the friction that the loop shows."""
+    friction = abs(loop.value or 0.0) / (4.0 * max(size, 1e-12))
+    return channels.cut_away(cycle.mass_smooth, layout.drive.frequency, of_mass, friction=friction, r=r)
 
 
 def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorChannel) -> Cycle:

@@ -133,7 +133,7 @@ def test_the_derivative_of_a_run_is_its_difference_quotient() -> None:
     contacts = [rubs("coulomb+place", 2, "base", beta=0.2, gradient=0.1), rubs("coulomb", 1, 2, beta=0.2)]
     systems = system_of(Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts))
     works, legs = record_of(WORK), record_of(orbit.LEG)
-    flow = orbit.Flow(RUNNER, systems, works, np.empty((0, 0)))
+    flow = orbit.Carrier(RUNNER, systems, works, np.empty((0, 0)))
 
     def end_of(start: np.ndarray, tau: float, span: float) -> np.ndarray:
         legs[0], end, code = (tau, span, 1, 1.0), np.empty(4), MISSING

@@ -19,7 +19,7 @@ from frictionlab.simulator.exact.orbit import (
     FEW_STEPS,
     STEPS,
     TURN,
-    Flow,
+    Carrier,
     carry,
     distance,
     drive_size,
@@ -488,13 +488,13 @@ def solve(flow: Any, leg: Any, y: FloatArray, closed: int, numbers: Any, row: Fl
 
 
 @entry
-def solve_one(flow: Flow, legs: Any, y: FloatArray, closed: int, numbers: Any, row: FloatArray) -> None:
+def solve_one(flow: Carrier, legs: Any, y: FloatArray, closed: int, numbers: Any, row: FloatArray) -> None:
     """`solve`, of records that stand in arrays of length 1."""
     solve(flow, legs[0], y, closed, numbers[0], row)
 
 
 @entry
-def solve_many(systems: Any, flow: Flow, legs: Any, closed: int, numbers: Any, rows: FloatArray) -> None:
+def solve_many(systems: Any, flow: Carrier, legs: Any, closed: int, numbers: Any, rows: FloatArray) -> None:
     """Fill the rows (k, ROW) of many systems of one mass, one after the other, each by itself."""
     for k in range(len(systems)):
         flow.systems[0] = systems[k]
@@ -504,6 +504,6 @@ def solve_many(systems: Any, flow: Flow, legs: Any, closed: int, numbers: Any, r
 
 
 @entry
-def carry_on(flow: Flow, legs: Any, y: FloatArray, image: FloatArray, derived: bool) -> int:
+def carry_on(flow: Carrier, legs: Any, y: FloatArray, image: FloatArray, derived: bool) -> int:
     """Carry a state over a leg; return how that ended. Its pieces are recorded."""
     return carry(flow, legs[0], y, image, derived)

@@ -39,7 +39,7 @@ LEG = np.dtype([("tau", "f8"), ("span", "f8"), ("turns", "i8"), ("sign", "f8")])
 """The map whose fixed point is an orbit: turns times a span from tau on, the end multiplied by sign."""
 
 
-class Flow(NamedTuple):
+class Carrier(NamedTuple):
     """What carries a motion: `flow.runner`, what it carries, where it writes."""
 
     run: Any

@@ -324,7 +324,7 @@ def solved(systems: Any, closed: int = answer.AUTO, start: FloatArray | None = N
         pieces = np.empty((count, 2 + 2 * n + 3 * c))
         y = np.full(size, nan) if start is None else start.copy()
         works[0]["left"] = left
-        answer.solve_one(orbit.Flow(RUNNER, systems, works, pieces), legs, y, closed, numbers, row)
+        answer.solve_one(orbit.Carrier(RUNNER, systems, works, pieces), legs, y, closed, numbers, row)
         spent = float(works[0]["spent"])
         if row[places.OUTCOME] == places.LACKING:
             made = _made(systems, works, made)
@@ -345,7 +345,7 @@ def rows_of(problems: Sequence[Problem]) -> FloatArray:
     parts = [system_of_one(problem) for problem in problems]
     systems, rows = np.concatenate(parts) if parts else record_of(SYSTEM)[:0], np.empty((len(problems), places.ROW))
     works, legs, numbers, count = record_of(WORK), record_of(orbit.LEG), record_of(NUMBERS), 512
-    flow = orbit.Flow(RUNNER, record_of(SYSTEM), works, np.empty((count, 7)))
+    flow = orbit.Carrier(RUNNER, record_of(SYSTEM), works, np.empty((count, 7)))
     answer.solve_many(systems, flow, legs, answer.AUTO, numbers, rows)
     for k in np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL):
         rows[k] = solved(parts[k]).row
@@ -387,7 +387,7 @@ def _carried(systems: Any, works: Any, pieces: FloatArray, legs: Any, y: FloatAr
     """Carry a state over a leg, with phases made as they are met."""
     code, made = MISSING, 0
     while code == MISSING:
-        code = int(answer.carry_on(orbit.Flow(RUNNER, systems, works, pieces), legs, y, image, False))
+        code = int(answer.carry_on(orbit.Carrier(RUNNER, systems, works, pieces), legs, y, image, False))
         if code == MISSING:
             made = _made(systems, works, made)
     _refuse(systems, code, image)

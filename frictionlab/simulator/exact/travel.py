@@ -6,7 +6,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import entry, inner
 from frictionlab.simulator.exact.flow import base_at_time
 from frictionlab.simulator.exact.motion import contact_force
-from frictionlab.simulator.exact.orbit import Flow
+from frictionlab.simulator.exact.orbit import Carrier
 from frictionlab.simulator.exact.phase import DONE, slot_of
 
 
@@ -21,12 +21,12 @@ def sample(flow: Any, found: FloatArray, i: int) -> None:
 
 
 @entry
-def travel(flow: Flow, time: FloatArray, cubics: FloatArray, found: FloatArray) -> int:
+def travel(flow: Carrier, time: FloatArray, cubics: FloatArray, found: FloatArray) -> int:
     """Carry the state at hand along the samples; return the number of the piece that it did not come through, or -1.
 
     Parameters
     ----------
-    flow : Flow
+    flow : Carrier
         Its system has no harmonics.
     time : ndarray of shape (n,)
     cubics : ndarray of shape (n - 1, 4)

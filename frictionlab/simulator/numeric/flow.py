@@ -15,7 +15,7 @@ from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.motion import Timeline
 from frictionlab.simulator.numeric import radau
 from frictionlab.simulator.numeric.motion import NumericMotion
-from frictionlab.simulator.numeric.radau import COUNT, STAGES, WIDTH, Drive, Rig, Work
+from frictionlab.simulator.numeric.radau import COUNT, STAGES, WIDTH, Forcing, Rig, Work
 from frictionlab.simulator.problem import Problem
 
 TURN = 2.0 * pi
@@ -53,7 +53,7 @@ class Flow:
         self.law, self.rig = _rig(problem, rtol)
         sizes = [hypot(c, s) for c, s in zip(*problem.force, strict=True)]
         bounds = [sum(k**n * c for k, c in enumerate(sizes, 1)) for n in (1, 2)]
-        self.drive = Drive(*(np.array(column, dtype=float) for column in (*problem.force, bounds)))
+        self.drive = Forcing(*(np.array(column, dtype=float) for column in (*problem.force, bounds)))
         self.work = _work(self.rig.size)
         self.work.clock.most = steps
 

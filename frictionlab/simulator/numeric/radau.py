@@ -86,7 +86,7 @@ class Rig(NamedTuple):
     scale: FloatArray  # (4,): errors are relative to it and to the state's own size
 
 
-class Drive(NamedTuple):
+class Forcing(NamedTuple):
     """The force F: a Fourier series, or without sine parts the coefficients of a polynomial."""
 
     cosine: FloatArray
@@ -117,7 +117,7 @@ CLOCK = np.dtype([("tried", np.int64), ("most", np.int64), ("rows", np.int64), (
 
 
 @inlined
-def drive_at(drive: Drive, t: float) -> tuple[float, float]:
+def drive_at(drive: Forcing, t: float) -> tuple[float, float]:
     """Return F and its rate at a time."""
     cosine, sine = drive.cosine, drive.sine
     value, rate = 0.0, 0.0
@@ -263,7 +263,7 @@ def correct(law: Any, rig: Rig, work: Work, side: float, h: float, fresh: int) -
 
 
 @compiled
-def step(law: Any, rig: Rig, drive: Drive, work: Work, side: float, t: float, h: float) -> bool:
+def step(law: Any, rig: Rig, drive: Forcing, work: Work, side: float, t: float, h: float) -> bool:
     """Solve one step from the state at t over h, from the guess in `trial`; False if Newton's method fails."""
     work.clock.tried += 1
     for k in range(WIDTH):
@@ -382,7 +382,9 @@ def first_crossing(rig: Rig, work: Work, side: float, k: int) -> float:
 
 
 @compiled
-def land(law: Any, rig: Rig, drive: Drive, work: Work, side: float, k: int, t: float, h: float, theta: float) -> float:
+def land(
+    law: Any, rig: Rig, drive: Forcing, work: Work, side: float, k: int, t: float, h: float, theta: float
+) -> float:
     """Make the trial step again so that it ends where component k falls through zero; -1 if it does not.
 
     The polynomial of a long step may cross zero where the motion does not (just after a release it moves like t^2):
@@ -441,7 +443,7 @@ def record(work: Work, t: float, h: float, side: float) -> None:
 
 @compiled
 def advance(
-    law: Any, rig: Rig, drive: Drive, work: Work, side: float, t: float, end: float, tangent: int, watched: int
+    law: Any, rig: Rig, drive: Forcing, work: Work, side: float, t: float, end: float, tangent: int, watched: int
 ) -> tuple[float, bool]:
     """Take one step from t, up to `end` at most: the time reached, and whether component `watched` ends the phase.
 
@@ -484,7 +486,7 @@ def advance(
 
 
 @compiled
-def release(law: Any, rig: Rig, drive: Drive, z: float, t: float, end: float) -> tuple[float, float]:
+def release(law: Any, rig: Rig, drive: Forcing, z: float, t: float, end: float) -> tuple[float, float]:
     """Return when and to which side a mass at rest at z breaks away: the first time after t, and before `end`."""
     up, down = (
         rig.up * contact_at(law, rig, 1.0, z, 0.0, 0.0, 0.0)[0],
@@ -513,7 +515,7 @@ def acceleration(law: Any, rig: Rig, side: float, pull: float, z: float) -> Any:
 
 
 @compiled
-def rest(law: Any, rig: Rig, drive: Drive, work: Work, t: float, end: float, before: float) -> tuple[float, float]:
+def rest(law: Any, rig: Rig, drive: Forcing, work: Work, t: float, end: float, before: float) -> tuple[float, float]:
     """Let a mass at rest stay until it is released or the end comes; return when it goes, and to which side.
 
     `before` is the acceleration with which it came to rest (0: it began there); it says how slopes are carried on.
@@ -540,7 +542,7 @@ def rest(law: Any, rig: Rig, drive: Drive, work: Work, t: float, end: float, bef
 
 
 @compiled
-def choose_side(law: Any, rig: Rig, drive: Drive, x: FloatArray, ending: int, t: float) -> float:
+def choose_side(law: Any, rig: Rig, drive: Forcing, x: FloatArray, ending: int, t: float) -> float:
     """Return the sign of the component that ends a phase, or of its rate where it is zero."""
     if x[ending] != 0.0:
         return 1.0 if x[ending] > 0.0 else -1.0
@@ -552,7 +554,7 @@ def choose_side(law: Any, rig: Rig, drive: Drive, x: FloatArray, ending: int, t:
 
 
 @compiled
-def carry(law: Any, rig: Rig, drive: Drive, work: Work, t: float, span: float, tangent: int) -> int:
+def carry(law: Any, rig: Rig, drive: Forcing, work: Work, t: float, span: float, tangent: int) -> int:
     """Carry the state, and if asked for its slopes, from t over a span of time; return how it ended."""
     state, clock, end, ending = work.state, work.clock, t + span, 2 if rig.size == WIDTH else 1
     smooth, side, before, quick = rig.size == 2, 0.0, 0.0, 0
@@ -587,7 +589,7 @@ def carry(law: Any, rig: Rig, drive: Drive, work: Work, t: float, span: float, t
 def travel(
     law: Any,
     rig: Rig,
-    drive: Drive,
+    drive: Forcing,
     work: Work,
     lengths: FloatArray,
     pull: FloatArray,

@@ -66,7 +66,7 @@ def _force(curve: FloatArray, lead: float, wall: float) -> FloatArray:
 def _flow(problem: Problem, curve: FloatArray, pull: FloatArray, start: tuple[float, float]) -> Flow:
     """The integrated flow at its start, its drive a cubic, its errors measured by what the drive does."""
     flow = Flow(problem, RTOL, steps=ALLOWED)
-    flow.drive = radau.Drive(np.zeros(4), np.zeros(0), np.zeros(2))
+    flow.drive = radau.Forcing(np.zeros(4), np.zeros(0), np.zeros(2))
     flow.work = flow.work._replace(log=np.empty((LOGGED, flow.work.log.shape[1])))
     state = flow.work.state
     state[:2], state[3] = start, 1.0  # a contact that has an age has its steady one

@@ -84,7 +84,7 @@ def _travelled(problem: Problem, base: BaseRecord, x0: float, v0: float) -> _Tra
     from frictionlab.simulator.compiled import record_of  # noqa: PLC0415 - loads the compiler: half a second
     from frictionlab.simulator.exact.flow import RUNNER  # noqa: PLC0415 - as above
     from frictionlab.simulator.exact.motion import WORK  # noqa: PLC0415 - as above
-    from frictionlab.simulator.exact.orbit import Flow  # noqa: PLC0415 - as above
+    from frictionlab.simulator.exact.orbit import Carrier  # noqa: PLC0415 - as above
     from frictionlab.simulator.exact.solve import system_of_one  # noqa: PLC0415 - as above
     from frictionlab.simulator.exact.travel import travel  # noqa: PLC0415 - as above
 
@@ -104,7 +104,7 @@ def _travelled(problem: Problem, base: BaseRecord, x0: float, v0: float) -> _Tra
     start, count = works.copy(), 256 + len(time) + len(time) // 8
     while True:
         pieces = np.empty((count, 7))
-        reached = travel(Flow(RUNNER, systems, works, pieces), time, cubics, samples)
+        reached = travel(Carrier(RUNNER, systems, works, pieces), time, cubics, samples)
         if reached >= 0:
             place = float(work["q"][0] - system["follow"][0] * work["f"][0])
             load = 1.0 + problem.parameter("gradient") * place
