@@ -13,8 +13,8 @@ from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import compiled, entry, inner
 from frictionlab.simulator.exact.account import account
-from frictionlab.simulator.exact.flow import TURN_OF, base_at_time, is_rigid
-from frictionlab.simulator.exact.motion import place_of
+from frictionlab.simulator.exact.flow import TURN_OF, is_rigid
+from frictionlab.simulator.exact.motion import base_at_time, place_of
 from frictionlab.simulator.exact.orbit import (
     FEW_STEPS,
     STEPS,

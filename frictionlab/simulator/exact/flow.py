@@ -8,14 +8,13 @@ steps converges to the zero. At each event the derivative of the state jumps by 
 from math import inf, sqrt
 from typing import Any
 
-import numpy as np
 from numba import from_dtype, types
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import callback, inner
 from frictionlab.simulator.exact.motion import (
     WORK,
-    base_at,
+    base_at_time,
     base_bound,
     begin_motion,
     bound_modes,
@@ -43,6 +42,12 @@ def is_rigid(system: Any, c: int) -> bool:
 
 
 @inner
+def ratio_of(system: Any, c: int, upwards: bool) -> float:
+    """Return the ratio of static to kinetic friction of a contact that gives way in a direction."""
+    return system.up[c] if upwards else system.down[c]
+
+
+@inner
 def load_of(system: Any, c: int, place: float) -> float:
     """Return the share of a contact's friction force that it has at a displacement."""
     return 1.0 + system.gradient[c] * place
@@ -60,7 +65,7 @@ def still_below(system: Any, work: Any) -> float:
 @inner
 def gives_way_at(system: Any, work: Any, c: int, i: int, side: float) -> float:
     """Return the displacement at which a held slider gives way to a side."""
-    limit = (system.up[c] if side > 0.0 else system.down[c]) * system.strength[i]
+    limit = ratio_of(system, c, side > 0.0) * system.strength[i]
     return (system.spring[i] * work.anchor[i] + side * limit) / (system.spring[i] - side * limit * system.gradient[c])
 
 
@@ -231,26 +236,12 @@ def begin(system: Any, work: Any, resting: FloatArray) -> int:
             if pull > system.up[c] * limit or -pull > system.down[c] * limit:  # no state of a run: a trial's
                 work.anchor[i] = anchor_of(system, c, i, place, 1.0 if pull > 0.0 else -1.0)
                 pull = system.spring[i] * (place - work.anchor[i])
-            ratio = system.up[c] if side > 0 else system.down[c]
+            ratio = ratio_of(system, c, side > 0)
             slips = abs(speed) > still and side * pull >= limit * (1.0 - STILL)
             work.slips[i] = 1 if slips and (ratio == 1.0 or abs(pull) <= limit * (1.0 + STILL)) else 0
             if work.slips[i]:
                 work.side[c], work.slipped[i] = side, 1
-    slot = settle(system, work, resting, -1)
-    for c in range(system.contacts):
-        if resting[c] and work.side[c] != 0:
-            work.lead[c, TURN_OF] = 1
-    return slot
-
-
-@inner
-def base_at_time(system: Any, work: Any) -> None:
-    """Write the base's motion at the state's time."""
-    tau = work.tau
-    for m in range(system.harmonics):
-        k = m + 1.0
-        work.line[m] = system.lines[m] * complex(np.cos(k * tau), np.sin(k * tau))
-    base_at(system, work, 0.0)
+    return settle_turns(system, work, resting)
 
 
 @inner
@@ -292,7 +283,7 @@ def _held_force(system: Any, work: Any, slot: int, c: int, sign: float) -> tuple
         g1 += (row * w[1, j] + drow * w[2, j]).real
         g2 += (row * w[2, j] + drow * w[3, j]).real
         g3 += (row * w[3, j] + drow * w[4, j]).real
-    limit = (system.up[c] if sign < 0.0 else system.down[c]) * system.limit[c] * load_of(system, c, work.place[c])
+    limit = ratio_of(system, c, sign < 0.0) * system.limit[c] * load_of(system, c, work.place[c])
     return limit + sign * g0, sign * g1, sign * g2, sign * g3
 
 
@@ -441,7 +432,7 @@ def after_event(system: Any, work: Any, slot: int, c: int, how: int, resting: Fl
             return slot
         resting[c] = side
         slot = settle(system, work, resting, c)
-        work.lead[c, TURN_OF] = 2 if (system.up[c] if side > 0 else system.down[c]) == 1.0 else 1
+        work.lead[c, TURN_OF] = 2 if ratio_of(system, c, side > 0) == 1.0 else 1
         return slot
     threshold = work.upper[c] if side > 0 else work.lower[c]
     work.side[c] = side
@@ -450,6 +441,16 @@ def after_event(system: Any, work: Any, slot: int, c: int, how: int, resting: Fl
         if not work.slips[i] and late <= 1e-14 * abs(threshold):
             work.slips[i], work.slipped[i] = 1, 1
     return settle(system, work, resting, -1)
+
+
+@inner
+def settle_turns(system: Any, work: Any, resting: FloatArray) -> int:
+    """Settle contacts that have come to rest; those that slip on begin at speed zero. Return the next phase's slot."""
+    slot = settle(system, work, resting, -1)
+    for c in range(system.contacts):
+        if resting[c] and work.side[c] != 0:
+            work.lead[c, TURN_OF] = 1
+    return slot
 
 
 @inner
@@ -465,11 +466,7 @@ def after_turn(system: Any, work: Any, c: int, resting: FloatArray) -> int:
                 work.slips[i] = 0
                 work.anchor[i] = anchor_of(system, c, i, place_of(system, work.q, c, work.f[0]), float(side))
         work.lead[c, UPWARDS if side > 0 else DOWNWARDS] = 2
-    slot = settle(system, work, resting, -1)
-    for other in range(system.contacts):
-        if resting[other] and work.side[other] != 0:
-            work.lead[other, TURN_OF] = 1
-    return slot
+    return settle_turns(system, work, resting)
 
 
 @inner
@@ -679,7 +676,7 @@ def event_form(system: Any, work: Any, slot: int, c: int, how: int) -> None:
         form[a] = 0.0
     sign = float(work.side[c]) if how == TURN_OF else -1.0 if how == UPWARDS else 1.0
     held = is_rigid(system, c) and how != TURN_OF
-    ratio = system.up[c] if how == UPWARDS else system.down[c]
+    ratio = ratio_of(system, c, how == UPWARDS)
     for a in range(n):
         by_load = ratio * system.limit[c] * system.gradient[c] if held else sign
         form[n + a if how == TURN_OF else a] = by_load * system.row[c, a]
@@ -699,7 +696,7 @@ def threshold_change(system: Any, work: Any, c: int, how: int, b: int) -> float:
     threshold = work.upper[c] if how == UPWARDS else work.lower[c]
     for i in range(system.first[c], system.first[c + 1]):
         if not work.slips[i] and gives_way_at(system, work, c, i, side) == threshold:
-            limit = (system.up[c] if side > 0.0 else system.down[c]) * system.strength[i]
+            limit = ratio_of(system, c, side > 0.0) * system.strength[i]
             share = system.spring[i] / (system.spring[i] - side * limit * system.gradient[c])
             return side * share * work.jacobian[2 * system.masses + i, b]
     return 0.0

@@ -125,13 +125,19 @@ def place_of(system: Any, q: FloatArray, c: int, f: float) -> float:
 
 
 @inner
-def begin_motion(system: Any, work: Any, i: int) -> None:
-    """Write the motion of the phase in slot i from the state at hand on."""
+def base_at_time(system: Any, work: Any) -> None:
+    """Write the base's motion at the state's time."""
     tau = work.tau
     for m in range(system.harmonics):
         k = m + 1.0
         work.line[m] = system.lines[m] * complex(np.cos(k * tau), np.sin(k * tau))
     base_at(system, work, 0.0)
+
+
+@inner
+def begin_motion(system: Any, work: Any, i: int) -> None:
+    """Write the motion of the phase in slot i from the state at hand on."""
+    base_at_time(system, work)
     constant_forces(system, work, i)
     work.fastest = max(float(system.harmonics), 1e-3)
     for j in range(work.phases.modes[i]):
@@ -324,10 +330,7 @@ def base_bound(system: Any, order: int) -> float:
 @inner
 def speed_of(system: Any, v: FloatArray, c: int, rate: float) -> float:
     """Return the speed of a contact, the base's being `rate`."""
-    speed = -system.follow[c] * rate
-    for a in range(system.masses):
-        speed += system.row[c, a] * v[a]
-    return speed
+    return place_of(system, v, c, rate)
 
 
 @inner

@@ -4,8 +4,7 @@ from typing import Any
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import entry, inner
-from frictionlab.simulator.exact.flow import base_at_time
-from frictionlab.simulator.exact.motion import contact_force
+from frictionlab.simulator.exact.motion import base_at_time, contact_force
 from frictionlab.simulator.exact.orbit import Carrier
 from frictionlab.simulator.exact.phase import DONE, slot_of
 
