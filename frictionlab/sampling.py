@@ -26,10 +26,13 @@ def sampling_interval(time: FloatArray) -> float:
     guess = float(np.median(some)) or float((time[-1] - time[0]) / len(steps))  # coarse stamps repeat
     if not guess > 0.0:
         raise RecordingError("no sampling rate: expected time stamps that increase; got no increasing step")
+    n = len(time)
     if _is_even(steps, guess) or _is_quantised(steps):
-        count = np.arange(len(time)) - 0.5 * (len(time) - 1)
-        return float((count * (time - time[0])).sum() / (count * count).sum())
-    count = np.zeros(len(time))
+        del steps  # of a long log every column is dear
+        count = np.linspace(-0.5 * (n - 1), 0.5 * (n - 1), n)
+        count *= time - time[0]
+        return float(count.sum()) * 12.0 / (n * (n * n - 1.0))
+    count = np.zeros(n)
     count[1:] = np.cumsum(np.where(steps > 0, np.maximum(np.rint(steps / guess), 1.0), 0.0))
     breaks = clock_breaks(time, _pooled_slope(count, time, np.flatnonzero(steps > 1.5 * guess) + 1))
     return _pooled_slope(count, time, breaks)

@@ -7,7 +7,7 @@ whole record. Whatever the way, ``lag_s_u`` says how well the lag is known: ener
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +21,8 @@ from frictionlab.logs.sensor import Sensed
 from frictionlab.recording import Fact, Quality
 
 Sensor = tuple[Clock, Sensed]
+Arrays = tuple[FloatArray, FloatArray, FloatArray, NDArray[np.uint8]]
+"""Stamps of the mass [s], displacements of mass and base [m], quality bits, (n,) each."""
 _WINDOWS = (8, 16)  # fewest and most
 _CYCLES = 4  # in a window at least
 _MOST_DRIFT = 5e-3
@@ -35,35 +37,13 @@ _UNIFORM = math.sqrt(12.0)
 """Full width of a uniform distribution over its standard deviation."""
 
 
-@dataclass
-class Aligned:
-    """Both channels on the mass's stamps (n,): s, m, m, quality bits; how they were aligned."""
+def align(
+    mass: Sensor, base: Sensor, options: LogOptions, *, one_clock: bool = False
+) -> tuple[Arrays, dict[str, Fact], list[str]]:
+    """Bring the base's samples to the stamps of the mass: the arrays, how they were aligned, and what to say of it.
 
-    time: FloatArray
-    mass: FloatArray
-    base: FloatArray
-    quality: NDArray[np.uint8]
-    facts: dict[str, Fact] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
-
-
-def align(mass: Sensor, base: Sensor, options: LogOptions, *, one_clock: bool = False) -> Aligned:
-    """Bring the base's samples to the stamps of the mass.
-
-    Parameters
-    ----------
-    mass, base
-        Each on its own clock.
-    options
-        ``lag_s``, ``lag_s_u`` and ``clock_drift`` where they are known.
-    one_clock
-        Whether both have stamps of one clock (columns of one file): there is neither lag nor drift to find. Two logs
-        whose stamps are equal share one too.
-
-    Raises
-    ------
-    LogError
-        If the two logs have less than two samples in common.
+    ``one_clock``: both have stamps of one clock (columns of one file), so that there is neither lag nor drift to find.
+    Two logs whose stamps are equal share one too. Refused are two logs with less than two samples in common.
     """
     no_start = mass[0].start_s is None or base[0].start_s is None
     written = mass[0].written and base[0].written and options.lag_s is None and not one_clock
@@ -89,7 +69,7 @@ def align(mass: Sensor, base: Sensor, options: LogOptions, *, one_clock: bool = 
                 f"mass and base are aligned ({how}) to +- {unsure:.2g} s only: energy per cycle, phase and friction "
                 "depend on it; give lag_s and lag_s_u in [log], or log both sensors on one clock"
             )
-    return _on_mass_stamps(mass, base, moved, facts, warnings)
+    return _on_mass_stamps(mass, base, moved, facts, warnings), facts, warnings
 
 
 def _lag(mass: Sensor, base: Sensor, options: LogOptions) -> tuple[str, float, float, list[str]]:
@@ -185,9 +165,8 @@ def _drift(
 
 def _robust_slope(at: FloatArray, values: FloatArray) -> tuple[float, float]:
     """Slope of a line and its standard error; points four deviations off the median line are left out."""
-    rises = [(v2 - v1) / (t2 - t1) for i, (t1, v1) in enumerate(zip(at, values, strict=True))
-             for t2, v2 in zip(at[i + 1 :], values[i + 1 :], strict=True)]  # fmt: skip
-    off = values - float(np.median(rises)) * at
+    one, other = np.triu_indices(len(at), 1)
+    off = values - float(np.median((values[other] - values[one]) / (at[other] - at[one]))) * at
     off = np.abs(off - np.median(off))
     keep = off <= 4.0 * 1.4826 * np.median(off) + 1e-9
     keep = keep if np.count_nonzero(keep) >= _WINDOWS[0] // 2 + 1 else np.ones(len(at), bool)
@@ -209,7 +188,7 @@ def _phases(time: FloatArray, values: FloatArray, edges: FloatArray, frequency: 
 
 def _on_mass_stamps(
     mass: Sensor, base: Sensor, moved: FloatArray, facts: dict[str, Fact], warnings: list[str]
-) -> Aligned:
+) -> Arrays:
     time = mass[0].time
     close = _SAME * base[0].interval
     inside = (time >= moved[0] - close) & (time <= moved[-1] + close)
@@ -221,7 +200,11 @@ def _on_mass_stamps(
     stamps = time[inside]
     values, same = _interpolated(stamps, moved, base[1].values)
     quality = mass[0].quality[inside] | mass[1].quality[inside]
-    quality |= _flags_between(stamps, moved, base[0].quality | base[1].quality)
+    # flags of the two base samples around each stamp; a hole before a base sample marks the stamps inside it
+    flags, close_by = base[0].quality | base[1].quality, _SAME * (moved[-1] - moved[0]) / len(moved)
+    right = np.clip(np.searchsorted(moved, stamps - close_by), 1, len(moved) - 1)
+    left = np.where(np.abs(moved[right] - stamps) <= close_by, right, right - 1)
+    quality |= flags[right] | (flags[left] & ~np.uint8(Quality.GAP_BEFORE | Quality.NOT_BRIDGED))
     quality[~np.isfinite(values)] |= np.uint8(Quality.NOT_BRIDGED)
     used = int(np.count_nonzero((moved >= stamps[0] - close) & (moved <= stamps[-1] + close)))
     facts |= {
@@ -234,7 +217,7 @@ def _on_mass_stamps(
             f"the base ({1 / base[0].interval:.6g} Hz) is interpolated to the stamps of the mass "
             f"({1 / mass[0].interval:.6g} Hz)"
         )
-    return Aligned(stamps, mass[1].values[inside], values, quality, facts, warnings)
+    return stamps, mass[1].values[inside], values, quality
 
 
 def _interpolated(stamps: FloatArray, time: FloatArray, values: FloatArray) -> tuple[FloatArray, bool]:
@@ -256,13 +239,3 @@ def _interpolated(stamps: FloatArray, time: FloatArray, values: FloatArray) -> t
                 weight *= (stamps - t[:, k]) / (t[:, j] - t[:, k])
         result += weight * v[:, j]
     return result, False
-
-
-def _flags_between(stamps: FloatArray, time: FloatArray, quality: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Flags of the two base samples around each stamp; a hole before a base sample marks the stamps inside it."""
-    close = _SAME * (time[-1] - time[0]) / len(time)
-    right = np.clip(np.searchsorted(time, stamps - close), 1, len(time) - 1)
-    exact = np.abs(time[right] - stamps) <= close
-    left = np.where(exact, right, right - 1)
-    hole = np.uint8(Quality.GAP_BEFORE | Quality.NOT_BRIDGED)
-    return np.asarray(quality[right] | (quality[left] & ~hole), dtype=np.uint8)

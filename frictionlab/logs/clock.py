@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.columns import candidates
@@ -36,31 +37,15 @@ _FRACTION = re.compile(r"[.,](\d+)\s*(?:Z|[AaPp]\.?[Mm]\.?)?$")
 
 @dataclass
 class Clock:
-    """Time of each sample, what was found on the way, and what is known of the clock.
+    """Time (n,) of each sample [s], strictly increasing except where flagged duplicated, and its quality bits (n,).
 
-    Parameters
-    ----------
-    time
-        (n,) s, increasing; strictly so except at samples flagged duplicated.
-    quality
-        (n,) uint8 bits of `Quality`.
-    stray
-        Indices into the stamps given of samples left out: their stamps run backward.
-    interval
-        Sampling interval by a straight line through all stamps [s].
-    bridge
-        Holes up to this long are short [s].
-    missing
-        Samples missing in all holes.
-    written
-        Whether the log has stamps; else samples are counted.
-    start_s
-        What to add to the first stamp of the log to get seconds since 1970 UTC (or local midnight); None: not known.
-    resolution_s
-        How fine absolute time is known [s].
+    ``stray``: indices into the stamps given of samples left out, as they run backward; ``interval`` between samples [s]
+    by a straight line through all stamps; ``bridge``: holes up to this long are short [s]; ``missing``: samples in all
+    holes; ``written``: the log has stamps, else samples are counted; ``start_s``: the first stamp in seconds since 1970
+    UTC (or local midnight), None: not known, ``resolution_s``: how fine.
     """
 
-    time: NDArray[np.float64]
+    time: FloatArray
     quality: NDArray[np.uint8]
     stray: NDArray[np.int64]
     interval: float = 0.0
@@ -74,34 +59,30 @@ class Clock:
     evidence: tuple[str, ...] = ()
 
 
-def time_base(stamps: NDArray[np.float64], name: str, *, bridge_s: float, stated_s: float | None = None) -> Clock:
-    """Make a time base of stamps [s].
+def time_base(stamps: FloatArray, name: str, *, bridge_s: float, stated_s: float | None = None) -> Clock:
+    """Make a time base of stamps (n,) [s]; ``stated_s``: the sampling interval that the log states, to be checked.
 
-    Parameters
-    ----------
-    stamps
-        (n,) finite, as in the log.
-    name
-        Of the log, for messages.
-    bridge_s
-        Holes up to this long are short.
-    stated_s
-        The sampling interval that the log states, to be checked.
-
-    Raises
-    ------
-    LogError
-        If the stamps do not increase, or are beyond all time.
+    Refused are stamps that do not increase, or are beyond all time.
     """
     if len(stamps) and not max(-stamps.min(), stamps.max()) < LATEST_S:
         raise LogError(f"{name}: time: expected seconds; got {np.abs(stamps).max():g}: damaged, or in another unit")
     base = Clock(stamps, np.zeros(len(stamps), np.uint8), np.zeros(0, np.int64))
     if len(stamps) > 1 and step_range(stamps)[0] < 0.0:
-        stray, restarts = _backward(stamps, np.diff(stamps), name)
+        stray, restarts = _backward(stamps, name)
         time = np.delete(stamps, stray)
         base = Clock(time, np.zeros(len(time), np.uint8), stray)
-        if len(restarts):
-            _join(base, restarts - np.searchsorted(stray, restarts))
+        if len(restarts):  # each part of a clock that restarted follows on the one before, one step later
+            steps = np.diff(time)
+            step = float(np.median(steps[steps > 0.0]))
+            restarts = restarts - np.searchsorted(stray, restarts)
+            for i in restarts.tolist():
+                time[i:] += time[i - 1] + step - time[i]
+            base.quality[restarts] |= np.uint8(Quality.GAP_BEFORE | Quality.NOT_BRIDGED)
+            where = ", ".join(f"{time[i]:.6g} s" for i in restarts.tolist()[:5])
+            base.warnings.append(
+                f"the clock restarted (at {where}; {len(restarts)} in all): what follows is put one step later; how "
+                "long the interruption was is not known, and no cycle is cut across it"
+            )
     if len(base.time) < 2 or not base.time[-1] > base.time[0]:
         raise LogError(f"{name}: the time stamps do not increase: give --time, or --sampling-rate")
     _flag_holes(base, bridge_s)
@@ -113,13 +94,10 @@ def time_base(stamps: NDArray[np.float64], name: str, *, bridge_s: float, stated
     return base
 
 
-def _backward(
-    stamps: NDArray[np.float64], steps: NDArray[np.float64], name: str
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _backward(stamps: FloatArray, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Find stray stamps and restarts of the clock, as indices."""
-    stray: list[int] = []
-    restarts: list[int] = []
-    falls = np.flatnonzero(steps < 0.0) + 1
+    stray, restarts = list[int](), list[int]()
+    falls = np.flatnonzero(np.diff(stamps) < 0.0) + 1
     if len(falls) > max(5.0, _MOST_STRAY * len(stamps)):
         raise LogError(
             f"{name}: the time stamps run backward {len(falls)} times in {len(stamps)} samples: expected increasing "
@@ -139,22 +117,6 @@ def _backward(
         else:
             restarts.append(i)
     return np.array(stray, np.int64), np.array(restarts, np.int64)
-
-
-def _join(base: Clock, restarts: NDArray[np.int64]) -> None:
-    """Let each part of a clock that restarted follow on the one before, one step later, marked as a hole."""
-    steps = np.diff(base.time)
-    step = float(np.median(steps[steps > 0.0]))
-    time = base.time.copy()
-    for i in restarts.tolist():
-        time[i:] += time[i - 1] + step - time[i]
-        base.quality[i] |= Quality.GAP_BEFORE | Quality.NOT_BRIDGED
-    base.time = time
-    where = ", ".join(f"{time[i]:.6g} s" for i in restarts.tolist()[:5])
-    base.warnings.append(
-        f"the clock restarted (at {where}; {len(restarts)} in all): what follows is put one step later; how long the "
-        "interruption was is not known, and no cycle is cut across it"
-    )
 
 
 def _flag_holes(base: Clock, bridge_s: float) -> None:
@@ -180,62 +142,47 @@ def _flag_holes(base: Clock, bridge_s: float) -> None:
             "across it"
             for i in np.flatnonzero(long)[:5].tolist()
         ]
-    if coarse:
-        _recount(base, resolution)
+    if coarse:  # a straight line through the stamps, between holes
+        time = np.empty_like(base.time)
+        for part in np.split(np.arange(len(time)), np.flatnonzero(base.quality & np.uint8(Quality.GAP_BEFORE))):
+            count = np.arange(len(part)) * base.interval
+            time[part] = count + (base.time[part] - count).mean()
+        base.time = np.maximum.accumulate(time)
+        base.warnings.append(
+            f"time stamps are {resolution:.3g} s coarse, samples {base.interval:.6g} s apart: samples are counted along"
+            " a straight line through the stamps"
+        )
     elif repeated.any():
         base.quality[1:][repeated] |= np.uint8(Quality.DUPLICATED)
         base.warnings.append(f"{np.count_nonzero(repeated)} time stamps repeat the one before (flagged duplicated)")
 
 
-def _recount(base: Clock, resolution: float) -> None:
-    """Replace stamps too coarse to tell samples apart by a straight line through them, between holes."""
-    holes = np.flatnonzero(base.quality & np.uint8(Quality.GAP_BEFORE))
-    time = np.empty_like(base.time)
-    for part in np.split(np.arange(len(time)), holes):
-        count = np.arange(len(part)) * base.interval
-        time[part] = count + (base.time[part] - count).mean()
-    base.time = np.maximum.accumulate(time)
-    base.warnings.append(
-        f"time stamps are {resolution:.3g} s coarse, samples {base.interval:.6g} s apart: samples are counted along a "
-        "straight line through the stamps"
-    )
-
-
 def clock_of(table: LogTable, options: LogOptions) -> Clock:
-    """Make the clock of a log, of its stamps or by counting its samples.
-
-    Raises
-    ------
-    LogError
-        If there is neither a time column nor a sampling rate, the unit of time cannot be told, or the stamps do not
-        increase.
-    """
+    """Make the clock of a log, of its stamps or by counting its samples."""
     stated, start = (table.log.layout.facts.get(name) for name in ("interval_s", "start_s"))
     stated_s = float(stated) if stated is not None else None
     start_s = float(start) if start is not None else None
     if "time" not in table.values:
         return _counted(table, options, stated_s, start_s)
-    values = table.values.pop("time")
+    values, column = table.values.pop("time"), table.columns["time"]
     first, warnings = float(values[0]), list[str]()
-    if table.log.layout.dialect.kinds[table.columns["time"].index] == "m":
-        # where they show no date, it may stand in a column, and midnight passes
-        values = (
-            values + 86400.0 * np.cumsum(np.append(False, np.diff(values) < -43200.0)) if first < 172800.0 else values
-        )
-        cells = table.log.layout.dialect.example
-        start_s = first + (next(filter(None, map(date, cells)), 0.0) if first < 172800.0 else 0.0)
+    # what one more in the last digit of a stamp means: 0.001 for 12.345 and 1:02:03.456; doubles show a microsecond
+    shown = [plain(row[column.index]) for row in table.log.rows(50)]
+    digits = [len(match[1]) for cell in shown if (match := _FRACTION.search(cell))]
+    resolution = 10.0 ** -max(digits, default=0) if shown else 1e-6
+    if table.log.layout.dialect.kinds[column.index] == "m":
+        cells, start_s = table.log.layout.dialect.example, first
+        if first < 172800.0:  # they show no date: it may stand in a column, and midnight passes
+            values = values + 86400.0 * np.cumsum(np.append(False, np.diff(values) < -43200.0))
+            start_s += next(filter(None, map(date, cells)), 0.0)
         evidence = ["the time column holds clock times: the first one is 0 in the recording"]
-        unit, stamps, resolution = "clock time", values - first, _last_digit(table)
+        unit, stamps = "clock time", values - first
         if doubtful := next(filter(month_or_day, cells), None):
             warnings.append(f"the date in {plain(doubtful)!r} may have its day or its month first: the month is taken")
     else:
         unit, evidence, warnings = _unit(table, values, options)
         if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
-            stamps, start_s, resolution = (
-                to_si(values - first, unit),
-                first / TIME[unit],
-                _last_digit(table) / TIME[unit],
-            )
+            stamps, start_s, resolution = to_si(values - first, unit), first / TIME[unit], resolution / TIME[unit]
             evidence.append("stamps count from 1970: the first one is 0 in the recording")
         else:
             stamps, resolution = to_si(values, unit), 1e-3
@@ -248,18 +195,7 @@ def clock_of(table: LogTable, options: LogOptions) -> Clock:
     return clock
 
 
-def _last_digit(table: LogTable) -> float:
-    """What one more in the last digit of a stamp means, in the unit it is written in: 0.001 for 12.345 and 1:02:03.456.
-
-    A log without text holds doubles, which show seconds since 1970 to less than a microsecond.
-    """
-    index = table.columns["time"].index
-    cells = [plain(row[index]) for row in table.log.rows(50)]
-    digits = [len(match[1]) for cell in cells if (match := _FRACTION.search(cell))]
-    return 10.0 ** -max(digits, default=0) if cells else 1e-6
-
-
-def _unit(table: LogTable, values: NDArray[np.float64], options: LogOptions) -> tuple[str, list[str], list[str]]:
+def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str, list[str], list[str]]:
     """Find the unit of a numeric time column, as said or by the sampling rate it would mean."""
     column = table.columns["time"]
     if options.time_unit is not None:
@@ -271,7 +207,16 @@ def _unit(table: LogTable, values: NDArray[np.float64], options: LogOptions) -> 
     if column.unit:
         if column.unit not in TIME:
             raise LogError(f"{table.name}: time column {column} is in {column.unit}: give --time, or --time-unit")
-        return column.unit, [], _doubted(str(column), column.unit, step, float(values[-1] - values[0]))
+        # doubted where it makes a log far faster and shorter than one of a machine, and seconds would not
+        rate, length = TIME[column.unit] / step if step > 0.0 else 0.0, float(values[-1] - values[0])
+        if rate < _DOUBTED_HZ or length > TIME[column.unit] or not _LOW_HZ <= 1.0 / step < _HIGH_HZ:
+            return column.unit, [], []
+        said = (
+            f"time: column {column} says {column.unit}: {rate:.6g} samples a second for"
+            f" {length / TIME[column.unit]:.3g} s; in s it would be {1.0 / step:.6g} for {length:.3g} s: if that is so,"
+            " do: --time-unit s"
+        )
+        return column.unit, [], [said]
     for unit in ("s", "ms", "us", "ns"):
         if step > 0.0 and _LOW_HZ <= TIME[unit] / step < _HIGH_HZ:
             why = f"time: no unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
@@ -280,15 +225,6 @@ def _unit(table: LogTable, values: NDArray[np.float64], options: LogOptions) -> 
         f"{table.name}: the unit of time column {column} is not said and its steps of {step:g} fit none: "
         "give --time-unit"
     )
-
-
-def _doubted(column: str, unit: str, step: float, length: float) -> list[str]:
-    """Doubt a unit that makes a log far faster and shorter than one of a machine, where seconds would not."""
-    scale = TIME[unit]
-    if step <= 0.0 or scale / step < _DOUBTED_HZ or length > scale or not _LOW_HZ <= 1.0 / step < _HIGH_HZ:
-        return []
-    said = f"time: column {column} says {unit}: {scale / step:.6g} samples a second for {length / scale:.3g} s"
-    return [f"{said}; in s it would be {1.0 / step:.6g} for {length:.3g} s: if that is so, do: --time-unit s"]
 
 
 def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start_s: float | None) -> Clock:
@@ -320,10 +256,7 @@ def _contradicting(table: LogTable, rate: float) -> list[str]:
         units = [column.unit] if column.unit in TIME else ["s", "ms", "us", "ns"]
         rates = [TIME[unit] / step for unit in units] if step > 0.0 else []
         if rates and all(abs(found / rate - 1.0) > _SAME_RATE for found in rates):
-            told = min(rates, key=lambda found: abs(np.log(found / rate)))
-            said = (
-                f"the time column {column} says {told:.6g} Hz, --sampling-rate says {rate:g} Hz: {rate:g} Hz is taken; "
-                "leave the option out if the column is right"
-            )
-            return [said]
+            nearest = min(rates, key=lambda found: abs(np.log(found / rate)))
+            said = f"the time column {column} says {nearest:.6g} Hz, --sampling-rate says {rate:g} Hz: {rate:g} Hz is"
+            return [f"{said} taken; leave the option out if the column is right"]
     return []

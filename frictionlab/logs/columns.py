@@ -103,13 +103,7 @@ def is_displacement(column: LogColumn) -> bool:
 
 
 def is_relative(column: LogColumn) -> bool:
-    """Whether a column's name says that it is mass minus base.
-
-    Examples
-    --------
-    >>> [is_relative(LogColumn(0, name, name, "")) for name in ("rel", "Relative displacement", "x-y", "mass", "laser")]
-    [True, True, True, False, False]
-    """
+    """Whether a column's name says that it is mass minus base."""
     return _RELATIVE.fullmatch(column.name) is not None and "time" not in column.name.lower()
 
 
@@ -118,10 +112,10 @@ def _flag(role: str) -> str:
 
 
 def _list(columns: Sequence[LogColumn]) -> str:
-    return ", ".join(str(c) for c in columns)
+    return ", ".join(map(str, columns))
 
 
-def pick(columns: Sequence[LogColumn], role: str, file: str) -> LogColumn | None:
+def _pick(columns: Sequence[LogColumn], role: str, file: str) -> LogColumn | None:
     """Give the one column of this role; ``None`` if none says so; an error if several do."""
     found = candidates(columns, role)
     if len(found) > 1:
@@ -135,12 +129,7 @@ def assign(
     """Say which column is time, and which plays each of these roles (``mass``, ``base``, ``relative``).
 
     With ``further`` also which are other channels; a log that has some may lack a displacement. The second part of the
-    answer says what was left out, and why.
-
-    Raises
-    ------
-    LogError
-        It cannot be told: the columns and what to give are named.
+    answer says what was left out, and why. Where it cannot be told, the error names the columns and what to give.
     """
     layout, file = log.layout, log.name
     columns = _numeric(layout, options)
@@ -154,7 +143,7 @@ def assign(
         found.pop("time", None)
     elif "time" not in found and not layout.time_of:
         free = _left(columns, found)
-        time = pick(free, "time", file) or ("interval_s" not in layout.facts and _time_by_values(free, log)) or None
+        time = _pick(free, "time", file) or ("interval_s" not in layout.facts and _time_by_values(free, log)) or None
         found |= {"time": time} if time else {}
     if layout.time_of:
         times = set(layout.time_of.values())
@@ -276,7 +265,7 @@ def _with_displacements(
     times = candidates(columns, "time")
     fits = [c for c in _left(columns, found) if is_displacement(c) and c not in times]
     for role in roles:
-        if role not in found and len(roles) > 1 and (named := pick(_left(fits, found), role, file)):
+        if role not in found and len(roles) > 1 and (named := _pick(_left(fits, found), role, file)):
             found[role] = named
     missing = [role for role in roles if role not in found]
     left = _left(fits, found)

@@ -25,6 +25,7 @@ from frictionlab.log_options import LogOptions
 
 Facts = dict[str, float | str]
 FREE_BYTES = 1 << 28
+MOST_DEPTH = 20  # of JSON
 MOST_EXPANSION = 200
 """Numbers may take this many times the file's size, and always `FREE_BYTES`."""
 _MATLAB_READ = {"double", "single", "logical", "struct", "cell"} | {
@@ -37,20 +38,10 @@ _STEPS = ("dt", "ts", "tsample", "sampling_interval")
 
 @dataclass(frozen=True)
 class Sheet:
-    """Columns of a binary log.
+    """Columns of a binary log: (n,) float64 each, as in the file, nan for no value.
 
-    Parameters
-    ----------
-    layout
-        What kind of file it is.
-    titles, units
-        One for each column; a unit may be "".
-    values
-        (n,) float64 each, as in the file; nan for no value; moments as seconds since 1970 UTC.
-    moments
-        Columns that hold moments.
-    facts
-        ``interval_s``, ``start_s`` where the file states them.
+    ``layout``: kind of file; ``units`` may be ""; ``moments``: columns of seconds since 1970 UTC; ``facts``:
+    ``interval_s`` and ``start_s`` where the file states them.
     """
 
     layout: str
@@ -142,7 +133,18 @@ def _json(path: Path, options: LogOptions) -> Sheet:
     """Arrays by name, records (a mapping a row), columns with data, or a list of tests."""
     if path.stat().st_size > FREE_BYTES:
         raise LogError(f"more than {FREE_BYTES / 1e6:.0f} MB of JSON: save it as text or Parquet")
-    return sheet_of("JSON", json.loads(path.read_bytes()), options)
+    too_deep = f"JSON nested more than {MOST_DEPTH} deep: expected arrays by name: save the log's arrays alone"
+    try:
+        content = json.loads(path.read_bytes())
+    except RecursionError as error:
+        raise LogError(too_deep) from error
+    level = [content]
+    for _ in range(MOST_DEPTH):
+        inner = (each.values() if isinstance(each, dict) else each for each in level)
+        level = [value for values in inner for value in values if isinstance(value, (dict, list))]
+    if level:
+        raise LogError(too_deep)
+    return sheet_of("JSON", content, options)
 
 
 def _parquet(path: Path, _options: LogOptions) -> Sheet:
@@ -184,13 +186,19 @@ def _tdms(path: Path, _options: LogOptions) -> Sheet:
         chosen = [c for c in channels if len(c) == _usual_length(channels)]
         names = [c.name for c in chosen]
         units = (c.properties.get("unit_string") or c.properties.get("NI_UnitDescription") or "" for c in chosen)
+        facts: Facts = {}
+        steps = {float(c.properties["wf_increment"]) for c in chosen if c.properties.get("wf_increment")}
+        if len(steps) == 1 and (step := steps.pop()) > 0.0:
+            facts["interval_s"] = step
+            if (start := chosen[0].properties.get("wf_start_time")) is not None:
+                facts["start_s"] = float(np.datetime64(start, "ns").astype(np.int64)) / 1e9
         return Sheet(
             "TDMS",
             tuple(names if len(set(names)) == len(names) else [f"{c.group_name} {c.name}" for c in chosen]),
             tuple(_doubles(c[:]) for c in chosen),
             tuple(map(str, units)),
             frozenset(i for i, c in enumerate(chosen) if c.dtype.kind == "M"),
-            _waveform(chosen),
+            facts,
         )
 
 
@@ -199,18 +207,6 @@ def _doubles(values: NDArray[Any]) -> FloatArray:
     if values.dtype.kind != "M":
         return values.astype(np.float64)
     return np.where(np.isnat(values), np.nan, values.astype("datetime64[ns]").astype(np.int64) / 1e9)
-
-
-def _waveform(channels: list[Any]) -> Facts:
-    """Interval and start of the waveform, where the channels state one and the same."""
-    facts: Facts = {}
-    steps = {float(c.properties["wf_increment"]) for c in channels if c.properties.get("wf_increment")}
-    if len(steps) == 1 and (step := steps.pop()) > 0.0:
-        facts["interval_s"] = step
-    start = channels[0].properties.get("wf_start_time")
-    if start is not None and "interval_s" in facts:
-        facts["start_s"] = float(np.datetime64(start, "ns").astype(np.int64)) / 1e9
-    return facts
 
 
 READERS = {"matlab": _matlab, "numpy": _numpy, "json": _json, "parquet": _parquet, "tdms": _tdms}
@@ -229,21 +225,7 @@ def _check_size(numbers: int, packed: int) -> None:
 def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -> Sheet:
     """Make a sheet of what a container holds: named arrays, also in structures, lists of records, several tests.
 
-    Parameters
-    ----------
-    layout
-        What kind of file it is.
-    content
-        Mappings, lists, arrays and numbers, as deep as the file has them.
-    options
-        ``variable``: the part that holds the log; ``test``: which of several tests.
-    others
-        What the file says that it holds, for the message where that is no log.
-
-    Raises
-    ------
-    LogError
-        It holds no arrays, or several tests and none was chosen: what is there is named.
+    ``others``: what the file says that it holds, for the message where that is no log.
 
     Examples
     --------

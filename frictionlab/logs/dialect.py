@@ -7,10 +7,11 @@ equally well and disagree about the numbers are an error that shows both, never 
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import lru_cache
+from typing import NamedTuple
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
@@ -106,25 +107,13 @@ def moment(cell: str) -> float | None:
 
 
 def date(cell: str) -> float | None:
-    """Read a date without a clock time as seconds since 1970 UTC; else ``None``.
-
-    Examples
-    --------
-    >>> date("1970-01-02"), date("2.1.1970"), date("steel")
-    (86400.0, 86400.0, None)
-    """
+    """Read a date without a clock time as seconds since 1970 UTC; else ``None``."""
     match = _DATE.fullmatch(plain(cell))
     return None if match is None else _midnight(match, 0.0)
 
 
 def month_or_day(cell: str) -> bool:
-    """Whether a date could have its day or its month first: 9/11/2024.
-
-    Examples
-    --------
-    >>> [month_or_day(cell) for cell in ("9/11/2024 10:00:00", "9/14/2024", "9/11/2024 10:00:00 AM", "2024-09-11")]
-    [True, False, False, False]
-    """
+    """Whether a date could have its day or its month first: 9/11/2024."""
     match = _MOMENT.fullmatch(plain(cell)) or _DATE.fullmatch(plain(cell))
     if match is None or match["a"] is None or match.groupdict().get("half"):
         return False
@@ -155,22 +144,10 @@ def decimals(cell: str, decimal: str) -> int | None:
 
 @dataclass(frozen=True)
 class Dialect:
-    """How the numbers of a log are written.
+    """How the numbers of a log are written; separator " " stands for any run of blanks and tabs.
 
-    Parameters
-    ----------
-    separator, decimal
-        One character each; " " stands for any run of blanks and tabs.
-    fields
-        Cells of a data line.
-    kinds
-        One letter for each field: ``n`` number, ``m`` moment (a clock time), ``t`` text, ``e`` always empty.
-    first
-        Index from 0 of the first data line.
-    example
-        The cells of that line.
-    evidence
-        Sentences on why.
+    ``fields``: cells of a data line; ``kinds``: a letter for each of them, ``n`` number, ``m`` moment (a clock time),
+    ``t`` text, ``e`` always empty; ``first``: index from 0 of the first data line, ``example``: its cells.
     """
 
     separator: str
@@ -182,13 +159,8 @@ class Dialect:
     evidence: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class _Reading:
-    """One hypothesis and how well it does.
-
-    ``share``: of the run's characters, those in cells that are numbers or moments; ``run``: lines of its shape;
-    ``values``: what the first of them say, for telling two readings apart.
-    """
+class _Reading(NamedTuple):
+    """A hypothesis: the share of the characters of its run of lines that are in cells of numbers; what they say."""
 
     dialect: Dialect
     share: float
@@ -218,13 +190,7 @@ def is_comment(line: str) -> bool:
 
 @lru_cache(maxsize=4)
 def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dialect:
-    """Find the dialect of a log from its first lines.
-
-    Raises
-    ------
-    LogError
-        If no line holds numbers, or two readings fit equally well.
-    """
+    """Find the dialect of a log from its first lines; refused if none holds numbers, or two fit equally well."""
     pairs = [
         (separator, decimal)
         for separator in ((options.separator,) if options.separator else _SEPARATORS)
@@ -241,7 +207,9 @@ def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dial
         if fits and not any(_say_the_same(reading, other) for other in rivals):
             rivals.append(reading)
     if len(rivals) > 1:
-        rivals = _with_matching_header(rivals, lines) or rivals
+        headed = [r for r in rivals if _has_matching_header(r.dialect, lines)]
+        widest = [r for r in headed if r.dialect.fields == max(other.dialect.fields for other in headed)]
+        rivals = widest if len(widest) == 1 else rivals
     if len(rivals) > 1:
         shown = "; or ".join(
             f"separator {NAMES[r.dialect.separator]} and decimal mark {r.dialect.decimal!r} "
@@ -268,8 +236,13 @@ def _read_as(lines: Sequence[str], separator: str, decimal: str) -> _Reading | N
         (i, split(line, separator)) for i, line in enumerate(lines[:_LOOK_AT]) if line.strip() and not is_comment(line)
     ]
     kinds = ["".join(kind_of(cell, decimal) for cell in cells) for _, cells in rows]
-    shape = _longest_run(kinds)
-    if "n" not in shape:
+    shape, longest, here, run_length = "", 0, "", 0
+    for kind in kinds:  # the shape of the longest run of lines of one shape that has numbers
+        merged = _merge(here, kind) if run_length else None
+        here, run_length = (kind, 1) if merged is None else (merged, run_length + 1)
+        if "n" in here and run_length > longest:
+            shape, longest = here, run_length
+    if not shape:
         return None
     fitting = [k for k, kind in enumerate(kinds) if _merge(shape, kind) == shape]
     steady = [k for k in fitting if len(fitting) < 3 or sum(j in fitting for j in range(k + 1, k + 4)) >= 2]
@@ -289,27 +262,13 @@ def _read_as(lines: Sequence[str], separator: str, decimal: str) -> _Reading | N
     return _Reading(dialect, known / total if total else 0.0, len(run), values)
 
 
-def _longest_run(kinds: Sequence[str]) -> str:
-    """Give the shape of the longest run of lines of one shape that has numbers."""
-    best, longest, shape, run = "", 0, "", 0
-    for kind in kinds:
-        merged = _merge(shape, kind) if run else None
-        shape, run = (kind, 1) if merged is None else (merged, run + 1)
-        if "n" in shape and run > longest:
-            best, longest = shape, run
-    return best
-
-
 def _merge(shape: str, kinds: str) -> str | None:
     """One shape for a run and its next line, or ``None`` if they differ; an empty cell fits everything."""
     if shape == kinds:
         return shape
-    if len(shape) != len(kinds):
+    if len(shape) != len(kinds) or any(a != b and "e" not in (a, b) for a, b in zip(shape, kinds, strict=True)):
         return None
-    pairs = list(zip(shape, kinds, strict=True))
-    if any(a != b and "e" not in (a, b) for a, b in pairs):
-        return None
-    return "".join(b if a == "e" else a for a, b in pairs)
+    return "".join(b if a == "e" else a for a, b in zip(shape, kinds, strict=True))
 
 
 def _say_the_same(one: _Reading, other: _Reading) -> bool:
@@ -317,15 +276,8 @@ def _say_the_same(one: _Reading, other: _Reading) -> bool:
     return one.values[-shared:] == other.values[-shared:] or set(one.values) == set(other.values)
 
 
-def _with_matching_header(rivals: Iterable[_Reading], lines: Sequence[str]) -> list[_Reading]:
-    """Keep the reading that has as many fields as the line of words above the numbers; of several, the widest."""
-    kept: list[_Reading] = []
-    for reading in rivals:
-        dialect = reading.dialect
-        above = [line for line in lines[: dialect.first] if line.strip()]
-        cells = split(above[-1].lstrip("#%! "), dialect.separator) if above else []
-        if len(cells) == dialect.fields and any(kind_of(c, dialect.decimal) == "t" for c in cells):
-            kept.append(reading)
-    widest = max((r.dialect.fields for r in kept), default=0)
-    best = [r for r in kept if r.dialect.fields == widest]
-    return best if len(best) == 1 else []
+def _has_matching_header(dialect: Dialect, lines: Sequence[str]) -> bool:
+    """Whether the line of words above the numbers has as many fields."""
+    above = [line for line in lines[: dialect.first] if line.strip()]
+    cells = split(above[-1].lstrip("#%! "), dialect.separator) if above else []
+    return len(cells) == dialect.fields and any(kind_of(c, dialect.decimal) == "t" for c in cells)

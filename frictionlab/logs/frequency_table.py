@@ -1,6 +1,7 @@
 """A table over frequency (amplitude and phase of a steady motion) in any dialect of a log."""
 
 import re
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -21,20 +22,14 @@ _NAMES = {
     "base amplitude": re.compile(r"base[ _](amplitude|amp)(_m)?", re.IGNORECASE),
 }
 _HERTZ = {"hz": 1.0, "khz": 1e3}
-_UNITS = {
-    "r": {"": 1.0, "-": 1.0, "1": 1.0},
-    "frequency": _HERTZ,
-    "amplitude": dict.fromkeys(LENGTH, 1.0),
-    "phase": QUANTITIES["angle"],
-    "base amplitude": dict.fromkeys(LENGTH, 1.0),
+_UNITS: dict[str, tuple[Collection[str], str]] = {
+    "r": (("", "-", "1"), "r has no unit"),
+    "frequency": (_HERTZ, "[Hz]"),
+    "amplitude": (LENGTH, "[Y] (over the base's amplitude) or a length such as [mm]"),
+    "phase": (QUANTITIES["angle"], "[deg] or [rad]"),
+    "base amplitude": (LENGTH, "a length such as [mm]"),
 }
-_EXPECTED = {
-    "r": "r has no unit",
-    "frequency": "[Hz]",
-    "amplitude": "[Y] (over the base's amplitude) or a length such as [mm]",
-    "phase": "[deg] or [rad]",
-    "base amplitude": "a length such as [mm]",
-}
+"""Units of each column, and what is expected in words."""
 _PART_OF_Y = re.compile(r"[\[({<]\s*(Y|-|1|x/y)\s*[\])}>]", re.IGNORECASE)
 
 
@@ -87,20 +82,18 @@ def read_frequency_table(path: Path, options: LogOptions | None = None) -> Frequ
     if (phase[kept & np.isfinite(phase)] < 0.0).all() and np.isfinite(phase[kept]).any():
         phase = -phase
         said.append("phase: every one is below 0: taken as those of x over y, whose mass is behind by minus them")
-    names = (f"{drives[0]}_u", "amplitude", "amplitude_u", "phase_u", "base amplitude")
-    drive_u, amplitude, amplitude_u, phase_u, base = (values(name)[kept] for name in names)
     column = found.get("amplitude")
     return FrequencyTable(
         source=path.name,
         is_ratio=drives[0] == "r",
         in_metres=column is not None and column.unit in LENGTH,
         drive=drive[kept],
-        drive_u=drive_u,
-        amplitude=amplitude,
-        amplitude_u=amplitude_u,
+        drive_u=values(f"{drives[0]}_u")[kept],
+        amplitude=values("amplitude")[kept],
+        amplitude_u=values("amplitude_u")[kept],
         phase=phase[kept],
-        phase_u=phase_u,
-        base_amplitude=base,
+        phase_u=values("phase_u")[kept],
+        base_amplitude=values("base amplitude")[kept],
         said=tuple(said),
     )
 
@@ -126,9 +119,10 @@ def _in_si(values: NDArray[np.float64], column: LogColumn, name: str, file: str)
     name = name.removesuffix("_u")
     if name == "amplitude" and _PART_OF_Y.search(column.title):
         return values.copy()
-    if column.unit not in _UNITS[name]:
+    known, expected = _UNITS[name]
+    if column.unit not in known:
         got = column.unit or "no unit"
-        raise LogError(f"{file}: column {column}: expected {_EXPECTED[name]}; got {got}: name the unit in the head")
+        raise LogError(f"{file}: column {column}: expected {expected}; got {got}: name the unit in the head")
     if name in ("r", "frequency"):
-        return values * _UNITS[name][column.unit]
+        return values * _HERTZ.get(column.unit, 1.0)
     return to_si(values.copy(), column.unit)

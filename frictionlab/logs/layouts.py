@@ -37,36 +37,18 @@ _IN_NAME = re.compile(r"(\d{4})-(\d{2})-(\d{2})[_T ](\d{2})-(\d{2})-(\d{2}(?:\.\
 _HERTZ = {"hz": 1.0, "khz": 1e3, "1/s": 1.0, "": 1.0}
 _DAMAGED_ABOVE = 5  # lines of data between the header and the first sound one
 _MANY = 8  # header rows as wide as the data
+_BELIEVABLE_S = (1e-9, 1e5)  # between samples; a damaged preamble states anything
 
 
 @dataclass(frozen=True)
 class LogLayout:
-    """Where things stand in a log.
+    """Where things stand in a log; lines are counted from 0.
 
-    Parameters
-    ----------
-    name
-        Of the layout.
-    dialect
-        Separator, decimal mark, shape of a data line.
-    columns
-        One for each field.
-    header
-        Indices from 0 of the lines that are header: names and units.
-    body
-        Index from 0 of the first line below the header.
-    facts
-        What the preamble states: ``interval_s``, ``start_s`` (seconds since 1970 UTC).
-    prefer
-        Columns of a role, by index, where the layout knows better than the names.
-    time_of
-        For each channel its own time column, by index, where a log has several.
-    spare
-        So many cells of text may follow the fields of a data line.
-    is_header
-        Says of a stripped line in the body whether it is a header repeated.
-    evidence
-        Sentences on why.
+    ``columns``: one for each field of the dialect; ``header``: lines of names and units; ``body``: the first line below
+    them; ``facts``: what the preamble states, ``interval_s``, ``start_s`` (since 1970 UTC); ``prefer``: the column of a
+    role, where the layout knows better than the names; ``time_of``: for each channel its own time column, where a log
+    has several; ``spare``: so many cells of text may follow a data line; ``is_header``: whether a stripped line in the
+    body is a header repeated.
     """
 
     name: str
@@ -85,7 +67,7 @@ class LogLayout:
 def find_layout(text: Text, options: LogOptions) -> LogLayout:
     """Give the first layout that recognises a log."""
     found = (recognise(text, options) for recognise in LAYOUTS)
-    return next((layout for layout in found if layout is not None), None) or columns_of_text(text, options)
+    return next(filter(None, found), None) or columns_of_text(text, options)
 
 
 def columns_of_text(text: Text, options: LogOptions) -> LogLayout:
@@ -237,12 +219,7 @@ def _interval(key: str, value: str, decimal: str) -> float | None:
         interval = 1.0 / (found * _HERTZ[unit])
     elif _INTERVAL.fullmatch(name) and (known_unit(unit) in TIME or not unit):
         interval = found / TIME[known_unit(unit) or "s"]
-    return interval if _believable(interval) else None
-
-
-def _believable(interval_s: float) -> bool:
-    """Whether samples may be so far apart [s]; a damaged preamble states anything."""
-    return 1e-9 < interval_s < 1e5
+    return interval if _BELIEVABLE_S[0] < interval < _BELIEVABLE_S[1] else None
 
 
 _END = "***End_of_Header***"
@@ -274,11 +251,11 @@ def labview(text: Text, options: LogOptions) -> LogLayout | None:
         return [plain(cell) for cell in said.get(key, "").split(dialect.separator)[1:]]
 
     titles = [plain(c) for c in text.lines[names].split(dialect.separator)]
-    units = iter(cells_of("Y_Unit_Label"))  # of the channels in their order; each X_Value is time in seconds
-    columns: list[LogColumn] = []
-    for column in columns_of(titles, (), dialect.fields):
-        below = known_unit(next(units, "")) if column.title not in ("X_Value", "Comment") else ""
-        columns.append(replace(column, unit="s" if column.title == "X_Value" else column.unit or below))
+    units = dict(enumerate(map(known_unit, cells_of("Y_Unit_Label")), 1))  # each above its channel
+    columns = [
+        replace(c, unit="s" if c.title == "X_Value" else c.unit or units.get(c.index, ""))
+        for c in columns_of(titles, (), dialect.fields)
+    ]
     times = [c.index for c in columns if c.title == "X_Value"]
     facts: Facts = _first_interval(cells_of("Delta_X"), dialect.decimal)
     date, time = cells_of("Date")[:1], cells_of("Time")[:1]
@@ -309,8 +286,9 @@ def _times_left_of(columns: Sequence[LogColumn], times: Sequence[int]) -> dict[i
 
 
 def _first_interval(cells: Sequence[str], decimal: str) -> Facts:
-    steps = [n for cell in cells if (n := number(cell, decimal)) is not None and _believable(n)]
-    return {"interval_s": steps[0]} if steps else {}
+    numbers = (number(cell, decimal) or 0.0 for cell in cells)
+    found = next((step for step in numbers if _BELIEVABLE_S[0] < step < _BELIEVABLE_S[1]), None)
+    return {} if found is None else {"interval_s": found}
 
 
 _LABELS = ("timestamp", "interval", "channel name", "unit")

@@ -30,11 +30,10 @@ _BLANK_ENDS = re.compile(rb" +(?=\r?\n)")
 
 @dataclass
 class Body:
-    """What was read: columns as in the file (their units), and what became of the lines.
+    """What was read: columns as in the file, (n,) each, nan for no value, and what became of the lines.
 
-    ``values`` are (n,) float64 for each wanted column, nan for no value; ``empty`` counts those, and ``cut``
-    whether the last line was cut (which is no sign of a damaged log). ``first`` is the number of the first line, and
-    ``others`` are those of the lines that hold no sample, increasing.
+    ``empty`` counts those nan, ``cut`` whether the last line was cut (no sign of a damaged log); ``first``: number of
+    the first line; ``others``: those of the lines that hold no sample, increasing.
     """
 
     first: int
@@ -68,18 +67,8 @@ class Reader:
     and words that it takes for numbers (nan, inf). A block that holds one is cut in parts, and the last few lines
     around an odd one are judged on their own.
 
-    Parameters
-    ----------
-    layout
-        Where things stand in the log.
-    columns
-        The columns to read, by role; one in the role ``time`` comes first.
-    last_decimals
-        Decimals that the last field of every line has; 0 if they vary.
-    encoding
-        Of text kept for the record.
-    size
-        Bytes of the log: how much memory to take.
+    ``columns``: those to read, by role, ``time`` first; ``last_decimals``: that the last field of every line has, 0 if
+    they vary; ``size``: bytes of the log, for the memory to take.
     """
 
     def __init__(
@@ -124,7 +113,14 @@ class Reader:
 
     def _regular(self, block: bytes, lines: int) -> list[NDArray[np.float64]] | None:
         """The wanted columns where all lines are regular; None where pyarrow may take one for what it is not."""
-        mark, text = self.dialect.decimal, self._without_blanks(block)
+        mark, text = self.dialect.decimal, block
+        if self.dialect.separator == " ":  # one blank where runs of them part the cells, none at the ends of lines
+            text = text.replace(b"\t", b" ").replace(b"\r\n", b"\n")
+            while b"  " in text:
+                text = text.replace(b"  ", b" ")
+            text = text.replace(b" \n", b"\n").replace(b"\n ", b"\n").removeprefix(b" ")
+        elif b" " in text:
+            text = _BLANK_ENDS.sub(b"", text)
         if self.moments or any(text.find(sign) >= 0 for sign in self._signs):
             return None
         returns = _count(text, _CR) if b"\r" in text else 0
@@ -155,20 +151,8 @@ class Reader:
         values = [table[name].to_numpy() for name in wanted]
         return values if table.num_rows == lines and all(np.isfinite(v).all() for v in values) else None
 
-    def _without_blanks(self, block: bytes) -> bytes:
-        """The block with one blank where runs of them part the cells, and none at the ends of its lines."""
-        if self.dialect.separator == " ":
-            block = block.replace(b"\t", b" ").replace(b"\r\n", b"\n")
-            while b"  " in block:
-                block = block.replace(b"  ", b" ")
-            return block.replace(b" \n", b"\n").replace(b"\n ", b"\n").removeprefix(b" ")
-        return _BLANK_ENDS.sub(b"", block) if b" " in block else block
-
     def _judge(self, lines: Sequence[bytes], *, unended: bool = False) -> None:
-        """Say of each line what it is, and read it if it is data; ``unended``: the file ends without a line end.
-
-        Such a line is data only if it is provably whole.
-        """
+        """Read each line if it is data; ``unended``: the file ends inside it, and it is so only if provably whole."""
         rows: list[list[float]] = []
         for line in lines:
             kind, reason, row = self._kind_of(line)

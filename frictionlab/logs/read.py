@@ -118,13 +118,7 @@ def _read(log: OpenLog, options: LogOptions, progress: Progress | None = None) -
 
 
 def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
-    """Read a log of a free vibration: both channels, or the mass alone, whose base then stands at 0.
-
-    Raises
-    ------
-    LogError
-        As `read_log`; where the log has no base, what is wrong with its mass.
-    """
+    """Read a log of a free vibration, as `read_log`: both channels, or the mass alone, whose base then stands at 0."""
     options = options or LogOptions()
     log = open_log(path, options)
     if len(possible(log, options)) > 1 or any(getattr(options, role) is not None for role in FURTHER):
@@ -134,14 +128,9 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
 
 
 def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
-    """Read the motion of a base: from a log of both channels, or from one column of any table; the mass stands at 0.
+    """Read the motion of a base, as `read_log`: of both channels, or of one column of any table; the mass stands at 0.
 
     Where it is an acceleration, it is the channel ``base_acceleration``, and no displacement of the base is there.
-
-    Raises
-    ------
-    LogError
-        As `read_log`.
     """
     options = options or LogOptions()
     log = open_log(path, options)
@@ -222,7 +211,19 @@ def _read_own_times(table: LogTable, base_time: FloatArray, options: LogOptions)
 def _examined(table: LogTable, options: LogOptions) -> SensorLog:
     """Convert a log to SI units, and examine its clock and its values."""
     clock = clock_of(table, options)
-    table = _without_stray(table, clock)
+    if len(clock.stray):  # lines whose stamps run backward are quarantined
+        numbers = table.body.lines_of(clock.stray).tolist()
+        kept = max(0, KEEP - len(table.quarantined))
+        text, why, lines = table.log.text, "the time stamp runs backward", table.file.lines
+        texts = text.texts_of(numbers[:kept]) if text is not None else [""] * kept
+        more = [QuarantinedLine(table.name, n, words, why) for n, words in zip(numbers, texts, strict=False)]
+        lines = replace(lines, data=lines.data - len(numbers), quarantined=lines.quarantined + len(numbers))
+        table = replace(
+            table,
+            file=replace(table.file, lines=lines),
+            values={role: np.delete(values, clock.stray) for role, values in table.values.items()},
+            quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
+        )
     channels, replaced = {}, {}
     for role in [*table.values]:
         channels[role] = _channel(table, role, options)
@@ -230,29 +231,11 @@ def _examined(table: LogTable, options: LogOptions) -> SensorLog:
     return SensorLog(table, clock, channels, replaced)
 
 
-def _without_stray(table: LogTable, clock: Clock) -> LogTable:
-    """Quarantine the lines whose stamps run backward."""
-    if not len(clock.stray):
-        return table
-    numbers = table.body.lines_of(clock.stray).tolist()
-    kept = max(0, KEEP - len(table.quarantined))
-    text, why = table.log.text, "the time stamp runs backward"
-    texts = text.texts_of(numbers[:kept]) if text is not None else [""] * kept
-    more = [QuarantinedLine(table.name, n, words, why) for n, words in zip(numbers, texts, strict=False)]
-    lines = table.file.lines
-    lines = replace(lines, data=lines.data - len(numbers), quarantined=lines.quarantined + len(numbers))
-    return replace(
-        table,
-        file=replace(table.file, lines=lines),
-        values={role: np.delete(values, clock.stray) for role, values in table.values.items()},
-        quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
-    )
-
-
 def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     """A channel in SI units: by its calibration, its unit, or the step that shows which laser it is."""
     column, values, is_laser = table.columns[role], table.values.pop(role), role in _DISPLACEMENTS
     quantity = "displacement" if is_laser else quantity_named(role)
+    a = "a length" if quantity == "displacement" else f"a{'n' * (quantity[0] == 'a')} {quantity}"
     said, per_volt, offset = options.unit_of(role)
     written = "" if column.unit in ("-", "1") else column.unit
     unit = said or written or (options.unit or "" if quantity == "displacement" else "")
@@ -270,7 +253,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     if wrong:
         example = f"{role}_metres_per_volt" if is_laser else f'{role} = "50 {UNIT[quantity]}/V"'
         raise LogError(
-            f"{table.name}: column {column} is in {_named(wrong)}: expected {_a(quantity)}, one of "
+            f"{table.name}: column {column} is in {_named(wrong)}: expected {a}, one of "
             f"{', '.join(QUANTITIES[quantity])}: take another column by --{role.replace('_', '-')}"
             + (f", or give what a volt is, such as {example} in [log]" if wrong in VOLTS else "")
         )
@@ -280,7 +263,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     if not unit:
         known = UNIT[quantity]
         how = "--unit, such as --unit mm" if is_laser else f'--units {role}={known}, or [log.units] {role} = "{known}"'
-        raise LogError(f"{table.name}: the unit of column {column} is not said: expected {_a(quantity)}: give {how}")
+        raise LogError(f"{table.name}: the unit of column {column} is not said: expected {a}: give {how}")
     if per_volt is None and said and written and written != said:
         warnings.append(f"{role}: the log says {written}, the options say {said}: {said} is taken")
     elif per_volt is None and said and not written and column.title.endswith(("]", "}")):
@@ -307,19 +290,8 @@ def _named(unit: str) -> str:
     return f"{unit} ({quantity})" if quantity else unit
 
 
-def _a(quantity: str) -> str:
-    return "a length" if quantity == "displacement" else f"an {quantity}" if quantity[0] == "a" else f"a {quantity}"
-
-
 def _without_sentinels(values: FloatArray, role: str) -> list[str]:
-    """Make nan of the numbers by which loggers say "no value" (9999, -9999 ...), where all others are far from them.
-
-    Examples
-    --------
-    >>> values = np.array([1.5, 9999.0, 2.5])
-    >>> _without_sentinels(values, "mass"), values.tolist()
-    (['mass: 1 values of 9999 say that there is none'], [1.5, nan, 2.5])
-    """
+    """Make nan of the numbers by which loggers say "no value" (9999, -9999 ...), where all others are far from them."""
     said = []
     for extreme in (float(np.nanmax(values, initial=-np.inf)), float(np.nanmin(values, initial=np.inf))):
         if abs(extreme) not in _SENTINELS:
@@ -358,18 +330,12 @@ def _recording(sensors: SensorLog, options: LogOptions, still: str = "") -> Reco
 
 def _recording_of_two(mass: SensorLog, base: SensorLog, options: LogOptions, *, one_clock: bool = False) -> Recording:
     sensors = (mass.clock, mass.channels["mass"]), (base.clock, base.channels["base"])
-    aligned = align(*sensors, options, one_clock=one_clock)
+    arrays, how, warnings = align(*sensors, options, one_clock=one_clock)
     of_base = sorted(_dialect_facts(base, options).items(), key=lambda fact: fact[0].startswith("base_"))
     facts = _dialect_facts(mass, options)
     facts |= {key if key.startswith("base_") else f"base_log_{key}": value for key, value in of_base}
     with _named_log(f"{mass.table.name} and {base.table.name}"):
-        return Recording(
-            time=aligned.time,
-            mass_displacement=aligned.mass,
-            base_displacement=aligned.base,
-            quality=aligned.quality,
-            source=_source([mass, base], facts | aligned.facts, options, aligned.warnings),
-        )
+        return Recording(*arrays, source=_source([mass, base], facts | how, options, warnings))
 
 
 @contextmanager
@@ -385,9 +351,17 @@ def _source(
     logs: Sequence[SensorLog], facts: Mapping[str, Fact], options: LogOptions, warnings: Sequence[str] = ()
 ) -> Source:
     """Where a recording comes from; sentences about one log of two begin with its name."""
-    names = [f"{sensors.table.name}: " if len(logs) > 1 else "" for sensors in logs]
-    said = [f"{name}{sentence}" for name, sensors in zip(names, logs, strict=True) for sentence in sensors.warnings]
-    why = [f"{name}{sentence}" for name, sensors in zip(names, logs, strict=True) for sentence in sensors.evidence]
+    named = [(f"{log.table.name}: " if len(logs) > 1 else "", log) for log in logs]
+    said = [f"{name}{sentence}" for name, log in named for sentence in log.warnings]
+    why = [f"{name}{sentence}" for name, log in named for sentence in log.evidence]
+    replaced = None
+    parts = logs[0].replaced
+    index = np.union1d(*(parts[role][0] if role in parts else np.zeros(0, np.int64) for role in ("mass", "base")))
+    if len(logs) == 1 and len(index):  # side by side; nan where a channel was sound
+        columns = {role: np.full(len(index), np.nan) for role in ("mass", "base")}
+        for role in columns.keys() & parts.keys():
+            columns[role][np.searchsorted(index, parts[role][0])] = parts[role][1]
+        replaced = Replaced(index, **columns)
     return Source(
         files=tuple(dict.fromkeys(sensors.table.file for sensors in logs)),
         dialect=facts,
@@ -395,18 +369,8 @@ def _source(
         quarantined=tuple(dict.fromkeys(line for sensors in logs for line in sensors.table.quarantined)),
         warnings=(*dict.fromkeys(said), *warnings),
         evidence=tuple(dict.fromkeys(why)),
-        replaced=_replaced_samples(logs[0].replaced) if len(logs) == 1 else None,
+        replaced=replaced,
     )
-
-
-def _replaced_samples(parts: dict[str, tuple[NDArray[np.int64], FloatArray]]) -> Replaced | None:
-    """Put what was replaced in mass and base side by side; nan where that channel was sound."""
-    both = [parts.get(role, (np.zeros(0, np.int64), np.zeros(0))) for role in ("mass", "base")]
-    index = np.union1d(both[0][0], both[1][0])
-    columns = [np.full(len(index), np.nan) for _ in both]
-    for column, (where, values) in zip(columns, both, strict=True):
-        column[np.searchsorted(index, where)] = values
-    return Replaced(index, *columns) if len(index) else None
 
 
 def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
@@ -424,9 +388,8 @@ def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
     for role, column in table.columns.items():
         facts[f"{role}_column"] = column.title or str(column.index + 1)
         facts[f"{role}_column_number"] = column.index + 1
-    for role, column in table.columns.items():
-        if role in sensors.channels:
-            facts[f"{role}_unit"] = options.unit_of(role)[0] or column.unit
+    seen = {role: column for role, column in table.columns.items() if role in sensors.channels}
+    facts |= {f"{role}_unit": options.unit_of(role)[0] or column.unit for role, column in seen.items()}
     facts |= sensors.clock.facts
     facts |= {"sampling_rate_hz": 1.0 / sensors.clock.interval, "bridge_s": sensors.clock.bridge}
     facts |= {"missing_samples": sensors.clock.missing}

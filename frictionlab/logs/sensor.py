@@ -64,25 +64,14 @@ def examine(values: NDArray[np.float64], role: str, measuring_range: float | Non
 
 
 def step_and_range(values: NDArray[np.float64]) -> tuple[float | None, float | None]:
-    """Find the smallest step between values [m] and the measuring range [m] it betrays, where it does.
-
-    Examples
-    --------
-    >>> step = 1.02 * 0.05 / 65520
-    >>> found = step_and_range(step * np.round(1e3 * np.sin(np.arange(5000.0))))
-    >>> round(found[0] * 1e9, 2), found[1]
-    (778.39, 0.05)
-    """
+    """Find the smallest step between values [m] and the measuring range [m] it betrays, where it does."""
     levels = np.unique(_sample(values))
     apart = np.diff(levels)
     apart = apart[apart > 1e-13 + 1e-9 * np.abs(levels[-1])]
     if len(apart) < 20:
         return None, None
-    for measuring_range in RANGES_M:
-        step = measuring_range * _STEP
-        if _is_comb(apart, step):
-            return step, measuring_range
-    return float(np.quantile(apart, _SPIKES)), None
+    found = next((measuring_range for measuring_range in RANGES_M if _is_comb(apart, measuring_range * _STEP)), None)
+    return (found * _STEP if found else float(np.quantile(apart, _SPIKES))), found
 
 
 def _sample(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -95,11 +84,11 @@ def _is_comb(apart: NDArray[np.float64], step: float) -> bool:
     """Whether neighbouring levels are whole steps apart, most of them one, as far as the printed digits tell."""
     if not 0.4 * step <= np.quantile(apart, _SPIKES) < 1.5 * step:
         return False
-    small = apart[apart < 20 * step]
-    if len(small) < 20 or np.median(np.abs(np.rint(small / step) - 1)) > 3:
+    small = apart[apart < 20 * step] / step
+    steps = np.rint(small)
+    if len(small) < 20 or np.median(np.abs(steps - 1)) > 3:
         return False
-    steps = np.rint(small / step)
-    off = np.abs(small / step - steps)
+    off = np.abs(small - steps)
     odd = np.count_nonzero(steps % 2 == 1)  # all even: a coarser sensor's, whatever a few spikes say
     return bool(np.quantile(off, 0.9) < 0.1 and odd > 0.2 * len(steps))
 
@@ -123,10 +112,11 @@ def unit_by_step(values: NDArray[np.float64], per_unit: float = 1.0) -> tuple[st
 def _flag_error_codes(channel: Sensed, role: str) -> None:
     size = np.abs(channel.values)
     wrong = np.zeros(len(size), bool)
+    slack = 0.02 if channel.range else 2e-4
     for measuring_range in (channel.range,) if channel.range else RANGES_M:
         low, high = (code * measuring_range for code in _CODES)
-        slack = 2e-4 * measuring_range if channel.range is None else 0.02 * measuring_range
-        wrong |= (channel.values > low - slack) & (channel.values < high + slack)
+        reach = slack * measuring_range
+        wrong |= (channel.values > low - reach) & (channel.values < high + reach)
     rest = size[~wrong & ~np.isnan(size)]
     if not wrong.any() or (len(rest) and np.quantile(rest, 0.999) > 0.5 * size[wrong].min()):
         return

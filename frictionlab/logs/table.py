@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.columns import LogColumn, assign, columns_of
@@ -45,7 +45,7 @@ class OpenLog:
         rows = (split(line, dialect.separator) for line in lines[:most])
         return (cells for cells in rows if len(cells) == dialect.fields)
 
-    def beginning(self, index: int) -> NDArray[np.float64]:
+    def beginning(self, index: int) -> FloatArray:
         """The first numbers of a column, by its index."""
         if self.sheet is not None:
             some = self.sheet.values[index][:200]
@@ -53,7 +53,7 @@ class OpenLog:
             some = np.array([self._number(cells[index]) for cells in self.rows(200)], np.float64)
         return some[np.isfinite(some)]
 
-    def numbers(self) -> NDArray[np.float64] | None:
+    def numbers(self) -> FloatArray | None:
         """All numbers (rows, columns), NaN where a cell is none; None for a long text."""
         if self.sheet is not None:
             return np.stack([_finite(column) for column in self.sheet.values], axis=1)
@@ -67,13 +67,7 @@ class OpenLog:
 
 
 def open_log(path: Path, options: LogOptions) -> OpenLog:
-    """Find out where things stand in a log, text or binary.
-
-    Raises
-    ------
-    LogError
-        It cannot be read, no table of numbers is found in it, or it can be read in more than one way.
-    """
+    """Find out where things stand in a log, text or binary."""
     sheet = read_binary(path, options)
     if sheet is None:
         text = read_text(path, options.encoding)
@@ -94,30 +88,16 @@ def open_log(path: Path, options: LogOptions) -> OpenLog:
 
 @dataclass(frozen=True)
 class LogTable:
-    """A log's columns in the file's units.
+    """A log's columns in the file's units, by role (``time``, ``mass``, ``base``, further channels).
 
-    Parameters
-    ----------
-    log
-        What was found at its beginning.
-    file
-        Name, hash, size and line counts.
-    columns
-        Role (``time``, ``mass``, ``base``) to column; ``time`` is missing in a log without stamps.
-    values
-        Role to (n,) float64 in the file's unit; nan where the log has no value.
-    body
-        Which line each stands on.
-    quarantined
-        The first quarantined lines.
-    warnings
-        What was left out, and why.
+    ``columns``: which they are; ``time`` is missing in a log without stamps. ``values``: (n,) each, nan where the log
+    has no value. ``body``: which line each stands on; ``quarantined``: the first such lines.
     """
 
     log: OpenLog
     file: SourceFile
     columns: dict[str, LogColumn]
-    values: dict[str, NDArray[np.float64]]
+    values: dict[str, FloatArray]
     body: Body
     quarantined: tuple[QuarantinedLine, ...]
     warnings: tuple[str, ...] = ()
@@ -131,13 +111,7 @@ class LogTable:
 def read_table(
     log: OpenLog, options: LogOptions, roles: Sequence[str], progress: Progress | None = None, *, further: bool = False
 ) -> LogTable:
-    """Read the columns of these roles (``mass``, ``base``) and time, if there is one; with ``further`` all channels.
-
-    Raises
-    ------
-    LogError
-        If the log cannot be read, its columns cannot be told, or too much of it is damaged.
-    """
+    """Read the columns of these roles and time, if there is one; with ``further`` all channels. A log is read once."""
     columns, warnings = assign(log, options, roles, further=further)
     if log.text is not None:
         body, file = _of_text(log, log.text, columns, progress)
@@ -152,16 +126,23 @@ def read_table(
 def _of_text(
     log: OpenLog, text: Text, columns: dict[str, LogColumn], progress: Progress | None
 ) -> tuple[Body, SourceFile]:
-    encoding, size = text.content_encoding, len(text.content)
-    reader = Reader(log.layout, columns, last_decimals=_last_decimals(log), encoding=encoding, size=size)
-    for block in text.blocks(log.layout.body, progress):
+    layout, encoding, size = log.layout, text.content_encoding, len(text.content)
+    # decimals of the last number of a line, if nearly all lines at hand agree: then one with fewer was cut. Where
+    # trailing zeros are left out, a tenth of the lines have fewer.
+    found = Counter(decimals(cells[-1], layout.dialect.decimal) for cells in log.rows())
+    found.pop(None, None)
+    usual, times = found.most_common(1)[0] if found else (0, 0)
+    last_decimals = usual or 0 if times >= 0.97 * found.total() else 0
+    reader = Reader(layout, columns, last_decimals=last_decimals, encoding=encoding, size=size)
+    for block in text.blocks(layout.body, progress):
         reader.read(block)
-    body, layout = reader.finish(), log.layout
+    text.content = b""  # as large as the log: not held while its values are examined
+    body = reader.finish()
     counts = Counter(body.counts) + Counter(header=len(layout.header))
     for i in set(range(min(layout.body, len(text.lines)))).difference(layout.header):
         line = text.lines[i]
         counts["blank" if not line.strip() else "comment" if is_comment(line) else "preamble"] += 1
-    return body, SourceFile(log.name, text.sha256, len(text.raw), LineCount(read=counts.total(), **counts))
+    return body, SourceFile(log.name, text.sha256, text.size, LineCount(read=counts.total(), **counts))
 
 
 def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tuple[Body, SourceFile]:
@@ -183,20 +164,9 @@ def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tupl
     return body, SourceFile(log.name, sha256, log.path.stat().st_size, LineCount(read=rows, **body.counts))
 
 
-def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _finite(values: FloatArray) -> FloatArray:
     """A copy, nan where the log has no number."""
     return np.where(np.isfinite(values), values, np.nan)
-
-
-def _last_decimals(log: OpenLog) -> int:
-    """Decimals of the last number of a line, if (nearly) all lines at hand agree; else 0.
-
-    Where trailing zeros are left out, a tenth of the lines have fewer; where they are not, only a cut line has.
-    """
-    found = Counter(decimals(cells[-1], log.layout.dialect.decimal) for cells in log.rows())
-    found.pop(None, None)
-    usual, times = found.most_common(1)[0] if found else (0, 0)
-    return usual or 0 if times >= 0.97 * found.total() else 0
 
 
 def _check_damage(body: Body, options: LogOptions, name: str) -> None:

@@ -16,7 +16,6 @@ import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
-from functools import cached_property
 from gzip import GzipFile
 from itertools import islice
 from pathlib import Path
@@ -45,28 +44,18 @@ _BOMS = (
 _WIDE = re.compile("^utf[-_]?(16|32)", re.IGNORECASE)
 
 
-@dataclass(frozen=True)
+@dataclass
 class Text:
-    """The text of a log.
+    """The text of a log, of a file of ``size`` bytes with this digest.
 
-    Parameters
-    ----------
-    path, raw
-        The file and its bytes.
-    content
-        Its lines, ending in LF, in an encoding whose digits and separators are ASCII bytes.
-    lines
-        The first 256 kB of them, decoded, without their ends.
-    whole
-        Whether those are all.
-    encoding, package
-        How it is written, and what it is packed in ("").
-    evidence
-        Sentences on why.
+    ``content``: its lines, ending in LF, in an encoding whose digits and separators are ASCII bytes; ``lines``: the
+    first 256 kB of them, decoded, without their ends; ``whole``: whether those are all; ``package``: what it is packed
+    in, or "".
     """
 
     path: Path
-    raw: bytes
+    size: int
+    sha256: str
     content: bytes
     lines: tuple[str, ...]
     whole: bool
@@ -74,24 +63,13 @@ class Text:
     package: str
     evidence: tuple[str, ...]
 
-    @cached_property
-    def sha256(self) -> str:
-        """Digest of the file's bytes."""
-        return hashlib.sha256(self.raw).hexdigest()
-
     @property
     def content_encoding(self) -> str:
         """The encoding of ``content``."""
         return "utf-8" if self.encoding.startswith("utf") else self.encoding
 
     def blocks(self, skip: int, progress: Progress | None = None) -> Iterator[bytes]:
-        """Some megabytes of whole lines, one after the other, from the line of this index on; the last may be unended.
-
-        Raises
-        ------
-        LogError
-            A line has no end.
-        """
+        """Some megabytes of whole lines each, from the line of this index on; the last line may be unended."""
         start, size = 0, len(self.content)
         for _ in range(skip):
             start = self.content.find(b"\n", start) + 1 or size
@@ -103,32 +81,29 @@ class Text:
             yield self.content[start:stop]
             start = stop
             if progress is not None:
-                progress(len(self.raw) * stop // size, len(self.raw))
+                progress(self.size * stop // size, self.size)
 
     def texts_of(self, numbers: Sequence[int]) -> list[str]:
-        """The texts of some lines, by their numbers from 1; cut to 300 characters."""
-        ends = np.flatnonzero(np.frombuffer(self.content, np.uint8) == ord("\n"))
+        """The texts of some lines, by their numbers from 1; cut to 300 characters. The file is read again."""
+        content = read_text(self.path, self.encoding).content
+        ends = np.flatnonzero(np.frombuffer(content, np.uint8) == ord("\n"))
         starts = [int(ends[n - 2]) + 1 if n > 1 else 0 for n in numbers]
-        cut = (self.content[at : at + 300].partition(b"\n")[0] for at in starts)
+        cut = (content[at : at + 300].partition(b"\n")[0] for at in starts)
         return [line.decode(self.content_encoding, "replace").rstrip("\r") for line in cut]
 
 
 def read_text(path: Path, encoding: str | None = None) -> Text:
-    """Read a log.
-
-    Raises
-    ------
-    LogError
-        If the file cannot be read, is empty, or is not text.
-    """
+    """Read a log; refused if it cannot be read, is empty, or is not text."""
     raw = _read(path)
     try:
         package, unpacked = _unpacked(raw, path.name)
     except LogError as error:
         raise LogError(f"{path.name}: {error}") from error
+    size, sha256 = len(raw), hashlib.sha256(raw).hexdigest()
+    del raw  # of a packed log both would be in memory
     head = unpacked[:_HEAD]
     if not head.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
-        raise LogError(f"{path.name}: empty: expected lines of numbers; got {len(raw)} bytes without any")
+        raise LogError(f"{path.name}: empty: expected lines of numbers; got {size} bytes without any")
     name, why = (encoding, "as given") if encoding else _encoding_of(head)
     decoder = codecs.getincrementaldecoder(name)("replace" if name == "cp1252" else "strict")
     try:
@@ -147,7 +122,7 @@ def read_text(path: Path, encoding: str | None = None) -> Text:
         content = unpacked.decode(name, "replace").encode("utf-8", "replace")
     if newline == "\r":
         content = content.replace(b"\r", b"\n")
-    return Text(path, raw, content, tuple(lines), whole, name, package, (f"encoding {name}: {why}",))
+    return Text(path, size, sha256, content, tuple(lines), whole, name, package, (f"encoding {name}: {why}",))
 
 
 def _read(path: Path) -> bytes:

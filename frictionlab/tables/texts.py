@@ -22,6 +22,7 @@ SENTENCES = " | "  # between the sentences of a list in one cell
 NOT_KNOWN = frozenset({"", "nan", "na", "n/a", "null", "none"})
 LINES_AT_ONCE = 1000
 FIRST_BYTES = 1 << 20  # of a file, in which its mark must be found
+MOST_DEPTH = 60  # of a value in JSON; results have 3
 MOST_DIGITS = 15  # of a whole number; beyond, not even a float tells two of them apart
 GRAVE = re.compile(
     r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
@@ -181,13 +182,15 @@ def checked(value: object, column: Column | None) -> object:
     raise CellError(f"{column.name}: expected {_EXPECTED[column.type]}; got {short}")
 
 
-def _clean(value: object) -> object:
+def _clean(value: object, depth: int = 0) -> object:
+    if depth > MOST_DEPTH:
+        raise RecursionError
     if isinstance(value, str):
         return encodable(value)
     if isinstance(value, list):
-        return [_clean(item) for item in value]
+        return [_clean(item, depth + 1) for item in value]
     if isinstance(value, dict):
-        return {encodable(str(key)): _clean(item) for key, item in value.items()}
+        return {encodable(str(key)): _clean(item, depth + 1) for key, item in value.items()}
     return value
 
 

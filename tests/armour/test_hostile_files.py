@@ -74,11 +74,17 @@ def test_scene_and_sheet_are_files(kind: str, tmp_path: Path) -> None:
             facts_of(scene_from_tables({"experiment": {"sheet": name}}, folder=tmp_path), Path("a.csv"))
 
 
-def test_a_cell_that_is_nested_too_deep_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "m.jsonl"
-    path.write_text('{"source": "a.h5", "x": ' + '{"a":' * 100_000 + "1" + "}" * 100_000 + "}\n")
-    with pytest.raises(UsageError, match=r"m\.jsonl, line 1: .*nested too deep"):
-        read_rows(path)
+@pytest.mark.parametrize("depth", [120, 400, 900, 100_000])
+def test_json_that_is_nested_too_deep_is_refused(depth: int, tmp_path: Path) -> None:
+    for begin, end in (('{"a":', "}"), ("[", "]"), ('[{"a":', "}]")):
+        deep = begin * depth + "1" + end * depth
+        (tmp_path / "m.jsonl").write_text(f'{{"source": "a.h5", "x": {deep}}}\n')
+        with pytest.raises(UsageError, match=r"m\.jsonl, line 1: .*nested too deep"):
+            read_rows(tmp_path / "m.jsonl")
+        for content in (deep, f'{{"t": [1, 2, 3], "x": {deep}}}'):
+            (tmp_path / "l.json").write_text(content)
+            with pytest.raises(LogError, match=r"l\.json: JSON nested more than 20 deep"):
+                read_log(tmp_path / "l.json")
 
 
 def test_a_log_is_a_file(tmp_path: Path) -> None:

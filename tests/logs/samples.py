@@ -107,11 +107,11 @@ def labview(data: Truth, *, columns: str = "One", comments: bool = True, segment
         "Multi_Headings\tYes", f"X_Columns\t{columns}", "Time_Pref\tAbsolute", "Operator\tMüller", "Date\t2024/05/01",
         "Time\t10:00:00,5", "***End_of_Header***\t", "\t",
     ]  # fmt: skip
-    segment = [
-        "Channels\t2\t\t", "Samples\t500\t500\t", "Date\t2024/05/01\t2024/05/01\t", "Time\t10:00:00,5\t10:00:00,5\t",
-        "Y_Unit_Label\tmm\tmm\t", "X_Dimension\tTime\tTime\t", "X0\t0,0E+0\t0,0E+0\t", "Delta_X\t0,004\t0,004\t",
-        "***End_of_Header***\t\t\t",
-    ]  # fmt: skip
+    own = {"Samples": "500", "Date": "2024/05/01", "Time": "10:00:00,5", "Y_Unit_Label": "mm", "X_Dimension": "Time"}
+    own |= {"X0": "0,0E+0", "Delta_X": "0,004"}
+    part = "\t\t" if columns == "Multi" else "\t"  # each above its channel
+    segment = ["Channels\t2\t\t", *(f"{key}\t{said}{part}{said}\t" for key, said in own.items())]
+    segment += ["***End_of_Header***\t\t\t"]
     names = {"One": "X_Value\tMass\tBase\tComment", "No": "X_Value\tMass\tBase\tComment"}
     names["Multi"] = "X_Value\tMass\tX_Value\tBase\tComment"
     lines = list(head)

@@ -1,6 +1,7 @@
 """Further channels: force, velocity, acceleration, angle, several masses; units of the wrong kind are refused."""
 
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -80,39 +81,41 @@ def test_columns_are_named_by_options_and_their_units_said(tmp_path: Path) -> No
     assert table.unit_of("torque") == ("Nm", 500.0, 0.0)
 
 
-@pytest.mark.parametrize("unit", ["kip", "uN", "m/s", "g", "deg", "rpm", "Nm", "bar", "kg"])
-@pytest.mark.parametrize("options", [LogOptions(mass=2, base=3), LogOptions(mass=2, base=3, unit="mm")])
-def test_a_displacement_in_a_unit_of_another_kind_is_refused_by_name(
-    unit: str, options: LogOptions, tmp_path: Path
-) -> None:
-    path = log(tmp_path, **{"time [s]": T, f"mass [{unit}]": X, "base [mm]": X})
-    with pytest.raises(LogError, match=rf"column 2 \('mass \[{unit}\]'\) is in {unit}.*: expected a length"):
-        read_log(path, options)
+WRONG: list[tuple[str, str, dict[str, object], str]] = [  # a column's title, in place of mass or beside; options; words
+    *(
+        (
+            "mass",
+            f"mass [{unit}]",
+            {"mass": 2, "base": 3, **said},
+            rf"column 2 .* is in {re.escape(unit)}.*: expected a length",
+        )
+        for unit in ("kip", "uN", "kN", "lbf", "m/s", "mm/s", "g", "m/s^2", "deg", "rad", "rpm", "Nm", "bar", "kg", "s")
+        for said in ({}, {"unit": "mm"})
+    ),
+    ("mass", "mass [V]", {"mass": 2}, "expected a length, .*or give what a volt is, such as mass_metres_per_volt"),
+    ("mass", "mass [parsec]", {"mass": 2}, r"the unit of column 2 .* is not said: expected a length: give --unit"),
+    ("time", "time [mm]", {"time": 1}, r"time column 1 .* is in mm: give --time, or --time-unit"),
+    ("F", "F [mm]", {"contact_force": "F"}, r"is in mm \(displacement\): expected a force, one of N, mN"),
+    ("F", "F [V]", {"contact_force": "F"}, r"expected a force.*or give what a volt is, such as contact_force = .50 N"),
+    ("F", "F", {"contact_force": "F"}, "unit of column 4 .* is not said: expected a force: give --units contact_force"),
+    ("F", "F [N]", {"contact_force": "F", "units": "force=2 N/V"}, "expected volts, for which the units of"),
+    ("F", "F [m/s]", {"contact_force": "F"}, r"is in m/s \(velocity\): expected a force"),
+    ("v", "v [Nm]", {"mass_velocity": "v"}, r"is in Nm \(torque\): expected a velocity"),
+    ("v", "v [g]", {"mass_velocity": "v"}, r"is in g \(acceleration\): expected a velocity"),
+    ("a", "a [mm]", {"base_acceleration": "a"}, r"is in mm \(displacement\): expected an acceleration"),
+    ("M", "M [N]", {"torque": "M"}, r"is in N \(force\): expected a torque"),
+    ("phi", "phi [rpm]", {"angle": "phi"}, r"is in rpm \(angular velocity\): expected an angle"),
+    ("F", "F [N]", {"torque": 9}, "--torque '9': no such column"),
+]
 
 
-@pytest.mark.parametrize(
-    ("title", "options", "words"),
-    [
-        ("F [mm]", {"contact_force": "F"}, r"is in mm \(displacement\): expected a force, one of N, mN"),
-        (
-            "F [V]",
-            {"contact_force": "F"},
-            r"expected a force.*or give what a volt is, such as contact_force = .50 N/V",
-        ),
-        (
-            "F",
-            {"contact_force": "F"},
-            "the unit of column 4 .* is not said: expected a force: give --units contact_force=N",
-        ),
-        ("F [N]", {"contact_force": "F", "units": "force=2 N/V"}, "expected volts, for which the units of"),
-        ("v [Nm]", {"mass_velocity": "v"}, r"is in Nm \(torque\): expected a velocity"),
-        ("F [N]", {"torque": 9}, "--torque '9': no such column"),
-    ],
-)
-def test_a_channel_in_a_unit_of_another_kind_is_refused(
-    title: str, options: dict[str, str], words: str, tmp_path: Path
+@pytest.mark.parametrize(("place", "title", "options", "words"), WRONG)
+def test_a_column_in_a_wrong_or_doubtful_unit_is_refused_by_name(
+    place: str, title: str, options: dict[str, object], words: str, tmp_path: Path
 ) -> None:
-    path = log(tmp_path, **{"time [s]": T, "mass [mm]": X, "base [mm]": X, title: FORCE})
+    columns = {"time": ("time [s]", T), "mass": ("mass [mm]", X), "base": ("base [mm]", X)}
+    columns[place] = title, (T if place == "time" else FORCE)
+    path = log(tmp_path, **dict(columns.values()))
     with pytest.raises(LogError, match=words):
         read_log(path, LogOptions(**options))  # type: ignore[arg-type]
 
@@ -149,6 +152,7 @@ def test_a_hole_in_a_force_is_bridged_or_cuts(tmp_path: Path) -> None:
 
 PUBLIC = Path(os.environ.get("FRICTIONLAB_PUBLIC_DATA", Path(__file__).parents[3] / "public_data"))
 MODELS, KONRAD = "jchristopherson+FrictionModels.jl/examples", "KonradMnich+friction-identification/input"
+LADISK, G = "ladisk+lvm_read/data", 9.80665
 SAID = "mass_velocity=m/s,mass_acceleration=m/s2,normal_force=N,contact_force=N"
 PUBLISHED: list[tuple[str, dict[str, str], dict[str, tuple[float, float]]]] = [
     (
@@ -170,6 +174,25 @@ PUBLISHED: list[tuple[str, dict[str, str], dict[str, tuple[float, float]]]] = [
         f"{KONRAD}/a3NI.csv",
         {"contact_force": "Force", "units": "contact_force=50 N/V"},
         {"contact_force": (-48.0928686, 21.81582037)},
+    ),
+    (f"{LADISK}/short.lvm", {}, {"mass_acceleration": (1.204792, 1.222088)}),
+    (f"{LADISK}/short_new_line_end.lvm", {}, {"mass_acceleration": (1.204792, 1.222088)}),
+    (f"{LADISK}/with_comments.lvm", {}, {"temperature": (5.310735, 5.619287)}),
+    (f"{LADISK}/long_single_header_multi_ch.lvm", {}, {"mass_acceleration": (-1.740318, 1.554889)}),
+    (
+        f"{LADISK}/multi_time_column.lvm",
+        {"mass_acceleration": "Acceleration"},
+        {"mass_acceleration": (0.467541 * G, 0.532608 * G)},
+    ),
+    (
+        f"{LADISK}/no_decimal_separator.lvm",
+        {"mass_acceleration": "ax", "base_acceleration": "ay"},
+        {"mass_acceleration": (-0.025979 * G, 0.059248 * G), "base_acceleration": (-0.031060 * G, -0.013517 * G)},
+    ),
+    (
+        f"{LADISK}/with_empty_fields.lvm",
+        {"mass": "Dev0/Ai0", "base": "Dev0/Ai2", "unit": "mm"},
+        {"mass_displacement": (-20.074e-6, -9.206e-6), "base_displacement": (7.250977e-3, 7.254639e-3)},
     ),
 ]
 
