@@ -10,10 +10,11 @@ was no faster either; several inputs at once are what the cores are for.
 import atexit
 import ctypes
 import gc
+import math
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence, Sized
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Generic, TypeVar
 
@@ -25,7 +26,7 @@ S = TypeVar("S", bound=Sized)
 WORTH_S = 5.0  # work that lasts longer than this is worth starting processes for: they need one or two seconds
 START_S = 2.0  # what the first case may owe to imports
 MOST_PER_CORE = 32  # processes, of some 100 MB each
-HOLD = 8  # batches per worker that may be out or wait for an earlier one: this bounds the memory
+HOLD = 4  # batches per worker that may be out or wait for an earlier one: this bounds the memory
 GIVEN_UP = 3  # a single case over which so many workers died is reported and left
 GROWTH = 8  # a batch is at most so many times the largest that was measured: the first ones carry imports
 SHORTEST_S = 0.02  # below that a batch is not worth its way: 0.4 ms to a process here, 3 ms through Dask
@@ -80,26 +81,58 @@ class Lost:
 
 @dataclass(frozen=True)
 class Portion(Generic[S]):
-    """The cases from ``start`` up to, not including, ``stop``, and what came of them.
+    """What came of the cases from ``start`` up to, not including, ``stop``.
 
     Attributes
     ----------
-    deaths
-        How many workers died over them. A single case under doubt is tried with nothing else in work.
     results
-        What the job returned, one result per case; None if it is still to be done, or was lost.
+        What the job returned, one result per case; None if the case, which then is a single one, was lost.
     lost
-        Why there are no results, as a sentence; empty if there are. A lost batch holds a single case.
+        Why there are no results, as a sentence; empty if there are.
     """
 
     start: int
     stop: int
-    deaths: int = 0
-    results: S | None = None
+    results: S | None
     lost: str = ""
 
-    def __len__(self) -> int:
-        return self.stop - self.start
+
+@dataclass
+class Pace:
+    """How many cases the next batch holds: as many as take ``seconds`` by what the last ones took.
+
+    Examples
+    --------
+    >>> pace = Pace(1_000_000, 0.25)
+    >>> first = pace.take(workers=2)
+    >>> pace.note(first, 2.5)
+    >>> first, pace.take(workers=2), pace.seconds_left(first.stop)
+    (range(0, 1), range(1, 2), 499999.5)
+    """
+
+    total: int
+    seconds: float
+    taken: int = 0
+    cost: float = math.inf  # s per case
+    largest: int = 0  # cases of the largest batch that was timed
+
+    def take(self, *, workers: int) -> range:
+        """The next batch: the first ones, which carry imports, grow by degrees; near the end all workers get some."""
+        left, size = self.total - self.taken, 1
+        if self.largest:
+            share = max(left / (2 * workers), SHORTEST_S / self.cost)
+            size = min(max(int(min(self.seconds / self.cost, share, GROWTH * self.largest)), 1), left)
+        self.taken += size
+        return range(self.taken - size, self.taken)
+
+    def note(self, batch: range, seconds: float) -> None:
+        """Learn from a batch that is done."""
+        self.cost = max(seconds - (0.0 if batch.start else START_S), 1e-9) / len(batch)
+        self.largest = max(self.largest, len(batch))
+
+    def seconds_left(self, done: int) -> float:
+        """Work that is left for one worker [s], where so many cases are done."""
+        return (self.total - done) * self.cost
 
 
 def run_batches(
@@ -114,9 +147,9 @@ def run_batches(
 
     The results are the same, bit for bit and in the same order, whatever does the work and however it is grouped, as
     long as the job gives each case a result that does not depend on its neighbours (and all machines are of a kind).
-    A worker that dies costs the batches in work, which are done again; a case over which workers die again and again is
-    found by halving them and yielded as lost, and the others finish. An error raised by the job is raised here, when
-    its turn comes. Memory holds at most eight batches of results per worker.
+    A worker that dies costs the batches in work, which are done again, each alone and where that fails case by case; a
+    case over which workers die again and again is yielded as lost. An error raised by the job is raised here, when its
+    turn comes. Memory holds at most four batches of results per worker.
 
     Parameters
     ----------
@@ -152,21 +185,20 @@ def run_batches(
     most = MOST_PER_CORE * cores()
     if workers is not None and not 1 <= workers <= most:
         raise UsageError(f"workers: expected 1 to {most}, {MOST_PER_CORE} for each core; got {workers}")
-    ledger: Ledger[S] = Ledger(len(cases), seconds_per_batch)
-    if scheduler is None and workers in (None, 1):
-        while not ledger.finished:
-            batch = ledger.take(workers=1)
-            results, seconds = timed(job, cases[batch.start : batch.stop])
-            ledger.book(batch, results, seconds if batch.start else seconds - START_S)
-            yield from ledger.in_order()
-            if workers is None and ledger.seconds_left > WORTH_S and cores() > 1:
-                break
-    if ledger.finished:
+    pace = Pace(len(cases), seconds_per_batch)
+    while scheduler is None and workers in (None, 1) and pace.taken < pace.total:
+        batch = pace.take(workers=1)
+        results, seconds = timed(job, cases[batch.start : batch.stop])
+        pace.note(batch, seconds)
+        yield Portion(batch.start, batch.stop, results)
+        if workers is None and pace.seconds_left(batch.stop) > WORTH_S and cores() > 1:
+            break
+    if pace.taken == pace.total:
         return
-    from frictionlab.workers.sites import Cluster, Crew, run_there  # noqa: PLC0415  # what one process does not need
+    from frictionlab.workers.sites import Cluster, Crew  # noqa: PLC0415  # what one process does not need
 
     site = Crew(min(workers or cores(), len(cases))) if scheduler is None else Cluster(scheduler)
-    yield from run_there(site, job, cases, ledger)
+    yield from site.run(job, cases, pace)
 
 
 def run_each(
@@ -205,95 +237,3 @@ def timed(job: Callable[[Sequence[C]], S], cases: Sequence[C], *, is_worker: boo
     if len(results) != len(cases):
         raise UsageError(f"job: expected one result per case, {len(cases)}; got {len(results)}")
     return results, time.perf_counter() - start
-
-
-@dataclass
-class Ledger(Generic[S]):
-    """What is out, what came back, and what comes next in order: kept by the process that hands the work out.
-
-    Batches are as long as ``seconds_per_batch`` allows by what the last ones took; their size never changes results.
-
-    Examples
-    --------
-    >>> ledger = Ledger(1_000_000, 0.25)
-    >>> first = ledger.take(workers=2)
-    >>> ledger.book(first, ["result"], 1e-5)
-    >>> second = ledger.take(workers=2)
-    >>> (first.stop, second.stop, round(ledger.seconds_left, 1))
-    (1, 9, 10.0)
-    """
-
-    total: int
-    seconds_per_batch: float
-    _cost: float = float("inf")  # s per case
-    _largest: int = 0  # cases of the largest batch that was timed
-    _fresh: int = 0
-    _next: int = 0
-    _out: dict[int, Portion[S]] = field(default_factory=dict)
-    _due: list[Portion[S]] = field(default_factory=list)  # again, the first of them last
-    _back: dict[int, Portion[S] | BaseException] = field(default_factory=dict)
-
-    @property
-    def finished(self) -> bool:
-        """Whether every case has been handed on."""
-        return self._next >= self.total
-
-    @property
-    def seconds_left(self) -> float:
-        """Work that is left for one worker [s]; infinite before anything is known."""
-        return (self.total - self._next) * self._cost
-
-    def may_take(self, *, workers: int) -> bool:
-        """Whether a batch may be handed out now."""
-        if any(batch.deaths for batch in self._out.values()) or (self._due and self._due[-1].deaths and self._out):
-            return False
-        fresh = self._fresh < self.total and len(self._out) + len(self._back) < HOLD * workers
-        return bool(self._due) or fresh
-
-    def take(self, *, workers: int) -> Portion[S]:
-        """The next batch: what is due again goes first, for all later ones wait for it; near the end smaller ones."""
-        if self._due:
-            batch = self._due.pop()
-        else:
-            left, size = self.total - self._fresh, 1
-            if self._largest:
-                share = max(left / (2 * workers), SHORTEST_S / self._cost)
-                wanted = min(self.seconds_per_batch / self._cost, share, GROWTH * self._largest)
-                size = min(max(int(wanted), 1), left)
-            batch = Portion(self._fresh, self._fresh + size)
-            self._fresh = batch.stop
-        self._out[batch.start] = batch
-        return batch
-
-    def book(self, batch: Portion[S], outcome: S | BaseException, seconds: float = 0.0) -> None:
-        """Note what came back; an error is raised when its turn comes, as it would be without workers."""
-        del self._out[batch.start]
-        if isinstance(outcome, BaseException):
-            self._back[batch.start] = outcome
-            return
-        self._cost = max(seconds, 1e-9) / len(batch)
-        self._largest = max(self._largest, len(batch))
-        self._back[batch.start] = Portion(batch.start, batch.stop, batch.deaths, outcome)
-
-    def book_death(self, batch: Portion[S], deaths: int) -> None:
-        """Note that so many workers died while this batch was out: it is due again, halved, alone, or given up."""
-        del self._out[batch.start]
-        start, stop, total = batch.start, batch.stop, batch.deaths + deaths
-        if len(batch) > 1:
-            again = [Portion[S](start, (start + stop) // 2), Portion[S]((start + stop) // 2, stop)]
-        elif total < GIVEN_UP:
-            again = [Portion(start, stop, total)]
-        else:
-            reason = f"its worker died each time, {total} times: out of memory, or a crash in a library"
-            self._back[start] = Portion(start, stop, total, lost=reason)
-            return
-        self._due = sorted([*self._due, *again], key=lambda one: -one.start)
-
-    def in_order(self) -> Iterator[Portion[S]]:
-        """Hand on the batches whose turn has come."""
-        while self._next in self._back:
-            batch = self._back.pop(self._next)
-            if isinstance(batch, BaseException):
-                raise batch
-            self._next = batch.stop
-            yield batch

@@ -10,16 +10,9 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    CancelledError,
-    Future,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-    wait,
-)
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from functools import partial
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -27,9 +20,8 @@ from typing import Any
 
 from frictionlab import __version__
 from frictionlab.errors import ClusterError, UsageError
-from frictionlab.workers import Ledger, Portion, S, timed, use_one_thread
+from frictionlab.workers import GIVEN_UP, HOLD, Pace, Portion, S, timed, use_one_thread
 
-AHEAD = 2  # batches per worker: one in work, one waiting, so that no worker waits for this process
 LOOK_S = 1.0  # how often to look whether anybody is still there
 ANSWER_S = 10.0  # a scheduler that takes longer to answer is not there
 EMPTY_S = 60.0  # a cluster without workers for that long is given up
@@ -38,7 +30,97 @@ VERSION_THERE = "__import__('frictionlab').__version__"  # a builtin function is
 DEATHS = 2  # Dask itself tries a task on several workers (four) before it says that it kills them
 
 
-class Crew:
+class Site:
+    """Workers that batches are handed out to; what came of them is handed on in order."""
+
+    def workers(self) -> int:
+        """How many batches are worked on at a time."""
+        raise NotImplementedError
+
+    def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
+        """Let a worker call the function."""
+        raise NotImplementedError
+
+    def deaths(self, error: BaseException) -> int:
+        """How many deaths of workers this error stands for; 0 where it is the job's own."""
+        raise NotImplementedError
+
+    def look(self) -> None:
+        """Raise an error if nobody is there any more to answer."""
+
+    def mend(self) -> None:
+        """Bring back workers that have died, while nothing is in work."""
+
+    def stop(self) -> None:
+        """Drop what is still in work."""
+
+    def run(self, job: Callable[[Sequence[Any]], S], cases: Sequence[Any], pace: Pace) -> Iterator[Portion[S]]:
+        """Do the job on batches of the cases.
+
+        Of batches that were out when a worker died nobody knows which was the cause: they are done again one by one.
+        """
+
+        def give(batch: range) -> "Future[tuple[S, float]]":
+            return self.submit(partial(timed, is_worker=True), job, cases[batch.start : batch.stop])
+
+        out: deque[tuple[range, Future[tuple[S, float]] | None]] = deque()  # in order; None: to be done again
+        with contextlib.ExitStack() as stack:
+            stack.callback(self.stop)
+            while out or pace.taken < pace.total:
+                workers = self.workers()
+                while len(out) < HOLD * workers and pace.taken < pace.total and all(future for _, future in out):
+                    batch = pace.take(workers=workers)
+                    out.append((batch, give(batch)))
+                if not out:  # a cluster that has no workers yet
+                    time.sleep(LOOK_S)
+                    self.look()
+                    continue
+                batch, future = out.popleft()
+                results, seconds, deaths = (None, 0.0, 1) if future is None else self._outcome(future)
+                if results is not None:
+                    pace.note(batch, seconds)
+                    yield Portion(batch.start, batch.stop, results)
+                    continue
+                if future is not None:  # just now a worker has died
+                    self._wait(one for _, one in out if one)
+                    out = deque((b, None if not f or f.cancelled() or f.exception() else f) for b, f in out)
+                    self.mend()
+                yield from self._again(batch, deaths, give)
+
+    def _again(
+        self, batch: range, deaths: int, give: "Callable[[range], Future[tuple[S, float]]]"
+    ) -> Iterator[Portion[S]]:
+        """Do a batch over which workers may have died with nothing else in work; if it is the cause, case by case."""
+        is_single = len(batch) == 1
+        if is_single and deaths >= GIVEN_UP:
+            reason = f"its worker died each time, {deaths} times: out of memory, or a crash in a library"
+            yield Portion(batch.start, batch.stop, None, reason)
+            return
+        results, _, more = self._outcome(give(batch))
+        if results is not None:
+            yield Portion(batch.start, batch.stop, results)
+            return
+        self.mend()
+        for case in batch:
+            yield from self._again(range(case, case + 1), more + deaths * is_single, give)
+
+    def _wait(self, futures: "Iterable[Future[Any]]") -> None:
+        every = list(futures)
+        while wait(every, timeout=LOOK_S).not_done:
+            self.look()
+
+    def _outcome(self, future: "Future[tuple[S, float]]") -> tuple[S | None, float, int]:
+        """Results, seconds, and how many workers died over them, in which case there are none."""
+        self._wait([future])
+        try:
+            return *future.result(), 0
+        except Exception as error:
+            if deaths := self.deaths(error):
+                return None, 0.0, deaths
+            raise
+
+
+class Crew(Site):
     """Processes of this machine, one pool of them.
 
     They are spawned, not forked: they inherit no threads, locks or open files. They ignore Ctrl-C, which a terminal
@@ -53,7 +135,6 @@ class Crew:
         context = get_context("spawn")
         self._cut, self._lifeline = context.Pipe(duplex=False)
         self._pool = ProcessPoolExecutor(self._size, mp_context=context, initializer=_settle, initargs=(self._cut,))
-        self._broken = False
 
     def workers(self) -> int:
         """How many batches it works on at a time."""
@@ -70,15 +151,12 @@ class Crew:
 
     def deaths(self, error: BaseException) -> int:
         """One, if a process has died (with it all in work is lost); 0 where the error is the job's own."""
-        died = isinstance(error, BrokenExecutor)
-        self._broken = self._broken or died
-        return int(died)
+        return int(isinstance(error, BrokenExecutor))
 
     def mend(self) -> None:
         """Start a new pool in place of a broken one, of which nothing is out any more."""
-        if self._broken:
-            self.stop()
-            self._start()
+        self.stop()
+        self._start()
 
     def stop(self) -> None:
         """End the processes at once and wait until they are gone."""
@@ -88,19 +166,19 @@ class Crew:
 
 
 def _settle(lifeline: Connection) -> None:
+    """Set a new process up: it leaves when the other end of its lifeline is closed, by `Crew.stop` or by the kernel."""
+
+    def leave() -> None:
+        with contextlib.suppress(EOFError, OSError):
+            lifeline.recv()
+        os._exit(1)
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     use_one_thread()
-    threading.Thread(target=_leave_with, args=(lifeline,), daemon=True).start()
+    threading.Thread(target=leave, daemon=True).start()
 
 
-def _leave_with(lifeline: Connection) -> None:
-    """Wait for the other end to be closed, by `Crew.stop` or by the kernel when its process has died."""
-    with contextlib.suppress(EOFError, OSError):
-        lifeline.recv()
-    os._exit(1)
-
-
-class Cluster:
+class Cluster(Site):
     """The workers that a Dask scheduler has, however many come and go.
 
     Parameters
@@ -168,7 +246,7 @@ class Cluster:
         killed = _part_of_dask("distributed.scheduler", self.address).KilledWorker
         return DEATHS if isinstance(error, killed) else 0
 
-    def mend(self) -> None:
+    def look(self) -> None:
         """Raise `ClusterError` if the scheduler is gone, or has been without workers for a minute."""
         if self._client.status != "running":
             raise self._lost()
@@ -219,32 +297,3 @@ def _part_of_dask(name: str, address: str) -> Any:
             f"--scheduler {address}: expected the package dask.distributed; got: {error}; "
             "do: pip install 'frictionlab[cluster]'"
         ) from error
-
-
-def run_there(site: "Crew | Cluster", job: Any, cases: Sequence[Any], ledger: Ledger[S]) -> Iterator[Portion[S]]:
-    """Hand the batches out to the workers of a site, and on in order."""
-    held: dict[Future[Any], Portion[S]] = {}  # in the order in which they were given
-    with contextlib.ExitStack() as stack:
-        stack.callback(site.stop)
-        while not ledger.finished:
-            workers = site.workers()
-            while len(held) < AHEAD * workers and ledger.may_take(workers=workers):
-                batch = ledger.take(workers=workers)
-                held[site.submit(partial(timed, is_worker=True), job, cases[batch.start : batch.stop])] = batch
-            if held:
-                wait(held, timeout=LOOK_S, return_when=FIRST_COMPLETED)
-            else:  # a cluster that has no workers yet
-                time.sleep(LOOK_S)
-            if any(isinstance(one.exception(), BrokenExecutor) for one in held if one.done() and not one.cancelled()):
-                wait(held)  # a broken pool ends all that was in work
-            for future in [one for one in held if one.done()]:
-                batch = held.pop(future)
-                try:
-                    ledger.book(batch, *future.result())
-                except Exception as error:  # noqa: BLE001 - raised by the ledger when the turn of this batch comes
-                    if deaths := site.deaths(error):
-                        ledger.book_death(batch, deaths)
-                    else:
-                        ledger.book(batch, error)
-            site.mend()
-            yield from ledger.in_order()

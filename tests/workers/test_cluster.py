@@ -109,7 +109,7 @@ def test_a_cluster_without_workers_and_one_that_dies_are_named(tmp_path: Path, m
 def check_until(site: sites.Cluster, seconds: float) -> None:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        site.mend()
+        site.look()
         time.sleep(0.05)
 
 

@@ -12,10 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from frictionlab import workers as run
 from frictionlab.errors import UsageError
-from frictionlab.workers import Lost, run_batches, run_each
+from frictionlab.workers import Lost, Pace, run_batches, run_each
 from tests.workers import jobs
 
 CASES = range(300)
@@ -57,6 +59,19 @@ def test_a_case_that_always_kills_is_reported_alone() -> None:
     assert isinstance(lost, Lost)
     assert lost.reason == "its worker died each time, 3 times: out of memory, or a crash in a library"
     assert results[:5] + results[6:] == TRUTH[:5] + TRUTH[6:12]
+
+
+@given(total=st.integers(2, 10**9), cost=st.floats(1e-9, 100.0), workers=st.integers(1, 999))
+def test_a_batch_is_never_empty_nor_too_long(total: int, cost: float, workers: int) -> None:
+    pace = Pace(total, 0.25)
+    while pace.taken < min(total, 10**6) and cost < 1:
+        batch = pace.take(workers=workers)
+        size = len(batch)
+        assert batch.stop == pace.taken <= total
+        assert size == 1 or size * cost <= 0.25 * (1 + 1e-9)
+        pace.note(range(1, 1 + size), cost * size)
+        if batch.start > 12:
+            break
 
 
 @pytest.mark.parametrize("workers", [1, 2])
