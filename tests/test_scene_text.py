@@ -73,7 +73,7 @@ def test_init_writes_a_scene_once(run: Run, tmp_path: Path) -> None:
     assert first.exit_code == 0, first.stderr
     assert "next: frictionlab batch my tests" in first.stdout
     path = tmp_path / "my tests" / "frictionlab.toml"
-    assert read_scene(path) == Scene(folder=path.parent)
+    assert read_scene(path) == Scene()
     path.write_text("[rig]\nmass_kg = 2.0\n")
     refused = run("init", "my tests")
     assert refused.exit_code == 2

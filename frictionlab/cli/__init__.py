@@ -127,7 +127,7 @@ def _in_words(error: typer.BadParameter) -> str:
     faults: list[Any] = getattr(error.__cause__, "errors", list)()
     if not faults:
         return error.message
-    from frictionlab.scene.faults import WORDS
+    from frictionlab.scene.keys import WORDS
 
     fault = faults[0]
     told = WORDS.get(fault["type"], str(fault["msg"]).removeprefix("Value error, "))

@@ -19,8 +19,9 @@ from pydantic import Field, ValidationError
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.files import check_regular, write_whole
-from frictionlab.scene.faults import Positive, SceneTable, refusal
+from frictionlab.scene.keys import refusal
 from frictionlab.scene.physical import factor_of
+from frictionlab.scene.rig import Positive, SceneTable
 from frictionlab.simulator import COSINE, Base, Problem
 from frictionlab.simulator.laws import Law, Parameter, law_of
 from frictionlab.simulator.problem import Wall

@@ -3,14 +3,14 @@
 A scene is read once, validated, and frozen. Every key is optional. An unknown key, a wrong type or an impossible value
 is refused with its key path, all faults at once.
 
-- ``keys``: the keys, their types, limits, defaults and sentences; ``rig``: ``[rig]`` and ``[synthetic]``
-- ``faults``: what is wrong, where, and what was meant; ``text``: TOML <-> scenes, and one to fill in
+- ``keys``: the keys, their types, limits, defaults and sentences, and what is wrong with them
+- ``rig``: what all tables have in common, ``[rig]`` and ``[synthetic]``
+- ``text``: TOML <-> scenes, and one to fill in
 - ``physical``: the simulator's dimensionless numbers of a scene
 """
 
 from frictionlab.log_options import LogOptions
-from frictionlab.scene.faults import keys_of
-from frictionlab.scene.keys import Analysis, Experiment, Infer, Model, Scene, Sensors, Solver
+from frictionlab.scene.keys import Analysis, Experiment, Infer, Model, Scene, Sensors, Solver, keys_of
 from frictionlab.scene.rig import Rig, RigContact, RigMass, Synthetic, VirtualBase, VirtualTests
 from frictionlab.scene.text import SCENE_NAME, find_scene, read_scene, scene_from_tables
 

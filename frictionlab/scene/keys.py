@@ -1,32 +1,34 @@
 """The tables of a scene: every key with its type, its limits, its default and the sentence that documents it.
 
-``[rig]`` and ``[synthetic]`` stand in ``rig``. What a scene does not name is neither simulated nor paid for:
-``[model]`` switches physics on by naming it.
+``[rig]`` and ``[synthetic]`` stand in ``rig``. What is wrong with a scene is said in one sentence a fault, with its
+line, its key path and the key that was meant. What a scene does not name is neither simulated nor paid for: ``[model]``
+switches physics on by naming it.
 """
 
+import difflib
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import Field as Option
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, Self, get_type_hints
+from typing import Annotated, Any, Literal, Self, get_args, get_type_hints
 
-from pydantic import AfterValidator, Field, ValidationError, create_model, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    create_model,
+    field_validator,
+    model_validator,
+)
 
-from frictionlab.errors import UsageError
+from frictionlab.errors import SceneError, UsageError
 from frictionlab.log_options import LogOptions
-from frictionlab.scene.faults import (
-    LawName,
-    NonNegative,
-    Positive,
-    SceneTable,
-    check_held,
-    check_hidden,
-    key,
-    refusal,
-)  # fmt: skip
-from frictionlab.scene.rig import Rig, Synthetic
+from frictionlab.scene.rig import LawName, NonNegative, Positive, Rig, SceneTable, Synthetic, check_held, key
 
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Order = Annotated[int, Field(ge=1, le=8)]
@@ -35,6 +37,7 @@ Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 Pair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Level = Literal["rig", "material", "test"]
+Lines = Mapping[tuple[str, ...], int]
 LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "fast": {"padding": 1, "least_points": 64, "most_points": 64},
@@ -43,6 +46,31 @@ LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     }
 )
 """Levels of ``--accuracy``: names for settings of ``[analysis]``; `tradeoff` measures what each costs and brings."""
+
+
+WORDS = {
+    "float_type": "expected a number",
+    "int_type": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "string_type": "expected a text in quotes",
+    "bool_type": "expected true or false",
+    "dict_type": "expected a table",
+    "model_type": "expected a table",
+    "list_type": "expected a list",
+    "finite_number": "expected a finite number",
+    "greater_than": "expected more than {gt:g}",
+    "greater_than_equal": "expected {ge:g} or more",
+    "less_than_equal": "expected {le:g} or less",
+    "multiple_of": "expected a multiple of {multiple_of:g}",
+    "too_short": "expected at least {min_length} values",
+    "too_long": "expected at most {max_length} values",
+    "literal_error": "expected {expected}",
+    "missing": "is not given, and has no default",
+    "float_parsing": "expected a number",
+    "int_parsing": "expected a whole number",
+}
+"""What pydantic finds, in the words that all refusals use."""
+_UNION = re.compile(r"^(?:str|int|float|bool|constrained-.*|list\[.*)$")  # pydantic's names of a union's branches
 
 
 class Experiment(SceneTable):
@@ -216,8 +244,9 @@ _LogTable = create_model("_LogTable", __base__=SceneTable, **_LOG_KEYS)
 
 @dataclass(frozen=True)
 class Origin:
-    """The file that a scene was read from; the same scene from another file is the same scene."""
+    """Where a scene stands, and the file it was read from; the same scene from another file is the same scene."""
 
+    folder: Path = field(default=Path(), compare=False)
     file: Path | None = field(default=None, compare=False)
 
 
@@ -241,8 +270,26 @@ class Scene(SceneTable):
     infer: Infer = Infer()
     plan: PlanTable = PlanTable()
     synthetic: Synthetic = Synthetic()
-    folder: Path = Field(default=Path(), exclude=True)  # where the scene stands; a sheet is looked for there
-    origin: Origin = Field(default=Origin(), exclude=True)
+    _origin: Origin = PrivateAttr(default=Origin())
+
+    @classmethod
+    def of(
+        cls, tables: Mapping[str, object], origin: Origin, *, name: str = "scene", lines: Lines | None = None
+    ) -> Self:
+        """The scene of these tables; raises a `SceneError` that names all faults, with the ``lines`` they stand in."""
+        try:
+            return cls.model_validate(tables, context=origin)
+        except ValidationError as error:
+            raise refusal(error, cls, name=name, lines=lines) from error
+
+    def model_post_init(self, context: Any) -> None:
+        """Keep where it stands."""
+        self._origin = context or Origin()
+
+    @property
+    def folder(self) -> Path:
+        """Where the scene stands; a sheet is looked for there."""
+        return self._origin.folder
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -251,7 +298,7 @@ class Scene(SceneTable):
         A plan writes the sheet that its scene already names.
         """
         sheet = self.folder / self.experiment.sheet if self.experiment.sheet else None
-        named = (self.origin.file, sheet if sheet is not None and sheet.exists() else None)
+        named = (self._origin.file, sheet if sheet is not None and sheet.exists() else None)
         return tuple(path for path in named if path is not None)
 
     @property
@@ -315,8 +362,57 @@ class Scene(SceneTable):
         """
         now = self.model_dump()
         merged = {name: {**now.get(name, {}), **keys} for name, keys in tables.items()}
-        check_hidden(tables, type(self))
-        try:
-            return self.model_validate({**now, **merged, "folder": self.folder, "origin": self.origin})
-        except ValidationError as error:
-            raise refusal(error, type(self), name="setting") from error
+        return self.of({**now, **merged}, self._origin, name="setting")
+
+
+def refusal(
+    error: ValidationError, root: type[BaseModel], *, name: str = "scene", lines: Lines | None = None
+) -> SceneError:
+    """The error that names all faults, one an argument and so one a line.
+
+    ``root`` is the model of the whole scene, ``name`` what the faults are of, ``lines`` where which key stands.
+    """
+    found: dict[tuple[str, ...], list[str]] = {}
+    for fault in error.errors():
+        path = tuple(str(part) for part in fault["loc"] if not _UNION.match(str(part)))
+        found.setdefault(path, []).append(_sentence(path, dict(fault), root))
+    faults = []
+    for path, texts in found.items():
+        above = (path[:n] for n in range(len(path), 0, -1))  # the key's line, or that of the table it belongs to
+        line = next((lines[part] for part in above if part in lines), None) if lines else None
+        where = f"{name}: " if line is None else f"{name}, line {line}: "
+        said = f"{'.'.join(path)}: {' or '.join(dict.fromkeys(texts))}" if path else texts[0]
+        faults.append((math.inf if line is None else line, where + said))
+    return SceneError(*(said for _, said in sorted(faults, key=lambda fault: fault[0])))
+
+
+def _sentence(path: tuple[str, ...], fault: Mapping[str, Any], root: type[BaseModel]) -> str:
+    text = str(fault["msg"]).removeprefix("Value error, ")
+    if fault["type"] == "extra_forbidden":
+        table: type = root
+        for part in path[:-1]:  # the model of the table at that path
+            field = table.model_fields.get(part) if issubclass(table, BaseModel) else None
+            table = table if field is None else next(tables_in(field.annotation), table)
+        known = keys_of(table)
+        near = [name for name in known if name.startswith(f"{path[-1]}_")]
+        near = near or difflib.get_close_matches(path[-1], known, n=1)
+        return f"unknown key; {f'did you mean {near[0]}? ' if near else ''}expected one of {', '.join(known)}"
+    if fault["type"] in WORDS:
+        text = WORDS[fault["type"]].format(**fault.get("ctx", {}))
+    got = "" if fault["type"] in ("value_error", "missing") else f"; got {fault['input']!r}"
+    return f"{text[0].lower()}{text[1:]}{got}"
+
+
+def keys_of(table: type) -> list[str]:
+    """The keys of a table: of a model its fields, of a dataclass too."""
+    if issubclass(table, BaseModel):
+        return list(table.model_fields)
+    return [f.name for f in fields(table)] if is_dataclass(table) else []
+
+
+def tables_in(annotation: Any) -> Iterator[type]:
+    """The tables that a key may hold, by its annotation: models and dataclasses, in lists too."""
+    if isinstance(annotation, type) and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from tables_in(inner)

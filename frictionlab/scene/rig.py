@@ -1,16 +1,73 @@
-"""The rig: ``[rig]``, its masses, storeys and contacts; ``[synthetic]``, a virtual one that writes logs.
+"""What all tables of a scene have in common; ``[rig]``, its masses and contacts; ``[synthetic]``, a virtual one.
 
 Of that also how its base may move, and what its contacts are like.
 """
 
 import math
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
-from frictionlab.scene.faults import LawName, NonNegative, Positive, SceneTable, check_held, key
+from frictionlab.errors import ParameterError
 
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Two, Some = Field(min_length=2, max_length=2), Field(min_length=1)
+
+
+class SceneTable(BaseModel):
+    """One table of a scene: frozen, strict, no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, object]]:
+        """What was given, without the defaults: a notebook shows it."""
+        return ((key, value) for key, value in super().__repr_args__() if key in self.model_fields_set)
+
+
+def key(words: str, default: Any = None, **limits: Any) -> Any:
+    """A key of a table: the sentence that documents it everywhere, its default (None: not known), its limits.
+
+    Without a default (``...``) it must be given. ``limits`` are those of `pydantic.Field`.
+    """
+    return Field(default, description=words, **limits)
+
+
+def _law(name: str) -> str:
+    if name not in ("coulomb", "auto"):
+        from frictionlab.simulator.laws import law_of  # noqa: PLC0415 - 0.1 s that a scene without a law need not wait for
+
+        law_of(name)
+    return name
+
+
+LawName = Annotated[str, AfterValidator(_law)]
+"""A contact law that exists, or "auto"."""
+
+
+def check_held(values: Mapping[str, float], law: str | None, *, breaks_away: bool = False) -> None:
+    """Refuse parameters that a law lacks, or values outside their domain, with a ValueError that names them.
+
+    Of a law that is chosen later on (None, or "auto") those that no law has; ``breaks_away``: a static ratio of the
+    scene adds the term breakaway.
+    """
+    if not values:
+        return
+    from frictionlab.simulator.laws import TERMS, law_of  # noqa: PLC0415 - as above
+
+    named = law not in (None, "auto")
+    terms = [*(law_of(str(law)).terms if named else TERMS.values()), *([TERMS["breakaway"]] if breaks_away else [])]
+    parameters = [*(parameter for term in terms for parameter in term.parameters), *law_of("coulomb").parameters]
+    known = {parameter.name: parameter for parameter in parameters}
+    for name, value in values.items():
+        if name not in known:
+            whose = f"law {law} has no such parameter" if named else "no law has such a parameter"
+            raise ValueError(f"parameters.{name}: {whose}; expected one of {', '.join(known)}")
+        try:
+            known[name].checked(value)
+        except ParameterError as error:
+            raise ValueError(f"parameters.{name}: expected {known[name].domain}; got {value!r}") from error
 
 
 class RigMass(SceneTable):

@@ -1,24 +1,27 @@
 """Scenes as TOML: read once, validated, frozen; found by their name; written with each key's sentence and default."""
 
+import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from os import PathLike
 from pathlib import Path
-from textwrap import wrap
+from textwrap import TextWrapper
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from frictionlab.errors import SceneError
 from frictionlab.files import check_regular
-from frictionlab.scene.faults import HIDDEN, check_hidden, refusal, tables_in
-from frictionlab.scene.keys import Origin, Scene
+from frictionlab.scene.keys import Origin, Scene, tables_in
 
 SCENE_NAME = "frictionlab.toml"
 RESULTS = "_results"  # behind the name of a folder of logs: that of its results
-MOST_LINES = 500  # that say something: in a longer scene faults have no line
 WIDTH = 120
+_HEAD = re.compile(r"\s*(\[\[?)([A-Za-z_][\w.-]*)\]\]?\s*(?:#.*)?$")  # of a table, or of one of several
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+_KEY = re.compile(r"\s*([A-Za-z_][\w.-]*)\s*=")
 HEAD = """\
 # A scene for frictionlab: what rig, material, sensors and model a job is about.
 #
@@ -60,7 +63,7 @@ def read_scene(path: str | PathLike[str]) -> Scene:
         raise SceneError(f"scene {path}: expected UTF-8 text; byte {error.start} is not") from error
     except ValueError as error:  # tomllib's own among them; Python's, of a number of more than 4300 digits
         raise SceneError(f"scene {path}: expected TOML: {error}") from error
-    return _validated(tables, f"scene {path}", folder=path.parent, file=path, text=text)
+    return Scene.of(tables, Origin(path.parent, path), name=f"scene {path}", lines=lines_of(text))
 
 
 def find_scene(beside: Path | None = None) -> Path | None:
@@ -97,50 +100,32 @@ def scene_from_tables(tables: Mapping[str, object], *, name: str = "scene", fold
     Traceback (most recent call last):
     frictionlab.errors.SceneError: scene: analysis.transient_s: expected 0 or more; got -1.0
     """
-    return _validated(tables, name if name == "scene" else f"scene {name}", folder=folder)
-
-
-def _validated(
-    tables: Mapping[str, object], name: str, *, folder: Path, file: Path | None = None, text: str = ""
-) -> Scene:
-    check_hidden(tables, Scene, name)
-    try:
-        return Scene.model_validate({**tables, "folder": folder, "origin": Origin(file)})
-    except ValidationError as error:
-        raise refusal(error, Scene, name=name, lines=lines_of(text)) from error
+    return Scene.of(tables, Origin(folder), name=name if name == "scene" else f"scene {name}")
 
 
 def lines_of(text: str) -> dict[tuple[str, ...], int]:
-    r"""Where which key and table of a TOML text stands: in the line with which it first can be read.
-
-    Of a value over several lines that is its first.
+    r"""Where which key and table of a TOML text stands; of a value over several lines that is its first.
 
     Examples
     --------
     >>> lines_of("[rig]\nmass_kg = 3.0\n[[synthetic.tests]]\n")[("synthetic", "tests", "0")]
     3
     """
-    lines = text.splitlines(keepends=True)
-    numbers = [number for number, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
     found: dict[tuple[str, ...], int] = {}
-    first = None
-    for number in numbers if len(numbers) <= MOST_LINES else ():
-        first = number if first is None else first
-        try:
-            tables = tomllib.loads("".join(lines[:number]))
-        except tomllib.TOMLDecodeError:  # inside a value over several lines
-            continue
-        for path in _paths(tables):
-            found.setdefault(path, first)
-        first = None
+    table: tuple[str, ...] = ()
+    count = Counter[tuple[str, ...]]()
+    for number, line in enumerate(text.splitlines(), 1):
+        path: tuple[str, ...] = ()
+        if head := _HEAD.match(line):
+            path = table = tuple(head[2].split("."))
+            if head[1] == "[[":
+                path = table = (*table, str(count[table]))
+                count[table[:-1]] += 1
+        elif key := _KEY.match(line):
+            path = (*table, *key[1].split("."))
+        for length in range(1, len(path) + 1):
+            found.setdefault(path[:length], number)
     return found
-
-
-def _paths(value: object, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
-    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, below in inner:
-        yield (*path, str(key))
-        yield from _paths(below, (*path, str(key)))
 
 
 class Key(NamedTuple):
@@ -149,10 +134,6 @@ class Key(NamedTuple):
     name: str
     words: str
     default: object
-
-    def line(self, value: object) -> str:
-        """It with a value, as TOML; one that is not known is a comment."""
-        return f"# {self.name} is not given" if value is None else f"{self.name} = {value_text(value)}"
 
 
 class TableOfKeys(NamedTuple):
@@ -172,7 +153,7 @@ def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) ->
     ['[rig]', '[[rig.masses]]', '[[rig.contacts]]', '[experiment]']
     """
     for name, field in root.model_fields.items():
-        for table in () if name in HIDDEN else tables_in(field.annotation):
+        for table in tables_in(field.annotation):
             where = ".".join((*path, name))
             head = f"[{where}]" if isinstance(field.get_default(), table) else f"[[{where}]]"
             if is_dataclass(table):
@@ -192,17 +173,14 @@ def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) ->
 def template() -> str:
     """A commented scene to fill in: every key with its sentence and default."""
     lines = [HEAD]
+    comment = TextWrapper(WIDTH, initial_indent="# ", subsequent_indent="# ", break_long_words=False)
     for table in tables_of_keys():
         off = "# " if table.head.startswith("[[") else ""
-        lines += [*_comment(table.words), f"{off}{table.head}"]
+        lines += [*comment.wrap(table.words), f"{off}{table.head}"]
         for key in table.keys:
-            lines += [*_comment(key.words), f"# {key.name} = {value_text(key.default)}".rstrip()]
+            lines += [*comment.wrap(key.words), f"# {key.name} = {value_text(key.default)}".rstrip()]
         lines.append("")
     return "\n".join(lines)
-
-
-def _comment(words: str) -> list[str]:
-    return wrap(words, WIDTH, initial_indent="# ", subsequent_indent="# ", break_long_words=False)
 
 
 def to_toml(scene: Scene) -> str:
@@ -219,8 +197,10 @@ def to_toml(scene: Scene) -> str:
         found: Any = tables
         for part in table.head.strip("[]").split("."):
             found = found[part]
-        rows = found if isinstance(found, list) else [found]
-        texts += ["\n".join([table.head, *(key.line(row[key.name]) for key in table.keys)]) + "\n" for row in rows]
+        for row in found if isinstance(found, list) else [found]:
+            values = ((key.name, row[key.name]) for key in table.keys)
+            said = (f"# {key} is not given" if v is None else f"{key} = {value_text(v)}" for key, v in values)
+            texts.append("\n".join([table.head, *said, ""]))
     return "\n".join(texts)
 
 
@@ -237,18 +217,10 @@ def value_text(value: object) -> str:
     if value is None or isinstance(value, (int, float)):
         return "" if value is None else repr(value)
     if isinstance(value, dict):
-        inner = ", ".join(f"{_key_text(key)} = {value_text(v)}" for key, v in value.items())
+        keys = ((key if _BARE.fullmatch(key) else value_text(key), value_text(v)) for key, v in value.items())
+        inner = ", ".join(f"{key} = {text}" for key, text in keys)
         return f"{{ {inner} }}" if inner else "{}"
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(value_text(v) for v in value)}]"
-    return _quoted(str(value))
-
-
-def _quoted(text: str) -> str:
-    """A basic string: quotes, backslashes and all that cannot be printed are escaped."""
-    plain = text.replace("\\", "\\\\").replace('"', '\\"')
+    plain = str(value).replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08X}" for c in plain) + '"'
-
-
-def _key_text(key: str) -> str:
-    return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _quoted(key)
