@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from frictionlab.cli import app
-from frictionlab.cli.work import files_of, logs_in, tables_in
+from frictionlab.verbs.inputs import files_of, logs_in, tables_in
 from tests.desk import ROOT
 
 SCENE = ROOT / "configs" / "sample_data.toml"

@@ -10,21 +10,23 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 from frictionlab.cli import complain, printable
-from frictionlab.cli.options import ANALYSIS, check_law, takes
-from frictionlab.cli.screen import COMPARED, MEASURED, Shown, known, print_table, print_tests, print_warnings, word
-from frictionlab.cli.work import (
-    PAGE,
-    Judged,
-    ManyInputs,
+from frictionlab.cli.options import PAGE, AnalysisSettings, Judged, ManyInputs, check_law
+from frictionlab.cli.screen import (
+    COMPARED,
+    MEASURED,
+    Shown,
     exit_status,
-    files_of,
-    recordings_in,
+    known,
+    print_table,
+    print_tests,
+    print_warnings,
     report_rows,
-    result_names,
+    word,
 )
 from frictionlab.schema import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS, RECORD_LAWS
 from frictionlab.tables import Row
 from frictionlab.tables.texts import with_error
+from frictionlab.verbs.inputs import files_of, names_of, recordings_in
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
@@ -57,11 +59,10 @@ def _each(value: Any) -> Sequence[Any]:
     return value if isinstance(value, tuple | list) else ()
 
 
-@takes(ANALYSIS)
 def analyze(
     recordings: list[Path],
     *,
-    settings: Mapping[str, object],
+    settings: AnalysisSettings,
     report: Path | None = None,
     work: Judged,
 ) -> None:
@@ -74,7 +75,7 @@ def analyze(
     places = {
         path: dict(figures) for path, figures in work.places(inputs, scene, MEASUREMENTS, ("measurement",)).items()
     }
-    for path, name in ({} if report is None else result_names(inputs)).items():
+    for path, name in ({} if report is None else names_of(inputs)).items():
         places.setdefault(path, {})[PAGE] = (report or path) / f"{name}.html"
     is_tree = work.output is not None and work.output.suffix == ".h5"
     rows = work.rows(
@@ -103,7 +104,6 @@ def _measured(_: Path, file: Path, *, scene: "Scene", with_series: bool) -> Made
     return {**row, "_series": series}, drawn
 
 
-@takes(ANALYSIS)
 def compare_numeric(
     recordings: list[Path],
     *,
@@ -113,7 +113,7 @@ def compare_numeric(
     whole: bool = False,
     fit: Literal["cycle", "whole"] = "cycle",
     solver: Literal["auto", "closed-form", "exact", "numeric", "thesis"] | None = None,
-    settings: Mapping[str, object],
+    settings: AnalysisSettings,
     work: Judged,
 ) -> None:
     """Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted.
@@ -170,8 +170,7 @@ def _print_parts(rows: Iterable[Row]) -> None:
             print_table(record_laws, RECORD_LAWS)
 
 
-@takes(ANALYSIS)
-def explain(recordings: list[Path], *, settings: Mapping[str, object], work: Judged) -> None:
+def explain(recordings: list[Path], *, settings: AnalysisSettings, work: Judged) -> None:
     """Say which friction law a recording requires, in a dozen lines: values in newtons, and what is not known.
 
     Example: frictionlab explain build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .

@@ -1,31 +1,35 @@
 """``frictionlab batch``: a folder of logs through the whole chain; ``frictionlab campaign``: many tests, one report."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from frictionlab.cli import complain, printable
-from frictionlab.cli.options import ANALYSIS, check_law, scene_of, takes
+from frictionlab.cli.options import AnalysisSettings, Inputs, check_law, scene_of
 from frictionlab.cli.screen import (
     COMPARED,
     MEASURED,
+    Rows,
     Shown,
+    assumed,
+    exit_status,
+    headline,
     known,
     paragraph,
     print_table,
     print_tests,
     print_warnings,
+    report_rows,
     track,
     word,
 )
-from frictionlab.cli.work import Rows, Work, assumed, exit_status, files_of, headline, report_rows, tables_in
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, MATERIAL_LAWS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
 from frictionlab.tables.texts import GRAVE, kinds_of, with_error
-from frictionlab.verbs.inputs import FAILED, failure
+from frictionlab.verbs.inputs import FAILED, failure, files_of, tables_in
 
 if TYPE_CHECKING:
     from frictionlab.campaign import Campaign
@@ -45,17 +49,16 @@ NO_SCENE = (
 )
 
 
-@takes(ANALYSIS)
 def batch(
     logs: list[Path],
     *,
     output: Path | None = None,
     campaign: bool = False,
     law: str | None = None,
-    settings: Mapping[str, object],
+    settings: AnalysisSettings,
     again: bool = False,
     wide: bool = False,
-    work: Work,
+    work: Inputs,
 ) -> None:
     """Take logs through the whole chain: recordings, measurements, comparisons, figures; redo only what changed.
 
@@ -100,7 +103,7 @@ def batch(
     exit_status(made)
 
 
-def _do(todo: "Batch", work: Work) -> Rows:
+def _do(todo: "Batch", work: Inputs) -> Rows:
     """Do what is due; with --json the rows of all logs, of those that had not changed too."""
     quiet = work.as_json or work.quiet
     if todo.due and not quiet:
@@ -131,7 +134,7 @@ def _show(todo: "Batch", made: Rows, *, wide: bool) -> None:
         typer.echo(printable(f"recordings, measurements, comparisons and figures are in {where}"))
 
 
-def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Work) -> None:
+def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs) -> None:
     """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since."""
     from frictionlab.verbs.chain import digest, is_fresh, made_by, write_stamp
 

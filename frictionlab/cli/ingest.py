@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from frictionlab.cli import printable
-from frictionlab.cli.options import LOG, number_of, takes
-from frictionlab.cli.screen import Shown, count, paragraph, print_tests, print_warnings, word
-from frictionlab.cli.work import STANDARD_INPUT, Work, exit_status, files_of, logs_in, on_disk, result_names
+from frictionlab.cli.options import Inputs, LogSettings, number_of, on_disk
+from frictionlab.cli.screen import Shown, count, exit_status, paragraph, print_tests, print_warnings, word
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs
 from frictionlab.tables.texts import with_error
+from frictionlab.verbs.inputs import STANDARD_INPUT, files_of, logs_in, names_of
 
 if TYPE_CHECKING:
     from frictionlab.cli.analyze import Made
@@ -39,17 +39,16 @@ FOUND = (
 )
 
 
-@takes(LOG)
 def ingest(
     logs: list[Path] | None = None,
     *,
     mass_log: Path | None = None,
     base_log: Path | None = None,
     output: str | None = None,
-    settings: Mapping[str, object],
+    settings: LogSettings,
     dry_run: bool = False,
     force: bool = False,
-    work: Work,
+    work: Inputs,
 ) -> None:
     """Read logs, whatever their dialect and damage, into one HDF5 recording each.
 
@@ -125,7 +124,7 @@ def _places(inputs: Sequence[Path], output: str | None) -> Mapping[Path, Path]:
     if into is None or into.is_dir() or str(output).endswith((os.sep, "/")) or not into.suffix:
         folders = {log: into or (Path() if log == STANDARD_INPUT else log.parent) for log in inputs}
         for folder in dict.fromkeys(folders.values()):
-            names = result_names([log for log in inputs if folders[log] == folder])
+            names = names_of([log for log in inputs if folders[log] == folder])
             places |= {log: folder / f"{name}.h5" for log, name in names.items()}
     elif len(inputs) > 1:
         raise UsageError(f"-o {output}: expected a folder for {len(inputs)} logs; got the name of a file")

@@ -3,21 +3,27 @@
 import csv
 import inspect
 import math
+import shutil
+import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from decimal import Decimal
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 
 from frictionlab.cli import MORE, complain
 from frictionlab.errors import UsageError
 from frictionlab.log_options import LogOptions
+from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
+    from frictionlab.cli.screen import Rows, Shown
     from frictionlab.scene import Scene
+    from frictionlab.schema import Table
 
 
 def complete_law(begun: str) -> list[str]:
@@ -89,16 +95,9 @@ def _log_settings() -> dict[str, tuple[type, Words]]:
 LOG: Settings = _log_settings()
 _ANALYSIS = {"natural_frequency_hz": float, "transient_s": float, "cycles": str, "padding": int}
 ANALYSIS: Settings = {key: (kind, WORDS[key]) for key, kind in _ANALYSIS.items()}
-
-
-def takes(settings: Settings) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command these options of a scene's keys: it gets what was said as its parameter ``settings``."""
-
-    def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        command.settings = settings  # type: ignore[attr-defined]
-        return command
-
-    return decorate
+LogSettings = Annotated[Mapping[str, object], LOG]
+AnalysisSettings = Annotated[Mapping[str, object], ANALYSIS]
+"""Of a command's parameter ``settings``: it gets what was said of the keys that its options stand for."""
 
 
 def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]:
@@ -109,7 +108,7 @@ def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]
     own = inspect.signature(command)
     hints = get_type_hints(command, include_extras=True)
     groups = {key: hints[key] for key in own.parameters if is_dataclass(hints[key])}
-    settings: Settings = getattr(command, "settings", {})
+    settings: Settings = hints["settings"].__metadata__[0] if "settings" in hints else {}
 
     @wraps(command)
     def run(*args: Any, **kwargs: Any) -> None:
@@ -120,22 +119,20 @@ def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]
             kwargs[key] = group(**{f.name: kwargs.pop(f.name) for f in fields(group) if f.name in kwargs})
         command(*args, **kwargs)
 
-    mine: list[inspect.Parameter] = []
-
-    def add(key: str, hint: Any, default: object, words: Words) -> None:
-        annotated: Any = Annotated[hint, words.declared()]
-        mine.append(inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotated))
-
+    opened: list[tuple[str, Any, object, Words | None]] = []
     for key, parameter in own.parameters.items():
         if key in groups:
             inner = get_type_hints(groups[key])
-            for f in fields(groups[key]):
-                add(f.name, inner[f.name], f.default, WORDS.get(f"{name}.{f.name}") or WORDS[f.name])
+            opened += [(f.name, inner[f.name], f.default, None) for f in fields(groups[key])]
         elif key == "settings":
-            for each, (kind, words) in settings.items():
-                add(each, kind | None, None, words)
+            opened += [(each, kind | None, None, words) for each, (kind, words) in settings.items()]
         else:
-            add(key, hints[key], parameter.default, WORDS.get(f"{name}.{key}") or WORDS[key])
+            opened.append((key, hints[key], parameter.default, None))
+    mine = []
+    for key, hint, default, words in opened:
+        declared = (words or WORDS.get(f"{name}.{key}") or WORDS[key]).declared()
+        annotated: Any = Annotated[hint, declared]
+        mine.append(inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotated))
     run.__signature__ = own.replace(parameters=mine)  # type: ignore[attr-defined]
     run.__annotations__ = {parameter.name: parameter.annotation for parameter in mine} | {"return": None}
     return run
@@ -172,6 +169,155 @@ def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = Fal
             f"scene: {found} is used (found in the working folder or beside the input); --scene FILE takes another"
         )
     return Scene() if found is None else read_scene(found)
+
+
+Job = Callable[[Path, Path], tuple[Row, Mapping[str, object]]]
+"""Of an input, and the file that holds it, the row and by kind of figure what is drawn of it."""
+Places = Mapping[Path, Mapping[str, Path]]
+"""Input -> kind of figure -> its file."""
+PAGE = "page"  # kind of the page of a test, beside the kinds of figures
+_COPIES: list[tempfile.TemporaryDirectory[str]] = []  # of standard input; removed when this process ends
+
+
+def on_disk(path: Path) -> Path:
+    """The file that holds an input: standard input is copied, here and at once, because workers have none."""
+    if path != Path("-"):
+        return path
+    _COPIES.append(tempfile.TemporaryDirectory(prefix="frictionlab-"))
+    file = Path(_COPIES[-1].name) / "standard_input"
+    with file.open("wb") as copy:
+        shutil.copyfileobj(sys.stdin.buffer, copy)
+    with file.open("rb") as copied:
+        is_recording = copied.read(4) == b"\x89HDF"
+    return file.rename(file.with_suffix(".h5")) if is_recording else file
+
+
+def _done(path: Path, *, job: Job, files: Mapping[Path, Path], places: Places, scene: "Scene", force: bool) -> Row:
+    """Do the job on one input, here or where a worker is, and draw what is to be drawn of it."""
+    row, drawn = job(path, files[path])
+    for kind, place in places.get(path, {}).items():
+        result: Any = drawn.get(kind)
+        if result is not None:
+            from frictionlab.verbs.presenting import plot, sheet
+
+            if kind == PAGE:
+                sheet(result, files[path], place, scene, force=force)
+            else:
+                plot(result, place, title=path.name, force=force)
+    return {**row, "source": str(path)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """The options that commands over many inputs share, and the way through these."""
+
+    as_json: bool = False
+    quiet: bool = False
+    scene: Path | None = None
+    verbose: bool = False
+    workers: int | None = None
+    scheduler: str | None = None
+
+    def scene_for(self, first: Path | None, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
+        """The scene, with what the command line says in place of its keys."""
+        from frictionlab.verbs.inputs import scene_given
+
+        return scene_given(scene_of(self.scene, beside=first, quiet=self.quiet or self.as_json), settings, tables)
+
+    def rows(
+        self,
+        inputs: Sequence[Path],
+        job: Job,
+        title: str,
+        scene: "Scene",
+        places: Places | None = None,
+        *,
+        force: bool = False,
+        silent: bool = False,
+        watched: bool = True,
+    ) -> "Rows":
+        """The rows of all inputs; those of --json are printed unless ``silent``.
+
+        Keys that begin with a dash below are for the command alone.
+        """
+        from frictionlab.cli.screen import report_rows, track
+        from frictionlab.verbs.inputs import rows_of
+
+        files = {path: on_disk(path) for path in inputs}
+        one = partial(_done, job=job, files=files, places=places or {}, scene=scene, force=force)
+        made = rows_of(inputs, one, workers=self.workers, scheduler=self.scheduler)
+        quiet = self.quiet or self.as_json or not watched
+        watching = track(made, total=len(inputs), title=title, quiet=quiet)
+        return report_rows(watching, as_json=self.as_json and not silent)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ManyInputs(Inputs):
+    """The options of commands over recordings, and what they do with the rows."""
+
+    output: Path | None = None
+    plot: Path | None = None
+    wide: bool = False
+    force: bool = False
+
+    def places(self, inputs: Sequence[Path], scene: "Scene", table: "Table", kinds: Sequence[str]) -> Places:
+        """Where the figures go; refuses outputs that would replace something else, before the work."""
+        if self.output is not None:
+            check_output(self.output, table, force=self.force, inputs=[*inputs, *scene.files])
+        if self.plot is None:
+            return {}
+        from frictionlab.verbs.presenting import figure_places
+
+        return figure_places(self.plot, inputs, kinds, force=self.force)
+
+    def write(self, rows: Sequence[Row], inputs: Sequence[Path], scene: "Scene", table: "Table", **more: Any) -> None:
+        """Write the table, where one is asked for."""
+        if self.output is not None:
+            told = [{key: value for key, value in row.items() if key[0] != "_"} for row in rows]
+            write_rows(told, self.output, table, force=self.force, inputs=[*inputs, *scene.files], **more)
+
+    def show(
+        self, rows: Sequence[Row], table: "Table", columns: "Sequence[Shown]", scene: "Scene", *, noun: str
+    ) -> list[Row]:
+        """Print the table and its warnings, unless JSON was printed; return the rows that did not fail."""
+        from frictionlab.cli.screen import assumed, headline, print_table, print_tests, print_warnings
+
+        if self.as_json:
+            return []
+        seen: list[Row] = [{key.removeprefix("_"): value for key, value in row.items()} for row in rows]
+        good = [row for row in seen if row.get("status") == "ok"]
+        if good and self.wide:
+            print_table(good, table)
+            print_tests([row for row in seen if row.get("status") != "ok"], columns, "")
+        else:
+            print_tests(seen, columns, headline(seen, noun))
+        if not self.quiet:
+            print_warnings(seen, verbose=self.verbose, notes=assumed(scene, good))
+        return good
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged(ManyInputs):
+    """The options of analyze, compare-numeric and explain."""
+
+    budget: bool = False
+    accuracy: Literal["fast", "balanced", "exact"] | None = None
+
+    def scene_for(self, first: Path | None, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
+        """The scene, its knobs set to the level of accuracy."""
+        scene = super().scene_for(first, settings, tables)
+        return scene if self.accuracy is None else scene.with_accuracy(self.accuracy)
+
+    def show(
+        self, rows: Sequence[Row], table: "Table", columns: "Sequence[Shown]", scene: "Scene", *, noun: str
+    ) -> list[Row]:
+        """The table, then the budget of each row: cause, standard uncertainty, its share of the combined variance."""
+        good = super().show(rows, table, columns, scene, noun=noun)
+        for row in good if self.budget else ():
+            from frictionlab.cli.screen import print_budget
+
+            print_budget(row)
+        return good
 
 
 MOST_VALUES = 10_000_000

@@ -8,7 +8,6 @@ import typer
 from frictionlab.cli import LostOutputError, complain
 from frictionlab.cli.options import Results, named_values, scene_of, values_of
 from frictionlab.cli.screen import count, paragraph, print_table, print_warnings
-from frictionlab.cli.work import figure_file
 from frictionlab.errors import UsageError
 from frictionlab.schema import PREDICTIONS, STEADY_STATES
 from frictionlab.tables import Row, check_output, json_line, write_rows
@@ -56,6 +55,7 @@ def plan(
     Two laws: frictionlab plan --scene my_rig.toml --law coulomb+place --against coulomb+speed --hours 2
     """
     from frictionlab.planning import waiting
+    from frictionlab.verbs.presenting import figure_file
     from frictionlab.verbs.simulating import check_sheet, plan
 
     known = scene_of(scene, quiet=to.quiet)
@@ -167,6 +167,7 @@ def predict(
 
     Example: frictionlab predict --law-file law_brass.toml --normal-force 4 --base-amplitude 1.8e-3 --r 0.3:0.7:0.1
     """
+    from frictionlab.verbs.presenting import figure_file
     from frictionlab.verbs.simulating import predict
 
     read = [law_file, *([] if base_motion is None else [base_motion])]
@@ -280,6 +281,7 @@ def sweep(
 def _map_figure(grid: "Grid", plot: Path, *, force: bool) -> Path | None:
     """The file of a map's figure; refuses a map of too many axes before the work."""
     from frictionlab.figures.grids import varying
+    from frictionlab.verbs.presenting import figure_file
 
     axes = varying(grid.axes())
     if len(axes) > MOST_AXES:

@@ -12,20 +12,28 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
-from frictionlab.cli import complain, printable
+from frictionlab.cli import STOPPED, LostOutputError, complain, printable
 from frictionlab.schema import Table
-from frictionlab.tables import Row, plain
+from frictionlab.tables import Row, json_line, plain
 from frictionlab.tables.texts import kinds_of, with_error
+from frictionlab.verbs.inputs import FAILED
+
+if TYPE_CHECKING:
+    from frictionlab.scene import Scene
 
 WIDTH = 80  # letters in a line, where no terminal says another number
 GAP = 2  # blanks between columns
 LEAST_TEXT = 16  # letters that a text keeps in one line before it is folded
 FEW = 3  # rows that are rather turned than robbed of columns
 MOST_WARNINGS = 10  # lines
+LAG = (
+    "lag_s_u of [sensors] is not declared: half a sampling interval of lag between the channels, either way, is assumed"
+    " in the uncertainties"
+)
 T = TypeVar("T")
 
 
@@ -186,6 +194,21 @@ def warnings_of(row: Row) -> list[str]:
     return [str(warning) for warning in warnings] if isinstance(warnings, (list, tuple)) else []
 
 
+def headline(rows: Sequence[Row], noun: str) -> str:
+    """How many inputs went well, and the law where it is one for all."""
+    good = [row for row in rows if row.get("status") == "ok"]
+    laws = {row.get("law") for row in good} - {None}
+    law = f", law {laws.pop()}" if len(laws) == 1 else ""
+    return f"{len(good)} of {len(rows)} {noun}{law}"
+
+
+def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
+    """What the uncertainties assume that nobody declared."""
+    moved = [row.get("nuisances") or {"lag_s": None} for row in good]
+    lags = any(isinstance(names, Mapping) and "lag_s" in names for names in moved)  # a table over frequency has none
+    return [LAG] if lags and scene.sensors.lag_s_u is None else []
+
+
 def print_table(
     rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str], *, elsewhere: str = "--json and -o give"
 ) -> None:
@@ -219,6 +242,22 @@ def print_table(
         typer.echo(text if number else _bold(text))
     if kept < len(widths):
         typer.echo(f"does not fit: {', '.join(lines[0][kept:])} ({elsewhere} all columns)")
+
+
+def print_budget(row: Row) -> None:
+    """Print what adds how much to the uncertainty of each number of a row, and its share of the combined variance."""
+    budget: Any = row.get("budget") or {}
+    causes = [
+        {"quantity": quantity, "cause": cause, "uncertainty": size, "share": float(f"{100.0 * share:.3g}")}
+        for quantity, sizes in budget.items()
+        for total in [sum(size**2 for size in sizes.values()) or 1.0]
+        for cause, size in sizes.items()
+        for share in [size**2 / total]
+    ]
+    if causes:
+        typer.echo(f"\n{row['source']}: what adds to the uncertainty")
+        heads = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard uncertainty", "share": "share [%]"}
+        print_table(causes, heads, elsewhere="--json gives")
 
 
 def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> None:
@@ -265,6 +304,41 @@ def _head(name: str, table: Table) -> str:
 def _width() -> int:
     """Letters in a line of the terminal; 0 in a pipe, where any length goes."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+
+
+class Rows(list[Row]):
+    """The rows of the inputs that are done."""
+
+    ended = 0  # the exit status that follows from what came before the last
+
+
+def report_rows(rows: Iterable[Row], *, as_json: bool) -> Rows:
+    """Return all rows; with ``as_json`` print each as it comes, a line of JSON.
+
+    Ctrl-C and a standard output that takes no more (a full disk, a pipe that was closed) end it; the rows until then
+    are returned, so that the command can still write them.
+    """
+    seen = Rows()
+    try:
+        for row in rows:
+            seen.append(row)
+            if as_json:
+                typer.echo(json_line({key: value for key, value in row.items() if key[0] != "_"}))
+    except KeyboardInterrupt:
+        seen.ended = STOPPED
+        complain(f"stopped: {len(seen)} inputs are done, the others are not")
+    except LostOutputError as error:
+        seen.ended = error.status
+        if not error.is_closed:
+            complain(f"{error}: {len(seen)} inputs are done, the others are not")
+    return seen
+
+
+def exit_status(rows: Iterable[Row]) -> None:
+    """Leave with status 1 if some input failed (contract: 0 all well, 1 some input failed), as shells do if stopped."""
+    status = rows.ended if isinstance(rows, Rows) else 0
+    if status or any(row.get("status") == FAILED for row in rows):
+        raise typer.Exit(status or 1)
 
 
 def track(items: Iterable[T], *, total: int, title: str, quiet: bool = False) -> Iterator[T]:

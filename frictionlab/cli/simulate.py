@@ -4,12 +4,12 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from frictionlab.cli import complain
-from frictionlab.cli.options import ANALYSIS, LOG, Results, named_values, number_of, scene_of, takes
+from frictionlab.cli.options import ANALYSIS, LOG, Results, named_values, number_of, scene_of
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.schema import MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
@@ -56,7 +56,6 @@ class Rubbing:
     wall: Literal["fixed", "base"] | None = None
 
 
-@takes(SETTINGS)
 def simulate(
     *,
     r: float | None = None,
@@ -64,7 +63,7 @@ def simulate(
     scene: Path | None = None,
     base_motion: Path | None = None,
     highpass: float | None = None,
-    settings: Mapping[str, object],
+    settings: Annotated[Mapping[str, object], SETTINGS],
     solver: SolverName = "auto",
     cycles: int | None = None,
     every: bool = False,
@@ -234,7 +233,7 @@ def _settle(
 def _figure(to: Results, kind: str, inputs: Sequence[Path] = ()) -> Path | None:
     if to.plot is None:
         return None
-    from frictionlab.cli.work import figure_file
+    from frictionlab.verbs.presenting import figure_file
 
     return figure_file(to.plot, kind, force=to.force, inputs=inputs)
 
@@ -328,8 +327,7 @@ def _follow(
     to: Results,
 ) -> None:
     """Simulate the response to a file's base motion; print, write and draw it."""
-    from frictionlab.cli.screen import print_turned, print_warnings
-    from frictionlab.cli.work import exit_status, report_rows
+    from frictionlab.cli.screen import exit_status, print_turned, print_warnings, report_rows
     from frictionlab.files import refuse_inputs
     from frictionlab.hdf5 import check_writable, write_recording
     from frictionlab.recording import Channel

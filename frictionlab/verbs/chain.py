@@ -7,6 +7,7 @@ of its test, the scene, the law, this version. A log that was replaced by an old
 import contextlib
 import hashlib
 import json
+import os
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -20,7 +21,18 @@ from frictionlab.files import make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.schema import COMPARISONS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
-from frictionlab.verbs.inputs import FAILED, AnyScene, FilePath, logs_of, names_of, rows_of, scene_given
+from frictionlab.verbs.inputs import (
+    EXPECTED_LOGS,
+    FAILED,
+    AnyScene,
+    FilePath,
+    files_of,
+    is_log_name,
+    logs_in,
+    names_of,
+    rows_of,
+    scene_given,
+)
 
 SETTINGS = ("analysis", "rig", "model")
 NOT_MEASURED_BY = {"synthetic", "plan"}  # tables of a scene that no result of a log depends on
@@ -248,9 +260,13 @@ def batch(
         The scene or a setting is refused.
     """
     scene = scene_given(scene, settings, SETTINGS)
-    places = [logs] if isinstance(logs, (str, PathLike)) else list(logs)
+    places = list(map(Path, [logs] if isinstance(logs, (str, PathLike)) else logs))
     others = [scene.folder / scene.experiment.sheet] if scene.experiment.sheet else []
     others += [tap for pattern in scene.experiment.taps for tap in scene.folder.glob(pattern)]
-    found = tuple(logs_of([Path(place) for place in places], beside=others))
+    beside = {os.path.realpath(path) for path in others}  # they stand among the logs and are none
+    found = tuple(log for log in files_of(places, logs_in) if os.path.realpath(log) not in beside)
+    strange = [place for place in places if not (place.exists() or is_log_name(place))]
+    if strange or not found:
+        raise UsageError(f"no logs in {', '.join(map(str, strange or places))}: {EXPECTED_LOGS}")
     work = Batch(found, found, scene, Path(output), compare, law, names_of(found))
     return work if again else replace(work, due=tuple(log for log in found if not work.is_fresh(log)))

@@ -16,16 +16,17 @@ from pathlib import Path
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.files import PACKED, as_disks_see, stem_of
 from frictionlab.scene import Scene, keys_of, read_scene
-from frictionlab.tables import Row
+from frictionlab.tables import SUFFIXES, Row
 from frictionlab.workers import Lost, run_each
 
 FilePath = str | PathLike[str]
 AnyScene = Scene | FilePath | None
 FAILED = "failed"
+STANDARD_INPUT = Path("-")
 PACKAGE = Path(__file__).parents[1]
 PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".parquet", ".tdms")
 
-_EXPECTED = (
+EXPECTED_LOGS = (
     f"expected *.csv (or {', '.join(s[1:] for s in PLAIN[1:])}, or one of them packed as"
     f" {', '.join(s[1:] for s in PACKED)}); give a folder with logs (make: LOGS=folder)"
 )
@@ -77,33 +78,54 @@ def is_recording_name(path: Path) -> bool:
     return path.suffix.lower() in (".h5", ".hdf5")
 
 
-def logs_of(inputs: Iterable[Path], *, beside: Sequence[Path] = ()) -> list[Path]:
-    """The logs among files and folders: a file as it is named, of a folder all files whose suffix is that of a log.
+def files_of(places: Iterable[Path], of_folder: Callable[[Path], list[Path]] | None = None) -> list[Path]:
+    """The files that are meant, each once: of a pattern that no shell has opened up, all files that fit it, in order.
 
-    Parameters
-    ----------
-    inputs
-        Files and folders; folders in them and hidden files are passed over.
-    beside
-        Files that stand among the logs and are none, like a campaign's sheet.
+    A folder stands for the files that ``of_folder`` finds in it; without, for itself.
 
     Raises
     ------
     UsageError
-        An input is not there, or is a folder without logs.
+        A pattern that fits nothing, or a folder without such files.
     """
-    others = {os.path.realpath(path) for path in beside}
     found: dict[Path, None] = {}
-    for place in map(Path, inputs):
-        if place.is_dir():
-            there = [p for p in sorted(place.iterdir()) if is_log_name(p) and p.name[0] != "." and p.is_file()]
-        else:
-            there = [place] if place.exists() or is_log_name(place) else []
-        logs = [log for log in there if os.path.realpath(log) not in others]
-        if not logs:
-            raise UsageError(f"no logs in {place}: {_EXPECTED}")
-        found |= dict.fromkeys(logs)
+    for place in places:
+        named = [place]
+        if not place.exists() and any(sign in str(place) for sign in "*?["):
+            root = place.parent if place.parent.is_dir() else Path(place.anchor)
+            named = sorted(path for path in root.glob(str(place.relative_to(root))) if path.is_file())
+            if not named:
+                raise UsageError(f"{place}: no file fits this pattern")
+        for path in named:
+            found |= dict.fromkeys(of_folder(path) if of_folder is not None and path.is_dir() else [path])
     return list(found)
+
+
+def logs_in(folder: Path) -> list[Path]:
+    """All logs of a folder: files whose suffix is that of a log; folders in it and hidden files are passed over.
+
+    Raises
+    ------
+    UsageError
+        There are none.
+    """
+    logs = [p for p in sorted(folder.iterdir()) if is_log_name(p) and p.name[0] != "." and p.is_file()]
+    if not logs:
+        raise UsageError(f"no logs in {folder}: {EXPECTED_LOGS}")
+    return logs
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """The recordings of a folder, or its logs where it holds none."""
+    return sorted(folder.glob("*.h5")) or logs_in(folder)
+
+
+def tables_in(folder: Path) -> list[Path]:
+    """All tables of a folder."""
+    found = [path for path in sorted(folder.iterdir()) if path.suffix in SUFFIXES]
+    if not found:
+        raise UsageError(f"no tables in {folder}: expected files ending in {', '.join(SUFFIXES)}")
+    return found
 
 
 def is_log_name(path: Path) -> bool:
@@ -129,11 +151,12 @@ def names_of(logs: Sequence[Path]) -> Mapping[Path, str]:
     >>> list(names_of([Path("a.csv"), Path("a.txt"), Path("b.csv"), Path("x/c.csv"), Path("y/C.csv")]).values())
     ['a.csv', 'a.txt', 'b', 'c.csv', 'C.csv~2']
     """
-    many = Counter(as_disks_see(stem_of(log)) for log in logs)
+    stems = {log: "standard_input" if log == STANDARD_INPUT else stem_of(log) for log in logs}
+    many = Counter(map(as_disks_see, stems.values()))
     names: dict[Path, str] = {}
     taken: Counter[str] = Counter()
-    for log in logs:
-        name = stem_of(log) if many[as_disks_see(stem_of(log))] == 1 else log.name
+    for log, stem in stems.items():
+        name = stem if many[as_disks_see(stem)] == 1 else log.name
         taken[as_disks_see(name)] += 1
         names[log] = name if taken[as_disks_see(name)] == 1 else f"{name}~{taken[as_disks_see(name)]}"
     return names

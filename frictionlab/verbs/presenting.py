@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.figures import FORMATS, check_figures
 from frictionlab.files import make_folder
-from frictionlab.verbs.inputs import AnyScene, FilePath, scene_given
+from frictionlab.verbs.inputs import AnyScene, FilePath, names_of, scene_given
 from frictionlab.verbs.one_test import recording_given
 
 if TYPE_CHECKING:
@@ -95,6 +95,54 @@ def _figure_of(result: Any, title: str | None) -> "Figure":
     module, _, name = FIGURES[kind].partition(".")
     draw: Callable[..., Figure] = getattr(import_module(f"frictionlab.figures.{module}"), name)
     return draw(result, title) if title and kind in TITLED else draw(result)
+
+
+def figure_places(
+    plot: Path, inputs: "Sequence[Path]", kinds: "Sequence[str]", *, force: bool = False
+) -> dict[Path, dict[str, Path]]:
+    """Name the figures of each input, and refuse those that would replace another kind of file or an input.
+
+    Parameters
+    ----------
+    plot
+        A folder, or for one input a file: it holds the first kind of figure, and the others stand beside it.
+    inputs
+        What is drawn of; like-named ones get names that differ.
+    kinds
+        Kinds of figures of each input.
+
+    Raises
+    ------
+    UsageError
+        A file for several inputs, a suffix of another kind of file, or a figure that would replace something else.
+    """
+    if plot.is_dir() or not plot.suffix:
+        places = {path: {kind: plot / f"{n}.{kind}.png" for kind in kinds} for path, n in names_of(inputs).items()}
+    elif len(inputs) > 1 and plot.suffix in FORMATS:
+        raise UsageError(f"--plot {plot}: expected a folder for the figures of {len(inputs)} inputs; got a file's name")
+    else:
+        beside = {kind: plot.with_name(f"{plot.stem}.{kind}{plot.suffix}") for kind in kinds[1:]}
+        places = {inputs[0]: {kinds[0]: plot, **beside}}
+    _check([place for figures in places.values() for place in figures.values()], inputs, force=force)
+    return places
+
+
+def figure_file(plot: Path | None, kind: str, *, force: bool, inputs: "Sequence[Path]" = ()) -> Path | None:
+    """The file of a command's only figure: as named, or of its kind's name in the folder named."""
+    if plot is None:
+        return None
+    file = plot / f"{kind}.png" if plot.is_dir() or not plot.suffix else plot
+    _check([file], inputs, force=force)
+    return file
+
+
+def _check(files: "Sequence[Path]", inputs: "Sequence[Path]" = (), *, force: bool) -> None:
+    """Refuse files that are no figures, and those that would replace another kind of file or an input."""
+    for file in files:
+        if file.suffix not in FORMATS:
+            expected = f"a figure ending in {', '.join(FORMATS[:-1])} or {FORMATS[-1]}, or a folder"
+            raise UsageError(f"{file}: expected {expected}; got {file.suffix!r}")
+    check_figures(files, force=force, inputs=inputs)
 
 
 def sheet(
