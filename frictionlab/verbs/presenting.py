@@ -140,7 +140,7 @@ def _check(files: "Sequence[Path]", inputs: "Sequence[Path]" = (), *, force: boo
     """Refuse files that are no figures, and those that would replace another kind of file or an input."""
     for file in files:
         if file.suffix not in FORMATS:
-            expected = f"a figure ending in {', '.join(FORMATS[:-1])} or {FORMATS[-1]}, or a folder"
+            expected = "a figure ending in .pdf, .svg or .png, or a folder"
             raise UsageError(f"{file}: expected {expected}; got {file.suffix!r}")
     check_figures(files, force=force, inputs=inputs)
 
