@@ -42,9 +42,7 @@ campaign: $(FRICTIONLAB)  ## a whole campaign up to its report: the virtual one,
 	@test "$$CAMPAIGN_LOGS" != "$$CAMPAIGN/logs" || test "$$CAMPAIGN/logs/truth.jsonl" -nt "$$CAMPAIGN_SCENE" || \
 		$(FRICTIONLAB) synthesize --scene "$$CAMPAIGN_SCENE" -o "$$CAMPAIGN/logs"
 	@$(FRICTIONLAB) batch --campaign --scene "$$CAMPAIGN_SCENE" -o "$$CAMPAIGN" $${LAW:+--law "$$LAW"} $(WORKERS) \
-		-- "$$CAMPAIGN_LOGS" || { status=$$?; \
-		test $$status = 1 -a "$$CAMPAIGN_LOGS" = "$$CAMPAIGN/logs" -a -e "$$CAMPAIGN/report.html" || exit $$status; }
-# The virtual campaign holds a test that was broken off on purpose: a row with its reason, and no fault of the run.
+		-- "$$CAMPAIGN_LOGS"
 
 sample-data: $(FRICTIONLAB)  ## make sample_data again, bit for bit, from configs/sample_data.toml
 	$(FRICTIONLAB) synthesize --scene configs/sample_data.toml -o sample_data

@@ -15,7 +15,7 @@ from frictionlab.files import check_regular, stem_of
 from frictionlab.scene import Experiment, Scene
 
 Fact = str | float
-_SOURCES = ("name_pattern", "sheet", "taps")
+_SOURCES = ("name_pattern", "sheet", "taps", "broken_off")
 WEIGHTS = {"normal_force_g": 9.80665e-3, "normal_force_kg": 9.80665}
 """Keys of names and sheets that give the normal force as a weight, and what makes newtons of them."""
 _FACTS = {key: field.annotation for key, field in Experiment.model_fields.items() if key not in _SOURCES}

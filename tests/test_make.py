@@ -28,6 +28,7 @@ mass_kg = 3.0799
 stiffness_n_per_m = 1191.0
 [experiment]
 name_pattern = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
+broken_off = ["*PWNED*"]
 [analysis]
 transient_s = 10.0
 [[synthetic.tests]]
@@ -125,14 +126,14 @@ def test_make_runs_nothing_that_stands_in_a_name(desk: Path) -> None:
 
 @pytest.mark.timeout(180)
 def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path) -> None:
-    """Among its logs is one whose name is a command, and which fails: it is a row of the campaign."""
+    """Among its logs is one whose name is a command, and which was broken off: it is a row of the campaign."""
     (desk / "small.toml").write_text(CAMPAIGN)
     logs = desk / "my `touch PWNED`" / "logs"
     logs.mkdir(parents=True)
     (logs / "$(touch PWNED).csv").write_text("")
     words = ("campaign", "CAMPAIGN_SCENE=small.toml", "CAMPAIGN=my `touch PWNED`")
     first = make(desk, *words)
-    assert first.returncode == 0, "a virtual campaign ends well: one of its tests is broken off on purpose"
+    assert first.returncode == 0, "it ends well, for its scene says which test was broken off"
     assert "ingest and analyze: 3 of 3 logs" in first.stdout
     assert "evaluate the campaign: 3 tests" in first.stdout
     assert first.stdout.splitlines()[-1] == "the report is my `touch PWNED`/report.html"
@@ -145,6 +146,8 @@ def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path
     assert (second.stdout.splitlines()[0], "evaluate" in second.stdout) == ("ingest and analyze: 1 of 3 logs", False)
     assert second.stdout.splitlines()[-1] == first.stdout.splitlines()[-1]
     assert not list(desk.rglob("PWNED"))
+    (logs / "other.csv").write_text("")
+    assert make(desk, *words).returncode != 0, "a log that failed and was not broken off is a fault"
 
 
 def test_help_lists_every_documented_target(desk: Path) -> None:

@@ -100,6 +100,7 @@ def batch(
         write_rows(good, output / TABLE)
     if not (work.as_json or work.quiet):
         print_warnings(rows, verbose=work.verbose, notes=assumed(todo.scene, rows))
+    made[:] = [row for row in made if not todo.is_broken_off(row)]
     exit_status(made)
 
 

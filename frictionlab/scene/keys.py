@@ -90,6 +90,9 @@ class Experiment(SceneTable):
         'Facts from names of logs, like "{material}_N{normal_force_n}_r{nominal_frequency_ratio}".'
     )
     sheet: str | None = key("Facts from a CSV beside the scene, with a `log` column.")
+    broken_off: list[str] = key(
+        'Logs of tests that were broken off, by names or patterns like "*_aborted.csv": that they fail is no fault.', []
+    )
     taps: list[str] = key('Free decays among the logs, which are no tests: names or patterns like "tap*.csv".', [])
 
 
