@@ -10,18 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.desk import ROOT, Run, answer
+from tests.desk import ROOT, Run
 
 SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
 SCENE = ROOT / "configs" / "sample_data.toml"
 FRICTIONLAB = Path(sys.executable).parent / "frictionlab"
-
-
-@pytest.fixture(scope="session")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("recordings") / "steel.h5"
-    assert answer("ingest", SAMPLE, "--scene", SCENE, "-o", path).returncode == 0
-    return path
 
 
 def one_line(text: str) -> str:
@@ -63,22 +56,6 @@ def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
     assert "note: --friction-ratio is now --beta; the old name is taken until the next version" in old.stderr
     assert "--static-ratio is now --mu" in old.stderr
     assert "note: compare is now compare-numeric;" in run("compare", "gone.h5").stderr
-
-
-@pytest.mark.parametrize(
-    ("text", "match"),
-    [
-        ("", "empty"),
-        ("time [s],mass [mm]\n0,1\n1,2\n2,3\n", "base"),
-    ],
-)
-def test_a_log_that_is_no_log_fails_with_its_name_and_reason(run: Run, tmp_path: Path, text: str, match: str) -> None:
-    log = log_of(tmp_path, text)
-    done = run("ingest", log)
-    assert done.returncode == 1
-    assert match in one_line(done.stderr).lower()
-    assert "log.csv" in done.stderr
-    assert not (tmp_path / "log.h5").exists()
 
 
 STILL = [f"{i / 100:.2f},1.000,{1.0 + 0.001 * (i % 2):.3f}" for i in range(6000)]
@@ -129,18 +106,15 @@ def test_a_working_folder_that_is_gone_is_said(tmp_path: Path) -> None:
     assert done.stderr == "frictionlab: the folder that is worked in is no longer there: change into one that is\n"
 
 
-def test_a_given_friction_ratio_is_predicted_with_and_not_identified(run: Run, recording: Path) -> None:
-    done = run("compare-numeric", recording, "--scene", SCENE, "--json", "--beta", "0.2")
+def test_a_given_friction_ratio_is_predicted_with_and_not_identified(run: Run) -> None:
+    done = run("compare-numeric", SAMPLE, "--scene", SCENE, "--json", "--beta", "0.2")
     row = json.loads(done.stdout)
     assert row["friction_ratio"] == 0.2
     assert row["friction_ratio_se"] is None
 
 
-@pytest.mark.parametrize("command", ["analyze", "simulate"])
-def test_force_replaces_a_strangers_file_and_nothing_else_does(
-    run: Run, recording: Path, tmp_path: Path, command: str
-) -> None:
-    work = ["--r", "0.5", "--beta", "0.4"] if command == "simulate" else [str(recording), "--scene", str(SCENE)]
+def test_force_replaces_a_strangers_file_and_nothing_else_does(run: Run, tmp_path: Path) -> None:
+    command, work = "simulate", ["--r", "0.5", "--beta", "0.4"]
     output = log_of(tmp_path, "notes,of,mine\n1,2,3\n", "rows.csv")
     refused = run(command, *work, "-o", output)
     assert refused.returncode == 2

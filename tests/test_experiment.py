@@ -6,14 +6,14 @@ import pytest
 
 from frictionlab.errors import SceneError
 from frictionlab.experiment import facts_of
-from frictionlab.scene import Scene
+from frictionlab.scene import Scene, scene_from_tables
 
 PATTERN = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
 SHEET = 'log,material,normal_force_n,humidity\nsteel_N10_r0.5.csv,steel,10,40 %\nb,rubber,"2,5",\n'
 
 
 def scene(folder: Path = Path(), **facts: str | float) -> Scene:
-    return Scene.model_validate({"experiment": facts, "folder": folder})
+    return scene_from_tables({"experiment": facts}, folder=folder)
 
 
 def test_the_scene_alone_says_what_it_says_and_the_defaults_nothing() -> None:

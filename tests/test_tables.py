@@ -68,24 +68,16 @@ def test_a_column_of_the_users_own_keeps_its_kind(tmp_path: Path) -> None:
         assert (second["batch"], second["grade"], second.get("dose")) == ("nan", 4, None)
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_a_number_in_a_csv_keeps_its_bits(tmp_path_factory: pytest.TempPathFactory, number: float) -> None:
-    path = tmp_path_factory.mktemp("csv") / "rows.csv"
-    write_rows([{"energy_per_cycle": number}], path)
-    back = read_rows(path)[0]["energy_per_cycle"]
-    assert back == number
-
-
 @settings(max_examples=30, deadline=None)
-@given(LETTERS, LETTERS)
-def test_a_text_comes_back_and_is_no_formula(
-    tmp_path_factory: pytest.TempPathFactory, words: str, material: str
+@given(LETTERS, st.floats(allow_nan=False, allow_infinity=False))
+def test_a_text_and_the_bits_of_a_number_come_back(
+    tmp_path_factory: pytest.TempPathFactory, words: str, number: float
 ) -> None:
     for suffix in TEXT_FILES:
         path = tmp_path_factory.mktemp("text") / f"rows{suffix}"
-        write_rows([{"source": words, "material": material}], path)
-        (row,) = read_rows(path) if words or material else [{"source": None, "material": None}]
-        assert (row["source"] or "", row["material"] or "") == (words, material)
+        write_rows([{"source": words, "energy_per_cycle": number}], path)
+        (row,) = read_rows(path)
+        assert (row["source"] or "", row["energy_per_cycle"]) == (words, number)
 
 
 @pytest.mark.parametrize("words", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "'=1", "''-2", "＝1+1"])
@@ -100,15 +92,6 @@ def test_no_text_goes_out_as_a_formula(tmp_path: Path, words: str, suffix: str) 
     if suffix == ".xlsx":
         cells = [cell for line in openpyxl.load_workbook(path).active.iter_rows() for cell in line]
         assert "f" not in {cell.data_type for cell in cells}
-
-
-def test_other_programs_read_the_files_directly(tmp_path: Path) -> None:
-    for suffix, read in ((".csv", pd.read_csv), (".xlsx", pd.read_excel)):
-        write_rows([ROW, {"source": "b", "status": "failed"}], tmp_path / f"rows{suffix}", MEASUREMENTS)
-        table = read(tmp_path / f"rows{suffix}")
-        assert tuple(table.columns[: len(MEASUREMENTS.names)]) == MEASUREMENTS.names
-        assert table["energy_per_cycle"].iloc[0] == ROW["energy_per_cycle"]
-        assert bool(pd.isna(table["energy_per_cycle"].iloc[1]))
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -143,9 +126,7 @@ def test_an_impossible_output_is_refused_before_the_work(tmp_path: Path, name: s
 FOREIGN = {
     "raw log with a source column": ("a.csv", "source,time,mass\nlaser,0,1\n"),
     "sheet": ("a.csv", "log,material,normal_force_n\na.csv,steel,1.25\n"),
-    "sheet in json": ("a.jsonl", '{"log": "a.csv", "source": "me", "friction_ratio": 0.3}\n'),
     "notes": ("b.jsonl", "notes\n"),
-    "half of our columns": ("a.csv", ",".join(MEASUREMENTS.names[:5]) + "\n"),
     "our columns in another order": ("a.csv", ",".join(reversed(MEASUREMENTS.names)) + "\n"),
     "another table of ours": ("a.csv", ",".join(FRICTION.names) + "\n"),
     "no spreadsheet": ("a.xlsx", "notes\n"),
