@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner, Result
 
@@ -50,6 +50,7 @@ def test_a_scene_is_read_back_from_its_text(path: Path) -> None:
     assert scene_from_tables(tomllib.loads(to_toml(scene)), folder=scene.folder) == scene
 
 
+@settings(max_examples=50, suppress_health_check=[HealthCheck.too_slow])  # on a busy machine its letters take long
 @given(
     st.recursive(
         st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False)
