@@ -62,15 +62,13 @@ class Estimate:
         """The number times an exact one; not known where that is not."""
         if factor is None or self.value is None:
             return Estimate()
-        errors = (None if error is None else error * abs(factor) for error in (self.se, self.u))
-        return Estimate(self.value * factor, *errors)
+        se, u = (None if error is None else error * abs(factor) for error in (self.se, self.u))
+        return Estimate(self.value * factor, se, u)
 
     def over(self, divisor: float | None) -> "Estimate":
         """The number over an exact one; not known where that is not, or is 0."""
-        if not divisor or self.value is None:
-            return Estimate()
-        errors = (None if error is None else error / abs(divisor) for error in (self.se, self.u))
-        return Estimate(self.value / divisor, *errors)
+        found = self.scaled(1.0 / divisor if divisor else None)
+        return found if self.value is None or not divisor else replace(found, value=self.value / divisor)
 
     def with_u(self, u: float | None) -> "Estimate":
         """The same number with its combined standard uncertainty."""
@@ -168,13 +166,7 @@ def weighted_mean(value: FloatArray, error: FloatArray, spread: float) -> float:
 
 
 def scatter_beyond(value: FloatArray, error: FloatArray) -> float:
-    """Scatter beyond the errors: where chi-square meets its degrees of freedom; 0 where it is below them already.
-
-    Examples
-    --------
-    >>> round(scatter_beyond(np.array([1.0, 2.0, 3.0]), np.full(3, 0.6)), 6)
-    0.8
-    """
+    """Scatter beyond the errors: where chi-square meets its degrees of freedom; 0 where it is below them already."""
     freedom = len(value) - 1
 
     def excess(spread: float) -> float:

@@ -102,22 +102,10 @@ class Replaced:
 class Source:
     """Where a recording comes from, and what happened on the way.
 
-    Parameters
-    ----------
-    files
-        The logs read; empty for a recording made in memory.
-    dialect
-        What was found in the logs: layout, encoding, separator, decimal mark, columns, units, sampling rate.
-    options
-        What the user had said, word for word.
-    quarantined
-        The first lines set aside, with their text (the count of all of them is in ``files``).
-    warnings
-        Sentences about this recording that its user should know.
-    evidence
-        Sentences on why the dialect was read so.
-    replaced
-        What stood in the log where a value was bridged or taken out.
+    ``files``: the logs read, none for a recording made in memory; ``dialect``: what was found in them, such as layout,
+    encoding, separator, columns, units; ``options``: what the user had said, word for word; ``quarantined``: the first
+    lines set aside (all are counted in ``files``); ``warnings``: sentences that its user should know; ``evidence``: why
+    the dialect was read so; ``replaced``: what stood in the log where a value was bridged or taken out.
     """
 
     files: tuple[SourceFile, ...] = ()
@@ -161,17 +149,10 @@ def quantity_named(name: str) -> str:
 class Channel:
     """A further channel of a recording, beside the displacements of mass and base.
 
-    Parameters
-    ----------
-    name
-        Place and quantity: ``mass_2_displacement``, ``mass_velocity``, ``base_acceleration``, ``contact_force``,
-        ``normal_force``, ``torque``, ``angle``, ``angular_velocity``, ``temperature``.
-    values
-        (n,) float64 in ``unit``; finite except at samples flagged ``NOT_BRIDGED``, which hold nan.
-    sensor
-        What measured it, such as the column of the log.
-    unit
-        That of the quantity in `frictionlab.units.UNIT`; "m" for a contact's force over the stiffness.
+    ``name``: place and quantity, ``mass_2_displacement``, ``mass_velocity``, ``base_acceleration``, ``contact_force``,
+    ``normal_force``, ``torque``, ``angle``, ``angular_velocity``, ``temperature``; ``values`` (n,) float64 in ``unit``,
+    that of the quantity in `frictionlab.units.UNIT` ("m" for a contact's force over the stiffness), finite except at
+    samples flagged ``NOT_BRIDGED``, which hold nan; ``sensor``: what measured it, such as the column of the log.
 
     Raises
     ------
@@ -265,7 +246,9 @@ class Recording:
         measured = self.measured()
         if len(measured) < len(self.channels) or not measured:
             raise RecordingError(f"recording: expected channels of different names; got {self.channels or 'none'}")
-        _check_lengths({"time": self.time, **measured, "quality": self.quality})
+        lengths = {"time": len(self.time), **{k: len(v) for k, v in measured.items()}, "quality": len(self.quality)}
+        if len(set(lengths.values())) != 1 or lengths["time"] < 2:
+            raise RecordingError(f"recording: expected arrays of one length, at least 2 samples; got {lengths}")
         _check_time(self.time, self.quality)
         for name, values in measured.items():
             _check_finite(values, self.quality, name)
@@ -292,11 +275,9 @@ class Recording:
 
     def __repr__(self) -> str:
         names = ", ".join(file.name for file in self.source.files) or "no file"
-        flagged = int((self.quality != 0).sum())
-        said = f", {flagged} flagged" if flagged else ""
-        return (
-            f"<Recording {names}: {len(self)} samples, {self.duration_s:.4g} s at {self.sampling_rate_hz:.5g} Hz{said}>"
-        )
+        flagged = int(np.count_nonzero(self.quality))
+        size = f"{len(self)} samples, {self.duration_s:.4g} s at {self.sampling_rate_hz:.5g} Hz"
+        return f"<Recording {names}: {size}{f', {flagged} flagged' if flagged else ''}>"
 
     def measured(self) -> dict[str, NDArray[np.float64]]:
         """The channels by their names: displacements of mass and base first, each (n,) in SI units."""
@@ -402,12 +383,6 @@ def _read_only(array: NDArray[T]) -> NDArray[T]:
     view = array.view()
     view.flags.writeable = False
     return view
-
-
-def _check_lengths(arrays: Mapping[str, NDArray[Any]]) -> None:
-    lengths = {name: len(values) for name, values in arrays.items()}
-    if len(set(lengths.values())) != 1 or lengths["time"] < 2:
-        raise RecordingError(f"recording: expected arrays of one length, at least 2 samples; got {lengths}")
 
 
 _LARGEST = 1e12

@@ -68,18 +68,11 @@ class Sources:
 def sources_of(
     scene: Scene, sampling_rate_hz: float, *, normal_force_n: float | None = None, lag_s_u: float | None = None
 ) -> Sources:
-    """Return what is known of one test.
+    """Return what is known of one test, by ``[sensors]`` and the ``_u`` keys of ``[rig]`` and ``[experiment]``.
 
-    Parameters
-    ----------
-    scene : Scene
-        ``[sensors]``, and the ``_u`` keys of ``[rig]`` and ``[experiment]``.
-    sampling_rate_hz : float
-        Two channels that are not said to be sampled together may be apart by half a sampling interval either way.
-    normal_force_n : float, optional
-        Of this test.
-    lag_s_u : float, optional
-        Standard uncertainty of the alignment of two logs, as their recording has it; a scene's own wins.
+    ``sampling_rate_hz``: two channels that are not said to be sampled together may be apart by half an interval either
+    way; ``normal_force_n``: of this test; ``lag_s_u``: standard uncertainty of the alignment of two logs, as their
+    recording has it; a scene's own wins.
     """
     sensors, rig, force = scene.sensors, scene.rig, scene.experiment
     assumed: list[str] = []
@@ -114,13 +107,7 @@ def sources_of(
 
 
 def combined(shares: Shares) -> float:
-    """Combined standard uncertainty: the shares in quadrature.
-
-    Examples
-    --------
-    >>> combined({"noise and scatter": 3.0, "lag": 4.0})
-    5.0
-    """
+    """Combined standard uncertainty: the shares in quadrature."""
     return math.sqrt(math.fsum(share**2 for share in shares.values()))  # from Python 3.12 on `sum` rounds otherwise
 
 
@@ -129,21 +116,9 @@ def cycle_budget(
 ) -> dict[str, Shares]:
     """Return what each source adds to the numbers of a mean cycle, in the numbers' own units.
 
-    Parameters
-    ----------
-    mass, base : ndarray of shape (p,)
-        Mean cycle of x/Y and y/Y on equally spaced phases.
-    sources : Sources
-    turn : float
-        Drive's angular frequency, rad/s.
-    unit : float
-        Y in m: the base's amplitude.
-
-    Returns
-    -------
-    dict
-        Of ``energy_per_cycle`` (k Y^2), ``response_amplitude`` (Y) and ``base_amplitude_m`` (m): source -> standard
-        uncertainty.
+    ``mass``, ``base`` (p,): x/Y and y/Y on equally spaced phases; ``turn``: drive's angular frequency, rad/s; ``unit``:
+    Y in m. Returns of ``energy_per_cycle`` (k Y^2), ``response_amplitude`` (Y) and ``base_amplitude_m`` (m): source ->
+    standard uncertainty.
     """
     way = 2.0 * math.pi / len(base)
     once = way * np.arange(len(base))
@@ -192,10 +167,7 @@ def bent_gain(filled: float) -> float:
 
 
 def bent_unknown(sources: Sources) -> float:
-    """Relative standard uncertainty of a cosine's size by the linearity of its sensor, its swing not known.
-
-    Where the range is known, the swing is taken as small: a sensor's gain is then most uncertain.
-    """
+    """`bent_gain` times the linearity, the swing not known: taken as small in a range that is known, at the worst."""
     return sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0)
 
 

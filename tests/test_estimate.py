@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.estimate import Estimate, Flat, FlatKnown
+from frictionlab.estimate import Average, Estimate, Flat, FlatKnown, average
 from frictionlab.inference import Comparison
 from frictionlab.schema import COMPARISONS, MEASUREMENTS, Table
 
@@ -57,6 +57,14 @@ def test_flat_names_are_read_off_the_estimate() -> None:
         result.energy = Estimate()  # type: ignore[misc]  # that is the point
     with pytest.raises(FrozenInstanceError, match="value"):
         result.energy.value = 1.0  # type: ignore[misc]  # that is the point
+
+
+def test_an_average_weighs_errors_and_scatter() -> None:
+    assert average([3.0], [0.1]) == Average(3.0, 0.1, None)
+    alike = average([3.1, 3.2, 3.3], [1e-6] * 3)
+    assert (alike.mean, alike.spread, alike.se) == pytest.approx((3.2, 0.1, 0.1 / math.sqrt(3)), rel=1e-6)
+    assert average([1.0, 2.0], [1e-3, 1.0]).mean == pytest.approx(1.0, abs=0.01)
+    assert average([1.0, 1.0], [0.1, 0.1]).se == pytest.approx(0.1 / math.sqrt(2))
 
 
 @pytest.mark.parametrize(("result", "table"), [(Measurement, MEASUREMENTS), (Comparison, COMPARISONS)])

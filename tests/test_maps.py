@@ -205,7 +205,7 @@ def test_a_map_goes_over_any_parameter_of_any_law(tmp_path: Path) -> None:
 
 def test_a_disk_without_room_is_told_and_nothing_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(100, 93, 7))
-    with pytest.raises(OutputError, match=r"map\.h5: no room for the map: expected \d+ bytes; got 7"):
+    with pytest.raises(OutputError, match=r"map\.h5: no space for the map: expected \d+ bytes; got 7"):
         list(make_map(GRID, tmp_path / "map.h5", workers=1))
     assert list(tmp_path.iterdir()) == []
 

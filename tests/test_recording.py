@@ -48,7 +48,7 @@ def test_lines_must_add_up() -> None:
     assert LineCount(read=2, data=2) + LineCount(read=1, header=1) == LineCount(read=3, data=2, header=1)
 
 
-@settings(deadline=None)  # on a busy machine
+@settings(max_examples=50, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 99), st.sampled_from(list(Quality))), max_size=12))
 def test_stretches_hold_what_is_sound_and_never_cross_a_hole(damage: list[tuple[int, Quality]]) -> None:
     """Compared with the slow and obvious way: walk from sample to sample."""

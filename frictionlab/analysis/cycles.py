@@ -113,24 +113,10 @@ def cut(base: FloatArray, frequency: float, *, noise: float, follow: bool = True
 
     The phase of each cycle is the angle of its first Fourier coefficient; harmonics and offset do not enter. A
     straight line through the phases gives the mean frequency. Where the drive wanders by more than the sensor's noise
-    explains, the cut follows it from cycle to cycle; else the line is the cut.
+    explains, the cut follows it from cycle to cycle; else, and without ``follow``, the line is the cut.
 
-    Parameters
-    ----------
-    base : (m,) array
-        Base displacement of one stretch, evenly sampled.
-    frequency : float
-        First guess of the drive frequency in cycles per sample, good to a quarter of a period over the stretch's
-        neighbouring cycles.
-    noise : float
-        Rms of the sensor's white noise, for the standard error.
-    follow : bool
-        Whether the cut follows a drive that wanders.
-
-    Raises
-    ------
-    AnalysisError
-        The guess is not a frequency between one period in the stretch and half the sampling rate.
+    ``base`` (m,): of one stretch, evenly sampled; ``frequency``: first guess in cycles per sample, good to a quarter of
+    a period over neighbouring cycles; ``noise``: rms of the sensor's white noise, for the standard error.
     """
     if not 0.0 < frequency < 0.5:
         raise AnalysisError(f"cycles: expected 0 to 0.5 drive cycles per sample; got {frequency:g}")

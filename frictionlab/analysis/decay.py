@@ -60,13 +60,7 @@ class Decay:
         return math.pi / (self.omega * math.sqrt(1.0 - self.zeta**2))
 
     def turning(self, number: NDArray[np.int64]) -> FloatArray:
-        """Distance from rest at the turning points of these numbers (0: the first), as if friction never held it [m].
-
-        Examples
-        --------
-        >>> Decay(0.0, 5.0, 0.0, 1.0, 0.0, 0.1).turning(np.arange(4)).round(9).tolist()
-        [5.0, 4.8, 4.6, 4.4]
-        """
+        """Distance from rest [m] at turning points by their numbers (0: the first), as if friction never held it."""
         log_q = -math.pi * self.zeta / math.sqrt(1.0 - self.zeta**2)
         lost = np.expm1(number * log_q) / math.expm1(log_q) if log_q else number.astype(np.float64)
         return np.asarray(abs(self.swing) * np.exp(number * log_q) - self.friction * (1.0 + math.exp(log_q)) * lost)
@@ -212,12 +206,10 @@ def _solve(
     time: FloatArray, displacement: FloatArray, guess: Decay, held: Sequence[str]
 ) -> tuple[Decay, Decay, FloatArray]:
     """Fit all that is not held: the decay, its standard errors, and what it leaves (n,)."""
-    names = [name for name in _NAMES if name not in held]
-    size = abs(guess.swing)
-    units = {"start": 1.0 / guess.omega, "swing": size, "rest": size, "omega": guess.omega, "friction": size}
-    units["cubic"] = 1.0 / size**2
-    unit = np.array([units.get(name, 1.0) for name in names])
-    origin = np.array([getattr(guess, name) for name in names])
+    names, size = [name for name in _NAMES if name not in held], abs(guess.swing)
+    units = {"start": 1.0 / guess.omega, "swing": size, "rest": size, "omega": guess.omega, "zeta": 1.0}
+    units |= {"friction": size, "cubic": 1.0 / size**2}
+    unit, origin = (np.array([of[name] for name in names]) for of in (units, vars(guess)))
 
     def trial(p: FloatArray) -> Decay:
         values = dict(zip(names, (origin + p * unit).tolist(), strict=True))

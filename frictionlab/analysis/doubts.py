@@ -13,7 +13,7 @@ from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.cycles import first_harmonic
 from frictionlab.analysis.energy import Friction
 from frictionlab.analysis.layout import Layout
-from frictionlab.analysis.response import Response, Smoother, smoothed, smoother
+from frictionlab.analysis.response import Response, smoothed, smoother
 from frictionlab.analysis.spectrum import LEAST, mains_of
 from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate
@@ -56,7 +56,7 @@ def warnings(
     return [
         *(() if prescribed else _of_the_channels(layout, answer, loop, r, wall_moves=wall_moves)),
         *_of_the_drive(layout, r),
-        *_of_the_lines(layout),
+        *_of_the_cycles(layout),
         *(() if prescribed else _of_the_sensors(layout, answer)),
         *_of_settling(layout, answer, settled, transient, r),
         *(() if answer.is_stuck else _of_the_motion(layout, answer)),
@@ -64,7 +64,8 @@ def warnings(
 
 
 def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
-    drive = layout.drive
+    drive, foreign = layout.drive, layout.foreign
+    unit = drive.amplitude
     if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
         yield (
             f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}, where a rig of this"
@@ -86,33 +87,33 @@ def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
         )
     if drive.frequency_se is None:
         yield "drive_frequency_hz_se: fewer than 3 cycles, so the frequency has no standard error"
-
-
-def _of_the_lines(layout: Layout) -> Iterator[str]:
-    drive, foreign = layout.drive, layout.foreign
-    for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base)):
-        for line in found[:MANY]:
-            if line.removed and line.amplitude > LEAST * drive.amplitude:
-                yield (
-                    f"{role}: a line at {line.frequency:.5g} Hz, {100.0 * line.amplitude / drive.amplitude:.2g} % of"
-                    f" the base's amplitude, {mains_of(line) or 'no harmonic of the drive'}: it is taken out: look for"
-                    " its source (earthing, cables, a bearing)"
-                )
+    lines = [(role, line) for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base))
+             for line in found[:MANY] if line.removed and line.amplitude > LEAST * unit]  # fmt: skip
+    for role, line in lines:
+        yield (
+            f"{role}: a line at {line.frequency:.5g} Hz, {100.0 * line.amplitude / unit:.2g} % of the base's amplitude,"
+            f" {mains_of(line) or 'no harmonic of the drive'}: it is taken out: look for its source (earthing, cables,"
+            " a bearing)"
+        )
     for line in foreign.on_harmonics[:MANY]:
         hum = mains_of(line)
         cause = f"perhaps {hum}" if hum else "a line from outside, or a contact that rings"
         yield (
             f"response_amplitude: harmonic {round(line.frequency / drive.frequency)} of the drive, at"
-            f" {line.frequency:.5g} Hz, is {100.0 * line.amplitude / drive.amplitude:.2g} % of the base's amplitude and"
-            f" stands out of those beside it: {cause}; so near a harmonic it cannot be told from the motion: amplitude"
-            " (its error holds it) and stops_per_cycle may be wrong by it: drive a little faster or slower"
+            f" {line.frequency:.5g} Hz, is {100.0 * line.amplitude / unit:.2g} % of the base's amplitude and stands out"
+            f" of those beside it: {cause}; so near a harmonic it cannot be told from the motion: amplitude (its error"
+            " holds it) and stops_per_cycle may be wrong by it: drive a little faster or slower"
         )
-    if foreign.masked > LEAST * drive.amplitude and not foreign.on_harmonics:
+    if foreign.masked > LEAST * unit and not foreign.on_harmonics:
         yield (
             f"response_amplitude: a harmonic of the drive lies on the frequency of the mains: hum of up to"
-            f" {100.0 * foreign.masked / drive.amplitude:.2g} % of the base's amplitude could not be told from it, and"
-            " is in the uncertainty: drive a little faster or slower"
+            f" {100.0 * foreign.masked / unit:.2g} % of the base's amplitude could not be told from it, and is in the"
+            " uncertainty: drive a little faster or slower"
         )
+
+
+def _of_the_cycles(layout: Layout) -> Iterator[str]:
+    drive, foreign = layout.drive, layout.foreign
     low = [line for line in (*foreign.mass, *foreign.base) if not line.removed]
     if foreign.period > 1:
         yield (
@@ -148,7 +149,10 @@ def _of_the_sensors(layout: Layout, answer: Response) -> Iterator[str]:
     of_mass, of_base = layout.of_mass, layout.of_base
     signals = [("base_amplitude_m", layout.base, of_base, False)]
     if not answer.is_stuck:
-        slows = answer.stops_per_cycle >= 2.5 or strokes(answer.how) > 2
+        # a mass that slows or stops on its way up has steep flanks everywhere, and no corner tells a clipping sensor
+        speed = np.abs(answer.how.cycle(1024)[1])
+        fast = speed > speed.max() / 3.0
+        slows = answer.stops_per_cycle >= 2.5 or int(np.count_nonzero(fast & ~np.roll(fast, 1))) > 2
         signals.append(("response_amplitude", layout.mass, of_mass, slows))
     for name, rows, sensor, slows in signals:
         rough = max(sensor.noise / math.sqrt(len(rows)), 0.125 * sensor.step)
@@ -174,16 +178,6 @@ def _of_the_sensors(layout: Layout, answer: Response) -> Iterator[str]:
             " whether the column is the mass's own displacement or that relative to the base: use a sensor of a"
             " smaller range"
         )
-
-
-def strokes(how: Smoother) -> int:
-    """How often in a mean cycle the mass is fast (above a third of its greatest speed): 2 unless it slows on its way.
-
-    A mass that slows or stops on its way up has steep flanks everywhere, and no corner of them tells a clipping sensor.
-    """
-    speed = np.abs(np.fft.irfft(1j * np.arange(len(how.mean)) * how.mean, 1024))
-    fast = speed > speed.max() / 3.0
-    return int(np.count_nonzero(fast & ~np.roll(fast, 1)))
 
 
 def _of_settling(
@@ -260,7 +254,7 @@ def _of_the_motion(layout: Layout, answer: Response) -> Iterator[str]:
 
 
 def _of_stops(layout: Layout, answer: Response) -> Iterator[str]:
-    """What may be one and what may be none; one of a motion whose halves mirror each other has a twin."""
+    """Which may be none or two; one of a motion whose halves mirror each other has a twin."""
     often, length = answer.doubtful
     if often >= OFTEN and not _is_blurred(answer):
         yield (
@@ -394,7 +388,10 @@ def _relative(
     """
     other, least, word = base + sign * mass, max(STANDS, 4.0 * stuck), "+" if sign > 0.0 else "-"
     own, others = (1.0, 1.0) if r is None or stuck else (_left(mass, base, r), _left(other, base, r))
-    stands = _stuck(other, noise, samples) if _may_stand(other, least) else 0.0
+    width = max(1, len(other) // 128)
+    speed = np.abs(other[width:] - other[:-width])
+    may_stand = np.count_nonzero(speed < SLOW * speed.max()) > least * len(speed)  # quick
+    stands = _stuck(other, noise, samples) if may_stand else 0.0
     why = ""
     if stands > least and float(np.std(other)) > 0.05 * float(np.std(base)):
         why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
@@ -413,13 +410,6 @@ def _relative(
             " energy is the same, the amplitude is not: check what the sensor stands on"
         )
     return ""
-
-
-def _may_stand(cycle: FloatArray, least: float) -> bool:
-    """Whether a cycle is slow for more than this share of it; quick."""
-    width = max(1, len(cycle) // 128)
-    speed = np.abs(cycle[width:] - cycle[:-width])
-    return bool(np.count_nonzero(speed < SLOW * speed.max()) > least * len(speed))
 
 
 def _stuck(cycle: FloatArray, noise: float, samples: float) -> float:

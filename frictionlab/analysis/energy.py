@@ -32,15 +32,8 @@ def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
     The polygon through all points and the two through every second one are combined (Richardson), which removes the
     second-order error of a polygon in a smooth curve: 3e-6 at 64 points a cycle where the polygon alone is 1.6e-3 off.
 
-    Parameters
-    ----------
-    mass, base : (n, points) arrays
-        One cycle a row, equally spaced in phase; the last point is joined to the first. At least 5 points.
-
-    Returns
-    -------
-    (n,) array
-        In the product of the units given; dimensionless (k Y^2) for x/Y and y/Y.
+    ``mass``, ``base`` (n, points), 5 at least: one cycle a row, equally spaced in phase. Returns (n,), in the product
+    of the units given; dimensionless (k Y^2) for x/Y and y/Y.
     """
     fine, coarse = (  # sums of base_i (mass_{i+stride} - mass_{i-stride}) / 2 round the loop
         0.5 * np.einsum("ij,ij->i", base, np.roll(mass, -stride, axis=1) - np.roll(mass, stride, axis=1))
@@ -73,18 +66,9 @@ def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_
 def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: float = 0.0, period: int = 1) -> Estimate:
     """Mean of a per-cycle series over the cycles used, with its standard error; a steady drift is no scatter.
 
-    Parameters
-    ----------
-    values : (n,) array
-        One value per steady cycle, all of them: their scatter tells how far one cycle may be from the steady mean.
-    used : slice
-        The cycles the mean is taken over.
-    noise : float
-        Standard error of one cycle's value from sensor noise alone: the error is never stated below it.
-    shared : float
-        Standard error that all cycles have in common, and no mean takes away.
-    period : int
-        Cycles after which the motion repeats: whole periods are compared, not cycles.
+    ``values`` (n,): of all steady cycles, whose scatter tells how far one may be from the steady mean; ``noise``:
+    standard error of one value from sensor noise alone, below which no error is stated; ``shared``: standard error that
+    all cycles have in common; ``period``: cycles after which the motion repeats: whole periods are compared.
     """
     count, mean, drift = used.stop - used.start, float(values[used].mean()), steadiness.growth(values)
     if period > 1 and len(values) >= 2 * period:
@@ -126,18 +110,8 @@ def by_load_cell(
 ) -> Friction | None:
     """Measure friction by the channel of force or torque; None where there is none.
 
-    Parameters
-    ----------
-    layout, answer, used
-        Cycles, the motion in them, and which of them are used.
-    sources : Sources
-        Gains and the normal force are as uncertain as it says.
-    normal_force_n : float or None
-        Of this test; a channel of its own wins.
-    inertia_kg : float
-        Mass between sensor and contact.
-    wall_moves : bool
-        The contact slides on the base.
+    ``normal_force_n``: of this test, where no channel tells it; ``inertia_kg``: mass between sensor and contact;
+    ``wall_moves``: the contact slides on the base.
     """
     name = next((name for name in channels.FORCES if name in layout.more), None)
     if name is None or answer.is_stuck:

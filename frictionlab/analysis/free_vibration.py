@@ -27,7 +27,6 @@ _NO_DECAY = 0.1  # ... and no free decay at all
 _DRIVEN = 0.05  # base's swing over the mass's
 _NOT_AT_REST = 0.005
 _DOUBT = 3.0  # standard errors below 0
-_WORDS = {"zeta": "viscous damping", "friction": "friction"}
 
 
 @dataclass(frozen=True)
@@ -43,35 +42,13 @@ class Swing:
 class FreeVibration:
     """One free decay.
 
-    Parameters
-    ----------
-    start_s
-        When the part fitted begins: the second turning point after the release.
-    natural_frequency_hz, damped_frequency_hz
-        Without and with the viscous damping.
-    damping_ratio
-        Viscous, of the dashpot between mass and base.
-    friction_m
-        Friction force over stiffness, F/k [m].
-    natural_frequency_hz_se, damping_ratio_se, friction_m_se
-        Standard errors; ``None`` for what came out negative and is held at 0.
-    damping_ratio_upper, friction_m_upper
-        The one-sided 95 % limit of what is held at 0; else ``None``.
-    friction_over_swing
-        F / (k a), with ``a`` the first swing.
-    amplitude_m
-        That first swing.
-    half_cycles
-        How many were fitted.
-    misfit
-        Rms of what the fit leaves over the first swing.
-    cubic_share, cubic_share_se
-        Share of the spring's force at the first swing that grows with its cube, and its standard error; 0 and ``None``
-        where none shows. Natural frequency, damping and friction are then of small swings.
-    warnings
-        Sentences.
-    swing
-        The samples and the fit.
+    ``start_s``: when the part fitted begins, the second turning point after the release; ``natural_frequency_hz``,
+    ``damped_frequency_hz``: without and with the viscous damping, whose ``damping_ratio`` is that of a dashpot between
+    mass and base; ``friction_m``: friction force over stiffness, F/k [m], ``friction_over_swing``: the same over the
+    first swing, ``amplitude_m``; ``_se``: standard errors, ``None`` for what came out negative and is held at 0, whose
+    one-sided 95 % limit is its ``_upper``; ``half_cycles``: how many were fitted; ``misfit``: rms of what it leaves
+    over the first swing; ``cubic_share``: share of the spring's force at the first swing that grows with its cube, 0
+    (``_se`` ``None``) where none shows: frequency, damping and friction are of small swings then.
     """
 
     start_s: float
@@ -209,7 +186,7 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
             " the cube: natural frequency, damping and friction are of small swings: test with smaller motions"
         )
     if fit.doubt > _DOUBT:
-        names = " and ".join(_WORDS[name] for name in fit.held)
+        names = " and ".join("viscous damping" if name == "zeta" else name for name in fit.held)
         said.append(
             f"{names} would come out negative by {fit.doubt:.2g} standard errors and is held at 0: the damping is of "
             "another kind than viscous and Coulomb"
@@ -223,7 +200,7 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
 
 
 def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
-    """Average over taps of natural frequency, damping ratio and friction, each with its error.
+    """Average over taps, one at least, of natural frequency, damping ratio and friction, each with its error.
 
     What is held at 0 counts as 0 with the error that its 95 % limit stands for.
 
@@ -234,16 +211,13 @@ def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
     """
     if not taps:
         raise AnalysisError("free vibration: expected at least one tap to average over; got none")
-    errors = {
-        "natural_frequency_hz": [tap.natural_frequency_hz_se for tap in taps],
-        "damping_ratio": [_error(tap.damping_ratio_se, tap.damping_ratio_upper) for tap in taps],
-        "friction_m": [_error(tap.friction_m_se, tap.friction_m_upper) for tap in taps],
-    }
-    return {name: average([getattr(tap, name) for tap in taps], error) for name, error in errors.items()}
 
+    def error(tap: FreeVibration, name: str) -> float:
+        se = getattr(tap, f"{name}_se")
+        return float((getattr(tap, f"{name}_upper") or 0.0) / 1.645 if se is None else se)
 
-def _error(se: float | None, upper: float | None) -> float:
-    return se if se is not None else (upper or 0.0) / 1.645
+    names = ("natural_frequency_hz", "damping_ratio", "friction_m")
+    return {name: average([getattr(tap, name) for tap in taps], [error(tap, name) for tap in taps]) for name in names}
 
 
 def scene_snippet(means: dict[str, Average]) -> str:
@@ -262,18 +236,13 @@ def scene_snippet(means: dict[str, Average]) -> str:
     """
     lines = ["[rig]"]
     for name in ("natural_frequency_hz", "damping_ratio"):
-        found = means[name]
-        lines += [f"{name} = {_digits(found)}", f"{name}_u = {max(found.se, 1e-12):.2g}"]
+        found, digits = means[name], 4
+        if abs(found.mean) > found.se > 0.0:  # two of its error
+            digits = min(12, 2 + math.ceil(math.log10(abs(found.mean) / found.se)))
+        lines += [f"{name} = {found.mean:.{digits}g}", f"{name}_u = {max(found.se, 1e-12):.2g}"]
     friction = means["friction_m"]
     lines.append(f"# friction of the frame itself, F/k: {friction.mean:.4g} m, standard error {friction.se:.2g} m")
     return "\n".join(lines)
-
-
-def _digits(found: Average) -> str:
-    """A mean with two digits of its error."""
-    if not found.se > 0.0 or not abs(found.mean) > found.se:
-        return f"{found.mean:.4g}"
-    return f"{found.mean:.{min(12, 2 + math.ceil(math.log10(abs(found.mean) / found.se)))}g}"
 
 
 # Where a mass swings freely ------------------------------------------------------------------------------------------
@@ -290,19 +259,7 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
     """Find the free decays of a record (n,) [s], [m], each by its turning points: times and heights (2, k).
 
     The first turning point of a tap is left out, a hand or a hammer may still have been there, and so is the last one
-    before a new tap. The record may begin before the release and go on after the motion died.
-
-    Raises
-    ------
-    AnalysisError
-        No decay of at least six half-cycles; or the motion is steady or grows, so that something drives it.
-
-    Examples
-    --------
-    >>> t = np.arange(0.0, 20.0, 0.01)
-    >>> x = np.exp(-0.5 * np.mod(t, 10.0)) * np.cos(2 * np.pi * np.mod(t, 10.0))
-    >>> [round(float(when[0]), 1) for when, _ in find_taps(t, x)]
-    [0.5, 10.5]
+    before a new tap. Refused are decays of less than six half-cycles, and a motion that is steady or grows.
     """
     turnings = _turning_points(time, displacement)
     swings, wait = _swings(turnings), np.diff(turnings[0])
@@ -323,23 +280,17 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
     share = sum(run.shape[1] for run in decays) / max(1, len(swings))
     if decays and share >= _LEAST_SHARE:
         return decays
-    do = "displace the mass, let go, and record until it rests"
-    if len(swings) <= 2 * LEAST_SWINGS and not long:
-        most = max(0, len(swings) - 1)
-        raise AnalysisError(
-            f"free vibration: expected at least {LEAST_SWINGS} half-cycles above the noise; got {most}: {do}"
-        )
     quarter = max(1, len(swings) // 4)
-    early, late = float(np.median(swings[:quarter])), float(np.median(swings[-quarter:]))
-    sizes = f"its half-cycles swing by {1e3 * early:.3g} mm at first and {1e3 * late:.3g} mm at the end"
-    if late > 1.3 * early:
-        raise AnalysisError(
-            f"free vibration: the motion grows ({sizes}), which is negative damping or a drive, not a free decay: {do}"
-        )
-    raise AnalysisError(
-        f"free vibration: this is a driven motion, not a free decay ({sizes}; {share:.0%} of {len(swings)} half-cycles"
-        f" belong to a decay): {do}, with the base at rest"
-    )
+    early, late = (1e3 * float(np.median(some)) if len(some) else 0.0 for some in (swings[:quarter], swings[-quarter:]))
+    sizes = f"its half-cycles swing by {early:.3g} mm at first and {late:.3g} mm at the end"
+    if len(swings) <= 2 * LEAST_SWINGS and not long:
+        why = f"expected at least {LEAST_SWINGS} half-cycles above the noise; got {max(0, len(swings) - 1)}"
+    elif late > 1.3 * early:
+        why = f"the motion grows ({sizes}), which is negative damping or a drive, not a free decay"
+    else:
+        part = f"{share:.0%} of {len(swings)} half-cycles belong to a decay"
+        why = f"this is a driven motion, not a free decay ({sizes}; {part}): hold the base at rest"
+    raise AnalysisError(f"free vibration: {why}: displace the mass, let go, and record until it rests")
 
 
 def _swings(turnings: FloatArray) -> FloatArray:

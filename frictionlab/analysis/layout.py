@@ -123,11 +123,6 @@ def lay_out(
 
     The stretches hold steady motion only. ``padding``: length of the FFT that finds the drive over that of the stretch;
     a cycle is laid out on one point per sample, but at least and at most so many, multiples of 8.
-
-    Raises
-    ------
-    AnalysisError
-        No drive, or no full cycle.
     """
     at = max(range(len(stretches)), key=lambda i: len(stretches[i].base))
     stretches, cuts, foreign, base_lines, mass_lines = _cleaned(stretches, at, padding)

@@ -86,9 +86,9 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     answer = response.response(layout, wall_moves=wall_moves)
     used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles, period=layout.foreign.period)
     settled = (transient if has_settled else None) if given is None else _settled(layout, parts[0])
-    steady = _steady_part(layout, float(recording.time[0]) + (settled or 0.0))
     cycle = _mean_cycle(layout, answer, used, of_mass)
-    estimates: dict[str, Any] = _estimates(layout, answer, used, steady, natural, prescribed=prescribed)
+    steady_from = float(recording.time[0]) + (settled or 0.0)
+    estimates: dict[str, Any] = _estimates(layout, answer, used, steady_from, natural, prescribed=prescribed)
     sources, loop = sources_of_test(recording, scene, rate), estimates["energy"]
     cut = 0.0 if answer.is_stuck else _cut_away(layout, answer.size, cycle, loop, of_mass, r or 1.0)
     budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
@@ -159,19 +159,17 @@ def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, A
     is_used[used] = True
     noise = layout.of_mass.noise * math.sqrt(cycles.INTERPOLATED)
     index = None if answer.is_stuck else steadiness.irregularity_index(layout.mass, layout.blocks)
-    return {
+    series = CycleSeries(
+        layout.time, is_used, answer.energy, answer.amplitude, answer.position, answer.stops, answer.stuck
+    )
+    as_they_are = ("stops_per_cycle", "stuck_fraction", "regime", "shortest_stop", "smallest_slip")
+    return {name: getattr(answer, name) for name in as_they_are} | {
         "irregularity_index": index,
         "irregularity_floor": None if index is None else steadiness.irregularity_floor(layout.mass, noise),
         "base_irregularity_index": steadiness.irregularity_index(layout.base, layout.blocks),
         "asymmetry": None if answer.is_stuck else answer.asymmetry,
         "energy_input_per_cycle": float(energy.energy_input(layout.mass[used]).mean()),
-        "series": CycleSeries(
-            layout.time, is_used, answer.energy, answer.amplitude, answer.position, answer.stops, answer.stuck
-        ),
-        **{
-            name: getattr(answer, name)
-            for name in ("stops_per_cycle", "stuck_fraction", "regime", "shortest_stop", "smallest_slip")
-        },
+        "series": series,
     }
 
 
@@ -180,14 +178,9 @@ def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, A
 
 def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
-    step, prescribed, (of_mass, of_base) = (
-        1.0 / recording.sampling_rate_hz,
-        scene.rig.kind == "prescribed",
-        channels_of(scene),
-    )
-    warnings, said = list(recording.source.warnings), list[str]()
-    parts: list[Stretch] = []
-    strays = 0.0
+    step, prescribed = 1.0 / recording.sampling_rate_hz, scene.rig.kind == "prescribed"
+    of_mass, of_base = channels_of(scene)
+    warnings, said, parts, strays = list(recording.source.warnings), list[str](), list[Stretch](), 0.0
     for part in recording.stretches():
         breaks = clock_breaks(part.time, step).tolist()
         warnings += [
@@ -274,14 +267,8 @@ def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
     """Which cycles a rule uses: ``last``, ``all``, or ``window:S`` (those that lie in the last S seconds).
 
     ``end_time`` (n + 1,): start of each cycle and the end of the last, s. A motion that repeats every ``period`` cycles
-    is taken in whole periods, one at least where there is one.
-
-    Raises
-    ------
-    UsageError
-        Another rule.
-    AnalysisError
-        A window shorter than a cycle.
+    is taken in whole periods, one at least where there is one. Another rule is a `UsageError`, a window shorter than a
+    cycle an `AnalysisError`.
     """
     n = len(end_time) - 1
     try:
@@ -299,9 +286,11 @@ def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
 
 
 def _estimates(
-    layout: Layout, answer: Response, used: slice, steady: slice, natural: float | None, *, prescribed: bool
+    layout: Layout, answer: Response, used: slice, steady_from: float, natural: float | None, *, prescribed: bool
 ) -> dict[str, Estimate]:
-    """All numbers that have errors, by the names of the measurement's fields; ``steady``: all settled cycles."""
+    """All numbers that have errors, by the names of the measurement's fields; from a time [s] on cycles are steady."""
+    first = int(np.searchsorted(layout.time, steady_from - 1e-9))
+    steady = slice(min(first, len(layout) - 1), len(layout))
 
     def mean_energy(some: slice) -> Estimate:
         noise, shared, period = answer.energy_noise, answer.energy_shared, layout.foreign.period
@@ -324,12 +313,6 @@ def _estimates(
     by_force = ("force_energy", "force_energy_j", "measured_force", "measured_coefficient")
     unknown = (*by_force, "ratio", "energy", "steady_energy") if prescribed else by_force
     return found | dict.fromkeys(unknown, Estimate())  # a mass that drives itself has no loop and no ratio
-
-
-def _steady_part(layout: Layout, settled_at: float) -> slice:
-    """The cycles after the motion has settled, at least one."""
-    first = int(np.searchsorted(layout.time, settled_at - 1e-9))
-    return slice(min(first, len(layout) - 1), len(layout))
 
 
 def _cut_away(layout: Layout, size: float, cycle: Cycle, loop: Estimate, of_mass: SensorChannel, r: float) -> float:
@@ -362,7 +345,7 @@ def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorCh
     def wander_of(means: FloatArray) -> FloatArray:
         return np.asarray(slow_wander(means, points, layout.blocks)[0])
 
-    smooth, velocity = (turned(c) for c in how.cycle(points))
+    smooth, velocity = map(turned, how.cycle(points))
     others = [layout.more[name] / layout.drive.amplitude for name in channels.other_masses(layout.more)]
     return Cycle(
         tau=2.0 * math.pi * np.arange(points) / points,

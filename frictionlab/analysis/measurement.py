@@ -201,14 +201,10 @@ def traces(layout: "Layout", found: FloatArray, used: slice) -> Traces:
     time = layout.time[last, None] + (layout.end[last] - layout.time[last])[:, None] * inside
     shown = found.T / (2.0 * math.pi)
     shown = np.clip(shown[(shown[:, 1] > last.start) & (shown[:, 0] < last.stop)], last.start, last.stop)
-    closed = [
-        np.concatenate([rows[:, ::thin], rows[:, :1]], axis=1) for rows in (layout.mass[loops], layout.base[loops])
-    ]
+    cycles = (layout.mass[loops], layout.base[loops])
+    closed = [np.concatenate([rows[:, ::thin], rows[:, :1]], axis=1) for rows in cycles]
     spectra = []
-    for lines in (
-        layout.mass_spectrum,
-        layout.base_spectrum,
-    ):  # the highest of a few neighbours: no peak is thinned away
+    for lines in (layout.mass_spectrum, layout.base_spectrum):  # the highest of a few neighbours: no peak is lost
         first = np.arange(0, len(lines.frequency), math.ceil(len(lines.frequency) / SHOWN_LINES))
         spectra += [lines.frequency[first], np.maximum.reduceat(lines.amplitude, first)]
     return Traces(

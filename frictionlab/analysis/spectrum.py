@@ -75,21 +75,10 @@ def fast_length(least: int) -> int:
 
 
 def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING) -> Spectrum:
-    """Amplitude spectrum of a signal: mean removed, Hann window, zero-padded FFT.
+    """Amplitude spectrum of a signal (n,), 8 samples at least: mean removed, Hann window, zero-padded FFT.
 
-    Parameters
-    ----------
-    signal : (n,) array
-    step : float
-        Sampling interval; frequencies come in its inverse.
-    padding : int
-        Length of the FFT over the length of the record (rounded up to a length the FFT likes); less where that is
-        longer than `LONGEST`: the lines of such a record are close together as they are.
-
-    Raises
-    ------
-    AnalysisError
-        Fewer than 8 samples.
+    ``padding``: length of the FFT over that of the record (rounded up to one that the FFT likes); less where that is
+    longer than `LONGEST`: the lines of such a record are close together as they are.
     """
     n = len(signal)
     if n < 8:
@@ -103,13 +92,7 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
 
 
 def strongest_tone(spectrum: Spectrum) -> Line:
-    """Find the strongest line and refine it; lines slower than two periods in the record are not looked for.
-
-    Raises
-    ------
-    AnalysisError
-        A signal that does not move.
-    """
+    """Find the strongest line and refine it; lines slower than two periods in the record are not looked for."""
     amplitude = spectrum.amplitude
     first = min(max(1, math.ceil(2.0 * spectrum.cell)), len(amplitude) - 2)
     peak = first + int(np.argmax(amplitude[first:-1]))

@@ -10,8 +10,7 @@ import numpy as np
 
 from frictionlab.analysis import cycles, spectrum
 from frictionlab.analysis.signals import Stretch, line, variance_inflation, white_noise
-from frictionlab.analysis.stops import IntArray, runs
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, IntArray, runs
 
 COARSE_POINTS = 64  # of a cycle, to find the transient on
 REPEATS = 0.005  # of the motion: cycles that differ by less repeat
@@ -101,11 +100,6 @@ def growth(series: FloatArray, *, least: float = 1e-3) -> float:
 
     0 where the line is not clear (eight standard errors, a half of the variance), the change less than ``least``, or
     the cycles fewer than 12.
-
-    Examples
-    --------
-    >>> round(growth(np.linspace(1.0, 1.02, 50)), 4)
-    0.0198
     """
     n = len(series)
     if n < 12 or not float(series.mean()) > 0.0:
@@ -177,17 +171,8 @@ def trend_of(time: FloatArray, value: FloatArray) -> Trend | None:
 def irregularity_index(rows: FloatArray, blocks: tuple[slice, ...] = (slice(None),)) -> float | None:
     """Irregularity index, eq. (4.1): mean over cycles of sum |x_{j+1,i} - x_{j,i}| / sum |x_{j,i}|.
 
-    Parameters
-    ----------
-    rows : (N_cyc, N_p) array
-        One cycle a row. The sensor's zero is arbitrary: give displacements about the mean of the whole signal.
-    blocks : tuple of slices
-        Rows that follow each other without a gap; by default all do.
-
-    Returns
-    -------
-    float or None
-        None for fewer than two cycles, or a signal that does not move.
+    ``rows`` (N_cyc, N_p): one cycle a row, about the mean of the whole signal; ``blocks``: rows that follow each other
+    without a gap. None for fewer than two cycles, or a signal that does not move.
     """
     size = _row_sums(rows)
     pairs = np.concatenate([np.arange(len(rows))[block][:-1] for block in blocks])

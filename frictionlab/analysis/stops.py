@@ -16,11 +16,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, runs
 
-IntArray = NDArray[np.intp]
 TURN = 2.0 * math.pi
 DOUBT = 0.3  # of the shortest stop: shorter ones are a slow passage
 CLEAR = 8.0  # way of a slip over the noise of one point of the mean cycle
@@ -97,18 +95,6 @@ def stops_of(found: FloatArray, how: Thresholds, points: int) -> tuple[FloatArra
     length = each[1] - each[0]
     doubtful = length[(length < how.dwell) & (length > DOUBT * how.dwell)]
     return each[:, length >= how.dwell], doubtful
-
-
-def runs(mask: NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
-    """First and one-past-last index of each run of True.
-
-    Examples
-    --------
-    >>> [edge.tolist() for edge in runs(np.array([True, False, True, True]))]
-    [[0, 2], [1, 4]]
-    """
-    edges = np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8))
-    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
 
 
 def per_cycle(found: FloatArray, cycles: int) -> tuple[FloatArray, FloatArray]:

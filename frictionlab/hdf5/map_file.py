@@ -47,18 +47,9 @@ SUFFIX = ".frictionlab-sweep"
 class MapLayout:
     """What a map's file is made of beside its numbers.
 
-    Parameters
-    ----------
-    axes
-        Name and values of each dimension, in order; the last one is the fastest.
-    kinds
-        Key and type (``float64``, ``S11``) of each dataset.
-    attributes
-        What holds for the whole map.
-    words
-        What a dimension is, by its name, where `frictionlab.schema` does not list it: a law's parameter, without unit.
-    flags
-        Of each key that holds flags: meaning (one word) -> its bit and what it says.
+    ``axes``: name and values of each dimension, the last one fastest; ``kinds``: key and type (``float64``, ``S11``) of
+    each dataset; ``attributes``: what holds for the whole map; ``words``: what a dimension is that `frictionlab.schema`
+    does not list, a law's parameter; ``flags``: of each key that holds flags, meaning -> its bit and what it says.
     """
 
     axes: Mapping[str, FloatArray]
@@ -116,13 +107,7 @@ def _described(name: str) -> dict[str, str]:
 
 
 class GrowingMap:
-    """A map while it grows; made by `growing_map`.
-
-    Attributes
-    ----------
-    done
-        Points that are in the journal, from the first on; after `checkpoint` they survive this machine's power.
-    """
+    """A map while it grows; made by `growing_map`. ``done``: points that are in the journal, from the first on."""
 
     def __init__(self, path: Path, file: BinaryIO, layout: MapLayout, begin: int) -> None:
         self.path = path
@@ -138,8 +123,8 @@ class GrowingMap:
                 data = data[self._file.write(data) :]
         except OSError as error:
             raise OutputError(
-                f"{self.path}: {self.done} points are kept, no more can be written ({error.strerror}): free some room "
-                "and give --resume"
+                f"{self.path}: {self.done} points are kept, no more can be written ({error.strerror}): free some space"
+                " and give --resume"
             ) from error
         self.done += len(records)
 
@@ -163,7 +148,9 @@ class GrowingMap:
 
     def discard(self) -> None:
         """Remove the journal."""
-        _remove(self._file, self.path)
+        if WINDOWS:  # an open file cannot be removed there
+            self._file.close()
+        part_of(self.path).unlink(missing_ok=True)
 
 
 def part_of(path: Path) -> Path:
@@ -199,7 +186,15 @@ def growing_map(path: Path, layout: MapLayout, *, resume: bool = False, force: b
         Another process works on it, or the disk has no room for all of it.
     """
     path = Path(os.path.realpath(path))
-    with _locked(path) as file:
+    try:
+        descriptor = os.open(part_of(path), os.O_RDWR | os.O_CREAT | OPEN_FLAGS, 0o666)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written ({error.strerror}): choose another folder") from error
+    with os.fdopen(descriptor, "r+b", buffering=0) as file:
+        if not lock_descriptor(descriptor, blocking=False):
+            raise OutputError(f"{path}: another sweep is writing it just now: wait for it, or stop it")
+        if _is_gone(path, file):
+            raise OutputError(f"{path}: another sweep has just finished it: look at it first")
         grown = _continued(path, file, layout, resume=resume, force=force) or _begun(path, file, layout)
         try:
             yield grown
@@ -221,27 +216,6 @@ def finished_map(path: Path, layout: MapLayout) -> NDArray[np.void] | None:
         for key in layout.kinds:
             records[key] = tree[key][...].reshape(-1)
     return records
-
-
-@contextmanager
-def _locked(path: Path) -> Iterator[BinaryIO]:
-    part = part_of(path)
-    try:
-        descriptor = os.open(part, os.O_RDWR | os.O_CREAT | OPEN_FLAGS, 0o666)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written ({error.strerror}): choose another folder") from error
-    with os.fdopen(descriptor, "r+b", buffering=0) as file:
-        if not lock_descriptor(descriptor, blocking=False):
-            raise OutputError(f"{path}: another sweep is writing it just now: wait for it, or stop it")
-        if _is_gone(path, file):
-            raise OutputError(f"{path}: another sweep has just finished it: look at it first")
-        yield file
-
-
-def _remove(file: BinaryIO, path: Path) -> None:
-    if WINDOWS:
-        file.close()
-    part_of(path).unlink(missing_ok=True)
 
 
 def _is_gone(path: Path, file: BinaryIO) -> bool:
@@ -279,13 +253,12 @@ def _continued(path: Path, file: BinaryIO, layout: MapLayout, *, resume: bool, f
 
 def _begun(path: Path, file: BinaryIO, layout: MapLayout) -> GrowingMap:
     """A new journal, where the disk has room for it and for the file that is made of it."""
-    size = 2 * math.prod(layout.shape) * layout.dtype.itemsize
-    free = shutil.disk_usage(path.parent).free
-    if free < size:
-        _remove(file, path)
-        raise OutputError(f"{path}: no room for the map: expected {size} bytes; got {free}: free some")
     head = json.dumps({"identity": layout.identity, "frictionlab_version": __version__}).encode() + b"\n"
     os.ftruncate(file.fileno(), 0)
     file.seek(0)
     file.write(head)
-    return GrowingMap(path, file, layout, len(head))
+    begun, free = GrowingMap(path, file, layout, len(head)), shutil.disk_usage(path.parent).free
+    if free < (size := 2 * math.prod(layout.shape) * layout.dtype.itemsize):
+        begun.discard()
+        raise OutputError(f"{path}: no space for the map: expected {size} bytes; got {free}: free some")
+    return begun

@@ -134,49 +134,46 @@ def _attribute_lines(node: h5py.Group, indent: str) -> Iterator[str]:
 def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[str, Any]:
     """Read the numeric arrays at the root of a file, and those one group deep as a mapping under the group's name.
 
-    Parameters
-    ----------
-    path
-        The file.
-    check_size
-        Called with how many numbers all arrays hold and the file's size in bytes; raises if that is too much.
+    ``check_size`` is called with how many numbers all arrays hold and the file's size in bytes, and may raise.
 
     Raises
     ------
     RecordingError
         If it is no HDF5 file, or damaged. Links out of the file are not followed.
     """
-    try:
-        with opening.to_read(path) as file:
-            found = dict(_datasets(file))
-            check_size(sum(int(d.size) for d in found.values()), path.stat().st_size)
-            tree: dict[str, Any] = {}
-            for (group, name), dataset in found.items():
-                inside = tree.setdefault(group, {}) if group else tree
-                inside[name] = np.asarray(dataset[()], dtype=np.float64)
-    except FrictionlabError:
-        raise
-    except opening.NO_FILE as error:
-        raise RecordingError(f"an HDF5 file that cannot be read ({error}): save it again") from error
-    return tree
-
-
-def _datasets(file: h5py.File) -> Iterator[tuple[tuple[str, str], h5py.Dataset]]:
-    """The datasets of numbers, each under the name of its group, "" for the root, and its own; no link is followed."""
 
     def inside(group: h5py.Group) -> dict[str, Any]:
         return {name: group[name] for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)}
 
-    for name, node in inside(file).items():
-        if name.startswith("#"):  # MATLAB's own
-            continue
-        nodes = (
-            {(name, key): n for key, n in inside(node).items()} if isinstance(node, h5py.Group) else {("", name): node}
-        )
-        yield from ((at, d) for at, d in nodes.items() if isinstance(d, h5py.Dataset) and _is_numeric(d))
+    try:
+        with opening.to_read(path) as file:
+            tree = {
+                name: inside(node) if isinstance(node, h5py.Group) else node
+                for name, node in inside(file).items()
+                if not name.startswith("#")  # MATLAB's own
+            }
+            numbers = [d for each in tree.values() for d in (each.values() if isinstance(each, dict) else [each])]
+            check_size(sum(int(d.size) for d in numbers if _is_numeric(d)), path.stat().st_size)
+            return _numbers(tree)
+    except FrictionlabError:
+        raise
+    except opening.NO_FILE as error:
+        raise RecordingError(f"an HDF5 file that cannot be read ({error}): save it again") from error
 
 
-def _is_numeric(dataset: h5py.Dataset) -> bool:
+def _numbers(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """The datasets of numbers in a tree, read; groups without any are left out."""
+    read = {
+        name: _numbers(node) if isinstance(node, dict) else np.asarray(node[()], dtype=np.float64)
+        for name, node in tree.items()
+        if isinstance(node, dict) or _is_numeric(node)
+    }
+    return {name: found for name, found in read.items() if isinstance(found, np.ndarray) or found}
+
+
+def _is_numeric(dataset: Any) -> bool:
+    if not isinstance(dataset, h5py.Dataset):
+        return False
     kind = dataset.attrs.get("MATLAB_class", b"double")
     is_number = isinstance(kind, bytes) and kind.startswith((b"double", b"single", b"int", b"uint"))
     stored_here = not dataset.is_virtual and not dataset.external

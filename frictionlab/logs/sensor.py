@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import runs
 from frictionlab.recording import Quality
 from frictionlab.units import LENGTH
 
@@ -157,11 +158,11 @@ def _flag_held(channel: Sensed, role: str) -> None:
             return
     held = 0
     for end in (np.nanmax(values), np.nanmin(values)):
-        runs = [run for run in _runs(np.flatnonzero(values == end)) if run[1] - run[0] >= _SHORTEST_HOLD]
-        some = runs[:: max(1, len(runs) // _MOST_RUNS)]
-        if 2 * sum(_cut_off(values, *run, channel.step or 0.0) for run in some) <= len(some):
+        long = [run for run in np.transpose(runs(values == end)).tolist() if run[1] - run[0] >= _SHORTEST_HOLD]
+        some = long[:: max(1, len(long) // _MOST_RUNS)]
+        if 2 * sum(_cut_off(values, run[0], run[1], channel.step or 0.0) for run in some) <= len(some):
             continue
-        for start, stop in runs:
+        for start, stop in long:
             channel.quality[start:stop] |= np.uint8(Quality.HELD)
             held += stop - start
     if held:
@@ -169,12 +170,6 @@ def _flag_held(channel: Sensed, role: str) -> None:
             f"{role}: {held} values are held at the end of the range: no stops, and no cycle is cut across them:"
             " enlarge the sensor's range or move it"
         )
-
-
-def _runs(where: NDArray[np.int64]) -> list[tuple[int, int]]:
-    """Start and end of each run of neighbours among these indices."""
-    breaks = np.flatnonzero(np.diff(where) > 1) + 1
-    return [(int(part[0]), int(part[-1]) + 1) for part in np.split(where, breaks) if len(part)]
 
 
 def _cut_off(values: NDArray[np.float64], start: int, stop: int, step: float) -> bool:
@@ -232,7 +227,7 @@ def bridge(
     channel.values = channel.values.copy()
     good = np.flatnonzero(~bad)
     lost = 0
-    for start, stop in _runs(where):
+    for start, stop in np.transpose(runs(bad)).tolist():
         inside = start > 0 and stop < len(time)
         if len(good) and inside and time[stop] - time[start - 1] <= longest:
             ends = [start - 1, stop]

@@ -248,7 +248,6 @@ CASES: dict[str, Callable[[], Case]] = {
     "base's gain drifts by 2 %": drifting_gain,
     "mass's gain drifts by 2 %": lambda: drifting_gain(role="mass"),
     "mass inverted": lambda: wrong_columns("inverted"),
-    "mass inverted, r = 1.2": lambda: wrong_columns("inverted", 1.2),
     "mass and base swapped": lambda: wrong_columns("swapped"),
     "mass and base swapped, r = 1.2": lambda: wrong_columns("swapped", 1.2),
     "mass is a copy of the base": lambda: wrong_columns("copy"),

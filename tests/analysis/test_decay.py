@@ -52,7 +52,7 @@ def integrated(decay: Decay, times: FloatArray) -> FloatArray:
 
 
 @given(zeta=st.floats(0.0, 0.2), friction=st.floats(0.0, 0.4), side=st.sampled_from([-1.0, 1.0]))
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=8, deadline=None, derandomize=True)
 def test_the_closed_form_is_the_equation_of_motion(zeta: float, friction: float, side: float) -> None:
     decay = Decay(0.3, side, 0.1, OMEGA, zeta, friction)
     times = np.linspace(0.3, 2.0, 60)
@@ -103,9 +103,7 @@ def decayed(
     return times, x, turning, (-1.0) ** np.arange(len(ladder)) * np.array(ladder)
 
 
-@pytest.mark.parametrize(
-    ("zeta", "friction"), [(0.004, 50e-6), (0.0055, 5e-6), (0.0055, 0.0), (0.0, 100e-6), (0.05, 1e-6), (0.0, 5e-6)]
-)
+@pytest.mark.parametrize(("zeta", "friction"), [(0.004, 50e-6), (0.0055, 5e-6), (0.0, 100e-6), (0.05, 1e-6)])
 def test_both_dampings_are_told_apart(zeta: float, friction: float) -> None:
     """Pinned by a first user's finding: zeta 0.004 with friction read 0.0158, 5 um in 5 mm moved 0.0055 to 0.00705."""
     t, x, at, height = decayed(zeta, friction, np.random.default_rng(1))
@@ -166,6 +164,6 @@ def test_a_cubic_spring_is_told_apart_from_friction(share: float) -> None:
 def test_a_linear_spring_is_not_taken_for_a_cubic_one() -> None:
     truth = Decay(0.0, 5e-3, 0.0, 19.6, 0.004, 20e-6)
     t = np.arange(0.0, 10.0, 0.008)
-    for seed in range(6):
+    for seed in range(3):
         x = truth.at(t) + 1e-6 * np.random.default_rng(seed).standard_normal(len(t))
         assert fit_decay(t, x, replace(truth, friction=10e-6)).decay.cubic == 0.0

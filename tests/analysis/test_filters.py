@@ -59,7 +59,7 @@ def test_the_third_harmonic_of_a_mass_that_slides_is_what_its_friction_makes() -
 
 @pytest.mark.parametrize(
     ("r", "cutoff", "order"),
-    [(0.15, 3.2, 4), (0.2, 3.2, 3), (0.3, 3.6, 8), (0.3, 3.3, 4), (0.5, 4.5, 6), (0.5, 2.8, 8)],
+    [(0.15, 3.2, 4), (0.3, 3.6, 8), (0.5, 2.8, 8)],
 )
 def test_a_law_is_compared_in_the_band_that_a_filter_leaves(r: float, cutoff: float, order: int) -> None:
     """It was compared with all its harmonics: a misfit of 4 to 52 standard errors, the amplitude 3 to 24 u off."""
@@ -75,7 +75,7 @@ def test_a_law_is_compared_in_the_band_that_a_filter_leaves(r: float, cutoff: fl
     assert any("mass_filter_hz" in said and "stops_per_cycle" in said for said in measured.warnings)
 
 
-@pytest.mark.parametrize("r", [0.1, 0.3, 0.8])
+@pytest.mark.parametrize("r", [0.1, 0.8])
 def test_a_wide_filter_costs_nothing_and_is_not_warned_of(r: float) -> None:
     recording, what = through(r, (40.0, 2), (40.0, 2))
     m = measure(recording, what)

@@ -55,8 +55,7 @@ def recording(seen: dict[str, FloatArray], *names: str) -> Recording:
     return Recording(seen["time"], x, y, channels=more)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("r", "beta"), [(0.3, 0.4), (0.5, 0.4), (0.7, 0.3)])
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("r", "beta", "sign"), [(0.3, 0.4, 1.0), (0.5, 0.4, -1.0), (0.7, 0.3, 1.0)])
 def test_a_load_cell_gives_energy_and_coefficient_of_the_truth(r: float, beta: float, sign: float) -> None:
     _, _, energy, _ = steady(r, beta)
     seen = channels_of(r, beta)
@@ -107,8 +106,7 @@ def test_inertia_between_cell_and_contact_changes_the_force_and_not_its_energy()
     assert float(np.std(told.cycle.force - right.cycle.force)) < 0.05 * size
 
 
-@pytest.mark.parametrize("channel", ["mass_velocity", "mass_acceleration"])
-@pytest.mark.parametrize(("r", "beta"), [(0.5, 0.2), (0.7, 0.3)])
+@pytest.mark.parametrize(("channel", "r", "beta"), [("mass_velocity", 0.5, 0.2), ("mass_acceleration", 0.7, 0.3)])
 def test_a_velocity_or_an_acceleration_serves_for_a_displacement(channel: str, r: float, beta: float) -> None:
     _, _, energy, amplitude = steady(r, beta)
     m = measure(recording(channels_of(r, beta), channel, "base_displacement"), scene())

@@ -14,9 +14,9 @@ from frictionlab.scene import read_scene
 from tests.analysis.test_free_vibration import HZ, RATE, decaying, viscous
 
 
-@pytest.fixture
-def decays(tmp_path: Path) -> list[str]:
-    generator, paths = np.random.default_rng(1), []
+@pytest.fixture(scope="module")
+def decays(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    tmp_path, generator, paths = tmp_path_factory.mktemp("decays"), np.random.default_rng(1), []
     for number in range(2):
         x = viscous(0.0055 + 0.001 * number) + 1e-6 * generator.standard_normal(round(25 * RATE))
         t = np.arange(len(x)) / RATE

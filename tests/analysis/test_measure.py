@@ -18,8 +18,8 @@ from tests.analysis.seen import BASE_M, NATURAL_HZ, NOISE_M, STEP_M, recording_o
 DATA = Path(__file__).parents[3] / "shared" / "data"
 # (r, beta) from multi-stop to far above resonance; every stop lasts at least 2 % of a cycle
 POINTS = [
-    (0.1, 0.2), (0.1, 0.75), (0.13, 0.6), (0.2, 0.4), (0.3, 0.6), (0.42, 0.4), (0.5, 0.2), (0.5, 0.6), (0.7, 0.4),
-    (0.8, 0.1), (1.2, 0.3), (1.4, 0.75), (2.0, 0.4), (2.5, 0.3),
+    (0.1, 0.2), (0.1, 0.75), (0.13, 0.6), (0.3, 0.6), (0.42, 0.4), (0.5, 0.2), (0.7, 0.4), (1.2, 0.3), (1.4, 0.75),
+    (2.5, 0.3),
 ]  # fmt: skip
 
 
@@ -252,8 +252,8 @@ def test_a_long_recording_is_measured_in_five_more_columns_of_it() -> None:
     assert peak < 8 * 8 * n
 
 
-@pytest.mark.parametrize(("r", "beta"), [(1.2, 0.5), (1.5, 0.3), (0.5, 0.4)])
-@pytest.mark.parametrize("samples", [11, 15, 20])
+@pytest.mark.parametrize(("r", "beta"), [(1.2, 0.5), (0.5, 0.4)])
+@pytest.mark.parametrize("samples", [11, 20])
 def test_few_samples_of_a_cycle_take_nothing_from_its_harmonics(r: float, beta: float, samples: int) -> None:
     """A cubic between 11 samples takes a third of the third harmonic."""
     rate = 1.003 * samples * r * NATURAL_HZ

@@ -80,7 +80,6 @@ def test_a_quiet_sensor_is_measured_by_its_step(r: float, beta: float, size: flo
     ("case", "said"),
     [
         ("mass inverted", "energy_per_cycle: -2.13 kY.2: .* counts the other way"),
-        ("mass inverted, r = 1.2", "energy_per_cycle: .* counts the other way"),
         ("mass and base swapped", "mass and base look swapped .*--mass and --base"),
         ("mass and base swapped, r = 1.2", "energy_per_cycle: .* or mass and base are swapped"),
         ("mass is a copy of the base", "mass: its channel repeats the base's .*--mass"),
@@ -92,12 +91,6 @@ def test_a_quiet_sensor_is_measured_by_its_step(r: float, beta: float, size: flo
 def test_channels_that_are_not_what_they_are_called_are_named(case: str, said: str) -> None:
     made = CASES[case]()
     assert any(re.search(said, warning) for warning in measure(made.recording, made.scene).warnings)
-
-
-def test_a_column_from_base_to_mass_is_named_with_its_sign() -> None:
-    one = seen(motion(0.5, 0.4), seconds=40.0)
-    (said,) = measure(changed(one, mass=one.base_displacement - one.mass_displacement), ALL).warnings
-    assert said.startswith("energy_per_cycle: ")  # y - x turns the loop as an inverted sensor does
 
 
 def test_a_mass_whose_stops_cannot_be_told_is_not_said_to_be_relative(tmp_path: Path) -> None:
@@ -131,10 +124,8 @@ MAY_BE = "does not tell whether the mass's column is its own displacement or tha
     [
         (1.4, 0.3, FITS),
         (0.859659, 0.378625, FITS),  # where the natural frequency could have hidden it
-        (0.880097, 0.328449, FITS),
         (1.09067, 0.479483, FITS),
         (0.951, 0.347, MAY_BE),  # the sum keeps the equation no better, within 1.5 % of the natural frequency
-        (1.057, 0.178, MAY_BE),
     ],
 )
 def test_a_continuous_motion_relative_to_the_base_breaks_the_equation_of_motion(
@@ -161,7 +152,7 @@ def test_a_motion_that_grows_at_resonance_is_said_to() -> None:
     assert any("it still grows" in w and "pi/4" in w for w in said)
 
 
-@pytest.mark.parametrize("force", [-3.0, 0.0, float("inf"), float("nan"), "heavy"])
+@pytest.mark.parametrize("force", [-3.0, float("nan"), "heavy"])
 def test_a_normal_force_that_is_none_is_not_used(force: float | str) -> None:
     one = replace(seen(motion(0.5, 0.4), seconds=40.0), experiment={"normal_force_n": force})
     m = measure(one, ALL)
@@ -169,8 +160,9 @@ def test_a_normal_force_that_is_none_is_not_used(force: float | str) -> None:
     assert [w for w in m.warnings if w.startswith("normal_force_n: expected a number above 0")]
 
 
-@pytest.mark.parametrize("rule", ["last", "all", "window:15"])
-@pytest.mark.parametrize(("parts", "r", "beta"), [(2, 0.5, 0.3), (2, 0.9, 0.4), (3, 0.5, 0.3)])
+@pytest.mark.parametrize(
+    ("rule", "parts", "r", "beta"), [("last", 2, 0.5, 0.3), ("all", 2, 0.9, 0.4), ("window:15", 3, 0.5, 0.3)]
+)
 def test_a_motion_that_repeats_every_few_cycles_is_averaged_over_its_period(
     rule: str, parts: int, r: float, beta: float
 ) -> None:
@@ -215,8 +207,9 @@ def test_lines_that_are_no_harmonic_are_named_and_taken_out(size: float, r: floa
     assert origin in said
 
 
-@pytest.mark.parametrize(("r", "beta", "k"), [(0.5, 0.4, 32), (0.5, 0.4, 33), (0.8, 0.3, 20), (1.2, 0.4, 13)])
-@pytest.mark.parametrize("off", [0.0, 0.004])
+@pytest.mark.parametrize(
+    ("r", "beta", "k", "off"), [(0.5, 0.4, 32, 0.0), (0.5, 0.4, 33, 0.004), (0.8, 0.3, 20, 0.0), (1.2, 0.4, 13, 0.004)]
+)
 def test_hum_on_a_harmonic_of_the_drive_is_said_and_in_the_error(r: float, beta: float, k: int, off: float) -> None:
     """It cannot be told from the motion: 5 um moved the amplitude by 0.2 % (20 errors) and hid both stops, unwarned."""
     of = motion(r, beta)
@@ -335,7 +328,7 @@ def test_stamps_that_are_even_over_a_clock_that_jitters_move_nothing_beyond_its_
     assert abs(m.response_amplitude - made.truth.amplitude) < 3 * m.response_amplitude_se
 
 
-@pytest.mark.parametrize(("r", "beta"), [(0.1457, 0.2041), (0.3, 0.1), (0.1, 0.3), (1.452, 0.681)])
+@pytest.mark.parametrize(("r", "beta"), [(0.1457, 0.2041), (0.1, 0.3), (1.452, 0.681)])
 def test_stops_parted_by_a_tiny_slip_are_two(r: float, beta: float) -> None:
     """At r = 0.1457 stops of 7 and 13 % of a cycle are parted by 0.001 Y: two were counted for four."""
     of = motion(r, beta)
@@ -357,11 +350,10 @@ def test_two_stops_parted_by_a_slip_below_the_sensors_noise_are_said_to_be_so(r:
     )
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_stop_that_begins_as_a_slow_passage_is_in_the_error_of_the_amplitude(seed: int) -> None:
+def test_a_stop_that_begins_as_a_slow_passage_is_in_the_error_of_the_amplitude() -> None:
     """The mass turns, goes back by 0.0007 Y and stops there: the place of the stop was 4 errors off its extreme."""
     of = motion(0.41811, 0.185056)
-    m = measure(seen(of, seconds=60.0, seed=seed), ALL)
+    m = measure(seen(of, seconds=60.0), ALL)
     assert abs(m.response_amplitude - of.amplitude) < 2 * m.response_amplitude_se < 0.002
     assert m.stops_per_cycle == of.stops or any("or one with a creep or a slow passage" in said for said in m.warnings)
 
@@ -408,8 +400,8 @@ def test_a_sine_of_few_points_is_not_taken_for_clipped(points: int) -> None:
         assert points < 63 or is_clipped(np.minimum(sine, 0.8), noise=0.0)  # fewer points do not always show it
 
 
-@pytest.mark.parametrize("stiffness_ratio", [10.0, 25.0, 40.0, 80.0, 200.0])
-@pytest.mark.parametrize("r", [0.2, 0.3, 0.4])
+@pytest.mark.parametrize("stiffness_ratio", [10.0, 40.0, 200.0])
+@pytest.mark.parametrize("r", [0.2, 0.4])
 def test_an_elastic_contact_that_rings_at_its_extremes_is_not_clipped(r: float, stiffness_ratio: float) -> None:
     law = Problem(r, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": stiffness_ratio})
     orbit = steady_state(law).orbit

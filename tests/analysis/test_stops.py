@@ -17,9 +17,7 @@ def found(v: np.ndarray) -> np.ndarray:
     return stops.stops_of(stops.joined([stops.pauses(v, HOW.still)], [0], *v.shape), HOW, v.shape[1])[0]
 
 
-@pytest.mark.parametrize(
-    ("r", "beta"), [(0.1, 0.2), (0.13, 0.6), (0.2, 0.4), (0.3, 0.6), (0.5, 0.4), (0.58, 0.55), (1.2, 0.75), (2.5, 0.75)]
-)
+@pytest.mark.parametrize(("r", "beta"), [(0.1, 0.2), (0.13, 0.6), (0.3, 0.6), (0.5, 0.4), (0.58, 0.55), (2.5, 0.75)])
 def test_stops_of_exact_orbits_are_found_with_their_lengths(r: float, beta: float) -> None:
     state, orbit, _, _ = steady(r, beta)
     tau = stops.TURN * np.arange(3 * POINTS) / POINTS + 1.0
@@ -29,7 +27,7 @@ def test_stops_of_exact_orbits_are_found_with_their_lengths(r: float, beta: floa
     np.testing.assert_allclose(stuck, state.stuck_fraction or 0.0, atol=0.006 * max(2, state.stops_per_cycle or 0))
 
 
-@pytest.mark.parametrize(("r", "beta"), [(0.5, 0.3), (0.6, 0.5), (0.75, 0.78), (0.8, 0.3), (1.2, 0.6), (2.0, 0.5)])
+@pytest.mark.parametrize(("r", "beta"), [(0.5, 0.3), (0.75, 0.78), (1.2, 0.6)])
 def test_turning_points_and_slow_passages_are_no_stops(r: float, beta: float) -> None:
     _, orbit, _, _ = steady(r, beta)
     v = orbit.at(stops.TURN * np.arange(POINTS) / POINTS)[1].reshape(1, POINTS)

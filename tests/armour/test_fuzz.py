@@ -7,7 +7,7 @@ import pytest
 from tests.armour import fuzz
 from tests.armour.sound import MAKE, sound
 
-CASES = 12
+CASES = 8
 """Of each kind; `make fuzz` reads 20,000."""
 
 

@@ -17,8 +17,8 @@ def run(*words):
     assert done.exit_code == 0, done.output
 
 drive = ("--natural-frequency", "6", "--transient", "0.5", "-q")
-for end in ("csv", "jsonl", "h5", "xlsx"):
-    run("analyze", "a.h5", *drive, "-o", f"m.{end}", "--plot", "m.svg")
+for words in (("-o", "m.csv", "--plot", "m.svg"), ("-o", "m.jsonl"), ("-o", "m.h5"), ("-o", "m.xlsx")):
+    run("analyze", "a.h5", *drive, *words)
 run("simulate", "--r", "0.3", "--beta", "0.4", "-o", "motion.h5", "--plot", "motion.pdf")
 run("sweep", "--r", "0.5,0.7", "--beta", "0.2,0.4", "-o", "map.h5", "-q", "--workers", sys.argv[1])
 """

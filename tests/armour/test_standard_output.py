@@ -7,18 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.tables import write_rows
 from tests.armour.sound import sound
-from tests.campaign.fabricate import small_campaign
 
 COMMANDS = {
     "help": ["--help"],
     "ingest": ["ingest", "a.csv", "-o", "b.h5"],
     "analyze": ["analyze", "a.h5", "--natural-frequency", "6", "--transient", "0.5", "--json"],
-    "simulate": ["simulate", "--r", "0.5", "--beta", "0.4"],
     "sweep": ["sweep", "--r", "0.5,0.6", "--beta", "0.4", "-o", "map.csv", "--json"],
     "show recording": ["show", "a.h5"],
-    "show rows": ["show", "m.jsonl"],
 }
 
 
@@ -28,7 +24,6 @@ def desk(tmp_path: Path) -> Path:
     (tmp_path / "a.csv").write_text(
         "time [s],mass [mm],base [mm]\n" + "".join(f"{n / 100},{n % 7},{n % 5}\n" for n in range(300))
     )
-    write_rows(small_campaign()[:3], tmp_path / "m.jsonl")
     return tmp_path
 
 
@@ -48,7 +43,7 @@ def test_a_full_disk_is_told_in_one_line(name: str, desk: Path) -> None:
     assert told[0].startswith("frictionlab: standard output: No space left on device")
 
 
-@pytest.mark.parametrize("name", ["help", "analyze", "sweep"])
+@pytest.mark.parametrize("name", ["help", "analyze"])
 def test_a_reader_that_leaves_is_no_fault(name: str, desk: Path) -> None:
     done = run(COMMANDS[name], desk, "> >(true); echo $? >status")
     assert (desk / "status").read_text().strip() in ("0", "141")

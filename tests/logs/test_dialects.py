@@ -1,14 +1,12 @@
 """Every dialect gives back the numbers that were written, bit for bit, and says what it found."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from frictionlab.errors import LogError, UsageError
+from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
 from tests.logs.samples import CLEAN, Truth, comma, ni, picoscope, table, truth, write
@@ -191,20 +189,3 @@ def test_volts_are_not_metres(tmp_path: Path) -> None:
 def test_what_is_no_log_is_refused(text: str, words: str, tmp_path: Path) -> None:
     with pytest.raises(LogError, match=words):
         read_log(write(tmp_path / "log.csv", text))
-
-
-@pytest.mark.parametrize(
-    ("wrong", "words"),
-    [
-        ({"separator": "x"}, "separator: expected one of"),
-        ({"decimal": ";"}, "decimal mark"),
-        ({"decimal": ",", "separator": ","}, "got a comma for both"),
-        ({"encoding": "klingon"}, "encoding"),
-        ({"unit": "parsec"}, "unit of displacement"),
-        ({"time_unit": "mm"}, "unit of time"),
-        ({"sampling_rate_hz": -1.0}, "expected a positive number"),
-    ],
-)
-def test_impossible_options_are_refused(wrong: dict[str, Any], words: str) -> None:
-    with pytest.raises(UsageError, match=words):
-        replace(LogOptions(), **wrong)

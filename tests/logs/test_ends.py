@@ -10,9 +10,7 @@ from tests.analysis.seen import STEP_M
 
 QUIET = [  # r, beta, rate (Hz), base amplitude (m), noise (m): a tenth of a step and less
     (0.1, 0.3, 1000.0, 0.1e-3, 0.05e-6),
-    (0.1, 0.6, 4000.0, 0.5e-3, 0.02e-6),
     (0.3, 0.6, 4000.0, 0.5e-3, 0.07e-6),
-    (0.5, 0.1, 1000.0, 0.3e-3, 0.07e-6),
     (0.7, 0.5, 4000.0, 1.8e-3, 0.02e-6),
     (1.2, 0.3, 4000.0, 0.1e-3, 0.25e-6),
 ]
@@ -49,8 +47,7 @@ def test_one_excursion_beyond_the_range_is_held_whatever_the_other_turning_point
     assert not flagged[:10_000].any()
 
 
-@pytest.mark.parametrize("measuring_range", [0.010, 0.050, 0.200])
-@pytest.mark.parametrize("spikes", [0, 3, 20])
+@pytest.mark.parametrize(("measuring_range", "spikes"), [(0.010, 3), (0.050, 0), (0.050, 20), (0.200, 3)])
 def test_spikes_do_not_make_the_range_look_smaller(measuring_range: float, spikes: int) -> None:
     """A handful of values between two levels made 50 mm look like 25 mm."""
     step = 1.02 * measuring_range / 65520

@@ -15,17 +15,15 @@ from tests.logs.samples import sensortool, table, truth, write
 TEXT = table(truth(200), "time [s],mass [mm],base [mm]", ",")
 
 
-@pytest.mark.parametrize("part", range(2))
-def test_mutated_logs_are_read_or_refused(part: int, tmp_path: Path) -> None:
-    outcomes = {check(*case(1, number), tmp_path) for number in range(100 * part, 100 * (part + 1))}
-    assert {"refused", "damaged"} <= outcomes
+def test_mutated_logs_are_read_or_refused(tmp_path: Path) -> None:
+    assert {"refused", "damaged"} <= {check(*case(1, number), tmp_path) for number in range(120)}
 
 
 def test_a_log_cut_at_any_byte_is_read_or_refused(tmp_path: Path) -> None:
     raw = TEXT[:2000].encode()
     path = tmp_path / "log.csv"
     read = 0
-    for size in range(0, len(raw), 11):
+    for size in range(0, len(raw), 37):
         path.write_bytes(raw[:size])
         try:
             recording = read_log(path, LogOptions(unit="mm"))
@@ -35,7 +33,7 @@ def test_a_log_cut_at_any_byte_is_read_or_refused(tmp_path: Path) -> None:
         assert lines.read == lines_of(raw[:size], "utf-8")
         assert len(recording) == lines.data >= raw[:size].count(b"\n") - 1
         read += 1
-    assert read > 1800 // 11
+    assert read > 1800 // 37
 
 
 def test_one_sensors_log_cut_at_any_byte_is_refused(tmp_path: Path) -> None:
