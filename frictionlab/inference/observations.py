@@ -41,8 +41,6 @@ ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
 LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
 STATES = 150.0  # steady states of one fit, about
-COST = {"rigid": (40.0, 1.0), "elastic": (0.0, 60.0)}
-"""Steps of integration that an exact steady state and its cycle cost, about: these, and these over r."""
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
 STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
@@ -57,11 +55,11 @@ def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> S
     OverspentError
         The work that the search may do is used up: the same search ends at the same place on every machine.
     """
-    fixed, slow = COST.get(problem.law.kind, (0.0, 0.0))
-    meter.take(fixed + slow / problem.r)
     try:
-        if problem.law.kind in COST:
-            return steady_state(problem)
+        if problem.law.is_exact:
+            from frictionlab.simulator.exact import solve as exact  # noqa: PLC0415 - what is not asked for is not loaded
+
+            return exact.steady(problem, meter=meter)
         from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
 
         return numeric.steady(problem, near=near, meter=meter if math.isfinite(meter.left) else None)

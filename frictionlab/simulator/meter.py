@@ -4,8 +4,8 @@ from frictionlab.errors import FrictionlabError
 
 WAITED_CYCLES = 400  # that an integrated motion is followed from rest before the answer is "not found"
 WAITED_STEPS = 150_000  # and the steps of it; some seconds
-STATE = 100.0  # steps of integration that one steady state costs beside its own
-LOOKS = 60.0  # at an elastic phase that cost as much as a step of integration
+STATE = 100.0  # steps of integration that an integrated steady state costs beside its own
+EXACT_STATE, LOOKS = 50.0, 13.0  # what an exact one costs beside its evaluations, and how many of these cost a step
 
 
 class OverspentError(FrictionlabError, RuntimeError):
@@ -15,8 +15,7 @@ class OverspentError(FrictionlabError, RuntimeError):
 class Meter:
     """Work left to a search, in steps of integration (some ten microseconds each, compiled).
 
-    Only steady states that are integrated or elastic are counted: rigid ones cost next to nothing. The same search uses
-    the same work on every machine, so that it ends at the same place.
+    The same search uses the same work on every machine, so that it ends at the same place.
 
     Examples
     --------

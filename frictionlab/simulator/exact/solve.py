@@ -31,7 +31,7 @@ from frictionlab.simulator.exact.phase import (
     SYSTEM,
     make_phase,
 )
-from frictionlab.simulator.meter import LOOKS, STATE, Meter
+from frictionlab.simulator.meter import EXACT_STATE, LOOKS, Meter
 from frictionlab.simulator.motion import Motion, Timeline, cycles_of
 from frictionlab.simulator.problem import Base, Problem
 from frictionlab.simulator.state import SteadyState, from_numbers
@@ -444,8 +444,8 @@ def steady(problem: Problem, solver: str = "auto", *, meter: Meter | None = None
     """
     found = solved(system_of_one(problem), CLOSED[solver])
     code = int(found.row[places.OUTCOME])
-    if meter is not None and problem.law.kind != "rigid":
-        meter.take(STATE + found.spent / LOOKS)
+    if meter is not None:
+        meter.take(EXACT_STATE + found.spent / LOOKS)
     if code == places.CHATTERED:
         _refuse(system_of_one(problem), CHATTER, np.empty(0))
     if solver == "closed-form" and code == places.NOT_FOUND:
