@@ -31,7 +31,7 @@ MISSED = 100.0  # ... times squares over data up to this: values that miss the d
 GOOD, POOR = 0.75, 0.25  # gained over foretold, from which steps may be longer, and below which they must be shorter
 REACH = 1.0  # standard deviations of its prior that any coordinate may go in the first step
 LEAST_REACH = 1e-9
-MOST_STEPS = 60
+MOST_STEPS, FOLLOWED_STEPS = 60, 200  # of a descent, and of one that is followed to its end
 NODES = 40  # of an integral over one coordinate that may only grow from a bound
 ROUNDS, SETTLED = 4, 0.2  # of weighing down what the law cannot explain, until its share changes by no more
 FARTHEST = 3.0  # scales of its prior beyond which a scatter is no scatter but a misfit of the law
@@ -394,6 +394,15 @@ def fit_from(
         )
     found = Fit(model, descend(model, start_place(model, starts[int(np.argmin(costs))], local)))
     return tempered(found) if tempers else found
+
+
+def followed(found: Fit) -> Fit:
+    """Return the fit at its minimum: a descent along a curved valley may have ended before, at the steps allowed.
+
+    Errors are those of a minimum, so none may be stated before it is reached.
+    """
+    further = replace(found.model, most=max(found.model.most, FOLLOWED_STEPS))
+    return Fit(found.model, descend(further, found.place))
 
 
 def tempered(found: Fit, shares: FloatArray | None = None) -> Fit:

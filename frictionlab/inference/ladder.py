@@ -22,8 +22,10 @@ from frictionlab.errors import AnalysisError, ParameterError
 from frictionlab.inference.fit import (
     Fit,
     Model,
+    cost,
     excess_of,
     fit_from,
+    followed,
     log_evidence,
     missed_shares,
     scatter_scale,
@@ -40,9 +42,10 @@ from frictionlab.simulator.meter import Meter, OverspentError
 
 EXACT = ("place", "speed", "breakaway", "compliance")
 CHEAP = EXACT[:3]  # a rigid contact: a fraction of a millisecond a steady state
-NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen")  # milliseconds a steady state ...
+NUMERIC = ("stribeck", "logarithm", "dahl", "bouc-wen")  # milliseconds a steady state ...
 DEAR = ("lugre", "rate-state")  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
+KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
@@ -111,15 +114,18 @@ def climb(observations: Sequence[Observation], *, accuracy: str = "balanced") ->
     ladder = _Climb(observations, accuracy)
     bottom = ladder.tried("coulomb", None)
     rigid = not all(observation.single for observation in observations)
+    cycles = not rigid and all(isinstance(observation, CycleObservation) for observation in observations)
     top = ladder.upward(bottom, CHEAP if rigid or accuracy == "fast" else EXACT)
     if accuracy == "exact" or (accuracy != "fast" and not ladder.is_noise(top)):
-        if all(isinstance(o, CycleObservation) and o.single for o in observations):
+        if cycles:
             top = ladder.onto_numeric(bottom, top)
         else:
             why = "in a frame of several masses the contact that is fitted is rigid"
             why = why if rigid else "a table over frequency is held against the exact laws alone; do: --law names one"
             dear = tuple(term for term in (*EXACT, *NUMERIC, *DEAR) if term not in (CHEAP if rigid else EXACT))
             ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), f"not tried: {why}")
+    if accuracy != "fast" and cycles and top.law.has("breakaway"):
+        top = ladder.against_its_limit(top)
     rungs = tuple(replace(r, required=r.required or r.law is top.law) for r in ladder.rungs)
     found = ladder.found_again(top)
     return Ladder(rungs, top, told_apart(found, top, rungs), ladder.left_out)
@@ -129,7 +135,7 @@ class _Climb:
     """The rungs of some tests as they come."""
 
     def __init__(self, observations: Sequence[Observation], accuracy: str) -> None:
-        self.work = Meter(WORK * len(observations))
+        self.work, self.kept = Meter(WORK * len(observations)), KEPT * WORK * len(observations)
         self.observations = [o.missing(0.0).metered(self.work) for o in observations]
         self.accuracy = accuracy
         self.rungs: list[Rung] = []
@@ -167,6 +173,15 @@ class _Climb:
             best = max((best, *alone, *both), key=lambda rung: rung.log_evidence)
         return best if best is top or self.is_noise(best) else self.upward(best, CHEAP)
 
+    def against_its_limit(self, top: Rung) -> Rung:
+        """The better of a law whose friction jumps at break-away and of that whose friction falls with speed.
+
+        The first is the second's limit at a small speed, and in a slow test both may leave nothing but noise.
+        """
+        rival = self.tried(top.law.name.replace("breakaway", "stribeck"), top)
+        better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
+        return rival if better and _is_better(top.held_out, rival.held_out) else top
+
     def found_again(self, top: Rung) -> Posterior:
         """The required law as it is found when it is given; where that cannot be done, as on the ladder."""
         again = [o.under(top.law).metered(Meter(RESERVE * len(self.observations))) for o in self.observations]
@@ -193,7 +208,7 @@ class _Climb:
         if known is not None:
             return replace(known, required=False)
         law, begin = law_of(name), time.perf_counter()
-        if self.work.is_spent and law.kind != "rigid":
+        if law.kind != "rigid" and self.work.left < (self.kept if law.kind == "elastic" else 0.0):
             made = Rung(law, said="not tried: the work of a ladder was used up; give --law to fit it alone")
         else:
             try:
@@ -242,6 +257,8 @@ class _Climb:
                 for valley in self.valleys
             ]
             begun = [(replace(model, most=30), point, [np.zeros(len(point))]) for point in points]
+        elif not law.is_exact:  # dear: the likeliest start first, for one may lead astray, or be enough
+            begun.sort(key=lambda start: cost(*start))
         enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)
         best: Fit | None = None
         missed = AnalysisError("no starting point has a steady state")
@@ -260,7 +277,7 @@ class _Climb:
             best = found if best is None or found.cost < best.cost else best
         if best is None:
             raise missed
-        return with_scatter(best)[0]
+        return with_scatter(followed(best))[0]
 
     def _confirmed(self, here: Rung, good: list[Rung]) -> tuple[Rung, list[Rung]]:
         """A rigid law fitted once more, from the values of the best richer one, and those still required over it.

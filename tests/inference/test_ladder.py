@@ -69,14 +69,16 @@ def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try(monkeypat
     assert (again.law, again.parameters, again.warnings) == (found.law, found.parameters, found.warnings)
 
 
-def test_an_elastic_state_under_a_slow_drive_is_booked_at_what_it_costs() -> None:
-    """At r = 0.09 one took 7 ms and was booked as 1 ms: a ladder that found no law took 40 s of CPU."""
+def test_a_steady_state_is_booked_by_the_evaluations_that_it_took() -> None:
+    """An elastic state at r = 0.09 takes 1.2 ms, booked as 7 it kept integrated laws from being tried there."""
     spent = []
-    for r in (0.05, 0.5):
-        meter = Meter(1e6)
-        steady(Problem(r, 0.3, law="coulomb+compliance", parameters={"stiffness_ratio": 30.0}), meter)
-        spent.append(1e6 - meter.left)
-    assert spent[0] == pytest.approx(10.0 * spent[1])
+    for law in ("coulomb", "coulomb+compliance"):
+        for r in (0.05, 0.5):
+            meter = Meter(1e6)
+            steady(Problem(r, 0.3, law=law, parameters={"stiffness_ratio": 30.0} if law != "coulomb" else {}), meter)
+            spent.append(1e6 - meter.left)
+    assert 50.0 < spent[1] < spent[0] < spent[2] < 300.0
+    assert 50.0 < spent[3] < spent[2]
 
 
 @pytest.mark.parametrize(
