@@ -1,10 +1,11 @@
 """Recordings that try to mislead the identification, drawn at random and judged by their truth.
 
 Run: ``make adversary N=300 SEED=7`` or ``python -m tests.benchmarks.adversary --count 300 --seed 7``; ``--only K`` runs
-one draw of a seed again and prints its comparison. The motion comes from an integrator that shares no code with the
-simulator (Runge-Kutta steps of fourth order, events by bisection). Laws inside and outside the family are drawn, and
-what a laboratory does to a recording: lag, gain, noise, hum, steps, a natural frequency that is not the scene's, a base
-that is no sine, few samples a cycle.
+one draw of a seed again and prints its comparison, ``--kind cubic`` draws that kind alone, ``--each`` prints a line for
+every draw, ``--decays`` draws free decays in place of recordings. The motion comes from an integrator that shares no
+code with the simulator (Runge-Kutta steps of fourth order, events by bisection). Laws inside and outside the family are
+drawn, and what a laboratory does to a recording: lag, gain, noise, hum, steps, a natural frequency that is not the
+scene's, a base that is no sine, few samples a cycle, friction that scatters.
 
 Units inside: time in 1 / omega_n, displacement over Y, forces over k Y.
 """
@@ -22,25 +23,30 @@ from numba import njit
 from numpy.typing import NDArray
 
 import frictionlab as fl
+from frictionlab.analysis.free_vibration import free_vibrations
 
 RESULT = Path(__file__).parent / "results" / "adversary.txt"
 Floats = NDArray[np.float64]
 NATURAL_HZ, BASE_M, MASS_KG = 3.13, 1.818e-3, 3.0799
 STIFFNESS = MASS_KG * (2.0 * math.pi * NATURAL_HZ) ** 2
 FAR = 3.0  # stated uncertainties: an error beyond is counted
+STEP_M, NOISE_M = 7.784e-7, 0.8e-6  # of a sensor
 STEP = 0.01  # of the integrator, at most: its error is 1e-9 of an amplitude
 
 # What the integrator reads, in this order; a term that is not drawn does nothing.
 NAMES = (
     "beta", "gradient", "contact_damping", "static_up", "static_down", "contact_stiffness", "fall", "fall_speed",
     "frame_damping", "cubic", "play", "asymmetry", "second_mass", "second_frequency", "load_by_base", "ripple",
-    "ripple_number",
+    "ripple_number", "scatter", "scatter_seed",
 )  # fmt: skip
 NEUTRAL: Mapping[str, float] = dict.fromkeys(NAMES, 0.0) | {
     "static_up": 1.0, "static_down": 1.0, "fall_speed": 1.0, "second_frequency": 1.0, "ripple_number": 1.0,
 }  # fmt: skip
 INSIDE = ("coulomb", "speed", "place", "breakaway", "compliance", "stribeck", "place+speed")
 OUTSIDE = ("cubic", "play", "asymmetry", "second mass", "load by base", "ripple", "frequency", "lag")
+FEW_SAMPLES = "few samples"  # Coulomb above resonance: drawn where it is asked for
+DECAYS = ("", "hum", "cubic", "scatter", "cubic+hum", "scatter+hum")
+SHIFT = 1e-9  # frequency of a base that stands displaced
 CAUSES: Mapping[str, tuple[str, ...]] = {
     "cubic": ("cubic", "spring"),
     "play": ("play", "spring"),
@@ -85,12 +91,16 @@ def _limit(t: float, s: Floats, side: float, p: Floats, lines: Floats, drive: fl
     _, _, a = _base(t, lines, drive)
     strength: float = p[0] * (1.0 + p[1] * s[0]) * (1.0 + p[15] * math.cos(p[16] * s[0])) * (1.0 + p[11] * side)
     strength *= (1.0 + p[14] * a / (drive * drive)) * (1.0 + p[6] * math.exp(-abs(s[1]) / p[7]))
+    strength *= 1.0 + s[5]
     return strength
 
 
 @njit(cache=True)
 def _rates(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: float, out: Floats) -> None:
-    """Derivatives of the state x, v, x2, v2, contact force; mode: +-1 slides, 0 stands, 2 is held elastically."""
+    """Derivatives of the state x, v, x2, v2, contact force, by how much friction is off its mean.
+
+    The mode: +-1 slides, 0 stands, 2 is held elastically.
+    """
     push = _pull(t, s, p, lines, drive)
     if mode == 0:
         out[0] = out[1] = out[4] = 0.0
@@ -101,6 +111,7 @@ def _rates(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: floa
         out[0], out[1], out[4] = s[1], push - n, 0.0
     out[2] = s[3]
     out[3] = -(p[13] ** 2) * (s[2] - s[0]) - 0.02 * p[13] * (s[3] - s[1])
+    out[5] = 0.0
 
 
 @njit(cache=True)
@@ -130,7 +141,9 @@ def _over(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: float
 
 @njit(cache=True)
 def _next_mode(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: float) -> int:
-    """The mode after an event; the state is put right in place."""
+    """The mode after an event; the state is put right in place, and friction scatters anew."""
+    if p[17] > 0.0:
+        s[5] = p[17] * np.random.standard_normal()  # noqa: NPY002 - what compiled code knows; seeded by `integrate`
     if mode == 0:
         return 1 if _pull(t, s, p, lines, drive) > 0.0 else -1
     if mode == 2:
@@ -149,7 +162,8 @@ def _next_mode(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: 
 def integrate(times: Floats, p: Floats, lines: Floats, drive: float, longest: float) -> Floats:
     """Displacement of the mass at the times, from rest at time 0."""
     out = np.empty(len(times))
-    s, new, k = np.zeros(5), np.zeros(5), np.zeros((4, 5))
+    s, new, k = np.zeros(6), np.zeros(6), np.zeros((4, 6))
+    np.random.seed(int(p[18]))  # noqa: NPY002 - as above
     t, mode = 0.0, 2 if p[5] > 0.0 else 0
     for i in range(len(times)):
         while times[i] - t > 1e-13:
@@ -187,7 +201,7 @@ class Draw:
     seconds: float
     lag_s: float = 0.0
     gains: tuple[float, float] = (1.0, 1.0)
-    noise_m: float = 0.8e-6
+    noise_m: float = NOISE_M
     hum_m: float = 0.0
     declared_hz: float = NATURAL_HZ
     seed: list[int] = field(default_factory=list)
@@ -197,14 +211,12 @@ class Draw:
         noise = np.random.default_rng([*self.seed, 1])
         t = np.arange(int(self.seconds * self.rate_hz)) / self.rate_hz
         omega = 2.0 * math.pi * NATURAL_HZ
-        p = np.array([self.values.get(name, NEUTRAL[name]) for name in NAMES])
-        x = integrate(omega * t, p, self.base, self.r, STEP)
+        x = integrate(omega * t, contact_of(self.values), self.base, self.r, STEP)
         y = np.array([_base(omega * (s - self.lag_s), self.base, self.r)[0] for s in t])
-        seen = []
-        for values, gain in zip((x, y), self.gains, strict=True):
-            hum = self.hum_m * np.sin(2.0 * math.pi * 50.0 * t + noise.uniform(0.0, 6.0))
-            metres = gain * BASE_M * values + hum + noise.normal(0.0, self.noise_m, len(t))
-            seen.append(np.round(metres / 7.784e-7) * 7.784e-7)
+        seen = [
+            read(gain * BASE_M * values, t, self.hum_m, self.noise_m, noise)
+            for values, gain in zip((x, y), self.gains, strict=True)
+        ]
         return fl.Recording(t, seen[0], seen[1])
 
     def scene(self) -> fl.Scene:
@@ -213,13 +225,26 @@ class Draw:
         return fl.scene_from_tables({"rig": rig, "analysis": {"transient_s": 0.4 * self.seconds, "cycles": "all"}})
 
 
-def drawn(seed: int, number: int) -> Draw:
-    """Return the recording of a seed and a number."""
+def contact_of(values: Mapping[str, float]) -> Floats:
+    """Return what the integrator reads; a term that is not named does nothing."""
+    return np.array([values.get(name, NEUTRAL[name]) for name in NAMES])
+
+
+def read(metres: Floats, t: Floats, hum_m: float, noise_m: float, noise: np.random.Generator) -> Floats:
+    """Return what a sensor reads of a motion: hum, noise and its step."""
+    hum = hum_m * np.sin(2.0 * math.pi * 50.0 * t + noise.uniform(0.0, 6.0))
+    return np.asarray(np.round((metres + hum + noise.normal(0.0, noise_m, len(t))) / STEP_M) * STEP_M)
+
+
+def drawn(seed: int, number: int, kind: str | None = None) -> Draw:
+    """Return the recording of a seed and a number, of any kind or of the one that is asked for."""
     g = np.random.default_rng([seed, number])
     law = str(g.choice(INSIDE))
-    kind = str(g.choice([*OUTSIDE, *[""] * len(OUTSIDE)]))
+    any_kind = str(g.choice([*OUTSIDE, *[""] * len(OUTSIDE)]))
+    kind, few = any_kind if kind is None else kind, kind == FEW_SAMPLES
+    law = "coulomb" if few else law
     values = _contact(law, g)
-    r = float(np.exp(g.uniform(math.log(0.08), math.log(1.6))))
+    r = float(np.exp(g.uniform(math.log(1.1 if few else 0.08), math.log(1.6))))
     more: dict[str, float] = {}
     if kind == "cubic":
         values["cubic"] = float(g.uniform(0.003, 0.08) * g.choice([-1.0, 1.0]))
@@ -242,7 +267,7 @@ def drawn(seed: int, number: int) -> Draw:
     harmonics[0, 0] = 1.0
     harmonics[1:] = g.normal(0.0, 0.006, (2, 2)) * g.choice([0.0, 1.0])
     cycle_s = 1.0 / (r * NATURAL_HZ)
-    samples = float(np.exp(g.uniform(math.log(11.0), math.log(400.0))))
+    samples = float(np.exp(g.uniform(math.log(11.0), math.log(20.0 if few else 400.0))))
     rate = float(np.clip(samples / cycle_s, 10.0, 1000.0))
     return Draw(
         number, law, kind, r, values, harmonics, rate, float(np.clip(g.integers(8, 30) * cycle_s, 8.0, 90.0)),
@@ -269,41 +294,67 @@ def _contact(law: str, g: np.random.Generator) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Judged:
-    """What came of a draw."""
+    """What came of a draw: the comparison, or why it was refused."""
 
     draw: Draw
-    verdict: str
-    error: float  # of the friction ratio, in stated uncertainties
-    relative: float
-    named: bool
-    warned: bool
+    found: fl.Comparison | None
+    reason: str
     seconds: float
-    reason: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """The comparison's, or that it was refused."""
+        return "refused" if self.found is None else str(self.found.verdict)
+
+    @property
+    def relative(self) -> float:
+        """Error of the friction ratio over its truth."""
+        ratio = None if self.found is None else self.found.friction_ratio
+        return 0.0 if ratio is None else ratio / self.draw.values["beta"] - 1.0
+
+    @property
+    def stated(self) -> float:
+        """Stated uncertainty of the friction ratio over its truth."""
+        u = None if self.found is None else self.found.friction_ratio_u
+        return math.inf if u is None else u / self.draw.values["beta"]
+
+    @property
+    def named(self) -> bool:
+        """Whether a warning names the cause."""
+        said = self.reason if self.found is None else " ".join(self.found.warnings)
+        return any(word in said for word in CAUSES.get(self.draw.kind, ()))
+
+    @property
+    def is_far(self) -> bool:
+        """Whether the friction ratio is far off by what is stated."""
+        return abs(self.relative) > FAR * self.stated
 
     @property
     def is_wrong(self) -> bool:
         """Explained, far off, and no warning names the cause."""
-        return self.verdict == "explained" and abs(self.error) > FAR and not self.named
+        return self.verdict == "explained" and self.is_far and not self.named
+
+    @property
+    def line(self) -> str:
+        """Error, stated uncertainty, verdict and cause in a line."""
+        draw, law = self.draw, "" if self.found is None else self.found.law
+        cause = f"{draw.values[draw.kind]:.3g}" if draw.kind in draw.values else ""
+        told = "named" if self.named else "not named" if draw.kind in CAUSES else ""
+        return (
+            f"{draw.number:4} {draw.law:12} {draw.kind or 'as declared':12} {cause:8} r {draw.r:.3f}"
+            f" {100 * self.relative:+8.2f} % u {100 * self.stated:6.2f} %  {self.verdict:9} {told:9} {law}"
+            f" {self.seconds:.1f} s"
+        )
 
 
-def judge(draw: Draw, *, show: bool = False) -> Judged:
-    """Identify a drawn recording under `--law auto` and hold the result against the truth."""
+def judge(draw: Draw) -> Judged:
+    """Identify a drawn recording under `--law auto`, to be held against the truth."""
     began = time.process_time()
     try:
-        found = fl.compare(draw.recording(), draw.scene(), law="auto")
+        found, reason = fl.compare(draw.recording(), draw.scene(), law="auto"), ""
     except fl.FrictionlabError as error:
-        spent = time.process_time() - began
-        return Judged(draw, "refused", 0.0, 0.0, named=True, warned=True, seconds=spent, reason=str(error))
-    spent = time.process_time() - began
-    u = found.friction_ratio_u or math.inf
-    off = found.friction_ratio - draw.values["beta"]
-    said = " ".join(found.warnings)
-    named = any(word in said for word in CAUSES.get(draw.kind, ()))
-    if show:
-        for key, value in found.row().items():
-            print(f"{key:32} {value}")
-    relative = off / draw.values["beta"]
-    return Judged(draw, str(found.verdict), off / u, relative, named, bool(found.warnings), spent, found.law)
+        found, reason = None, str(error)
+    return Judged(draw, found, reason, time.process_time() - began)
 
 
 def report(seed: int, rows: list[Judged], faults: list[str]) -> str:
@@ -315,17 +366,73 @@ def report(seed: int, rows: list[Judged], faults: list[str]) -> str:
         f"{count}, longest {longest:.1f} s of CPU",
         f"explained, more than {FAR:g} u off and the cause not named: {len(wrong)} ({share:.1f} %)",
     ]
-    for kind in ("", *OUTSIDE):
+    for kind in ("", *OUTSIDE, FEW_SAMPLES):
         own = [row for row in rows if row.draw.kind == kind]
         verdicts = ", ".join(f"{verdict} {n}" for verdict, n in sorted(Counter(r.verdict for r in own).items()))
-        far = sum(abs(row.error) > FAR for row in own)
-        bad = sum(row.is_wrong for row in own)
-        lines.append(f"{kind or 'inside the family':20} {len(own):4}: {verdicts}; beyond {FAR:g} u {far}, wrong {bad}")
-    for row in sorted(wrong, key=lambda row: -abs(row.error))[:12]:
-        command = f"python -m tests.benchmarks.adversary --seed {seed} --only {row.draw.number}"
-        what = f"{row.draw.law}, {row.draw.kind or 'as declared'}, r {row.draw.r:.3f}, found {row.reason}"
-        lines.append(f"  {row.error:+8.1f} u {100 * row.relative:+7.2f} %  {what}: {command}")
+        far, named, bad = (sum(getattr(row, name) for row in own) for name in ("is_far", "named", "is_wrong"))
+        told = f"beyond {FAR:g} u {far}, named {named}, wrong {bad}"
+        lines += [f"{kind or 'inside the family':20} {len(own):4}: {verdicts}; {told}"] if own else []
+    for row in sorted(wrong, key=lambda row: -abs(row.relative / row.stated))[:12]:
+        lines += [f"  {row.relative / row.stated:+8.1f} u {row.line}", f"    {again(row.draw)}"]
     return "\n".join([*lines, *faults])
+
+
+def again(draw: Draw) -> str:
+    """Return the command that runs a draw again."""
+    seed, number = draw.seed
+    kind = f" --kind '{draw.kind}'" if draw.kind and drawn(seed, number).kind != draw.kind else ""
+    return f"python -m tests.benchmarks.adversary --seed {seed} --only {number}{kind}"
+
+
+def decay(seed: int, number: int) -> tuple[str, Mapping[str, float], Floats, Floats]:
+    """Return a free decay that is drawn: its kind, its truth, times and what the sensor reads."""
+    g = np.random.default_rng([seed, number])
+    kind, first = str(g.choice(DECAYS)), float(g.uniform(1e-3, 6e-3))
+    zeta, friction = float(np.exp(g.uniform(math.log(1e-3), math.log(2e-2)))), float(g.uniform(0.0, 0.01)) * first
+    values = {"frame_damping": zeta, "beta": friction / BASE_M, "scatter_seed": float(number)}
+    if "cubic" in kind:
+        values["cubic"] = float(g.uniform(0.003, 0.08) * g.choice([-1.0, 1.0])) * (BASE_M / first) ** 2
+    if "scatter" in kind:
+        values["scatter"] = float(g.uniform(0.02, 0.3))
+    rate, omega = float(np.exp(g.uniform(math.log(60.0), math.log(1000.0)))), 2.0 * math.pi * NATURAL_HZ
+    t = np.arange(int(g.uniform(8.0, 40.0) * rate)) / rate
+    x = integrate(omega * t, contact_of(values), np.array([[first / BASE_M, 0.0]]), SHIFT, STEP)
+    hum = float(g.uniform(1e-6, 2e-5)) if "hum" in kind else 0.0
+    truth = {"natural_frequency_hz": NATURAL_HZ, "damping_ratio": zeta, "friction_m": friction}
+    return kind, truth, t, read(BASE_M * x, t, hum, NOISE_M, g)
+
+
+def judge_decay(seed: int, number: int) -> tuple[str, str, float, str]:
+    """Return the kind of a drawn decay, the worst number found, how many errors it is off, and what is warned of."""
+    kind, truth, t, x = decay(seed, number)
+    try:
+        tap = free_vibrations(t, x)[0]
+    except fl.FrictionlabError as error:
+        return kind, "refused", 0.0, str(error)
+    off = {}
+    for name, true in truth.items():
+        se = getattr(tap, f"{name}_se") or getattr(tap, f"{name}_upper", 0.0) / 1.645
+        off[name] = (getattr(tap, name) - true) / se
+    worst = max(off, key=lambda name: abs(off[name]))
+    return kind, worst, off[worst], " ".join(tap.warnings)
+
+
+def report_decays(seed: int, count: int) -> str:
+    """Counts of free decays by kind, and those beyond three errors without a warning."""
+    rows = [judge_decay(seed, number) for number in range(count)]
+    lines = [f"{count} free decays of seed {seed}"]
+    for kind in DECAYS:
+        own = [row for row in rows if row[0] == kind]
+        far = sum(abs(off) > FAR for _, _, off, _ in own)
+        bad = sum(abs(off) > FAR and not said for _, _, off, said in own)
+        refused = sum(worst == "refused" for _, worst, _, _ in own)
+        lines.append(
+            f"{kind or 'plain':12} {len(own):4}: refused {refused}, beyond {FAR:g} errors {far}, unwarned {bad}"
+        )
+    for number, (kind, worst, off, said) in enumerate(rows):
+        if abs(off) > FAR and not said:
+            lines.append(f"  {number:4} {kind or 'plain':12} {worst} {off:+.1f} errors")
+    return "\n".join(lines)
 
 
 def main() -> None:
@@ -334,22 +441,27 @@ def main() -> None:
     options.add_argument("--count", type=int, default=300)
     options.add_argument("--seed", type=int, default=7)
     options.add_argument("--only", type=int)
+    options.add_argument("--kind", choices=[*OUTSIDE, FEW_SAMPLES])
+    options.add_argument("--each", action="store_true", help="print a line for every draw")
+    options.add_argument("--decays", action="store_true", help="free decays in place of recordings")
     options.add_argument("--write", action="store_true", help=f"write {RESULT.name} too")
     given = options.parse_args()
     if given.only is not None:
-        draw = drawn(given.seed, given.only)
-        print(draw)
-        print(judge(draw, show=True))
+        row = judge(drawn(given.seed, given.only, given.kind))
+        cells = {"refused": row.reason} if row.found is None else row.found.row()
+        print(row.draw, *(f"{key:32} {value}" for key, value in cells.items()), row.line, sep="\n")
         return
     rows: list[Judged] = []
     faults: list[str] = []
-    for number in range(given.count):
+    for number in range(0 if given.decays else given.count):
+        draw = drawn(given.seed, number, given.kind)
         try:
-            rows.append(judge(drawn(given.seed, number)))
+            rows.append(judge(draw))
         except Exception as error:  # noqa: BLE001 - a program fault is what is counted here
-            again = f"python -m tests.benchmarks.adversary --seed {given.seed} --only {number}"
-            faults.append(f"  FAULT {type(error).__name__}: {error}: {again}")
-    text = report(given.seed, rows, faults)
+            faults.append(f"  FAULT {type(error).__name__}: {error}: {again(draw)}")
+        else:
+            print(*([rows[-1].line] if given.each else []), sep="\n", end="\n" if given.each else "", flush=True)
+    text = report_decays(given.seed, given.count) if given.decays else report(given.seed, rows, faults)
     print(text)
     if given.write:
         RESULT.write_text(text + "\n", encoding="utf-8")
