@@ -226,6 +226,7 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     rounding = 1e-14 * (1.0 + abs(layout.offset) / drive.amplitude)
     is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
     power, areas = np.abs(how.mean[1:]) ** 2, _loop_areas(layout)
+    energy_noises = _energy_noises(layout, how, found, float(np.mean(areas)) * drive.growth / math.sqrt(12.0))
     return Response(
         energy=areas,
         amplitude=amplitude,
@@ -233,8 +234,8 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         stops=np.zeros(n) if is_stuck else count,
         stuck=np.ones(n) if is_stuck else stuck,
         found=found,
-        energy_noise=_energy_noise(layout, how, of_mass.noise, of_base.noise),
-        energy_shared=_energy_shared(layout, how, found, float(np.mean(areas)) * drive.growth / math.sqrt(12.0)),
+        energy_noise=energy_noises[0],
+        energy_shared=energy_noises[1],
         amplitude_noise=_amplitude_noise(layout, size, float(np.mean(amplitude)), float(np.mean(unlevelled))),
         stops_per_cycle=0.0 if is_stuck else count_mean,
         stuck_fraction=1.0 if is_stuck else stuck_mean,
@@ -283,20 +284,16 @@ def _amplitude_noise(layout: Layout, how: Smoother, amplitude: float, unlevelled
     )
 
 
-def _energy_noise(layout: Layout, how: Smoother, mass_noise: float, base_noise: float) -> float:
-    """Standard error of a loop's area by white noise of the sensors, over Y."""
-    base = layout.base.mean(axis=0)
-    return energy.loop_area_noise(how.cycle(len(base))[0], base, mass_noise, base_noise, layout.samples)
-
-
-def _energy_shared(layout: Layout, how: Smoother, found: FloatArray, growth: float) -> float:
-    """Standard error of energy (k Y^2) that all cycles have in common; `growth`: that of the drive."""
-    way = np.diff(np.sin(found), axis=0)  # of the base (Y) during each stop: there one error stays
-    return math.hypot(
-        _energy_noise(layout, how, layout.of_mass.shared, layout.of_base.shared),
-        layout.of_mass.rounding * math.sqrt(float(np.sum(way * way)) / len(layout)),
-        growth,
+def _energy_noises(layout: Layout, how: Smoother, found: FloatArray, growth: float) -> tuple[float, float]:
+    """Standard errors of energy (k Y^2): of one cycle by white noise, and of all in common; `growth`: of the drive."""
+    mass, base, base_cycle = layout.of_mass, layout.of_base, layout.base.mean(axis=0)
+    white, shared = (
+        energy.loop_area_noise(how.cycle(len(base_cycle))[0], base_cycle, *noises, layout.samples)
+        for noises in ((mass.noise, base.noise), (mass.shared, base.shared))
     )
+    way = np.diff(np.sin(found), axis=0)  # of the base (Y) during each stop: there one error stays
+    stays = mass.rounding * math.sqrt(float(np.sum(way * way)) / len(layout))
+    return white, math.hypot(shared, stays, growth)
 
 
 def _loop_areas(layout: Layout) -> FloatArray:

@@ -170,16 +170,16 @@ def write_facts(group: h5py.Group, facts: Mapping[str, Fact]) -> None:
 
 def facts_of(group: h5py.Group) -> dict[str, Fact]:
     """The attributes of a group: words and numbers, and nothing else."""
-    return {key: _fact(value) for key, value in group.attrs.items()}
-
-
-def _fact(value: Any) -> Fact:
-    if isinstance(value, (str, bytes)):
-        return text(value)
-    number = np.asarray(value)
-    if number.ndim or number.dtype.kind not in "iufb":
-        raise RecordingError(f"expected a word or a number; got {value!r}")
-    return int(number) if number.dtype.kind in "iu" else float(number)
+    found: dict[str, Fact] = {}
+    for key, value in group.attrs.items():
+        number = np.asarray(value)
+        if isinstance(value, (str, bytes)):
+            found[key] = text(value)
+        elif number.ndim or number.dtype.kind not in "iufb":
+            raise RecordingError(f"expected a word or a number; got {value!r}")
+        else:
+            found[key] = int(number) if number.dtype.kind in "iu" else float(number)
+    return found
 
 
 def node_inside(group: h5py.Group, name: str) -> Any:
@@ -191,10 +191,9 @@ def node_inside(group: h5py.Group, name: str) -> Any:
 
 def group_inside(parent: h5py.Group, name: str) -> h5py.Group:
     """A group that is in this file."""
-    group = node_inside(parent, name)
-    if not isinstance(group, h5py.Group):
-        raise RecordingError(f"/{name}: expected a group; got a dataset")
-    return group
+    if isinstance(group := node_inside(parent, name), h5py.Group):
+        return group
+    raise RecordingError(f"/{name}: expected a group; got a dataset")
 
 
 def array_inside(

@@ -24,7 +24,6 @@ The tree, format version 1::
 Behind the HDF5 part, where other programs do not look, stands its seal (`frictionlab.hdf5.opening`).
 """
 
-from collections.abc import Sequence
 from dataclasses import astuple, fields
 from datetime import UTC, datetime
 from os import PathLike
@@ -54,12 +53,10 @@ def write_recording(recording: Recording, path: Path, *, force: bool = False) ->
 
     Parameters
     ----------
-    recording
-        What to write.
-    path
-        Where; an existing recording there is replaced.
-    force
-        Replace whatever file stands there.
+    recording : Recording
+    path : Path
+        An existing recording there is replaced, with ``force`` whatever file stands there.
+    force : bool
 
     Raises
     ------
@@ -102,14 +99,27 @@ def pieces_of(
     """
 
     def fill(file: h5py.File) -> None:
-        _write_root(file, recording, created or datetime.now(UTC))
+        names, measured = " + ".join(f.name for f in recording.source.files) or "made in memory", recording.measured()
+        words = ", ".join(map(_words, measured)) if recording.channels else "Displacement of mass and base"
+        material = recording.experiment.get("material")
+        title = storable(f"{words}: {names}" + (f" ({material})" if material else ""))
+        when = (created or datetime.now(UTC)).isoformat(timespec="seconds")
+        file.attrs.update({"Conventions": "CF-1.11", "title": title, "created": when, "default": "entry"})
         _write_arrays(file, recording, precision, compression)
         _write_source(file.create_group("source", track_order=True), recording.source)
         long, short = _NORMAL_FORCE
         facts = {short if key == long else key: value for key, value in recording.experiment.items()}
         facts |= {f"{short}_units": "N"} if short in facts else {}
         write_facts(file.create_group("experiment", track_order=True), facts)
-        _write_nexus(file, list(recording.measured()))
+        entry = file.create_group("entry", track_order=True)  # of NeXus
+        entry.attrs.update({"NX_class": "NXentry", "default": "data"})
+        data, channels = entry.create_group("data", track_order=True), list(measured)
+        data.attrs.update({"NX_class": "NXdata", "signal": channels[0], "axes": "time"})
+        if channels[1:]:
+            data.attrs["auxiliary_signals"] = np.array(channels[1:], dtype=TEXT)
+        for name in ("time", *channels, "quality"):
+            data[name] = file[name]
+        entry["title"] = title
 
     return opening.new_file(fill, format=FORMAT, format_version=opening.FORMAT_VERSION)
 
@@ -124,16 +134,6 @@ def read_recording(path: str | PathLike[str]) -> Recording:
     """
     with opening.opened(Path(path), FORMAT, "run ingest on its log") as (file, size):
         return _read(file, size)
-
-
-def _write_root(file: h5py.File, recording: Recording, created: datetime) -> None:
-    names = " + ".join(f.name for f in recording.source.files) or "made in memory"
-    material = recording.experiment.get("material")
-    file.attrs["Conventions"] = "CF-1.11"
-    channels = ", ".join(map(_words, recording.measured())) if recording.channels else "Displacement of mass and base"
-    file.attrs["title"] = storable(f"{channels}: {names}" + (f" ({material})" if material else ""))
-    file.attrs["created"] = created.isoformat(timespec="seconds")
-    file.attrs["default"] = "entry"
 
 
 def _write_arrays(file: h5py.File, recording: Recording, precision: str, compression: Compression) -> None:
@@ -186,18 +186,6 @@ def _write_source(group: h5py.Group, source: Source) -> None:
         write_dataset(group, "replaced_base", source.replaced.base, units="m")
     for name, facts in (("dialect", source.dialect), ("options", source.options)):
         write_facts(group.create_group(name, track_order=True), facts)
-
-
-def _write_nexus(file: h5py.File, channels: Sequence[str]) -> None:
-    entry = file.create_group("entry", track_order=True)
-    entry.attrs.update({"NX_class": "NXentry", "default": "data"})
-    data = entry.create_group("data", track_order=True)
-    data.attrs.update({"NX_class": "NXdata", "signal": channels[0], "axes": "time"})
-    if channels[1:]:
-        data.attrs["auxiliary_signals"] = np.array(channels[1:], dtype=TEXT)
-    for name in ("time", *channels, "quality"):
-        data[name] = file[name]
-    entry["title"] = file.attrs["title"]
 
 
 def _read(file: h5py.File, size: int) -> Recording:
