@@ -1,10 +1,10 @@
 """From one log, or one log per sensor, to a recording: what was read is examined, converted to SI, put together."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -313,19 +313,9 @@ def _recording(sensors: SensorLog, options: LogOptions, still: str = "") -> Reco
     if still:
         values[still] = np.zeros(len(quality))
     columns = sensors.table.columns
-    with _named_log(sensors.table.name):
-        return Recording(
-            time=sensors.clock.time,
-            mass_displacement=values.get("mass"),  # type: ignore[arg-type] # None: not measured
-            base_displacement=values.get("base"),  # type: ignore[arg-type]
-            quality=quality,
-            source=_source([sensors], _dialect_facts(sensors, options), options),
-            channels=tuple(
-                Channel(role, channel, columns[role].title)
-                for role, channel in values.items()
-                if role not in _DISPLACEMENTS
-            ),
-        )
+    more = [Channel(role, of, columns[role].title) for role, of in values.items() if role not in _DISPLACEMENTS]
+    arrays = sensors.clock.time, values.get("mass"), values.get("base"), quality
+    return _made([sensors], _dialect_facts(sensors, options), options, arrays, channels=more)
 
 
 def _recording_of_two(mass: SensorLog, base: SensorLog, options: LogOptions, *, one_clock: bool = False) -> Recording:
@@ -334,23 +324,19 @@ def _recording_of_two(mass: SensorLog, base: SensorLog, options: LogOptions, *, 
     of_base = sorted(_dialect_facts(base, options).items(), key=lambda fact: fact[0].startswith("base_"))
     facts = _dialect_facts(mass, options)
     facts |= {key if key.startswith("base_") else f"base_log_{key}": value for key, value in of_base}
-    with _named_log(f"{mass.table.name} and {base.table.name}"):
-        return Recording(*arrays, source=_source([mass, base], facts | how, options, warnings))
+    return _made([mass, base], facts | how, options, arrays, warnings=warnings)
 
 
-@contextmanager
-def _named_log(log: str) -> Iterator[None]:
-    """Say of which log it is what makes no recording."""
-    try:
-        yield
-    except RecordingError as error:
-        raise LogError(f"{log}: {error}") from error
-
-
-def _source(
-    logs: Sequence[SensorLog], facts: Mapping[str, Fact], options: LogOptions, warnings: Sequence[str] = ()
-) -> Source:
-    """Where a recording comes from; sentences about one log of two begin with its name."""
+def _made(
+    logs: Sequence[SensorLog],
+    facts: Mapping[str, Fact],
+    options: LogOptions,
+    arrays: Sequence[Any],
+    *,
+    channels: Sequence[Channel] = (),
+    warnings: Sequence[str] = (),
+) -> Recording:
+    """A recording of stamps, mass, base and quality; sentences about one log of two begin with its name."""
     named = [(f"{log.table.name}: " if len(logs) > 1 else "", log) for log in logs]
     said = [f"{name}{sentence}" for name, log in named for sentence in log.warnings]
     why = [f"{name}{sentence}" for name, log in named for sentence in log.evidence]
@@ -362,15 +348,20 @@ def _source(
         for role in columns.keys() & parts.keys():
             columns[role][np.searchsorted(index, parts[role][0])] = parts[role][1]
         replaced = Replaced(index, **columns)
-    return Source(
-        files=tuple(dict.fromkeys(sensors.table.file for sensors in logs)),
+    source = Source(
+        files=tuple(dict.fromkeys(log.table.file for log in logs)),
         dialect=facts,
         options=options.given(),
-        quarantined=tuple(dict.fromkeys(line for sensors in logs for line in sensors.table.quarantined)),
+        quarantined=tuple(dict.fromkeys(line for log in logs for line in log.table.quarantined)),
         warnings=(*dict.fromkeys(said), *warnings),
         evidence=tuple(dict.fromkeys(why)),
         replaced=replaced,
     )
+    time, mass, base, quality = arrays
+    try:
+        return Recording(time, mass, base, quality, source, channels=tuple(channels))
+    except RecordingError as error:
+        raise LogError(f"{' and '.join(log.table.name for log in logs)}: {error}") from error
 
 
 def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:

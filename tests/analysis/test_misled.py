@@ -16,21 +16,19 @@ from frictionlab.logs.read import read_log
 from frictionlab.scene import scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic.write import synthesize
+from tests.analysis import hostile
 from tests.analysis.hostile import (
     ALL,
     CASES,
     Case,
     as_read,
     changed,
-    drifting_base,
     hum,
     motion,
     paused,
     quiet,
-    second_tone,
     seen,
     set_back,
-    subharmonic,
     through,
 )
 from tests.analysis.seen import BASE_M, NATURAL_HZ, scene
@@ -58,8 +56,6 @@ def test_many_gaps_are_counted_not_listed() -> None:
     ("r", "beta", "size", "rate", "noise"),
     [
         (0.7, 0.5, 0.3e-3, 2000.0, 0.05e-6),  # two stops for none
-        (0.7, 0.5, 0.1e-3, 1000.0, 0.1e-6),  # two
-        (0.1, 0.3, 0.1e-3, 1000.0, 0.1e-6),  # stuck, amplitude 0 for 0.88
         (0.3, 0.6, 0.5e-3, 4000.0, 0.05e-6),  # refused; without flags stuck
         (1.6, 0.3, 0.1e-3, 4000.0, 0.02e-6),  # stuck: 0.08 mm in steps of 0.8 um at 4 kHz
         (0.2, 0.7, 1.8e-3, 4000.0, 0.02e-6),  # energy 14 errors off
@@ -95,13 +91,8 @@ def test_channels_that_are_not_what_they_are_called_are_named(case: str, said: s
 
 def test_a_mass_whose_stops_cannot_be_told_is_not_said_to_be_relative(tmp_path: Path) -> None:
     """Steel at 3.2 N and r = 0.05 of the virtual campaign: friction that scatters by 25 % hides how long it stands."""
-    test: dict[str, object] = {
-        "material": "steel",
-        "label": "short",
-        "normal_forces_n": [3.2],
-        "frequency_ratios": [0.05],
-    }
-    test |= {"friction_coefficient": 0.45, "friction_scatter": 0.25}
+    test: dict[str, object] = {"material": "steel", "label": "short", "normal_forces_n": [3.2]}
+    test |= {"frequency_ratios": [0.05], "friction_coefficient": 0.45, "friction_scatter": 0.25}
     tables = {
         "rig": {"mass_kg": 3.0799, "stiffness_n_per_m": 1191.0},
         "analysis": {"transient_s": 20.0, "cycles": "window:15"},
@@ -167,7 +158,7 @@ def test_a_motion_that_repeats_every_few_cycles_is_averaged_over_its_period(
     rule: str, parts: int, r: float, beta: float
 ) -> None:
     """One cycle of it is 2 to 3 % off in energy, its amplitude 1 to 2 %."""
-    case = subharmonic(parts, r, beta)
+    case = hostile.subharmonic(parts, r, beta)
     m = measure(case.recording, scene(rule))
     assert m.energy_per_cycle == pytest.approx(case.truth.energy, rel=4e-4)
     assert abs(m.energy_per_cycle - case.truth.energy) < 4 * m.energy_per_cycle_se
@@ -179,7 +170,7 @@ def test_a_motion_that_repeats_every_few_cycles_is_averaged_over_its_period(
 
 
 def test_a_beat_names_the_second_motion_and_its_error_holds_it() -> None:
-    case = second_tone(0.01)
+    case = hostile.second_tone(0.01)
     m = measure(case.recording, case.scene)
     assert abs(m.response_amplitude - case.truth.amplitude) < 3 * m.response_amplitude_se
     (said,) = m.warnings
@@ -298,7 +289,7 @@ def test_a_clock_that_is_set_or_pauses_does_not_stretch_the_interval(make: Calla
 
 def test_a_base_whose_zero_drifts_does_not_move_the_phase() -> None:
     """A ramp has a fundamental of its own: it shifted the cut, and the friction ratio by 15 to 41 stated errors."""
-    straight, case = measure(seen(motion(0.3, 0.6)), ALL), drifting_base(1e-3, 0.3, 0.6)
+    straight, case = measure(seen(motion(0.3, 0.6)), ALL), hostile.drifting_base(1e-3, 0.3, 0.6)
     drifting = measure(case.recording, case.scene)
     np.testing.assert_allclose(drifting.series.time, straight.series.time, atol=1e-7)
     np.testing.assert_allclose(drifting.cycle.base, straight.cycle.base, atol=1e-5)
