@@ -14,7 +14,7 @@ from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import model_of
 from frictionlab.inference.starts import point_at
 from frictionlab.simulator import Problem, steady_state
-from tests.benchmarks.adversary import NAMES, NEUTRAL, drawn, integrate
+from tests.benchmarks.adversary import NAMES, NEUTRAL, drawn, integrate, judge_decay
 
 LAWS: Mapping[str, tuple[dict[str, float], dict[str, float]]] = {
     "coulomb": ({}, {}),
@@ -79,3 +79,17 @@ def test_a_descent_that_ended_at_its_steps_is_followed_to_the_minimum() -> None:
     whole = fit_from(model, [ended.point], tempers=False)
     assert followed(ended).cost == pytest.approx(whole.cost, rel=1e-6)
     assert whole.cost < 0.9 * ended.cost
+
+
+@pytest.mark.parametrize(
+    "number",
+    [
+        pytest.param(31, id="a period guessed 1 per cent off led 150 half-cycles astray: no damping, 0.5 um for 2"),
+        pytest.param(111, id="20 um of hum in a long rest stood above the motion and was not taken out"),
+        pytest.param(126, id="hum at 66 samples a second shows at 16 Hz"),
+    ],
+)
+def test_a_free_decay_with_hum_is_what_it_is_without(number: int) -> None:
+    _, worst, off, _ = judge_decay(502, number)
+    assert worst != "refused"
+    assert abs(off) < 3.0

@@ -151,8 +151,8 @@ class DecayFit:
         return float(np.sqrt(np.mean(self.residual**2))) / abs(self.decay.swing)
 
 
-def first_guess(time: FloatArray, height: FloatArray) -> Decay:
-    """Starting values from turning points (n,) [s], [m], n >= 4: swings against the decrement's law.
+def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False) -> Decay:
+    """Starting values from turning points (n,) [s], [m] or rad, n >= 4: swings against the decrement's law.
 
     A swing is half of two neighbours' distance. For each damping ratio tried the law is linear in first swing and
     friction.
@@ -170,9 +170,13 @@ def first_guess(time: FloatArray, height: FloatArray) -> Decay:
         misfit = float(np.sum((first * columns[0] + friction * columns[1] - swing) ** 2))
         found.append((misfit, float(zeta), float(first), float(friction)))
     _, zeta, first, friction = min(found)
-    omega = math.pi / float(np.median(np.diff(time))) / math.sqrt(1.0 - zeta**2)
+    half_period = float(time[-1] - time[0]) / (len(time) - 1)  # of all: 1 % off is half a cycle after fifty
+    slower = float(np.mean(swing**2)) / 16.0 if pendulum else 0.0  # by its swing, the first term of the series
+    omega = math.pi / half_period / math.sqrt(1.0 - zeta**2) * (1.0 + slower)
     side = 1.0 if height[0] > height[1] else -1.0
-    return Decay(float(time[0]), side * first, float(height[0] - side * first), omega, zeta, friction)
+    return Decay(
+        float(time[0]), side * first, float(height[0] - side * first), omega, zeta, friction, pendulum=pendulum
+    )
 
 
 def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> DecayFit:

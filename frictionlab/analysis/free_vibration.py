@@ -8,7 +8,7 @@ that only two numbers a mode are searched for. Friction of the frame is no part 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -16,7 +16,7 @@ from scipy.signal import find_peaks
 
 from frictionlab.analysis.decay import DecayFit, first_guess, fit_decay
 from frictionlab.analysis.signals import EVEN, stray, white_noise
-from frictionlab.analysis.spectrum import amplitude_spectrum, without_high_lines
+from frictionlab.analysis.spectrum import amplitude_spectrum, without_hum
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Average, Estimate, average
@@ -109,8 +109,8 @@ def free_vibrations(
     """
     step = (time[-1] - time[0]) / max(len(time) - 1, 1)
     if stray(time, step) < EVEN:
-        displacement = without_high_lines(displacement, step)
-        base = None if base is None else without_high_lines(base, step)
+        displacement = without_hum(displacement, step)
+        base = None if base is None else without_hum(base, step)
     found = []
     for tap in find_taps(time, displacement):
         when, height = tap
@@ -122,7 +122,7 @@ def free_vibrations(
                 f"free vibration: a driven motion: the base moves by {share:.0%} of the mass's swing: expected a base"
                 " at rest: hold it, tap the mass, record until it rests"
             )
-        guess = replace(first_guess(when, height), pendulum=pendulum)
+        guess = first_guess(when, height, pendulum=pendulum)
         t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
         found.append(_found(fit_decay(t, seen, guess), t, seen, len(when) - 1, share))
     good = tuple(tap for tap in found if tap.misfit <= _NO_DECAY)
@@ -376,7 +376,7 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     [(1.91, [0.6, 1.0]), (4.934, [1.0, -0.6])]
     """
     step = float(time[-1] - time[0]) / (len(time) - 1)
-    signals = np.array([without_high_lines(x, step) for x in displacements])
+    signals = np.array([without_hum(x, step) for x in displacements])
     about = signals - np.median(signals[:, -max(1, len(time) // 10) :], axis=1)[:, None]
     size = np.abs(about).max(axis=0)
     first = int(np.argmax(size))

@@ -135,6 +135,8 @@ CLEAR = 8.0  # times the median of the neighbourhood; the highest of 4 million b
 NEIGHBOURS = 60  # resolution cells to either side
 BESIDE, CLOSE = 5.0, 1.5  # resolution cells that a harmonic of the drive covers; a high one, of which little is left
 HIGH = 8.0  # times the drive: no frame follows there, so that a line is not the mass's motion
+LOW, EVENLY = 2.5, 0.8  # times a decay's own frequency; of the stronger half of the record: lower lines that are hum
+MOVING = 0.1  # of the largest displacement: so far from rest a decay is more than hum
 LEAKS = 4.0  # times what stronger lines leak there
 ORDERS = 60  # of the drive's harmonics that may leak
 MOST = 12  # lines
@@ -201,16 +203,26 @@ def foreign_lines(lines: Spectrum, drive: DriveLine) -> tuple[Line, ...]:
     return tuple(found[:MOST])
 
 
-def without_high_lines(signal: FloatArray, step: float) -> FloatArray:
-    """Return a free decay (n,) without the lines above `HIGH` times its own frequency: hum that the sensor shows."""
+def without_hum(signal: FloatArray, step: float) -> FloatArray:
+    """Return a free decay (n,) without the hum that its sensor shows.
+
+    That is the lines above `HIGH` times the decay's own frequency, and those above `LOW` times it that are as strong in
+    one half of the record as in the other: hum that few samples a cycle fold down there. What swings freely fades.
+    """
     if len(signal) < 64 or not float(np.ptp(signal)) > 0.0:
         return signal
-    lines = amplitude_spectrum(signal, step, padding=1)
-    own = int(np.argmax(lines.amplitude[2:])) + 2
-    tops = _tops(lines.amplitude, math.ceil(HIGH * own), 0.0)
-    for top in tops[np.argsort(-lines.amplitude[tops])][:MOST].tolist():
+    about = np.abs(signal - np.median(signal))
+    moves = np.flatnonzero(about > MOVING * about.max())  # where it rests long, hum is more than the motion
+    part = signal[moves[0] : moves[-1] + 1] if moves[-1] - moves[0] >= 64 else signal
+    own, lines = strongest_tone(amplitude_spectrum(part, step)).frequency, amplitude_spectrum(signal, step, padding=1)
+    halves = [amplitude_spectrum(half, step) for half in np.array_split(signal, 2)]
+    tops = _tops(lines.amplitude, max(1, math.ceil(LOW * own / float(lines.frequency[1]))), 0.0)
+    for top in tops[np.argsort(-lines.amplitude[tops])][: 4 * MOST].tolist():
         if lines.amplitude[top] > CLEAR * _around(lines, top):
-            signal = signal - line_in(signal, step, _refined(lines, top), SHORTEST_S)
+            line = _refined(lines, top)
+            each = [h.amplitude[round(line.frequency / float(h.frequency[1]))] for h in halves]
+            if line.frequency > HIGH * own or min(each) > EVENLY * max(each):
+                signal = signal - line_in(signal, step, line, SHORTEST_S)
     return signal
 
 
