@@ -4,7 +4,7 @@ from math import hypot, pi
 
 import numpy as np
 
-from frictionlab.simulator.motion import Energies, Motion, bisected, nodes_of
+from frictionlab.simulator.motion import Motion, bisected, energies_of
 from frictionlab.simulator.state import Regime, SteadyState
 
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
@@ -21,7 +21,7 @@ def last_of(motion: Motion, solver: str) -> SteadyState:
     ends = bisected(lambda tau: motion.at(tau)[1], times[turns], times[turns + 1])
     size = float(np.ptp(motion.at(np.concatenate((times, ends)))[0]))
     drift = hypot(x[1] - x[0], problem.r * (v[1] - v[0]))
-    energies, gap = _energies(motion)
+    energies, gap = energies_of(motion)
     stops = motion.stops
     begun = int(np.count_nonzero(stops[:, 0] > motion.start + 1e-12))
     stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (2.0 * pi)
@@ -31,7 +31,6 @@ def last_of(motion: Motion, solver: str) -> SteadyState:
         problem=problem,
         solver=solver,
         outcome="stuck" if regime == "stuck" else "periodic" if settled else "not settled",
-        energy_taken=(energies.contact or 0.0) + (energies.frame or 0.0),
         energies=energies,
         response_amplitude=0.5 * size,
         stops_per_cycle=float(begun),
@@ -42,18 +41,3 @@ def last_of(motion: Motion, solver: str) -> SteadyState:
         residual=drift,
         orbit=motion,
     )
-
-
-def _energies(motion: Motion) -> tuple[Energies, float]:
-    """The energies of a motion, and by how much what the base puts in differs from what is taken."""
-    times, weights = nodes_of(motion)
-    problem, base = motion.problem, motion.problem.base
-    x, v = motion.at(times)
-    f, df, n = base.at(times), base.rate_at(times), motion.force(times)
-    slip = v - df if problem.wall == "base" else v
-    legs = 2.0 * problem.frame_damping_ratio * problem.r * (v - df)
-    put_in = float(np.sum(weights * (f - x - legs) * df))
-    loop, contact, frame = (float(np.sum(weights * part)) for part in (f * v, n * slip, legs * (v - df)))
-    if problem.wall == "base":  # the wall moves too: the base works against spring, dashpot and contact
-        put_in -= float(np.sum(weights * n * df))
-    return Energies(loop, contact, frame), abs(put_in - contact - frame)

@@ -111,6 +111,16 @@ class Timeline:
         return local, turns
 
 
+class Nodes(NamedTuple):
+    """A motion where integrals over it are taken: times (n,), weights, displacement and velocity, contact force."""
+
+    tau: FloatArray
+    weight: FloatArray
+    x: FloatArray
+    v: FloatArray
+    force: FloatArray
+
+
 class Motion(ABC):
     """A motion of one problem, made of phases: evaluated anywhere between its start and its end, or ever if periodic.
 
@@ -130,11 +140,6 @@ class Motion(ABC):
     def stops(self) -> FloatArray:
         """Begin and end of each stop, rad, shape (m, 2): times in which the contact does not slip."""
 
-    @property
-    @abstractmethod
-    def turning_points(self) -> tuple[FloatArray, FloatArray]:
-        """Times (rad) at which the mass turns relative to the wall, and the displacement x there."""
-
     @abstractmethod
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
         """Return the force of the contact on the mass, against the motion, over k Y, at times tau."""
@@ -144,9 +149,14 @@ class Motion(ABC):
         """Return z, v and what else the motion has, a row each, at the given times within the given phases."""
 
     @property
-    def kinks(self) -> FloatArray:
-        """Times (rad) between which the motion is smooth."""
-        return np.concatenate((self.stops.ravel(), self.turning_points[0]))
+    def nodes(self) -> Nodes:
+        """Where integrals over the motion are taken: Gauss-Legendre's, in panels cut where phases begin."""
+        longest = PANEL * min(self.problem.r, 1.0 / self.problem.base.harmonics)
+        marks = np.unique(np.append(self.timeline.begins, self.end))
+        cuts = [np.linspace(a, b, ceil((b - a) / longest) + 1)[:-1] for a, b in pairwise(marks)]
+        half = 0.5 * np.diff(np.concatenate((*cuts, [self.end])))
+        tau = ((np.concatenate(cuts) + half)[:, None] + half[:, None] * NODES).ravel()
+        return Nodes(tau, (half[:, None] * WEIGHTS).ravel(), *self.at(tau), self.force(tau))
 
     @property
     def start(self) -> float:
@@ -187,10 +197,14 @@ class Motion(ABC):
         (0.0, 0.0)
         """
         shape, local, index, within = self.timeline.place(tau, cycle)
-        x, v = self._evaluate(index, within)[:, :2].T
-        if self.problem.wall == "base":
-            x, v = x + self.problem.base.at(local), v + self.problem.base.rate_at(local)
+        x, v = self._evaluate(index, within)[:, :2].T + self._moved(local)
         return x.reshape(shape), v.reshape(shape)
+
+    def _moved(self, tau: FloatArray) -> FloatArray:
+        """Displacement and velocity (2, ...) of the wall."""
+        if self.problem.wall == "fixed":
+            return np.zeros((2, *tau.shape))
+        return np.array((self.problem.base.at(tau), self.problem.base.rate_at(tau)))
 
 
 def cycles_of(tau: FloatArray, duration: FloatArray) -> NDArray[np.int64]:
@@ -222,43 +236,20 @@ class Energies(NamedTuple):
     """Energies per cycle over k Y^2: the loop's area (2.18), what the contact takes, what the frame's dashpot takes."""
 
     loop: float | None
-    contact: float | None
-    frame: float | None
+    contact: float
+    frame: float
 
 
-def energies_of(problem: Problem, taken: float | None, motion: Motion | None) -> Energies:
-    """Return the energies of a motion whose contact and dashpots take so much per cycle.
-
-    The loop encloses what is taken where the wall stands and the frame has no dashpot; with a wall that moves with a
-    base of one harmonic ``r^2`` times its area is taken, for ``F = -r^2 f'' = r^2 f``. Else it is integrated.
-
-    Examples
-    --------
-    >>> energies_of(Problem(0.5, 0.2, wall="base"), 1.0, None)
-    Energies(loop=4.0, contact=1.0, frame=0.0)
-    """
-    if taken is None:
-        return Energies(None, None, None)
-    if not problem.frame_damping_ratio and (problem.wall == "fixed" or problem.base.harmonics == 1):
-        return Energies(taken if problem.wall == "fixed" else taken / problem.r**2, taken, 0.0)
-    if motion is None:
-        return Energies(None, None, None)
-    times, weights = nodes_of(motion)
-    base, ends = problem.base, np.array([motion.start, motion.end])
-    (x, v), rate, f, x_end = motion.at(times), problem.base.rate_at(times), base.at(ends), motion.at(ends)[0]
-    cycles = round((motion.end - motion.start) / (TURN))
-    area = float(f[1] * x_end[1] - f[0] * x_end[0]) - float(np.sum(weights * rate * x))  # of f dx, by parts
-    frame = 2.0 * problem.frame_damping_ratio * problem.r * float(np.sum(weights * (v - rate) ** 2)) / cycles
-    return Energies(area / cycles, taken - frame, frame)
-
-
-def nodes_of(motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Gauss-Legendre nodes and weights from the motion's start to its end, in panels cut at its events."""
-    problem = motion.problem
-    longest = PANEL * min(problem.r, 1.0 / problem.base.harmonics)
-    marks = np.unique(np.clip(np.concatenate((motion.kinks, (motion.start, motion.end))), motion.start, motion.end))
-    cuts = [np.linspace(a, b, ceil((b - a) / longest) + 1)[:-1] for a, b in pairwise(marks)]
-    edges = np.concatenate((*cuts, [motion.end]))
-    half = 0.5 * np.diff(edges)
-    times = (edges[:-1] + half)[:, None] + half[:, None] * NODES
-    return times.ravel(), (half[:, None] * WEIGHTS).ravel()
+def energies_of(motion: Motion) -> tuple[Energies, float]:
+    """Return the energies of a motion per cycle, and by how much what the base puts in differs from what is taken."""
+    problem, base, nodes = motion.problem, motion.problem.base, motion.nodes
+    f, rate = base.at(nodes.tau), base.rate_at(nodes.tau)
+    slip = nodes.v - rate if problem.wall == "base" else nodes.v
+    legs = 2.0 * problem.frame_damping_ratio * problem.r * (nodes.v - rate)
+    put_in = (f - nodes.x - legs) * rate
+    if problem.wall == "base":  # the wall moves too: the base works against spring, dashpot and contact
+        put_in -= nodes.force * rate
+    cycles = round((motion.end - motion.start) / TURN)
+    powers = (f * nodes.v, nodes.force * slip, legs * (nodes.v - rate), put_in)
+    loop, contact, frame, given = (float(np.sum(nodes.weight * power)) / cycles for power in powers)
+    return Energies(loop, contact, frame), abs(given - contact - frame)

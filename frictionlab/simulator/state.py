@@ -1,12 +1,11 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import isfinite, nan
 from typing import Any, Literal
 
 from frictionlab.simulator import row as places
-from frictionlab.simulator.motion import Energies, Motion, energies_of
+from frictionlab.simulator.motion import Energies, Motion
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
 
@@ -72,8 +71,8 @@ class SteadyState:
         What answered: "closed-form", "exact", "numeric" or "thesis".
     outcome : str
         "periodic", "stuck" (the contact never slips), "unbounded" (no steady state), "not settled" or "not found".
-    energy_taken : float or None
-        What the contact and both dashpots take per cycle, over k Y^2.
+    energies : Energies or None
+        What goes around and what is taken, per cycle.
     response_amplitude : float or None
         (max - min) / 2 of the displacement of the mass over Y.
     stops_per_cycle : float or None
@@ -98,14 +97,12 @@ class SteadyState:
         What the numbers do not say: `notes.Note` as bits; `warnings` are their sentences.
     orbit : Motion or None
         The motion over one period.
-    energies : Energies or None
-        Where the solver has them; else they follow from `energy_taken` and the motion when asked for.
     """
 
     problem: Problem
     solver: str
     outcome: Outcome
-    energy_taken: float | None = None
+    energies: Energies | None = None
     response_amplitude: float | None = None
     stops_per_cycle: float | None = None
     stuck_fraction: float | None = None
@@ -118,26 +115,26 @@ class SteadyState:
     growth_per_cycle: float | None = None
     notes: int = 0
     orbit: Motion | None = None
-    energies: Energies | None = None
 
-    @cached_property
-    def _energies(self) -> Energies:
-        return self.energies or energies_of(self.problem, self.energy_taken, self.orbit)
+    @property
+    def energy_taken(self) -> float | None:
+        """What the contact and both dashpots take per cycle, over k Y^2."""
+        return self.energies and self.energies.contact + self.energies.frame
 
     @property
     def energy_per_cycle(self) -> float | None:
         """Area of the loop of base over mass displacement per cycle, over k Y^2: the integral of f dx, eq. (2.18)."""
-        return self._energies.loop
+        return self.energies and self.energies.loop
 
     @property
     def contact_energy_per_cycle(self) -> float | None:
         """What the contact takes per cycle, over k Y^2."""
-        return self._energies.contact
+        return self.energies and self.energies.contact
 
     @property
     def frame_energy_per_cycle(self) -> float | None:
         """What the frame's dashpot takes per cycle, over k Y^2."""
-        return self._energies.frame
+        return self.energies and self.energies.frame
 
     def __repr__(self) -> str:
         return f"<SteadyState r = {self.problem.r:g}, {self.problem.law.name}: {self.verdict}>"
@@ -202,7 +199,6 @@ def from_numbers(problem: Problem, numbers: Any, orbit: Motion | None) -> Steady
         problem=problem,
         solver=SOLVERS[int(numbers[places.SOLVER])],
         outcome=outcome,
-        energy_taken=contact + frame,
         response_amplitude=float(numbers[places.AMPLITUDE]),
         stops_per_cycle=float(numbers[places.STOPS]),
         stuck_fraction=float(numbers[places.STUCK_SHARE]),

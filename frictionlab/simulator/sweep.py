@@ -16,6 +16,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
 from frictionlab.simulator import row as places
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.motion import Energies
 from frictionlab.simulator.notes import WORDS, Asked, Note, drive_of, notes_of
 from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 from frictionlab.simulator.solve import steady_state
@@ -215,9 +216,9 @@ def _said(row: Mapping[str, Any], family: Family, point: FloatArray) -> list[str
     if row["outcome"] == FAILED:
         return [f"{WORDS[Note.FAILED]}."]
     numbers = {key: row[key] for key in (*PLACES, "solver", "outcome") if not key.endswith("energy_per_cycle")}
-    taken = (row["contact_energy_per_cycle"] or 0.0) + (row["frame_energy_per_cycle"] or 0.0)
+    energies = Energies(*(row[f"{part}energy_per_cycle"] or 0.0 for part in ("", "contact_", "frame_")))
     problem = family.problem(point.tolist())
-    return list(SteadyState(problem, **numbers, energy_taken=taken, notes=row["warnings"]).warnings)
+    return list(SteadyState(problem, **numbers, energies=energies, notes=row["warnings"]).warnings)
 
 
 def _listed(key: str, values: NDArray[Any]) -> list[object]:

@@ -14,6 +14,7 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.last import SETTLED
+from frictionlab.simulator.motion import Energies
 from frictionlab.simulator.problem import Base, Problem
 from frictionlab.simulator.state import Regime, SteadyState
 
@@ -180,11 +181,14 @@ def waited(problem: Problem, cycles: int) -> SteadyState:
     amplitude = 0.5 * float(np.ptp(run.states[0]))
     moved, settled = amplitude > 0.0, run.drift <= SETTLED * (1.0 + amplitude)
     regime: Regime = ("stick-slip" if run.stops else "continuous") if moved else "stuck"
+    loop: float | None = run.energy_input  # of a wall that moves with one harmonic r^2 times its area is put in
+    if problem.wall == "base":
+        loop = run.energy_input / problem.r**2 if problem.base.harmonics == 1 else None
     return SteadyState(
         problem=problem,
         solver="thesis",
         outcome=("periodic" if settled else "not settled") if moved else "stuck",
-        energy_taken=run.energy_input,
+        energies=Energies(loop, run.energy_input, 0.0),
         response_amplitude=amplitude,
         stops_per_cycle=float(run.stops),
         stuck_fraction=run.stuck_time / TURN,

@@ -75,7 +75,7 @@ def test_plain_friction_is_the_exact_kernels(wall: Any) -> None:
     more = {"gradient": 0.05, "contact_damping_ratio": 0.02}
     problem = Problem(1.0, 0.2, wall=wall, law="coulomb+place+speed", parameters=more, frame_damping_ratio=0.03)
     exact = respond(problem, base, x0=0.2, v0=0.1)
-    numeric = integrator.integrate(problem, base, (0.2, 0.1))
+    numeric = integrator.integrate(problem, base, 0.2, 0.1).response(problem, base, "numeric")
     for key in ("displacement", "velocity", "contact_force", "intervals_stuck"):
         assert getattr(numeric, key) == pytest.approx(getattr(exact, key), abs=1e-9), key
     assert numeric.events == pytest.approx(exact.events, abs=1e-8)

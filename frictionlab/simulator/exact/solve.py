@@ -265,11 +265,6 @@ class Trajectory(Motion):
         return self.pieces.stops(0)
 
     @property
-    def kinks(self) -> FloatArray:
-        """Times (rad) between which the motion is smooth: its events."""
-        return self.timeline.begins
-
-    @property
     def turning_points(self) -> tuple[FloatArray, FloatArray]:
         """Times (rad) at which a slide starts or ends at rest relative to the wall, and the displacement x there."""
         rows, base = self.pieces.rows, self.problem.base

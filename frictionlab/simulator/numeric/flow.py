@@ -22,7 +22,6 @@ TURN = 2.0 * pi
 FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
 CAP = 3_000_000  # steps before a run is given up
 STEPS = 256  # of a cycle that are recorded at first
-KINDS = ("smooth", "inner")
 
 
 class LostError(SimulationError):
@@ -57,10 +56,6 @@ class Flow:
         self.work = _work(self.rig.size)
         self.work.clock.most = steps
 
-    def finer(self, rtol: float) -> "Flow":
-        """Return the flow of the same problem by finer steps."""
-        return Flow(self.problem, rtol, steps=int(self.work.clock.most), meter=self.meter)
-
     @property
     def scale(self) -> FloatArray:
         """What counts as small of each component (n,): errors are relative to this and the state's own size."""
@@ -70,7 +65,7 @@ class Flow:
         """The mass at rest with a relaxed spring, the contact unloaded; one that has an age has its steady one."""
         state = np.zeros(self.rig.size)
         if self.problem.wall == "base":
-            state[0], state[1] = -float(self.problem.base.at(tau)), -float(self.problem.base.rate_at(tau))
+            state[:2] = -float(self.problem.base.at(tau)), -float(self.problem.base.rate_at(tau))
         state[3:] = 1.0
         return state
 
@@ -118,6 +113,23 @@ class Flow:
         log.setflags(write=False)
         return log[:, 0], log[:, 1], log[:, 2], log[:, 3:].reshape(-1, WIDTH, COUNT)
 
+    def failure(self, code: int, what: str, most: str) -> SimulationError:
+        """Return the error of a run of what was simulated that ended so; `most`: the steps that it might take."""
+        problem = self.problem
+        said = {
+            radau.NEGATIVE: "friction turns negative within the motion; expected at least 0; do: a smaller gradient or"
+            " rate_strength",
+            radau.TOO_MANY: f"expected fewer than {most}; got more: the contact rings, hardly anything damps it, or"
+            " the law is too stiff; do: take the law that this one tends to (a rigid contact for a stiffness without"
+            " end), or loosen rtol",
+            radau.STALLED: "steps became too short; expected a law that can be integrated; got one too stiff; do:"
+            " report these numbers, or take a law that holds where this one nearly does",
+        }
+        breaks = next(filter(None, (term.breaks(problem.parameters) for term in problem.law.terms)), "")
+        why = breaks if breaks and code != radau.NEGATIVE else said[code]
+        kind = SimulationError if code == radau.TOO_MANY else LostError
+        return kind(f"simulation of {what}: law {problem.law.name}, parameters {problem.parameters}: {why}")
+
     def _carried(self, state: FloatArray, span: float, tau0: float, *, tangent: bool) -> FloatArray:
         """Carry a state cycle by cycle."""
         self._begin(state)
@@ -138,34 +150,8 @@ class Flow:
         code = radau.carry(self.law, self.rig, self.drive, self.work, tau, span, int(tangent))
         if self.meter is not None:
             self.meter.take(float(self.work.clock.tried - before))
-        if code == radau.FINE:
-            return
-        problem = self.problem
-        about = f"simulation: law {problem.law.name} at r = {problem.r!r}, parameters {problem.parameters}: "
-        if code == radau.NEGATIVE:
-            raise LostError(
-                f"{about}friction turns negative within the motion; expected at least 0; do: a smaller gradient or "
-                "rate_strength"
-            )
-        breaks = next(filter(None, (term.breaks(problem.parameters) for term in problem.law.terms)), "")
-        if code == radau.TOO_MANY:
-            raise SimulationError(
-                about
-                + (
-                    breaks
-                    or f"expected fewer than {self.work.clock.most} steps; got more: the contact rings, or hardly "
-                    "anything damps it; do: take the law that this one tends to (a rigid contact for a stiffness "
-                    "without end), or loosen rtol"
-                )
-            )
-        raise LostError(
-            about
-            + (
-                breaks
-                or "steps became too short; expected a law that can be integrated; got one too stiff; do: "
-                "report these numbers, or take a law that holds where this one nearly does"
-            )
-        )
+        if code != radau.FINE:
+            raise self.failure(code, f"a motion at r = {self.problem.r!r}", f"{self.work.clock.most} steps")
 
 
 def _work(size: int) -> Work:
@@ -189,7 +175,7 @@ def _compiled(contact: ContactForce) -> Any:
 def _rig(problem: Problem, rtol: float) -> tuple[Any, Rig]:
     """A law's formula, compiled, and the numbers of a problem; without friction every law is none."""
     r, p, terms = problem.r, problem.parameters, problem.law.terms
-    term = next((term for term in terms if term.kind in KINDS and problem.beta > 0.0), TERMS["coulomb"])
+    term = next((term for term in terms if term.kind in ("smooth", "inner") and problem.beta > 0.0), TERMS["coulomb"])
     if problem.law.kind == "elastic" or term.contact is None:
         raise SimulationError(
             f"simulation: law {problem.law.name}: the integrated flow does not know it; do: leave the solver to choose"

@@ -4,13 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.motion import Motion, Timeline, bisected
+from frictionlab.simulator.motion import Motion, Nodes, Timeline, bisected
 from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS, WIDTH, Rig, contacts
 from frictionlab.simulator.problem import Base, Problem
 
@@ -60,47 +60,6 @@ def contact_along(law: Any, rig: Rig, side: FloatArray, values: FloatArray) -> F
     return found.reshape(2, len(side), *values.shape[2:])
 
 
-class Integrals(NamedTuple):
-    """Integrals over a motion relative to its wall: of n v, v^2, (v - f')^2, F v (by F and z alone), and |slip|."""
-
-    work: float
-    squared: float
-    dragged: float
-    put_in: float
-    path: float
-
-    def closure_error(self, frame_damping: float, gained: float = 0.0) -> float:
-        """|energy put in - taken - stored|: `frame_damping` is 2 zeta_f r, `gained` what mass and spring gained."""
-        return abs(self.put_in - self.work - frame_damping * self.squared - gained)
-
-
-def integrals(
-    rig: Rig, length: FloatArray, values: FloatArray, contact: FloatArray, drive: tuple[FloatArray, ...]
-) -> Integrals:
-    """Integrate over recorded steps by their own nodes.
-
-    What goes in comes from displacements only, what is taken from forces and speeds: they agree no better than the
-    steps are.
-
-    Parameters
-    ----------
-    rig : Rig
-    length : ndarray of shape (n,)
-    values : ndarray of shape (n, 4, 8)
-    contact : ndarray of shape (2, n, 8)
-        Its force and slip at the nodes; without an inner state slip is but the direction of the mass's.
-    drive : tuple of ndarray
-        F, its rate, and that of the base at the nodes (n, 8).
-    """
-    weights = length[:, None] * MATRIX[-1]
-    z, v, (force, slip), (pull, pull_rate, base_rate) = values[:, 0], values[:, 1], contact, drive
-    speed = np.abs(slip if rig.size > 2 else slip * v)
-    ends = float(np.sum(pull[:, -1] * z[:, -1] - pull[:, 0] * z[:, 0]))
-    products = (force * v, v * v, (v - base_rate) ** 2, -z * pull_rate, speed)
-    work, squared, dragged, put_in, path = (float(np.sum(weights * product[:, 1:])) for product in products)
-    return Integrals(work, squared, dragged, put_in + ends, path)
-
-
 @dataclass(frozen=True)
 class NumericMotion(Motion):
     """A motion of one problem, step by step.
@@ -131,16 +90,22 @@ class NumericMotion(Motion):
         return np.asarray(self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES)
 
     @cached_property
-    def contact(self) -> FloatArray:
-        """Force of the contact, and the speed at which it slips, at all nodes, shape (2, n, 8)."""
-        return contact_along(*self.rig, self.side, self.values)
+    def slip(self) -> FloatArray:
+        """Speed at which the contact slips, at all nodes (n, 8)."""
+        return np.asarray(contact_along(*self.rig, self.side, self.values)[1])
 
-    @cached_property
-    def integrals(self) -> Integrals:
-        """The integrals over the whole motion."""
-        force, times = Base(*self.problem.force), self.times
-        drive = force.at(times), force.rate_at(times), self.problem.base.rate_at(times)
-        return integrals(self.rig[1], self.timeline.duration, self.values, self.contact, drive)
+    @property
+    def nodes(self) -> Nodes:
+        """Those of the steps, where the motion is known without interpolation."""
+        tau, values, held = self.times[:, 1:], self.values[:, :, 1:], self.side[:, None] == 0.0
+        force = np.where(held, self._pull(tau) - values[:, 0], contact_along(*self.rig, self.side, values)[0])
+        weight = self.timeline.duration[:, None] * MATRIX[-1]
+        moved = self._moved(tau)
+        parts = (tau, weight, values[:, 0] + moved[0], values[:, 1] + moved[1], force)
+        return Nodes(*(part.ravel() for part in parts))
+
+    def _pull(self, tau: FloatArray) -> FloatArray:
+        return np.asarray(Base(*self.problem.force).at(tau))
 
     def state(self, tau: ArrayLike) -> FloatArray:
         """Return z, v and the inner states (relative to the wall) at times tau, shape (..., 4)."""
@@ -151,8 +116,8 @@ class NumericMotion(Motion):
         """Return the force of the contact on the mass, against the motion, over k Y, at times tau."""
         shape, local, index, within = self.timeline.place(tau, cycle)
         states, sides = self._evaluate(index, within), self.side[index]
-        held = Base(*self.problem.force).at(local) - states[:, 0]
-        return np.where(sides == 0.0, held, contact_along(*self.rig, sides, states)[0]).reshape(shape)
+        force = contact_along(*self.rig, sides, states)[0]
+        return np.where(sides == 0.0, self._pull(local) - states[:, 0], force).reshape(shape)
 
     @property
     def stops(self) -> FloatArray:
@@ -162,28 +127,16 @@ class NumericMotion(Motion):
         """
         pairs = enumerate(zip(*self.problem.force, strict=True), 1)
         slow, shortest, ringing = stop_limits(self.problem, sum(k * float(np.hypot(c, s)) for k, (c, s) in pairs))
-        spans = slow_times(self.times.ravel(), self.contact[1].ravel(), slow, ringing)
+        spans = slow_times(self.times.ravel(), self.slip.ravel(), slow, ringing)
         if self.timeline.periodic and len(spans) > 1 and spans[0, 0] == self.start and spans[-1, 1] >= self.end - 1e-12:
             spans[-1, 1] = spans[0, 1] + self.end - self.start
             spans = spans[1:]
         return spans[spans[:, 1] - spans[:, 0] > shortest]
 
     @property
-    def turning_points(self) -> tuple[FloatArray, FloatArray]:
-        """Times (rad) at which the mass turns relative to the wall, or starts or ends a stop, and x there."""
-        v = self.values[:, 1]
-        turned = self._zeros(v, lambda tau: self.state(tau)[:, 1])
-        found = np.unique(np.concatenate((self.times[v == 0.0], turned)))
-        z = self.state(found)[:, 0]
-        fresh = np.diff(found, prepend=-inf) > 1e-12
-        still = np.concatenate(([False], np.diff(z) == 0.0, [False])) if len(found) else np.zeros(1, dtype=bool)
-        kept = found[fresh & ~(still[:-1] & still[1:])]
-        return kept, self.at(kept)[0]
-
-    @property
     def range(self) -> tuple[float, float]:
         """Least and largest displacement x of the mass."""
-        x, v = self.at(self.times)
+        x, v = self.values[:, :2].swapaxes(0, 1) + self._moved(self.times)
         x = np.append(x, self.at(self._zeros(v, lambda tau: self.at(tau)[1]))[0])
         return float(x.min()), float(x.max())
 

@@ -11,11 +11,12 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
 from frictionlab.simulator.meter import STATE, WAITED_CYCLES, WAITED_STEPS, Meter
+from frictionlab.simulator.motion import energies_of
 from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.numeric.flow import TURN, Flow, LostError
 from frictionlab.simulator.numeric.motion import NumericMotion
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.state import Regime, SteadyState
+from frictionlab.simulator.state import SteadyState
 
 RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
@@ -184,16 +185,14 @@ def settle(flow: Flow, begin: FloatArray) -> Orbit | None:
             found = _finish(flow, past[-1], cycles or 1)
             if found is not None:
                 return found
-        if waited >= HELD_AFTER and waited in TRIES and misses[0] < CLOSE and _holds(flow, past[-1]):
+        if waited >= HELD_AFTER and waited in TRIES and misses[0] < CLOSE:
+            stops = flow.record(past[-1], 0.0, 1, periodic=False).stops
+            if np.sum(np.diff(stops)) <= (1.0 - 1e-12) * TURN:
+                continue
             slopes = flow.carry_with_tangent(past[-1], TURN)[1]
             return Orbit(past[-1], 1, mirrored=False, residual=misses[0], slopes=slopes)
     found = newton(flow, past[-1], 1, mirrored=False)
     return found._replace(awaited=False) if found is not None and found.is_stable else None
-
-
-def _holds(flow: Flow, state: FloatArray) -> bool:
-    """Whether the contact holds over the cycle from a state."""
-    return _resting_share(flow.record(state, 0.0, 1, periodic=False)) == 1.0
 
 
 def _finish(flow: Flow, state: FloatArray, cycles: int) -> Orbit | None:
@@ -258,61 +257,47 @@ def _answer(flow: Flow, found: Orbit | None) -> SteadyState:
         return SteadyState(problem, "numeric", "not found", notes=Note.UNSETTLED | _passivity(problem))
     for _ in range(TIGHTER + 1):
         motion = flow.record(found.state, 0.0, found.cycles, periodic=True)
-        told = _told(problem, found, motion)
-        off, size = told.closure_error or 0.0, told.energy_taken or 0.0
+        energies, off = energies_of(motion)
+        size = energies.contact + energies.frame
         closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
         dear = REFINING * len(motion.side) > MOST
         in_vain = off * TIGHTEN**TIGHTER > HIDDEN * size
         if closed or dear or in_vain or found.residual > ALMOST or flow.rtol * TIGHTEN < FINEST:
             break
-        flow = flow.finer(flow.rtol * TIGHTEN)
+        flow = Flow(problem, flow.rtol * TIGHTEN, steps=MOST, meter=flow.meter)
         better = newton(flow, found.state, found.cycles, mirrored=found.mirrored)
         if better is None:
             break
         found = better
-    if problem.beta > 0.0 and told.outcome == "periodic" and off > HIDDEN * size:
+    stops = motion.stops
+    resting = float(np.sum(np.diff(stops))) / (motion.end - motion.start)
+    stuck, (low, high) = resting > 1.0 - 1e-12, motion.range
+    if problem.beta > 0.0 and not stuck and off > HIDDEN * size:
         return SteadyState(problem, "numeric", "not found", notes=Note.FRICTION_HIDDEN)
-    return told
-
-
-def _told(problem: Problem, found: Orbit, motion: NumericMotion) -> SteadyState:
-    """The numbers of an orbit."""
-    cycles, stops, resting, sums = found.cycles, motion.stops, _resting_share(motion), motion.integrals
-    stuck = resting == 1.0
-    frame, (low, high) = 2.0 * problem.frame_damping_ratio * problem.r, motion.range
-    taken = (sums.work + frame * (sums.dragged if problem.wall == "fixed" else sums.squared)) / cycles
-    off = sums.closure_error(frame) / cycles
-    regime: Regime = "stuck" if stuck else "stick-slip" if len(stops) else "continuous"
     said = {
         Note.CREEPS: found.residual > ALMOST,
         Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(found.multiplier) < SLOW,
         Note.REST_STILL_FAR: not found.awaited,
         Note.MAY_COEXIST: not stuck and found.awaited and is_weakening(problem),
-        Note.FEWER_DIGITS: not stuck and taken != 0.0 and off / taken > COARSE,
+        Note.FEWER_DIGITS: not stuck and size != 0.0 and off / size > COARSE,
     }
     return SteadyState(
         problem=problem,
         solver="numeric",
         outcome="stuck" if stuck else "periodic",
-        energy_taken=taken,
+        energies=energies,
         response_amplitude=0.5 * (high - low),
-        stops_per_cycle=0.0 if stuck else len(stops) / cycles,
-        stuck_fraction=resting,
-        regime=regime,
+        stops_per_cycle=0.0 if stuck else len(stops) / found.cycles,
+        stuck_fraction=1.0 if stuck else resting,
+        regime="stuck" if stuck else "stick-slip" if len(stops) else "continuous",
         symmetric=found.mirrored or _is_symmetric(motion),
-        period_cycles=cycles,
+        period_cycles=found.cycles,
         floquet_multiplier=found.multiplier,
         closure_error=off,
         residual=found.residual,
         notes=_passivity(problem) | sum(int(note) for note, is_so in said.items() if is_so),
         orbit=motion,
     )
-
-
-def _resting_share(motion: NumericMotion) -> float:
-    """Share of the time in which the contact holds; 1 if it always does."""
-    share = float(np.sum(np.diff(motion.stops))) / (motion.end - motion.start)
-    return 1.0 if share > 1.0 - 1e-12 else share
 
 
 def _is_symmetric(motion: NumericMotion) -> bool:

@@ -1,8 +1,12 @@
-"""A sampled motion of the base: what drives the mass where it is no periodic cosine."""
+"""A sampled motion of the base: what drives the mass where it is no periodic cosine.
+
+`cubics` are the coefficients (n, 4) of a polynomial a piece, over the time from the begin of each.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from math import factorial
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +16,6 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
 
 Quantity = Literal["displacement", "acceleration"]
-EVEN = 1e-9  # of a step: stamps closer than this to equal steps are taken as equal
 
 
 @dataclass(frozen=True)
@@ -90,42 +93,53 @@ class BaseRecord:
         return values
 
     @cached_property
-    def step(self) -> float:
-        """The sampling interval, rad, where all steps are equal; 0 where they are not."""
-        step = float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
-        part = 1 << 16  # in parts that stay in the cache
-        for start in range(0, len(self.time), part):
-            some = self.time[start : start + part]
-            even = self.time[0] + step * np.arange(start, start + len(some))
-            if not np.all(np.abs(some - even) <= EVEN * step):
-                return 0.0
-        return step
-
-    @cached_property
     def speeds(self) -> FloatArray:
         """Rate of the spline through `values` by tau at the samples, shape (n,)."""
+        return np.asarray(self._spline(self.time, 1))
+
+    @cached_property
+    def _spline(self) -> Any:
         from scipy.interpolate import CubicSpline  # noqa: PLC0415 - 0.2 s that other work need not wait for
 
-        spline = CubicSpline(self.time, self.values)
-        return np.append(spline.c[2], spline(self.time[-1], 1))
+        return CubicSpline(self.time, self.values)
+
+    def pieces(self, parts: int = 1) -> tuple[FloatArray, FloatArray]:
+        """Return begins and end (k + 1,) and `cubics` (k, 4) of the spline, a sampling interval in so many parts."""
+        if parts == 1:
+            return self.time, np.ascontiguousarray(self._spline.c[::-1].T)
+        begins = (self.time[:-1, None] + np.outer(np.diff(self.time), np.arange(parts) / parts)).ravel()
+        derivatives = [self._spline(begins, order) / factorial(order) for order in range(4)]
+        return np.append(begins, self.time[-1]), np.column_stack(derivatives)
 
 
-def wall_of(problem: Problem, base: BaseRecord) -> float:
-    """How the wall moves, in the words of `piece.force_of`.
+def force_of(problem: Problem, base: BaseRecord, cubics: FloatArray) -> FloatArray:
+    """Return the force F in the displacement relative to the wall, while the base moves along `cubics` (n, 4).
+
+    Of a wall that moves with the base: -f''; of a fixed one: f and what the frame's dashpot adds.
 
     Raises
     ------
     SimulationError
         An acceleration of the base says nothing of where a fixed wall is.
     """
-    if base.quantity == "displacement":
-        return 1.0 if problem.wall == "base" else 0.0
-    if problem.wall != "base":
-        raise SimulationError(
-            "simulation of a record: the base's acceleration; expected a wall that moves with the base (wall = 'base');"
-            " got a fixed one, which needs the base's displacement; do: integrate twice, with a high-pass"
-        )
-    return 2.0
+    rate = cubics[:, 1:] * (1.0, 2.0, 3.0)
+    if base.quantity == "acceleration":
+        if problem.wall != "base":
+            raise SimulationError(
+                "simulation of a record: the base's acceleration; expected a wall that moves with the base (wall ="
+                " 'base'); got a fixed one, which needs the base's displacement; do: integrate twice, with a high-pass"
+            )
+        return -cubics
+    if problem.wall == "base":
+        return np.pad(-rate[:, 1:] * (1.0, 2.0), ((0, 0), (0, 2)))
+    return cubics + 2.0 * problem.frame_damping_ratio * np.pad(rate, ((0, 0), (0, 1)))
+
+
+def derivatives_of(cubics: FloatArray, t: FloatArray) -> FloatArray:
+    """Return values and three derivatives (4, ..., n) of `cubics` (n, 4), at times (..., n) from the begin of each."""
+    c0, c1, c2, c3 = cubics.T
+    rates = c1 + t * (2.0 * c2 + 3.0 * t * c3), 2.0 * c2 + 6.0 * t * c3, np.broadcast_to(6.0 * c3, t.shape)
+    return np.array((c0 + t * (c1 + t * (c2 + t * c3)), *rates))
 
 
 def _column(values: ArrayLike) -> FloatArray:

@@ -1,19 +1,127 @@
 """A sampled base motion in, the motion of the mass out: exact between samples, event by event, where the law allows."""
 
+from dataclasses import dataclass
 from math import ceil, inf, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.record.base import BaseRecord, wall_of
-from frictionlab.simulator.record.response import Response
+from frictionlab.simulator.record.base import BaseRecord, derivatives_of, force_of
 
 FINE = 16.0  # parts per unit of the fastest phase's time
 TOUCH = 1e-13  # rad: a shorter stick is no stop
 MOST_CYCLES = 1e7  # natural periods: half a minute of compiled work that nothing interrupts
+
+
+@dataclass(frozen=True)
+class Response:
+    """The motion of the mass under a sampled motion of the base, from its first sample to its last.
+
+    Lengths are over Y = `base.scale`, times are tau = omega_n t in rad, forces over k Y, energies over k Y^2.
+
+    Parameters
+    ----------
+    problem : Problem
+    base : BaseRecord
+    displacement, velocity : ndarray of shape (n,)
+        Absolute displacement x of the mass from where the spring is relaxed, and dx/dtau, at the samples; relative to
+        the base where that is given by its acceleration: how far it went is not known.
+    contact_force : ndarray of shape (n,)
+        Force of the contact on the mass, n, at the samples.
+    events : ndarray of shape (m, 3)
+        What begins, when, where: tau; 1 (slip up), -1 (slip down) or 0 (a stop); displacement relative to the wall.
+    energy : float
+        All that is dissipated: by friction, by the contact's dashpot and by the frame's.
+    friction_energy : float
+        By dry friction alone.
+    energy_input : float
+        Work of the force that drives the motion relative to the wall, by an independent integral.
+    closure_error : float
+        |energy put in - energy dissipated - energy stored|.
+    path : float
+        Way of the mass along the wall while the contact slips.
+    solver : {"exact", "numeric"}
+        Closed forms, or numerical integration for the laws that have none. A contact with an inner state always creeps:
+        a stop is then slow slip (`frictionlab.simulator.numeric.motion.stop_limits`), and `path` is the way slipped.
+    """
+
+    problem: Problem
+    base: BaseRecord
+    displacement: FloatArray
+    velocity: FloatArray
+    contact_force: FloatArray
+    events: FloatArray
+    energy: float
+    friction_energy: float
+    energy_input: float
+    closure_error: float
+    path: float
+    solver: Literal["exact", "numeric"]
+
+    @property
+    def time(self) -> FloatArray:
+        """Times of the samples, tau in rad."""
+        return self.base.time
+
+    @property
+    def intervals_stuck(self) -> FloatArray:
+        """Begin and end of each time in which the contact does not slip, rad, shape (k, 2)."""
+        ends = np.append(self.events[1:, 0], self.time[-1])
+        return np.asarray(np.column_stack((self.events[:, 0], ends))[self.events[:, 1] == 0.0])
+
+    @property
+    def stops(self) -> int:
+        """Times that the slipping contact came to hold."""
+        return int(np.count_nonzero((self.events[1:, 1] == 0.0) & (self.events[:-1, 1] != 0.0)))
+
+    @property
+    def time_stuck(self) -> float:
+        """Time in which the contact does not slip, rad."""
+        return float(np.sum(np.diff(self.intervals_stuck)))
+
+    @property
+    def stuck_fraction(self) -> float:
+        """Share of the time in which the contact does not slip."""
+        return self.time_stuck / float(self.time[-1] - self.time[0])
+
+    @property
+    def relative_displacement(self) -> FloatArray:
+        """Displacement of the mass from the base (n,)."""
+        if self.base.quantity == "acceleration":
+            return self.displacement
+        return np.asarray(self.displacement - self.base.values)
+
+    @property
+    def peaks(self) -> dict[str, float]:
+        """Largest sizes at the samples: displacement, velocity, displacement from the base, contact force."""
+        names = ("displacement", "velocity", "relative_displacement", "contact_force")
+        return {name: float(np.abs(getattr(self, name)).max()) for name in names}
+
+
+class Carried(NamedTuple):
+    """A motion along a record, as a flow leaves it. Integrals are over the motion relative to the wall."""
+
+    samples: FloatArray  # (3, n): absolute displacement, velocity, force of the contact
+    events: FloatArray  # as `Response` has them
+    work: float  # of n v, the contact's dashpot apart
+    squared: float  # of v^2
+    dragged: float  # of the square of the frame's dashpot's speed
+    put_in: float  # of F v
+    path: float
+    stored: float  # energy in the contact's springs at the end
+    gained: float  # by mass and spring
+
+    def response(self, problem: Problem, base: BaseRecord, solver: Literal["exact", "numeric"]) -> Response:
+        """Return the response: what goes in is either dissipated or stored."""
+        dashpot, frame = 2.0 * problem.zeta * self.squared, 2.0 * problem.frame_damping_ratio
+        friction = self.work - self.stored
+        closure_error = abs(self.put_in - self.work - dashpot - frame * self.squared - self.gained)
+        energies = (friction + dashpot + frame * self.dragged, friction, self.put_in, closure_error)
+        x, v, n = self.samples
+        return Response(problem, base, x, v, n, self.events, *energies, self.path, solver)
 
 
 def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 0.0) -> Response:
@@ -59,27 +167,17 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
     if not problem.law.is_exact:
         from frictionlab.simulator.record.integrate import integrate  # noqa: PLC0415 - for such laws alone
 
-        return integrate(problem, base, (x0, v0))
+        return integrate(problem, base, x0, v0).response(problem, base, "numeric")
     change = problem.beta * abs(problem.parameter("gradient"))
     if change >= 1.0:
         raise SimulationError(
             f"simulation of a record: beta * |gradient|; expected less than 1; got {change:g}: friction changes along "
             "the path faster than the spring's force, and the mass would run away"
         )
-    return _response(problem, base, _travelled(problem, base, x0, v0))
+    return _carried(problem, base, x0, v0).response(problem, base, "exact")
 
 
-class _Travelled(NamedTuple):
-    """What the exact flow has left: the base's pieces, the motion at the samples, the pieces between events."""
-
-    time: FloatArray  # (k,): begins of the base's pieces, and the end
-    cubics: FloatArray  # (k - 1, 4), in the time from each begin on
-    samples: FloatArray  # (n, 3): displacement, velocity, force of the contact
-    rows: FloatArray  # (m, 7): as `exact.solve.Pieces` has them
-    stored: float  # in the sliders' springs at the end, over k Y^2
-
-
-def _travelled(problem: Problem, base: BaseRecord, x0: float, v0: float) -> _Travelled:
+def _carried(problem: Problem, base: BaseRecord, x0: float, v0: float) -> Carried:
     """Let the exact flow carry the mass through the record."""
     from frictionlab.simulator.compiled import record_of  # noqa: PLC0415 - loads the compiler: half a second
     from frictionlab.simulator.exact.flow import RUNNER  # noqa: PLC0415 - as above
@@ -88,118 +186,96 @@ def _travelled(problem: Problem, base: BaseRecord, x0: float, v0: float) -> _Tra
     from frictionlab.simulator.exact.solve import system_of_one  # noqa: PLC0415 - as above
     from frictionlab.simulator.exact.travel import travel  # noqa: PLC0415 - as above
 
-    wall, h = wall_of(problem, base), np.diff(base.time)
-    slope, values, rates = np.diff(base.values) / h, base.values, base.speeds
-    bend = (rates[:-1] + rates[1:] - 2.0 * slope) / h
-    cubics = np.column_stack((values[:-1], rates[:-1], (slope - rates[:-1]) / h - bend, bend / h))
-    parts = _parts(problem, h)
-    time, cubics = _parted(base.time, h, cubics, parts)
-    systems, works, samples = system_of_one(problem), record_of(WORK), np.zeros((len(time), 3))
+    systems, works = system_of_one(problem), record_of(WORK)
     system, work = systems[0], works[0]
+    stiffness = 1.0 + problem.beta * abs(problem.parameter("gradient")) + float(np.sum(system["spring"]))
+    fastest = max(sqrt(stiffness), 2.0 * (problem.frame_damping_ratio + problem.zeta))
+    parts = max(1, ceil(FINE * float(np.diff(base.time).max()) * fastest))  # integrals are exact to rounding then
+    time, cubics = base.pieces(parts)
+    force, samples = force_of(problem, base, cubics), np.zeros((len(time), 3))
     system["harmonics"] = 0
-    if wall == 2.0:  # an acceleration drives the motion relative to the base, which is all that is known
+    if base.quantity == "acceleration":  # it drives the motion relative to the base, which is all that is known
         system["push"][0], system["follow"][0] = (-1.0, 0.0), 0.0
     work["left"], work["q"][0], work["v"][0] = inf, x0, v0
-    work["anchor"][:] = x0 - float(system["follow"][0]) * float(values[0])
+    work["anchor"][:] = x0 - float(system["follow"][0] * base.values[0])
     start, count = works.copy(), 256 + len(time) + len(time) // 8
     while True:
         pieces = np.empty((count, 7))
         reached = travel(Carrier(RUNNER, systems, works, pieces), time, cubics, samples)
         if reached >= 0:
-            place = float(work["q"][0] - system["follow"][0] * work["f"][0])
-            load = 1.0 + problem.parameter("gradient") * place
-            what = (
-                "events without end; expected some per sample; do: report these numbers"
-                if load > 0.0
-                else f"1 + gradient z; expected never below 0; got {load:.3g}; do: give a smaller gradient"
-            )
-            raise SimulationError(
-                f"simulation of a record: {what} (tau = {float(time[reached])!r}, z = {place:.6g}, law "
-                f"{problem.law.name}, parameters {problem.parameters})"
-            )
-        if works[0]["count"] <= count:
+            raise _stranded(problem, float(time[reached]), float(work["q"][0] - system["follow"][0] * work["f"][0]))
+        if work["count"] <= count:
             break
-        count, works[:] = int(works[0]["count"]), start
-    forces = _slider_forces(problem, systems[0], works[0], float(values[-1]))
-    springs = system["spring"][: len(forces)]
-    samples = samples[::parts]
-    return _Travelled(time, cubics, samples, pieces[: int(works[0]["count"])], float(np.sum(0.5 * forces**2 / springs)))
-
-
-def _parts(problem: Problem, h: FloatArray) -> int:
-    """In how many parts a sampling interval is carried, so that integrals over a part are exact to rounding."""
-    from frictionlab.simulator.exact.solve import sliders_of  # noqa: PLC0415 - as above
-
-    stiffness = 1.0 + problem.beta * abs(problem.parameter("gradient")) + sum(sliders_of(problem)[0])
-    return max(
-        1, ceil(FINE * float(h.max()) * max(sqrt(stiffness), 2.0 * (problem.frame_damping_ratio + problem.zeta)))
+        count, works[:] = int(work["count"]), start
+    held = _slider_forces(problem, system, work, float(samples[-1, 0] - system["follow"][0] * base.values[-1]))
+    stored = float(np.sum(0.5 * held**2 / system["spring"][: len(held)]))
+    rows, moves = pieces[: int(work["count"])], float(system["follow"][0])
+    return _accounted(problem, rows, (time, cubics, force), samples, moves)._replace(
+        samples=samples[::parts].T.copy(), stored=stored
     )
 
 
-def _parted(time: FloatArray, h: FloatArray, cubics: FloatArray, parts: int) -> tuple[FloatArray, FloatArray]:
-    """The base's pieces in parts of equal length, each in its own time."""
-    if parts == 1:
-        return time, cubics
-    share = np.arange(parts) / parts
-    t = np.outer(h, share)
-    c0, c1, c2, c3 = (np.repeat(column, parts).reshape(-1, parts) for column in cubics.T)
-    parted = (c0 + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3), c2 + 3.0 * t * c3, c3)
-    begins = (time[:-1, None] + t).ravel()
-    return np.append(begins, time[-1]), np.column_stack([column.ravel() for column in parted])
+def _stranded(problem: Problem, tau: float, z: float) -> SimulationError:
+    """Why the motion came no further."""
+    load = 1.0 + problem.parameter("gradient") * z
+    what = "events without end; expected some per sample; do: report these numbers"
+    if load <= 0.0:
+        what = f"1 + gradient z; expected never below 0; got {load:.3g}; do: give a smaller gradient"
+    return SimulationError(
+        f"simulation of a record: {what} (tau = {tau!r}, z = {z:.6g}, law {problem.law.name}, parameters "
+        f"{problem.parameters})"
+    )
 
 
-def _slider_forces(problem: Problem, system: Any, work: Any, f: float) -> FloatArray:
-    """Forces of the elastic sliders at the end, over k Y."""
+def _slider_forces(problem: Problem, system: Any, work: Any, z: float) -> FloatArray:
+    """Forces of the elastic sliders at a displacement relative to the wall, over k Y."""
     count = int(system["sliders"])
-    place = float(work["q"][0]) - float(system["follow"][0]) * f
-    held = system["spring"][:count] * (place - work["anchor"][:count])
-    limit = system["strength"][:count] * (1.0 + problem.parameter("gradient") * place)
+    held = system["spring"][:count] * (z - work["anchor"][:count])
+    limit = system["strength"][:count] * (1.0 + problem.parameter("gradient") * z)
     return np.asarray(np.where(work["slips"][:count] != 0, float(work["side"][0]) * limit, held))
 
 
-class _Ends(NamedTuple):
-    """Begins and ends (2, m) of the pieces between events: the relative motion, the base, and the force F."""
+def _accounted(
+    problem: Problem,
+    rows: FloatArray,
+    drive: tuple[FloatArray, FloatArray, FloatArray],
+    samples: FloatArray,
+    moves: float,
+) -> Carried:
+    """Energies and events of pieces (m, 7) as `exact.solve.Pieces` has them, by what is at their ends (2, m).
 
-    z: FloatArray
-    v: FloatArray
-    a: FloatArray
-    jerk: FloatArray
-    base: FloatArray  # (4, 2, m): f and its derivatives
-    force: FloatArray  # (3, 2, m): F and its derivatives
-
-
-def _ends(problem: Problem, found: _Travelled, wall: float) -> _Ends:
-    rows, last = found.rows, found.samples[-1]
-    here = np.clip(np.searchsorted(found.time, rows[:, 0] + 0.5 * rows[:, 1], side="right") - 1, 0, len(found.time) - 2)
-    t = np.vstack((rows[:, 0], rows[:, 0] + rows[:, 1])) - found.time[here]
-    c0, c1, c2, c3 = found.cubics[here].T
-    f = np.array(
-        [
-            c0 + t * (c1 + t * (c2 + t * c3)),
-            c1 + t * (2.0 * c2 + 3.0 * t * c3),
-            2.0 * c2 + 6.0 * t * c3,
-            np.broadcast_to(6.0 * c3, t.shape),
-        ]
+    Writes the contact's force at the first sample. `drive`: times, base and force; `moves`: 1 where the wall follows.
+    """
+    time, cubics, force = drive
+    begins, length, kappa, offset, side = rows[:, 0], rows[:, 1], rows[:, 4], rows[:, 5], rows[:, 6]
+    here = np.clip(np.searchsorted(time, begins + 0.5 * length, side="right") - 1, 0, len(time) - 2)
+    t = np.vstack((begins, begins + length)) - time[here]
+    f, pull = derivatives_of(cubics[here], t), derivatives_of(force[here], t)
+    z = np.vstack((rows[:, 2], np.append(rows[1:, 2], samples[-1, 0]))) - moves * f[0]
+    v = np.vstack((rows[:, 3], np.append(rows[1:, 3], samples[-1, 1]))) - moves * f[1]
+    held, thick = np.isinf(kappa), 2.0 * (problem.frame_damping_ratio + problem.zeta)
+    way, kappa = np.where(held, 0.0, z[1] - z[0]), np.where(held, 0.0, kappa)
+    a = pull[0] - thick * v - (1.0 + kappa) * z - offset
+    speed = np.where(held, 0.0, (v, a, pull[1] - thick * a - (1.0 + kappa) * v))
+    slip = speed - f[1:] if problem.wall == "fixed" else speed
+    first = pull[0, 0, 0] - z[0, 0] if held[0] else kappa[0] * z[0, 0] + offset[0]
+    samples[0, 2] = first + 2.0 * problem.zeta * speed[0, 0, 0]
+    energy = 0.5 * (z**2 + speed[0] ** 2)
+    return Carried(
+        samples=samples,
+        events=_events(begins, length, side, z[0]),
+        work=float(np.sum(way * (0.5 * kappa * (z[0] + z[1]) + offset))),
+        squared=_integral(length, speed, speed),
+        dragged=_integral(length, slip, slip),
+        put_in=_integral(length, pull, speed),
+        path=float(np.sum(np.abs(way[side != 0.0]))),
+        stored=0.0,
+        gained=float(energy[1, -1] - energy[0, 0]),
     )
-    none, lead = np.zeros_like(f[0]), 2.0 * problem.frame_damping_ratio
-    force = {
-        0.0: np.array([f[0] + lead * f[1], f[1] + lead * f[2], f[2] + lead * f[3]]),
-        1.0: np.array([-f[2], -f[3], none]),
-        2.0: -f[:3],
-    }[wall]
-    moves = 1.0 if wall == 1.0 else 0.0
-    z = np.vstack((rows[:, 2], np.append(rows[1:, 2], last[0]))) - moves * f[0]
-    v = np.vstack((rows[:, 3], np.append(rows[1:, 3], last[1]))) - moves * f[1]
-    kappa, offset, thick = rows[:, 4], rows[:, 5], lead + 2.0 * problem.zeta
-    held = np.isinf(kappa)
-    v = np.where(held, 0.0, v)
-    stiffness = 1.0 + np.where(held, 0.0, kappa)
-    a = np.where(held, 0.0, force[0] - thick * v - stiffness * z - offset)
-    return _Ends(z, v, a, np.where(held, 0.0, force[1] - thick * a - stiffness * v), f, force)
 
 
-def _integral(length: FloatArray, one: tuple[FloatArray, ...], other: tuple[FloatArray, ...]) -> float:
-    """Integral of a product, from values and two derivatives (2, m) of both at the ends of pieces (m,), in all.
+def _integral(length: FloatArray, one: FloatArray, other: FloatArray) -> float:
+    """Integral of a product, from values and two derivatives (3, 2, m) of both at the ends of pieces (m,), in all.
 
     Hermite's rule ``h/2 (y0 + y1) + h^2/10 (y0' - y1') + h^3/120 (y0'' + y1'')``: exact up to degree 5.
     """
@@ -207,44 +283,6 @@ def _integral(length: FloatArray, one: tuple[FloatArray, ...], other: tuple[Floa
     bend = one[2] * other[0] + 2.0 * one[1] * other[1] + one[0] * other[2]
     rule = 0.5 * value.sum(axis=0) + length * (0.1 * (slope[0] - slope[1]) + length / 120.0 * bend.sum(axis=0))
     return float(np.sum(length * rule))
-
-
-def _response(problem: Problem, base: BaseRecord, found: _Travelled) -> Response:
-    wall = wall_of(problem, base)
-    ends, rows = _ends(problem, found, wall), found.rows
-    length, side, moved = rows[:, 1], rows[:, 6], np.isfinite(rows[:, 4])
-    way = np.where(moved, ends.z[1] - ends.z[0], 0.0)
-    kappa, offset = np.where(moved, rows[:, 4], 0.0), rows[:, 5]
-    work = float(np.sum(way * (0.5 * kappa * (ends.z[0] + ends.z[1]) + offset)))
-    speed = (ends.v, ends.a, ends.jerk)
-    squared = _integral(length, speed, speed)
-    frame = squared
-    if wall == 0.0:
-        slip = (ends.v - ends.base[1], ends.a - ends.base[2], ends.jerk - ends.base[3])
-        frame = _integral(length, slip, slip)
-    put_in = _integral(length, (ends.force[0], ends.force[1], ends.force[2]), speed)
-    zeta_c, zeta_f = problem.zeta, problem.frame_damping_ratio
-    stored = [0.5 * float(z**2 + v**2) for z, v in ((ends.z[0, 0], ends.v[0, 0]), (ends.z[1, -1], ends.v[1, -1]))]
-    events = _events(rows[:, 0], length, side, ends.z[0])
-    friction = work - found.stored
-    force = found.samples[:, 2].copy()
-    force[0] = kappa[0] * ends.z[0, 0] + offset[0] if moved[0] else ends.force[0][0, 0] - ends.z[0, 0]
-    force[0] += 2.0 * problem.zeta * ends.v[0, 0]
-    return Response(
-        problem=problem,
-        base=base,
-        displacement=found.samples[:, 0],
-        velocity=found.samples[:, 1],
-        contact_force=force,
-        events=events,
-        energy=friction + 2.0 * zeta_c * squared + 2.0 * zeta_f * frame,
-        friction_energy=friction,
-        energy_input=put_in,
-        closure_error=abs(put_in - work - 2.0 * (zeta_f + zeta_c) * squared - (stored[1] - stored[0])),
-        path=float(np.sum(np.abs(way[side != 0.0]))),
-        stops=int(np.count_nonzero((events[1:, 1] == 0.0) & (events[:-1, 1] != 0.0))),
-        time_stuck=float(np.sum(length[side == 0.0])),
-    )
 
 
 def _events(begins: FloatArray, length: FloatArray, side: FloatArray, z: FloatArray) -> FloatArray:
