@@ -17,9 +17,6 @@ from frictionlab.tables import Row, check_output, json_line, write_rows
 if TYPE_CHECKING:
     from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, SteadyState, Structure
-    from frictionlab.simulator.several import StructureState
-
-    AnyState = SteadyState | StructureState
 
 SAMPLES = 1000  # per cycle, of the motion in an .h5
 READ = ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")
@@ -201,7 +198,7 @@ def _settle(
     from frictionlab.simulator import Problem, coexisting
     from frictionlab.verbs import simulating
 
-    solve: Callable[..., AnyState] = simulating.simulate
+    solve: Callable[..., SteadyState] = simulating.simulate
     is_tree = to.output is not None and to.output.suffix == ".h5"
     if to.output is not None:
         check_output(to.output, MOTIONS, force=to.force)
@@ -210,7 +207,7 @@ def _settle(
     figure = _figure(to, "coexisting" if every else "motion")
     start = time.perf_counter()
     found = coexisting(problem) if every and isinstance(problem, Problem) else ()
-    states: list[AnyState] = [each.state for each in found] or [solve(problem, cycles=cycles, solver=solver)]
+    states: list[SteadyState] = [each.state for each in found] or [solve(problem, cycles=cycles, solver=solver)]
     seconds = time.perf_counter() - start
     rows: list[Row] = [_row(state, units, seconds) for state in states]
     if every:
@@ -238,12 +235,10 @@ def _figure(to: Results, kind: str, inputs: Sequence[Path] = ()) -> Path | None:
     return figure_file(to.plot, kind, force=to.force, inputs=inputs)
 
 
-def _row(state: "AnyState", units: Units | None, seconds: float) -> Row:
+def _row(state: "SteadyState", units: Units | None, seconds: float) -> Row:
     """The row of a state with the contract's lists over masses and contacts, and in SI units where it can be."""
-    from frictionlab.simulator import SteadyState
-
     row: Row = {**state.row(), "wall_s": seconds}
-    if isinstance(state, SteadyState):
+    if "contacts" not in row:
         problem = state.problem
         contact = {
             "mass": 1,
@@ -293,27 +288,27 @@ def _numbers_of(row: Row) -> Row:
     return {key: value for key, value in row.items() if key not in hidden}
 
 
-def _write_motion(state: "AnyState", row: Row, output: Path, *, force: bool) -> None:
+def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:
     """Write a state with its motion over a period."""
     import numpy as np
 
     from frictionlab.files import make_folder
     from frictionlab.hdf5 import write_tree
-    from frictionlab.simulator import SteadyState
+    from frictionlab.simulator.several import StructureState
 
     timeless = {key: value for key, value in row.items() if key != "wall_s"}  # the same input gives the same bytes
     tree: dict[str, object] = {key: value for key, value in timeless.items() if value is not None}
-    motion = state.orbit if isinstance(state, SteadyState) else state.motion
+    motion = state.motion if isinstance(state, StructureState) else state.orbit
     if motion is not None:
         tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1) + 1)
         place, speed = motion.at(np.minimum(tau, motion.end))
-        if isinstance(state, SteadyState):
-            moved, base = {"displacement": place, "velocity": speed}, state.problem.base
-            tree["stops"] = state.orbit.stops if state.orbit is not None else ()
-        else:
-            moved, base = {f"displacement_{i + 1}": x for i, x in enumerate(place.T)}, state.structure.base
+        if isinstance(state, StructureState):
+            moved = {f"displacement_{i + 1}": x for i, x in enumerate(place.T)}
             moved |= {f"velocity_{i + 1}": v for i, v in enumerate(speed.T)}
-        tree["motion"] = {"tau": tau, **moved, "base": base.at(tau)}
+        else:
+            moved = {"displacement": place, "velocity": speed}
+            tree["stops"] = state.orbit.stops if state.orbit is not None else ()
+        tree["motion"] = {"tau": tau, **moved, "base": state.problem.base.at(tau)}
     make_folder(output.parent)
     write_tree(tree, output, kind=MOTIONS.format, force=force, columns=MOTIONS.column)
 

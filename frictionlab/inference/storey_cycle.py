@@ -71,7 +71,7 @@ class StoreyState(SteadyState):
             response_amplitude=whole.response_amplitudes[0] if whole.response_amplitudes else None,
             stops_per_cycle=seen.stops_per_cycle if seen else None,
             stuck_fraction=seen.stuck_fraction if seen else None,
-            regime=whole.regime if seen else None,  # type: ignore[arg-type] # the same words
+            regime=whole.regime if seen else None,
             orbit=None if whole.motion is None else cast("MotionOfOne", FirstMass(whole.motion)),
             whole=whole,
             **{name: getattr(whole, name) for name in same},

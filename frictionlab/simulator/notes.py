@@ -81,21 +81,11 @@ class Asked(NamedTuple):
     rigid: bool
 
 
-def drive_of(r: Any, frame: Any, wall: str, base: Any) -> Any:
-    """Return the bound of |F|, the sum of its harmonics' amplitudes (as `Problem.force_size`), of numbers or arrays."""
-    total = 0.0
-    for k, (c, s) in enumerate(zip(base.cosine, base.sine, strict=True), 1):
-        size = (c * c + s * s) ** 0.5
-        total = total + size * ((k * r) ** 2 if wall == "base" else (1.0 + (2.0 * k * frame * r) ** 2) ** 0.5)
-    return total
-
-
 def asked_of(problem: "Problem") -> Asked:
     """Return what was asked by one problem."""
     numbers = (problem.r, problem.beta, problem.mu, problem.zeta, problem.frame_damping_ratio)
-    drive = drive_of(problem.r, problem.frame_damping_ratio, problem.wall, problem.base)
     plain, rigid = problem.base.harmonics == 1, problem.law.kind == "rigid"
-    return Asked(*numbers, problem.parameter("gradient"), drive, plain, rigid)
+    return Asked(*numbers, problem.parameter("gradient"), problem.force_size, plain, rigid)
 
 
 def notes_of(asked: Asked, row: Any) -> Any:
@@ -158,146 +148,139 @@ def in_continuum(asked: Asked) -> Any:
 
 def sentences(state: "SteadyState") -> tuple[str, ...]:
     """Return the notes of a steady state as sentences, with its numbers."""
-    return tuple(SENTENCES[note](state) for note in Note if note & state.notes)
+    return tuple(_sentence(note, state) for note in Note if note & state.notes)
 
 
-def _parts(state: "SteadyState") -> str:
+def _sentence(note: Note, state: "SteadyState") -> str:
+    """The first of a note's sentences that is for such a law, with the numbers that it names."""
+    problem, kind = state.problem, state.problem.law.kind
+    one = kind == "rigid" and problem.mu == 1.0 and not problem.parameter("gradient")
+    groups = {"one motion": one, kind: True, "exact": problem.law.is_exact, "stuck": state.outcome == "stuck", "": True}
+    found = next(words for group, words in SENTENCES[note].items() if groups.get(group))
+    numbers = {name: number(state) for name, number in NUMBERS.items() if f"{{{name}" in found}
+    return found.format(**numbers)
+
+
+def _told_growth(state: "SteadyState") -> str:
     grown = state.growth_per_cycle
-    told = "" if grown is None else f", in the mean by a factor of {grown:.3g} in each cycle"
-    return (
-        f"the motion does not repeat: motions beside it move apart{told} (chaos). --cycles N tells the last of N "
-        "cycles, and --all whether other starts settle."
-    )
+    return "" if grown is None else f", in the mean by a factor of {grown:.3g} in each cycle"
 
 
-def _given_up(state: "SteadyState") -> str:
+def _told_miss(state: "SteadyState") -> str:
     miss = state.residual
-    near = "" if not miss or not isfinite(miss) else f" When it was, the motion missed itself by {miss:.1g} Y."
-    return (
-        "the search was given up after a second of work: this motion makes thousands of slides in a cycle, or is "
-        f"braked so little that it takes too long to settle.{near} --cycles N tells the last of N cycles; with more "
-        "friction or damping, or a larger r, there is less to do."
-    )
+    return "" if not miss or not isfinite(miss) else f" When it was, the motion missed itself by {miss:.1g} Y."
 
 
-def _unsettled(state: "SteadyState") -> str:
-    kind, problem = state.problem.law.kind, state.problem
-    if kind == "rigid" and problem.mu == 1.0 and not problem.parameter("gradient"):
-        return (
-            "friction and dashpots bring motions together by less than rounding in a cycle, so that the one that "
-            "repeats cannot be told; with more of either, or a smaller r, it can."
-        )
-    if kind == "rigid":
-        return f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles."
-    within = "" if kind == "elastic" else f" within {WAITED_CYCLES} cycles and {WAITED_STEPS:,} steps"
-    return f"the motion from rest was not seen to settle on an orbit{within}; --cycles N tells the last of N cycles."
-
-
-def _friction_hidden(state: "SteadyState") -> str:
-    return (
-        f"friction of {state.problem.beta:.3g} k Y is too weak for this solver: it does less work than the steps' "
-        "tolerance leaves open, so that the size of the motion is not known. Take the plain law coulomb (exact), or "
-        "no friction."
-    )
-
-
-def _not_passive(state: "SteadyState") -> str:
-    p = state.problem.parameters
-    needed = p["bristle_damping"] * (p["static_ratio"] - 1.0)
-    return (
-        "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r > "
-        f"bristle_damping (static_ratio - 1) = {needed:.3g} (term speed, or a smaller bristle_damping)."
-    )
-
-
-def _undamped(state: "SteadyState") -> str:
-    if state.outcome == "stuck":
-        return (
-            "The contact never slips and nothing else damps it: free vibration never dies out; this is the motion "
-            "without."
-        )
-    return "Nothing damps this oscillator: free vibration never dies out, and this is the motion without any."
-
-
-def _continuum(state: "SteadyState") -> str:
-    n = round(0.5 / state.problem.r)
-    return (
-        f"At r = 1/{2 * n} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric motions (3.3) has the same energy "
-        "and amplitude; this is the symmetric one. A run from rest creeps towards its edge like N^(-1/2)."
-    )
-
-
-def _creeps(state: "SteadyState") -> str:
-    return f"The contact holds but creeps: after a cycle the state misses itself by {state.residual:.1g}."
-
-
-def _forgets_slowly(state: "SteadyState") -> str:
+def _lasts(state: "SteadyState") -> str:
     kept = abs(state.floquet_multiplier or 0.0)
-    lasts = f"{1.0 / (1.0 - kept):.1g}" if kept < 1.0 else "endlessly many"
-    return f"The motion forgets its start slowly: a disturbance lasts {lasts} periods."
+    return f"{1.0 / (1.0 - kept):.1g}" if kept < 1.0 else "endlessly many"
 
 
-def _rest_still_far(state: "SteadyState") -> str:
-    waited = PATIENCE if state.problem.law.is_exact else WAITED_CYCLES
-    return (
-        f"This motion is stable, but the run from rest was still far from it after {waited} cycles: rest may settle on "
-        "another."
-    )
+def _needed(state: "SteadyState") -> float:
+    p = state.problem.parameters
+    return p["bristle_damping"] * (p["static_ratio"] - 1.0)
 
 
-def _may_coexist(state: "SteadyState") -> str:
-    if state.problem.law.kind == "elastic":
-        return (
-            "With static friction (mu > 1) other motions may coexist, and rest may settle on one of several cycles "
-            "instead: --all tells them with their shares, --cycles N the last of N cycles from rest."
-        )
-    if state.problem.law.is_exact:
-        return "With static friction (mu > 1) other motions may coexist; this is the one that rest settles on."
-    return (
-        "Friction that falls with speed or varies along the path may have other motions beside this one, which rest "
-        "settles on."
-    )
+def _off(state: "SteadyState") -> float:
+    """Relative difference of the energies in and out, beyond what rounding leaves of the work put in."""
+    off, energy, problem = state.closure_error or 0.0, state.energy_taken or 0.0, state.problem
+    if problem.law.is_exact:
+        off = max(0.0, off - ROUNDING * problem.force_size * (state.response_amplitude or 0.0))
+    return off / energy if energy > 0.0 else 0.0
 
 
-def _fewer_digits(state: "SteadyState") -> str:
-    off, energy = state.closure_error or 0.0, state.energy_taken or np.nan
-    if not state.problem.law.is_exact:
-        return (
-            f"Numbers are good to about {off / energy:.0e} only: energies in and out differ so. Friction this weak, or "
-            "that changes within so small a speed, is lost in the tolerance of the steps."
-        )
-    off = max(0.0, off - ROUNDING * asked_of(state.problem).drive * (state.response_amplitude or 0.0))
-    kept = 1.0 - abs(state.floquet_multiplier or 0.0) if state.problem.beta else away_from_resonance(state.problem.r)
-    lasting, off = ROUNDED / max(ROUNDED, kept), off / energy if energy > 0.0 else 0.0
-    lasting = max(lasting, EPSILON / max(EPSILON, state.response_amplitude or 1.0))
-    why = "energies in and out differ so" if off >= lasting else "what rounding disturbs in a cycle lasts so long"
-    return f"So close to resonance or rest, numbers are good to about {max(off, lasting):.0e} only: {why}."
+def _lasting(state: "SteadyState") -> float:
+    """What rounding disturbs in a cycle, and by how much it adds up."""
+    problem = state.problem
+    kept = 1.0 - abs(state.floquet_multiplier or 0.0) if problem.beta else away_from_resonance(problem.r)
+    return max(ROUNDED / max(ROUNDED, kept), EPSILON / max(EPSILON, state.response_amplitude or 1.0))
 
 
-SENTENCES: Mapping[Note, Callable[["SteadyState"], str]] = {
-    Note.FAILED: lambda _: f"{WORDS[Note.FAILED]}.",
-    Note.RUNS_AWAY: lambda _: (
-        "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
-        "and the mass runs away; this is not computed: take a smaller gradient."
+NUMBERS: Mapping[str, Callable[["SteadyState"], object]] = {
+    "growth": _told_growth,
+    "miss": _told_miss,
+    "lasts": _lasts,
+    "needed": _needed,
+    "off": _off,
+    "good": lambda state: max(_off(state), _lasting(state)),
+    "why": lambda state: (
+        "energies in and out differ so"
+        if _off(state) >= _lasting(state)
+        else "what rounding disturbs in a cycle lasts so long"
     ),
-    Note.PULLS: lambda _: (
-        "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
-        "which no contact does; no numbers are given: take a smaller gradient."
-    ),
-    Note.CHATTERS: lambda _: (
-        "events without end: more phases in a cycle than any motion has; `frictionlab simulate` tells the last state."
-    ),
-    Note.PARTS: _parts,
-    Note.GIVEN_UP: _given_up,
-    Note.UNSETTLED: _unsettled,
-    Note.FRICTION_HIDDEN: _friction_hidden,
-    Note.NOT_PASSIVE: _not_passive,
-    Note.UNDAMPED: _undamped,
-    Note.CONTINUUM: _continuum,
-    Note.CREEPS: _creeps,
-    Note.FORGETS_SLOWLY: _forgets_slowly,
-    Note.REST_STILL_FAR: _rest_still_far,
-    Note.MAY_COEXIST: _may_coexist,
-    Note.MAY_GO_ON: lambda _: "A motion once begun might go on: kinetic friction alone does not hold the mass.",
-    Note.FEWER_DIGITS: _fewer_digits,
+    "beta": lambda state: state.problem.beta,
+    "even": lambda state: 2 * round(0.5 / state.problem.r),
+    "residual": lambda state: state.residual,
 }
+"""Numbers that sentences name."""
+UNSETTLED = "the motion from rest was not seen to settle on an orbit"
+LAST_OF = "--cycles N tells the last of N cycles"
+SENTENCES: Mapping[Note, Mapping[str, str]] = {
+    Note.FAILED: {"": f"{WORDS[Note.FAILED]}."},
+    Note.RUNS_AWAY: {
+        "": "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
+        "and the mass runs away; this is not computed: take a smaller gradient."
+    },
+    Note.PULLS: {
+        "": "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
+        "which no contact does; no numbers are given: take a smaller gradient."
+    },
+    Note.CHATTERS: {
+        "": "events without end: more phases in a cycle than any motion has; `frictionlab simulate` tells the last"
+        " state."
+    },
+    Note.PARTS: {
+        "": f"the motion does not repeat: motions beside it move apart{{growth}} (chaos). {LAST_OF}, and --all whether"
+        " other starts settle."
+    },
+    Note.GIVEN_UP: {
+        "": "the search was given up after a second of work: this motion makes thousands of slides in a cycle, or is "
+        f"braked so little that it takes too long to settle.{{miss}} {LAST_OF}; with more friction or damping, or a"
+        " larger r, there is less to do."
+    },
+    Note.UNSETTLED: {
+        "one motion": "friction and dashpots bring motions together by less than rounding in a cycle, so that the one"
+        " that repeats cannot be told; with more of either, or a smaller r, it can.",
+        "rigid": f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles.",
+        "elastic": f"{UNSETTLED}; {LAST_OF}.",
+        "": f"{UNSETTLED} within {WAITED_CYCLES} cycles and {WAITED_STEPS:,} steps; {LAST_OF}.",
+    },
+    Note.FRICTION_HIDDEN: {
+        "": "friction of {beta:.3g} k Y is too weak for this solver: it does less work than the steps' tolerance leaves"
+        " open, so that the size of the motion is not known. Take the plain law coulomb (exact), or no friction."
+    },
+    Note.NOT_PASSIVE: {
+        "": "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r >"
+        " bristle_damping (static_ratio - 1) = {needed:.3g} (term speed, or a smaller bristle_damping)."
+    },
+    Note.UNDAMPED: {
+        "stuck": "The contact never slips and nothing else damps it: free vibration never dies out; this is the motion"
+        " without.",
+        "": "Nothing damps this oscillator: free vibration never dies out, and this is the motion without any.",
+    },
+    Note.CONTINUUM: {
+        "": "At r = 1/{even} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric motions (3.3) has the same energy "
+        "and amplitude; this is the symmetric one. A run from rest creeps towards its edge like N^(-1/2)."
+    },
+    Note.CREEPS: {"": "The contact holds but creeps: after a cycle the state misses itself by {residual:.1g}."},
+    Note.FORGETS_SLOWLY: {"": "The motion forgets its start slowly: a disturbance lasts {lasts} periods."},
+    Note.REST_STILL_FAR: {
+        group: "This motion is stable, but the run from rest was still far from it after"
+        f" {waited} cycles: rest may settle on another."
+        for group, waited in (("exact", PATIENCE), ("", WAITED_CYCLES))
+    },
+    Note.MAY_COEXIST: {
+        "elastic": "With static friction (mu > 1) other motions may coexist, and rest may settle on one of several"
+        f" cycles instead: --all tells them with their shares, {LAST_OF.replace('tells ', '')} from rest.",
+        "exact": "With static friction (mu > 1) other motions may coexist; this is the one that rest settles on.",
+        "": "Friction that falls with speed or varies along the path may have other motions beside this one, which rest"
+        " settles on.",
+    },
+    Note.MAY_GO_ON: {"": "A motion once begun might go on: kinetic friction alone does not hold the mass."},
+    Note.FEWER_DIGITS: {
+        "exact": "So close to resonance or rest, numbers are good to about {good:.0e} only: {why}.",
+        "": "Numbers are good to about {off:.0e} only: energies in and out differ so. Friction this weak, or that"
+        " changes within so small a speed, is lost in the tolerance of the steps.",
+    },
+}
+"""Note -> what laws it is said of so -> the sentence; the first that holds."""

@@ -2,16 +2,20 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import hypot, isfinite
-from typing import Literal, Self
+from math import isfinite
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.errors import ParameterError, SimulationError
-from frictionlab.simulator.laws import Law, law_of
+from frictionlab.simulator.laws import Friction, Law, Parameter, law_of
 
 Wall = Literal["fixed", "base"]
+
+R = Parameter("r", "r", "drive over natural frequency", low=1e-6, high=1e6, usual=(0.1, 3.0))
+MU = Parameter("mu", "μ", "static over kinetic friction force", low=1.0, usual=(1.0, 2.0))
+ZETA = Parameter("zeta", "ζ", "damping ratio of the contact's dashpot", usual=(0.0, 0.1))
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,7 @@ COSINE = Base()
 
 
 @dataclass(frozen=True, init=False)
-class Problem:
+class Problem(Friction):
     """One dimensionless friction oscillator: ``r^2 x'' + 2 zeta_f r (x' - f') + (x - f) + n = 0``, eq. (2.9) extended.
 
     n is the force of the contact on the mass, as its law says; in plain Coulomb friction ``n = beta sgn(v)``.
@@ -109,8 +113,6 @@ class Problem:
     ------
     ParameterError
         The law does not exist, lacks a parameter that is given, or a value is missing or outside its domain.
-    SimulationError
-        r is outside its domain.
 
     Examples
     --------
@@ -139,20 +141,11 @@ class Problem:
         parameters: Mapping[str, float] | None = None,
         frame_damping_ratio: float = 0.0,
     ) -> None:
-        try:
-            r = float(r)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise ParameterError(f"simulation: r; expected a finite number > 0; got {r!r}") from error
-        if not (r > 0.0 and isfinite(r)):
-            raise ParameterError(f"simulation: r; expected a finite number > 0; got {r!r}")
-        if not 1e-6 <= r <= 1e6:
-            raise ParameterError(f"simulation: r; expected between 1e-6 and 1e6; got {r!r}")
         if wall not in ("fixed", "base"):
             raise ParameterError(f"simulation: wall; expected 'fixed' or 'base'; got {wall!r}")
-        _check_shorthands(mu, zeta)
-        law = _with_shorthands(law_of(law), mu, zeta)
-        given = {"beta": beta, "frame_damping_ratio": frame_damping_ratio, **_written_out(law, mu, zeta)}
-        self._set(r=r, law=law, numbers=law.complete(given | dict(parameters or {})), wall=wall, base=base)
+        law, meant = _with_shorthands(law_of(law), mu, zeta)
+        given = {"beta": beta, "frame_damping_ratio": frame_damping_ratio} | meant | dict(parameters or {})
+        self._set(r=R.checked(r), law=law, numbers=law.complete(given), wall=wall, base=base)
 
     def _set(self, **values: object) -> None:
         for name, value in values.items():
@@ -164,44 +157,10 @@ class Problem:
         return f"<Problem r = {self.r:g}, {self.law.name}: {told}, {self.wall} wall{base}>"
 
     @property
-    def parameters(self) -> dict[str, float]:
-        """All parameters of the law by name."""
-        return dict(zip((p.name for p in self.law.parameters), self.numbers, strict=True))
-
-    def parameter(self, name: str, otherwise: float = 0.0) -> float:
-        """Return a parameter of the law, or `otherwise` where the law lacks it."""
-        return self.parameters.get(name, otherwise)
-
-    @property
-    def beta(self) -> float:
-        """Friction ratio (2.8)."""
-        return self.numbers[0]
-
-    @property
-    def mu(self) -> float:
-        """Static over kinetic friction force (2.4): the larger one of the two directions."""
-        return max(self.static_ratios)
-
-    @property
-    def static_ratios(self) -> tuple[float, float]:
-        """Static over kinetic friction force for a start up and for one down."""
-        return self.parameter("static_ratio_up", 1.0), self.parameter("static_ratio_down", 1.0)
-
-    @property
     def has_mirror_image(self) -> bool:
         """Whether the problem is its own mirror image half a cycle later: then its steady state is, or has a twin."""
         even = any(self.base.cosine[1::2]) or any(self.base.sine[1::2])
         return not even and self.parameter("gradient") == 0.0 and len(set(self.static_ratios)) == 1
-
-    @property
-    def zeta(self) -> float:
-        """Damping ratio of the contact's dashpot."""
-        return self.parameter("contact_damping_ratio")
-
-    @property
-    def frame_damping_ratio(self) -> float:
-        """Damping ratio of the frame's own dashpot."""
-        return self.numbers[-1]
 
     def with_parameters(self, changes: Mapping[str, float]) -> Self:
         """Return the problem with some of its law's parameters replaced, by name.
@@ -220,7 +179,7 @@ class Problem:
 
     def with_r(self, r: float) -> Self:
         """Return the problem at another frequency ratio."""
-        return self._but(r=Problem(r, self.beta).r)
+        return self._but(r=R.checked(r))
 
     def in_frame_time(self) -> Self:
         """Return the same oscillator with time counted in omega_n t (r = 1): what its law says of speeds is scaled.
@@ -247,33 +206,28 @@ class Problem:
         A fixed wall: ``f + 2 zeta_f r f'``; a wall that moves with the base: ``-r^2 f''``, and the frame's dashpot does
         not see the base move.
         """
-        pairs = [
-            self._harmonic(k + 1, *pair) for k, pair in enumerate(zip(self.base.cosine, self.base.sine, strict=True))
-        ]
-        return tuple(c for c, _ in pairs), tuple(s for _, s in pairs)
-
-    def _harmonic(self, k: int, cosine: float, sine: float) -> tuple[float, float]:
-        if self.wall == "base":
-            scale = (self.r * k) ** 2
-            return scale * cosine, scale * sine
-        lead = 2.0 * self.frame_damping_ratio * self.r * k
-        return cosine + lead * sine, sine - lead * cosine
+        k = np.arange(1, self.base.harmonics + 1)
+        share = (self.r * k) ** 2 if self.wall == "base" else 1.0 + 2j * self.frame_damping_ratio * self.r * k
+        lines = share * self.base.lines
+        return tuple(lines.real.tolist()), tuple((-lines.imag).tolist())
 
     @property
     def force_size(self) -> float:
         """Bound of |F|: the sum of its harmonics' amplitudes."""
-        return sum(hypot(c, s) for c, s in zip(*self.force, strict=True))
+        return float(bound_of_force(self.r, self.frame_damping_ratio, self.wall, self.base))
 
 
-def _check_shorthands(mu: float | None, zeta: float | None) -> None:
-    """Refuse mu and zeta by the names under which they were given."""
-    for name, value, least in (("mu", mu, 1), ("zeta", zeta, 0)):
-        if value is not None and not (value >= least and isfinite(value)):
-            raise ParameterError(f"simulation: {name}; expected a finite number >= {least}; got {value!r}")
+def bound_of_force(r: Any, frame: Any, wall: Wall, base: Base) -> Any:
+    """Return the bound of |F|, the sum of its harmonics' amplitudes, at a number or an array of r and frame damping."""
+    total = 0.0
+    for k, line in enumerate(base.lines.tolist(), 1):
+        total = total + abs(line) * ((k * r) ** 2 if wall == "base" else (1.0 + (2.0 * k * frame * r) ** 2) ** 0.5)
+    return total
 
 
-def _with_shorthands(law: Law, mu: float | None, zeta: float | None) -> Law:
-    """The law with the terms that mu and zeta stand for, where it lacks them."""
+def _with_shorthands(law: Law, mu: float | None, zeta: float | None) -> tuple[Law, dict[str, float]]:
+    """The law with the terms that mu and zeta stand for, where it lacks them, and the parameters that they are."""
+    mu, zeta = None if mu is None else MU.checked(mu), None if zeta is None else ZETA.checked(zeta)
     name = law.name
     if mu not in (None, 1.0) and not (law.has("breakaway") or "static_ratio" in {p.name for p in law.own}):
         for term in law.terms:
@@ -285,12 +239,7 @@ def _with_shorthands(law: Law, mu: float | None, zeta: float | None) -> Law:
         name += "+breakaway"
     if zeta not in (None, 0.0) and not law.has("speed"):
         name += "+speed"
-    return law_of(name)
-
-
-def _written_out(law: Law, mu: float | None, zeta: float | None) -> dict[str, float]:
-    """The parameters that mu and zeta stand for in this law, where they are given."""
     stands_for: dict[str, float | None] = dict.fromkeys(("static_ratio_up", "static_ratio_down", "static_ratio"), mu)
     stands_for["contact_damping_ratio"] = zeta
-    names = {parameter.name for parameter in law.own}
-    return {name: value for name, value in stands_for.items() if name in names and value is not None}
+    law = law_of(name)
+    return law, {p.name: value for p in law.own if (value := stands_for.get(p.name)) is not None}

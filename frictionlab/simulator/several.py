@@ -10,7 +10,9 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import row as places
 from frictionlab.simulator.exact.answer import NEVER_CLOSED
 from frictionlab.simulator.exact.solve import TURN, Pieces, Solved, followed, rest_of, solved, system_of
-from frictionlab.simulator.state import OUTCOMES
+from frictionlab.simulator.motion import Energies
+from frictionlab.simulator.problem import Problem, Wall
+from frictionlab.simulator.state import OUTCOMES, Regime, SteadyState
 from frictionlab.simulator.structure import Structure
 
 CREEP = 1e-10  # Y in a cycle: a contact that slips no further is at rest, at the edge of where it holds
@@ -83,59 +85,35 @@ class StructureMotion:
         return self.pieces.stops(contact)
 
 
-@dataclass(frozen=True)
-class StructureState:
-    """The steady state of a structure; numbers that do not exist are None.
+@dataclass(frozen=True, kw_only=True)
+class StructureState(SteadyState):
+    """The steady state of a structure. What `SteadyState` says of one contact or mass is of the first.
 
     Parameters
     ----------
     structure : Structure
-    outcome : {"periodic", "stuck", "unbounded", "not found"}
-        "stuck": no contact ever slips.
     motion : StructureMotion or None
         Over one period.
-    energy_per_cycle : float or None
-        Area of the loop of base over the first mass's displacement (2.18), over k_1 Y^2.
-    contact_energy_per_cycle, frame_energy_per_cycle : float or None
-        What all contacts and all dashpots of the frame take.
     response_amplitudes : tuple of float
         (max - min) / 2 of each mass's displacement over Y.
     contacts : tuple of ContactNumbers
-    period_cycles : int or None
-    floquet_multiplier : float or None
-        The largest, signed if real; its modulus if it is one of a complex pair.
-    closure_error : float or None
-        |energy put in by the base - energy taken| per cycle.
-    residual : float or None
-        By how much the state misses itself after one period.
-    warnings : tuple of str
+    said : tuple of str
+        What the numbers do not say.
     """
 
     structure: Structure
-    outcome: str
     motion: StructureMotion | None = None
-    energy_per_cycle: float | None = None
-    contact_energy_per_cycle: float | None = None
-    frame_energy_per_cycle: float | None = None
     response_amplitudes: tuple[float, ...] = ()
     contacts: tuple[ContactNumbers, ...] = ()
-    period_cycles: int | None = None
-    floquet_multiplier: float | None = None
-    closure_error: float | None = None
-    residual: float | None = None
-    warnings: tuple[str, ...] = ()
+    said: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"<StructureState r = {self.structure.r:g}, {self.structure.masses} masses: {self.verdict}>"
 
     @property
-    def regime(self) -> str | None:
-        """What all contacts together do: "continuous", "stick-slip" or "stuck"."""
-        if self.motion is None:
-            return None
-        if all(contact.stuck_fraction >= 1.0 for contact in self.contacts):
-            return "stuck" if self.contacts else "continuous"
-        return "stick-slip" if any(contact.stuck_fraction for contact in self.contacts) else "continuous"
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about what the numbers do not say."""
+        return self.said
 
     @property
     def verdict(self) -> str:
@@ -150,35 +128,23 @@ class StructureState:
 
     def row(self) -> dict[str, object]:
         """Return the contract's keys of a steady state; what is of one contact is the first one's, or None."""
-        first = self.contacts[0] if self.contacts else None
-        rubs = self.structure.contacts[0] if first else None
-        return {
-            "r": self.structure.r,
-            "beta": rubs.beta if rubs else 0.0,
-            "mu": max(rubs.static_ratios) if rubs else 1.0,
-            "zeta": rubs.parameter("contact_damping_ratio") if rubs else 0.0,
-            "wall": "base" if rubs and rubs.against == "base" else "fixed",
-            "solver": "exact",
-            "outcome": self.outcome,
-            "energy_per_cycle": self.energy_per_cycle,
-            "response_amplitude": self.response_amplitudes[0] if self.response_amplitudes else None,
-            "stops_per_cycle": first.stops_per_cycle if first else None,
-            "stuck_fraction": first.stuck_fraction if first else None,
-            "regime": self.regime,
-            "symmetric": None,
-            "period_cycles": self.period_cycles,
-            "floquet_multiplier": self.floquet_multiplier,
-            "closure_error": self.closure_error,
-            "residual": self.residual,
-            "growth_per_cycle": None,
-            "contact_energy_per_cycle": self.contact_energy_per_cycle,
-            "frame_energy_per_cycle": self.frame_energy_per_cycle,
-            "warnings": list(self.warnings),
-            "law": rubs.law.name if rubs else None,
-            "parameters": dict(zip((p.name for p in rubs.law.parameters), rubs.numbers, strict=True)) if rubs else {},
+        law = self.problem.law
+        return super().row() | {
+            "law": law.name if self.contacts else None,
+            "parameters": self.problem.parameters if self.contacts else {},
             "response_amplitudes": list(self.response_amplitudes),
             "contacts": [dict(vars(contact)) for contact in self.contacts],
         }
+
+
+def _problem_of(structure: Structure) -> Problem:
+    """The first contact as that of one mass; where there is none, without friction."""
+    if not structure.contacts:
+        return Problem(structure.r, 0.0, base=structure.base)
+    first = structure.contacts[0]
+    wall: Wall = "base" if first.against == "base" else "fixed"
+    r, base = structure.r, structure.base
+    return Problem(r, first.beta, wall=wall, base=base, law=first.law, parameters=first.parameters)
 
 
 def steady(structure: Structure) -> StructureState:
@@ -212,7 +178,8 @@ def steady(structure: Structure) -> StructureState:
         )
     if found.pieces is None:
         outcome = OUTCOMES[code]
-        return StructureState(structure, outcome, warnings=(NOT_FOUND,) if outcome == "not found" else ())
+        said = (NOT_FOUND,) if outcome == "not found" else ()
+        return StructureState(_problem_of(structure), "exact", outcome, structure=structure, said=said)
     return _state(structure, found, found.pieces())
 
 
@@ -229,24 +196,30 @@ def _state(structure: Structure, found: Solved, pieces: Pieces) -> StructureStat
         stops = 0.0 if holds else float(numbers["stops"][number]) / found.cycles
         named = (contact.mass, contact.against, contact.law.name)
         contacts.append(ContactNumbers(*named, energy, stops, 1.0 if holds else stuck))
-    multiplier = float(row[places.MULTIPLIER])
+    first, multiplier = contacts[0] if contacts else None, float(row[places.MULTIPLIER])
     lasting = "a motion beside this one does not draw nearer: a mode has neither damping nor friction"
     others = "this is the motion that rest settles on; other starts may settle on others"
     said = {lasting: abs(multiplier) > 1.0 - 1e-6, others: not structure.has_one_motion}
+    stuck_all = bool(contacts) and all(contact.stuck_fraction >= 1.0 for contact in contacts)
+    moves: Regime = "stick-slip" if any(contact.stuck_fraction for contact in contacts) else "continuous"
     return StructureState(
-        structure=structure,
-        outcome="stuck" if contacts and all(contact.stuck_fraction >= 1.0 for contact in contacts) else "periodic",
-        motion=StructureMotion(pieces),
-        energy_per_cycle=float(row[places.ENERGY]),
-        contact_energy_per_cycle=float(row[places.CONTACT_ENERGY]),
-        frame_energy_per_cycle=float(row[places.FRAME_ENERGY]),
-        response_amplitudes=tuple(float(size) for size in sizes),
-        contacts=tuple(contacts),
+        problem=_problem_of(structure),
+        solver="exact",
+        outcome="stuck" if stuck_all else "periodic",
+        energies=Energies(*(float(row[i]) for i in (places.ENERGY, places.CONTACT_ENERGY, places.FRAME_ENERGY))),
+        response_amplitude=float(sizes[0]),
+        stops_per_cycle=first.stops_per_cycle if first else None,
+        stuck_fraction=first.stuck_fraction if first else None,
+        regime="stuck" if stuck_all else moves,
         period_cycles=max(1, round(found.cycles)),
         floquet_multiplier=multiplier,
         closure_error=float(row[places.CLOSURE]),
         residual=float(row[places.MISS]),
-        warnings=tuple(sentence for sentence, is_so in said.items() if is_so),
+        structure=structure,
+        motion=StructureMotion(pieces),
+        response_amplitudes=tuple(sizes.tolist()),
+        contacts=tuple(contacts),
+        said=tuple(sentence for sentence, is_so in said.items() if is_so),
     )
 
 

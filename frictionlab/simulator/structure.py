@@ -6,18 +6,16 @@ from functools import cached_property
 from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import ParameterError
-from frictionlab.simulator.laws import Law
+from frictionlab.simulator.laws import TERMS, Friction, Law
 from frictionlab.simulator.problem import COSINE, Base
-
-LINEAR = frozenset({"coulomb", "place", "speed", "breakaway", "compliance", "iwan"})
 
 
 @dataclass(frozen=True)
-class Contact:
+class Contact(Friction):
     """A contact between a mass and the wall, the base or another mass.
 
     Parameters
@@ -50,10 +48,12 @@ class Contact:
 
     def __post_init__(self) -> None:
         """Refuse what only one mass with one contact can have."""
-        others = [term.name for term in self.law.terms if term.name not in LINEAR]
+        exact = ("rigid", "elastic")
+        others = [term.name for term in self.law.terms if term.kind not in exact]
         if others:
+            known = sorted(term.name for term in TERMS.values() if term.kind in exact)
             raise ParameterError(
-                f"contact of mass {self.mass}: law {self.law.name}: expected a sum of {', '.join(sorted(LINEAR))}: the"
+                f"contact of mass {self.mass}: law {self.law.name}: expected a sum of {', '.join(known)}: the"
                 f" phases of {', '.join(others)} are not linear, and are solved for one mass with one contact only"
             )
         if abs(self.beta * self.parameter("gradient")) >= 1.0:
@@ -61,21 +61,6 @@ class Contact:
                 f"contact of mass {self.mass}: beta |gradient|; expected less than 1: friction would change along the"
                 f" path faster than the spring's force; got {abs(self.beta * self.parameter('gradient')):g}"
             )
-
-    def parameter(self, name: str, otherwise: float = 0.0) -> float:
-        """Return a parameter of the law, or `otherwise` where the law lacks it."""
-        names = [parameter.name for parameter in self.law.parameters]
-        return self.numbers[names.index(name)] if name in names else otherwise
-
-    @property
-    def beta(self) -> float:
-        """Friction ratio (2.8)."""
-        return self.numbers[0]
-
-    @property
-    def static_ratios(self) -> tuple[float, float]:
-        """Static over kinetic friction force for a start up and for one down."""
-        return self.parameter("static_ratio_up", 1.0), self.parameter("static_ratio_down", 1.0)
 
 
 @dataclass(frozen=True)
@@ -178,28 +163,15 @@ class Structure:
         return row
 
     @cached_property
-    def harmonics(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Exponents i k (h,) of the base's harmonics, and their lines (4, h): of f and its first three derivatives."""
-        k = np.asarray(1j * np.arange(1, self.base.harmonics + 1), np.complex128)
-        return k, np.array([k**order * self.base.lines for order in range(4)])
-
-    @cached_property
     def natural_frequencies(self) -> FloatArray:
         """Natural frequencies (n,) without contacts, over that of the first storey alone."""
         root = np.linalg.inv(np.linalg.cholesky(self.mass))
         return np.asarray(np.sqrt(np.linalg.eigvalsh(root @ self.stiffness @ root.T)))
 
-    @cached_property
-    def has_mirror_image(self) -> bool:
-        """Whether it is its own mirror image half a cycle later: no even harmonic, contacts alike both ways."""
-        even = any(self.base.cosine[1::2]) or any(self.base.sine[1::2])
-        alike = all(c.parameter("gradient") == 0.0 and len(set(c.static_ratios)) == 1 for c in self.contacts)
-        return alike and not even
-
     @property
     def has_one_motion(self) -> bool:
         """Whether motions only draw nearer to each other: friction is neither larger at rest nor anywhere else."""
-        return all(c.parameter("gradient") == 0.0 and max(c.static_ratios) == 1.0 for c in self.contacts)
+        return all(c.parameter("gradient") == 0.0 and c.mu == 1.0 for c in self.contacts)
 
 
 def _chain(values: FloatArray) -> FloatArray:

@@ -17,8 +17,8 @@ from frictionlab.errors import UsageError
 from frictionlab.simulator import row as places
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.motion import Energies
-from frictionlab.simulator.notes import WORDS, Asked, Note, drive_of, notes_of
-from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
+from frictionlab.simulator.notes import WORDS, Asked, Note, notes_of
+from frictionlab.simulator.problem import COSINE, Base, Problem, Wall, bound_of_force
 from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, SteadyState, to_numbers
 
@@ -64,7 +64,7 @@ class Family:
         r, beta, frame = values["r"], values["beta"], values.get("frame_damping_ratio", none)
         mu = np.maximum(*(values.get(f"static_ratio_{way}", values["mu"]) for way in ("up", "down")))
         zeta, gradient = values.get("contact_damping_ratio", values["zeta"]), values.get("gradient", none)
-        drive, rigid = drive_of(r, frame, self.wall, self.base), law_of(self.law).kind == "rigid"
+        drive, rigid = bound_of_force(r, frame, self.wall, self.base), law_of(self.law).kind == "rigid"
         return Asked(r, beta, mu, zeta, frame, gradient, drive, self.base.harmonics == 1, rigid)
 
 

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from frictionlab.simulator.exact.solve import sliders_of
+from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.structure import Contact, Structure
 
 Floats = np.ndarray
@@ -28,6 +29,15 @@ class Twin:
         self.springs = [sliders_of(c)[0][0] if c.law.kind == "elastic" else inf for c in structure.contacts]
         self.modes = [0] * len(structure.contacts)
         self.anchors = np.zeros(len(structure.contacts))
+        self.stops, self.stuck, self.shortest = 0, 0.0, inf  # of the first contact, and the shortest phase
+
+    @classmethod
+    def of_one(cls, problem: Problem) -> "Twin":
+        """A single mass with one contact."""
+        against = "base" if problem.wall == "base" else "wall"
+        contact = Contact(1, against, problem.law, problem.numbers)
+        zeta = problem.frame_damping_ratio
+        return cls(Structure.of_storeys(problem.r, [1.0], [1.0], [zeta], [contact], problem.base))
 
     def base(self, tau: float) -> tuple[float, float, float]:
         """f, f', f''."""
@@ -138,10 +148,13 @@ class Twin:
                 self.slope, (tau, span), z, "DOP853", rtol=RTOL, atol=1e-14, max_step=0.05, dense_output=True
             )
             end, which = self.first(step, events, tau, span)
+            self.stuck += end - tau if self.modes[0] == 0 else 0.0
+            self.shortest = min(self.shortest, end - tau)
             z, tau = step.sol(end), end
             if which is None:
                 return z
             i, side, _ = which
+            slid = self.modes[0] != 0
             resting = [j for j, spring in enumerate(self.springs) if spring == inf and self.modes[j] == 0]
             if side:
                 self.modes[i] = side
@@ -153,6 +166,7 @@ class Twin:
                     self.anchors[i] = s - self.modes[i] * self.limit(self.s.contacts[i], s) / self.springs[i]
                 self.modes[i] = 0
                 self.settle(tau, z, [*resting, i] if self.springs[i] == inf else resting)
+            self.stops += slid and self.modes[0] == 0
         return z
 
     def first(self, step: Any, events: list[Any], tau: float, span: float) -> tuple[float, Any]:

@@ -159,7 +159,7 @@ def test_a_motion_is_written(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--r", "0", "--beta", "0.4"), "expected a finite number > 0"),
+        (("--r", "0", "--beta", "0.4"), "expected a finite number >= 1e-06"),
         (("--r", "0.5", "--beta", "0.4", "--mu", "0.5"), "mu is static over kinetic friction, 1 or more"),
         (("--r", "0.5", "--beta", "0.4", "--plot", "figure.txt"), "expected a figure ending in .pdf"),
         (("--r", "0.5", "--beta", "0.4", "-o", "/dev/null/row.csv"), "/dev/null is no folder"),

@@ -115,9 +115,9 @@ def test_a_problem_travels_and_compares() -> None:
 @pytest.mark.parametrize(
     ("given", "match"),
     [
-        ({"r": "fast"}, "r; expected a finite number > 0; got 'fast'"),
-        ({"r": None}, "r; expected a finite number > 0; got None"),
-        ({"r": 10**400}, "r; expected a finite number > 0; got 1000"),
+        ({"r": "fast"}, "r; expected a finite number >= 1e-06 and <= 1e[+]06; got 'fast'"),
+        ({"r": None}, "r; expected a finite number .*; got None"),
+        ({"r": 10**400}, "r; expected a finite number .*; got 1000"),
         ({"beta": 10**400}, "beta; expected a finite number >= 0; got 1000"),
         ({"beta": "much"}, "beta; expected a finite number >= 0; got 'much'"),
         ({"parameters": {"gradient": [0.1]}}, r"gradient; expected a finite number; got \[0.1\]"),

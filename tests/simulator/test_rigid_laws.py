@@ -13,7 +13,7 @@ from mpmath import mpf
 
 from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, steady_state
-from tests.simulator import slow
+from tests.simulator.several_twin import Twin
 
 REFERENCE, UNEVEN_REFERENCE = (
     json.loads((Path(__file__).parent / "reference" / name).read_text()) for name in ("laws.json", "uneven.json")
@@ -22,52 +22,40 @@ LAW = "coulomb+place+speed+breakaway"
 UNEVEN = {"static_ratio_up": 1.2, "static_ratio_down": 1.0}
 
 
-def problem_of(law: slow.Law) -> Problem:
-    return Problem(
-        law.r,
-        law.beta,
-        wall="base" if law.moving else "fixed",
-        base=Base((1.0, law.second) if law.second else (1.0,)),
-        law=LAW,
-        parameters={
-            "gradient": law.q,
-            "static_ratio_up": law.up,
-            "static_ratio_down": law.down,
-            "contact_damping_ratio": law.contact,
-        },
-        frame_damping_ratio=law.frame,
-    )
+def uneven(r: float, beta: float, *, moving: bool = False, second: float = 0.0, **given: float) -> Problem:
+    """A problem with all rigid terms."""
+    values = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
+    base, wall = Base((1.0, second)), "base" if moving else "fixed"
+    return Problem(r, beta, wall=wall, base=base, law=LAW, parameters=values | given)  # type: ignore[arg-type] # of two
 
 
-@pytest.mark.parametrize(
-    "law",
-    [
-        slow.Law(0.5, 0.4, q=0.1),
-        slow.Law(0.7, 0.5, q=-0.06, contact=0.03),
-        slow.Law(0.6, 0.5, up=1.3, down=1.05),
-        slow.Law(0.8, 0.4, frame=0.05),
-        slow.Law(0.45, 0.5, q=0.08, up=1.1, contact=0.02, frame=0.03),
-        slow.Law(1.6, 0.3, q=0.1, frame=0.1, moving=True),
-        slow.Law(0.6, 0.3, q=0.05, frame=0.04, second=0.15),
-        slow.Law(1.3, 0.5, q=-0.1, contact=0.05, moving=True, second=0.1),
-    ],
-    ids=str,
-)
-def test_the_steady_state_is_where_the_slow_twin_settles(law: slow.Law) -> None:
-    state = steady_state(problem_of(law), solver="exact")
-    assert state.outcome == "periodic"
+LAWS = [
+    Problem(0.5, 0.4),
+    Problem(0.23, 0.35),
+    Problem(0.7, 0.9),
+    Problem(0.6, 0.5, 1.2, 1.7),
+    Problem(0.17, 0.25, 2.5, 0.02),
+    uneven(0.7, 0.5, gradient=-0.06, contact_damping_ratio=0.03),
+    uneven(0.6, 0.5, static_ratio_up=1.3, static_ratio_down=1.05),
+    uneven(0.8, 0.4, frame_damping_ratio=0.05),
+    uneven(0.45, 0.5, gradient=0.08, static_ratio_up=1.1, contact_damping_ratio=0.02, frame_damping_ratio=0.03),
+    uneven(1.6, 0.3, gradient=0.1, frame_damping_ratio=0.1, moving=True),
+    uneven(0.6, 0.3, gradient=0.05, frame_damping_ratio=0.04, second=0.15),
+    uneven(1.3, 0.5, gradient=-0.1, contact_damping_ratio=0.05, moving=True, second=0.1),
+]
+
+
+@pytest.mark.parametrize("problem", LAWS, ids=repr)
+def test_the_slow_twin_carries_the_orbit_back_to_its_start(problem: Problem) -> None:
+    state, twin = steady_state(problem, solver="exact"), Twin.of_one(problem)
     assert state.orbit is not None
     assert state.period_cycles == 1
-    x, v = (float(value) for value in state.orbit.at(0.0))
-    f, df, _ = law.base(0.0)
-    z, v = x - f * law.moving, v - df * law.moving
-    end_z, end_v, put_in, taken, seen = slow.cycle(law, z, v)
-    assert end_z == pytest.approx(z, abs=1e-6)
-    assert end_v == pytest.approx(v, abs=1e-5)
-    assert state.energy_taken == pytest.approx(taken, rel=1e-5)
-    assert put_in == pytest.approx(taken, rel=2e-5)
-    assert state.response_amplitude == pytest.approx(0.5 * (max(seen) - min(seen)), abs=1e-5)
-    np.testing.assert_allclose(state.orbit.at(np.arange(2000) * 2 * pi / 2000)[0], seen, atol=1e-6)
+    start = np.array([float(value) for value in state.orbit.at(0.0)])
+    end = twin.run(start, 2 * pi)
+    assert end[:2] == pytest.approx(start, abs=1e-9)
+    assert end[2:] == pytest.approx([state.energy_per_cycle, state.contact_energy_per_cycle], rel=1e-8)
+    assert twin.stuck == pytest.approx(2 * pi * (state.stuck_fraction or 0.0), abs=1e-7)
+    assert twin.stops == state.stops_per_cycle
 
 
 @pytest.mark.parametrize("row", REFERENCE, ids=lambda row: f"r={row['r']:g} beta={row['beta']:g} {row['why']}")
@@ -144,7 +132,8 @@ def test_the_amplitude_is_the_masss_own_also_where_the_wall_moves(r: float, ampl
 def test_energies_close_under_any_sum_of_rigid_terms(
     r: float, beta: float, q: float, up: float, down: float, frame: float, contact: float, moving: bool
 ) -> None:
-    state = steady_state(problem_of(slow.Law(r, beta, q, up, down, contact, frame, moving)))
+    ratios = {"static_ratio_up": up, "static_ratio_down": down, "contact_damping_ratio": contact}
+    state = steady_state(uneven(r, beta, gradient=q, frame_damping_ratio=frame, moving=moving, **ratios))
     if state.outcome != "periodic":
         assert state.outcome == "stuck" or state.warnings
         return
@@ -155,22 +144,22 @@ def test_energies_close_under_any_sum_of_rigid_terms(
 
 
 def test_the_force_is_that_of_the_law_and_of_the_equation_of_motion() -> None:
-    law = slow.Law(0.5, 0.5, q=0.08, up=1.1, contact=0.02, frame=0.03)
-    orbit = steady_state(problem_of(law)).orbit
+    law = uneven(0.5, 0.5, gradient=0.08, static_ratio_up=1.1, contact_damping_ratio=0.02, frame_damping_ratio=0.03)
+    orbit = steady_state(law).orbit
     assert orbit is not None
     tau, h = np.linspace(0.05, 6.2, 300), 1e-5
     n = orbit.force(tau)
     x, v = orbit.at(tau)
-    near = np.concatenate((orbit.turning_points[0], orbit.stops.ravel()))
+    near = np.concatenate((orbit.timeline.begins, orbit.stops.ravel()))
     smooth = np.min(np.abs(tau[:, None] - near % (2 * pi)), axis=1) > 2 * h
     a = (orbit.at(tau + h)[1] - orbit.at(tau - h)[1]) / (2 * h)
     f, df = np.cos(tau), -np.sin(tau)
-    left = law.r**2 * a + 2 * law.frame * law.r * (v - df) + (x - f) + n
+    left = law.r**2 * a + 2 * law.frame_damping_ratio * law.r * (v - df) + (x - f) + n
     assert np.abs(left[smooth]).max() < 1e-8
     sliding = v != 0.0
-    friction = np.sign(v) * law.beta * (1 + law.q * x) + 2 * law.contact * law.r * v
+    friction = np.sign(v) * law.beta * (1 + 0.08 * x) + 2 * law.zeta * law.r * v
     np.testing.assert_allclose(n[sliding], friction[sliding], atol=1e-13)
-    assert np.all(n[~sliding] <= 1.1 * law.beta * (1 + law.q * x[~sliding]) + 1e-12)
+    assert np.all(n[~sliding] <= 1.1 * law.beta * (1 + 0.08 * x[~sliding]) + 1e-12)
 
 
 @pytest.mark.parametrize(

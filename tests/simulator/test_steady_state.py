@@ -12,10 +12,7 @@ from mpmath import mpf
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
-from tests.simulator import naive
-from tests.simulator.closed_form import (
-    friction_limit,
-)
+from tests.simulator.closed_form import friction_limit
 from tests.simulator.phases import phases_of, sides
 
 PERIODS = [
@@ -65,29 +62,6 @@ def test_known_values(r: float, beta: float, energy: float, stops: int) -> None:
     state = steady_state(Problem(r, beta))
     assert state.energy_per_cycle == pytest.approx(energy, abs=5.1e-11)
     assert state.stops_per_cycle == stops
-
-
-@pytest.mark.parametrize(
-    ("r", "beta", "mu", "zeta"),
-    [
-        (0.5, 0.4, 1.0, 0.0),
-        (0.23, 0.35, 1.0, 0.0),
-        (0.7, 0.9, 1.0, 0.0),
-        (0.4, 0.3, 1.4, 0.0),
-        (0.3, 0.2, 1.0, 0.05),
-        (0.6, 0.5, 1.2, 1.7),
-        (0.17, 0.25, 2.5, 0.02),
-    ],
-)
-def test_the_orbit_solved_for_is_the_orbit_waited_for_by_the_naive_twin(
-    r: float, beta: float, mu: float, zeta: float
-) -> None:
-    slow = naive.periodic(r, beta, mu, zeta, cycles=60)
-    state = steady_state(Problem(r, beta, mu, zeta))
-    assert state.period_cycles == 1
-    assert state.energy_per_cycle == pytest.approx(slow.work, rel=1e-8)
-    assert state.stops_per_cycle == slow.stops
-    assert state.stuck_fraction == pytest.approx(slow.stuck / (2 * pi), abs=1e-7)
 
 
 @settings(max_examples=60, deadline=None)
@@ -227,7 +201,7 @@ def test_motions_of_several_cycles_are_found_with_static_friction(r: float, cycl
 def test_what_is_not_known_is_refused() -> None:
     with pytest.raises(SimulationError, match=r"closed form at r = 0\.5"):
         steady_state(Problem(0.5, 0.4), solver="closed-form")
-    with pytest.raises(SimulationError, match=r"r; expected a finite number > 0"):
+    with pytest.raises(SimulationError, match=r"r; expected a finite number >= 1e-06"):
         Problem(0.0, 0.4)
     with pytest.raises(SimulationError, match="mu; expected a finite number >= 1"):
         Problem(1.0, 0.4, mu=0.5)

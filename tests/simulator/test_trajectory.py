@@ -72,11 +72,8 @@ def test_a_late_part_of_a_run_is_the_same_whether_the_rest_was_kept() -> None:
     assert part.timeline.cycle.min() == 7
 
 
-def test_turning_points_and_stops_are_where_the_mass_rests() -> None:
+def test_stops_are_where_the_mass_rests() -> None:
     run = simulate(Problem(0.1, 0.4), cycles=3)
-    times, x = run.turning_points
-    assert np.abs(run.at(times)[1]).max() == 0.0
-    np.testing.assert_array_equal(x, run.at(times)[0])
     middle = run.stops.mean(axis=1)
     assert np.abs(run.at(middle)[1]).max() == 0.0
     assert (run.stops[:, 1] > run.stops[:, 0]).all()

@@ -264,17 +264,6 @@ class Trajectory(Motion):
         """Begin and end of each stop, rad, shape (m, 2): times in which nothing of the contact slips."""
         return self.pieces.stops(0)
 
-    @property
-    def turning_points(self) -> tuple[FloatArray, FloatArray]:
-        """Times (rad) at which a slide starts or ends at rest relative to the wall, and the displacement x there."""
-        rows, base = self.pieces.rows, self.problem.base
-        rate = base.rate_at(rows[:, 0]) if self.problem.wall == "base" else 0.0
-        at_rest = (np.abs(rows[:, 3] - rate) <= 1e-12 * np.abs(rows[:, 3]).max()) & np.concatenate(
-            ([True], np.diff(rows[:, 2]) != 0.0)
-        )
-        times = self.timeline.begins[at_rest]
-        return times, self.at(times)[0]
-
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
         """Return displacement x and velocity x' of the mass at any times: see `Motion.at`."""
         shape, found = self.pieces.at(tau, cycle)

@@ -10,13 +10,13 @@ from frictionlab.errors import ParameterError
 from frictionlab.simulator.laws.bouc_wen import BOUC_WEN
 from frictionlab.simulator.laws.dahl import DAHL
 from frictionlab.simulator.laws.exact import BREAKAWAY, COMPLIANCE, COULOMB, IWAN, PLACE, SPEED
-from frictionlab.simulator.laws.law import Kind, Law, Parameter, Scale, Term
+from frictionlab.simulator.laws.law import Friction, Kind, Law, Parameter, Scale, Term
 from frictionlab.simulator.laws.logarithm import LOGARITHM
 from frictionlab.simulator.laws.lugre import LUGRE
 from frictionlab.simulator.laws.rate_state import RATE_STATE
 from frictionlab.simulator.laws.stribeck import STRIBECK
 
-__all__ = ["TERMS", "Kind", "Law", "Parameter", "Scale", "Term", "excluded_by", "law_of"]
+__all__ = ["TERMS", "Friction", "Kind", "Law", "Parameter", "Scale", "Term", "excluded_by", "law_of"]
 
 TERMS = {
     term.name: term

@@ -255,3 +255,44 @@ class Law:
                 )
             numbers.append(parameter.checked(value))
         return tuple(numbers)
+
+
+class Friction:
+    """A law and its numbers: what a contact does."""
+
+    law: Law
+    numbers: tuple[float, ...]
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """All parameters of the law by name."""
+        return dict(zip((p.name for p in self.law.parameters), self.numbers, strict=True))
+
+    def parameter(self, name: str, otherwise: float = 0.0) -> float:
+        """Return a parameter of the law, or `otherwise` where the law lacks it."""
+        return self.parameters.get(name, otherwise)
+
+    @property
+    def beta(self) -> float:
+        """Friction ratio (2.8)."""
+        return self.numbers[0]
+
+    @property
+    def static_ratios(self) -> tuple[float, float]:
+        """Static over kinetic friction force for a start up and for one down."""
+        return self.parameter("static_ratio_up", 1.0), self.parameter("static_ratio_down", 1.0)
+
+    @property
+    def mu(self) -> float:
+        """Static over kinetic friction force (2.4): the larger one of the two directions."""
+        return max(self.static_ratios)
+
+    @property
+    def zeta(self) -> float:
+        """Damping ratio of the contact's dashpot."""
+        return self.parameter("contact_damping_ratio")
+
+    @property
+    def frame_damping_ratio(self) -> float:
+        """Damping ratio of the frame's own dashpot."""
+        return self.numbers[-1]

@@ -266,8 +266,7 @@ def correct(law: Any, rig: Rig, work: Work, side: float, h: float, fresh: int) -
 def step(law: Any, rig: Rig, drive: Forcing, work: Work, side: float, t: float, h: float) -> bool:
     """Solve one step from the state at t over h, from the guess in `trial`; False if Newton's method fails."""
     work.clock.tried += 1
-    for k in range(WIDTH):
-        work.trial[k, 0] = work.state[k]
+    work.trial[:, 0] = work.state
     for i in range(STAGES):
         work.pull[i] = drive_at(drive, t + NODES[i + 1] * h)[0]
     before, fresh = FAILED, 1
@@ -291,12 +290,9 @@ def carry_tangent(work: Work, h: float, size: int) -> None:
     right, tangent = work.right, work.tangent
     factorise(work, h, size)
     for column in range(size):
-        for k in range(size):
-            for i in range(STAGES):
-                right[k, i] = tangent[k, column]
+        right.T[:] = tangent[:, column]
         solve_stages(work, h, size)
-        for k in range(size):
-            tangent[k, column] = right[k, STAGES - 1]
+        tangent[:size, column] = right[:size, STAGES - 1]
 
 
 @inlined
@@ -345,8 +341,7 @@ def error_of(rig: Rig, work: Work) -> float:
 @inlined
 def least_between(curve: FloatArray, part: FloatArray, begin: float, end: float) -> float:
     """Return a lower bound of a polynomial in Bernstein form between two shares of a step, by De Casteljau."""
-    for i in range(COUNT):
-        part[i] = curve[i]
+    part[:] = curve
     for level in range(1, COUNT):
         for i in range(COUNT - 1, level - 1, -1):
             part[i] = part[i - 1] + end * (part[i] - part[i - 1])
@@ -362,10 +357,7 @@ def first_crossing(rig: Rig, work: Work, side: float, k: int) -> float:
     trial, curve, part = work.trial, work.curve[0], work.curve[1]
     tiny = -TINY * rig.scale[k]
     for i in range(COUNT):
-        total = 0.0
-        for j in range(COUNT):
-            total += BERNSTEIN[i, j] * trial[k, j]
-        curve[i] = side * total
+        curve[i] = side * np.sum(BERNSTEIN[i] * trial[k])
     curve[0], curve[STAGES] = side * trial[k, 0], side * trial[k, STAGES]
     begin, width = 0.0, 1.0
     while begin + width > SHORTEST:
@@ -390,7 +382,7 @@ def land(
     The polynomial of a long step may cross zero where the motion does not (just after a release it moves like t^2):
     then the step must be shorter. The length is Newton's, kept between what is too short and what is too long.
     """
-    keep(work, 0)
+    work.values[:] = work.trial
     length, short, long, left = theta * h, 0.0, h, FAILED
     for _ in range(LOOKS):
         predict(work, rig.size, 0.0, length / h)
@@ -412,33 +404,13 @@ def land(
 
 
 @compiled
-def spread(state: FloatArray, values: FloatArray) -> None:
-    """Write a state at all nodes of a step."""
-    for k in range(WIDTH):
-        for i in range(COUNT):
-            values[k, i] = state[k]
-
-
-@compiled
-def keep(work: Work, size: int) -> None:
-    """Keep the trial step's values; its end is the state in so many components."""
-    for k in range(WIDTH):
-        for i in range(COUNT):
-            work.values[k, i] = work.trial[k, i]
-        if k < size:
-            work.state[k] = work.trial[k, STAGES]
-
-
-@compiled
 def record(work: Work, t: float, h: float, side: float) -> None:
     """Append the step in `values` to the log, as far as there is space; count it in any case."""
     log, row = work.log, work.clock.rows
     work.clock.rows += 1
     if row < len(log):
         log[row, 0], log[row, 1], log[row, 2] = t, h, side
-        for k in range(WIDTH):
-            for i in range(COUNT):
-                log[row, 3 + k * COUNT + i] = work.values[k, i]
+        log[row, 3:] = work.values.reshape(WIDTH * COUNT)
 
 
 @compiled
@@ -455,9 +427,8 @@ def advance(
         if 0.0 < h < 3.0 * clock.last:
             predict(work, rig.size, 1.0, h / clock.last)
         else:
-            spread(work.state, work.trial)
-            for i in range(COUNT):
-                work.trial[0, i] += h * NODES[i] * work.state[1]
+            work.trial.T[:] = work.state
+            work.trial[0] += h * work.state[1] * NODES
         if not step(law, rig, drive, work, side, t, h):
             clock.next, clock.last = 0.25 * h, 0.0
             continue
@@ -477,7 +448,7 @@ def advance(
                 continue
         if tangent:
             carry_tangent(work, landed, rig.size)
-        keep(work, rig.size)
+        work.values[:], work.state[: rig.size] = work.trial, work.trial[: rig.size, STAGES]
         if len(work.log) > 0:
             record(work, t, landed, side)
         clock.last = landed
@@ -488,11 +459,8 @@ def advance(
 @compiled
 def release(law: Any, rig: Rig, drive: Forcing, z: float, t: float, end: float) -> tuple[float, float]:
     """Return when and to which side a mass at rest at z breaks away: the first time after t, and before `end`."""
-    up, down = (
-        rig.up * contact_at(law, rig, 1.0, z, 0.0, 0.0, 0.0)[0],
-        -rig.down * contact_at(law, rig, -1.0, z, 0.0, 0.0, 0.0)[0],
-    )
-    bound = drive.bounds[1]
+    up = rig.up * contact_at(law, rig, 1.0, z, 0.0, 0.0, 0.0)[0]
+    down, bound = -rig.down * contact_at(law, rig, -1.0, z, 0.0, 0.0, 0.0)[0], drive.bounds[1]
     tiny = 1e-15 * (drive.bounds[0] + abs(z) + max(up, down))
     while t < end:
         pull, rate = drive_at(drive, t)
@@ -523,7 +491,7 @@ def rest(law: Any, rig: Rig, drive: Forcing, work: Work, t: float, end: float, b
     tangent, z = work.tangent, work.state[0]
     go, side = release(law, rig, drive, z, t, end)
     if go > t and len(work.log) > 0:
-        spread(work.state, work.values)
+        work.values.T[:] = work.state
         count = int((go - t) * max(1, len(drive.cosine)) / REST) + 1
         for i in range(count):
             record(work, t + (go - t) * i / count, (go - t) / count, 0.0)
