@@ -244,12 +244,14 @@ def energies_of(motion: Motion) -> tuple[Energies, float]:
     """Return the energies of a motion per cycle, and by how much what the base puts in differs from what is taken."""
     problem, base, nodes = motion.problem, motion.problem.base, motion.nodes
     f, rate = base.at(nodes.tau), base.rate_at(nodes.tau)
-    slip = nodes.v - rate if problem.wall == "base" else nodes.v
+    z, slip = (nodes.x - f, nodes.v - rate) if problem.wall == "base" else (nodes.x, nodes.v)
     legs = 2.0 * problem.frame_damping_ratio * problem.r * (nodes.v - rate)
-    put_in = (f - nodes.x - legs) * rate
+    put_in = -(z + legs) * rate  # and f f', which is nothing in a cycle
     if problem.wall == "base":  # the wall moves too: the base works against spring, dashpot and contact
         put_in -= nodes.force * rate
     cycles = round((motion.end - motion.start) / TURN)
     powers = (f * nodes.v, nodes.force * slip, legs * (nodes.v - rate), put_in)
     loop, contact, frame, given = (float(np.sum(nodes.weight * power)) / cycles for power in powers)
+    if motion.timeline.periodic and problem.wall == "fixed" and not problem.frame_damping_ratio:
+        loop = contact  # it encloses what is taken
     return Energies(loop, contact, frame), abs(given - contact - frame)

@@ -145,11 +145,7 @@ class Problem(Friction):
             raise ParameterError(f"simulation: wall; expected 'fixed' or 'base'; got {wall!r}")
         law, meant = _with_shorthands(law_of(law), mu, zeta)
         given = {"beta": beta, "frame_damping_ratio": frame_damping_ratio} | meant | dict(parameters or {})
-        self._set(r=R.checked(r), law=law, numbers=law.complete(given), wall=wall, base=base)
-
-    def _set(self, **values: object) -> None:
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(r=R.checked(r), law=law, numbers=law.complete(given), wall=wall, base=base)
 
     def __repr__(self) -> str:
         told = ", ".join(f"{name} {value:g}" for name, value in self.parameters.items())
@@ -195,8 +191,7 @@ class Problem(Friction):
 
     def _but(self, **changes: object) -> Self:
         twin = object.__new__(type(self))
-        names = ("r", "law", "numbers", "wall", "base")
-        twin._set(**({name: getattr(self, name) for name in names} | changes))
+        vars(twin).update(vars(self) | changes)
         return twin
 
     @property

@@ -4,10 +4,9 @@ from math import isfinite, pi
 from typing import get_args
 
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator.last import last_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.state import Solver, SteadyState
+from frictionlab.simulator.state import Solver, SteadyState, last_of
 from frictionlab.simulator.thesis import waited
 
 ANSWERS: dict[str, tuple[str, ...]] = {  # kind of a law: the solvers that know it

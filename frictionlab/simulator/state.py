@@ -1,11 +1,13 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
 from dataclasses import dataclass
-from math import isfinite, nan
+from math import hypot, isfinite, nan, pi
 from typing import Any, Literal
 
+import numpy as np
+
 from frictionlab.simulator import row as places
-from frictionlab.simulator.motion import Energies, Motion
+from frictionlab.simulator.motion import Energies, Motion, bisected, energies_of
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
 
@@ -18,35 +20,16 @@ OUTCOMES: dict[int, Outcome] = {
     places.STUCK: "stuck",
     places.UNBOUNDED: "unbounded",
     places.NOT_FOUND: "not found",
-    places.CHATTERED: "not found",
-    places.RUNAWAY: "not found",
-    places.PULLING: "not found",
-    places.PARTING: "not found",
-    places.COSTLY: "not found",
+    **dict.fromkeys((places.CHATTERED, places.RUNAWAY, places.PULLING, places.PARTING, places.COSTLY), "not found"),
 }
 SOLVERS = ("exact", "closed-form", "numeric")  # what the number SOLVER of a row says
 PARAMETERS = ("r", "beta", "mu", "zeta", "wall")
-NUMBERS = (
-    "energy_per_cycle",
-    "response_amplitude",
-    "stops_per_cycle",
-    "stuck_fraction",
-    "regime",
-    "symmetric",
-    "period_cycles",
-    "floquet_multiplier",
-    "closure_error",
-    "residual",
-    "growth_per_cycle",
-    "contact_energy_per_cycle",
-    "frame_energy_per_cycle",
-    "warnings",
-)
-PLACES = {  # number of a state: its place in a row
+NUMBERS = {  # of a state: their places in a row, if they have one
     "energy_per_cycle": places.ENERGY,
     "response_amplitude": places.AMPLITUDE,
     "stops_per_cycle": places.STOPS,
     "stuck_fraction": places.STUCK_SHARE,
+    "regime": None,
     "symmetric": places.SYMMETRIC,
     "period_cycles": places.PERIOD,
     "floquet_multiplier": places.MULTIPLIER,
@@ -55,8 +38,15 @@ PLACES = {  # number of a state: its place in a row
     "growth_per_cycle": places.GROWTH,
     "contact_energy_per_cycle": places.CONTACT_ENERGY,
     "frame_energy_per_cycle": places.FRAME_ENERGY,
+    "warnings": None,
 }
+PLACES = {key: place for key, place in NUMBERS.items() if place is not None}
+EXACT = (
+    *("response_amplitude", "stops_per_cycle", "stuck_fraction", "floquet_multiplier", "closure_error", "residual"),
+)
 KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
+SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
+DENSE = 4000  # points that a cycle is looked at for its turns
 
 
 @dataclass(frozen=True)
@@ -194,23 +184,19 @@ def from_numbers(problem: Problem, numbers: Any, orbit: Motion | None) -> Steady
         growth = miss if said & Note.PARTS else None
         return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
     moves: Regime = "stick-slip" if numbers[places.STOPS] > 0.0 else "continuous"
+    known = {key: float(numbers[PLACES[key]]) for key in EXACT}
     loop, contact, frame = (float(numbers[i]) for i in (places.ENERGY, places.CONTACT_ENERGY, places.FRAME_ENERGY))
     return SteadyState(
         problem=problem,
         solver=SOLVERS[int(numbers[places.SOLVER])],
         outcome=outcome,
-        response_amplitude=float(numbers[places.AMPLITUDE]),
-        stops_per_cycle=float(numbers[places.STOPS]),
-        stuck_fraction=float(numbers[places.STUCK_SHARE]),
+        energies=Energies(loop, contact, frame),
         regime="stuck" if outcome == "stuck" else moves,
         symmetric=bool(numbers[places.SYMMETRIC]),
         period_cycles=int(numbers[places.PERIOD]),
-        floquet_multiplier=float(numbers[places.MULTIPLIER]),
-        closure_error=float(numbers[places.CLOSURE]),
-        residual=miss,
         notes=said,
         orbit=orbit,
-        energies=Energies(loop, contact, frame),
+        **known,
     )
 
 
@@ -225,3 +211,35 @@ def to_numbers(state: SteadyState) -> list[float]:
         row[position] = nan if value is None else float(value)
     row[places.NOTES] = float(state.notes)
     return row
+
+
+def last_of(motion: Motion, solver: str) -> SteadyState:
+    """Return the state of a motion of one cycle, the last of a run: "not settled" where it does not yet repeat."""
+    problem = motion.problem
+    x, v = (values.tolist() for values in motion.at([motion.start, motion.end]))
+    times = np.linspace(motion.start, motion.end, DENSE)
+    speed = motion.at(times)[1]
+    turns = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)
+    ends = bisected(lambda tau: motion.at(tau)[1], times[turns], times[turns + 1])
+    size = float(np.ptp(motion.at(np.concatenate((times, ends)))[0]))
+    drift = hypot(x[1] - x[0], problem.r * (v[1] - v[0]))
+    energies, gap = energies_of(motion)
+    stops = motion.stops
+    begun = int(np.count_nonzero(stops[:, 0] > motion.start + 1e-12))
+    stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (2.0 * pi)
+    settled = drift <= SETTLED * (hypot(x[0], v[0]) + size)
+    regime: Regime = "stuck" if stuck >= 1.0 else "stick-slip" if begun else "continuous"
+    return SteadyState(
+        problem=problem,
+        solver=solver,
+        outcome="stuck" if regime == "stuck" else "periodic" if settled else "not settled",
+        energies=energies,
+        response_amplitude=0.5 * size,
+        stops_per_cycle=float(begun),
+        stuck_fraction=stuck,
+        regime=regime,
+        period_cycles=1 if settled else None,
+        closure_error=gap,
+        residual=drift,
+        orbit=motion,
+    )

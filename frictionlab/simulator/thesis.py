@@ -13,10 +13,9 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator.last import SETTLED
 from frictionlab.simulator.motion import Energies
 from frictionlab.simulator.problem import Base, Problem
-from frictionlab.simulator.state import Regime, SteadyState
+from frictionlab.simulator.state import SETTLED, Regime, SteadyState
 
 TURN = 2.0 * pi
 MARGIN = 1e-9  # the thesis's epsilon (rad): a slide starts so long after its release, lest the event end it at once

@@ -5,7 +5,7 @@ call; which contacts hold after an event is tried out one by one.
 """
 
 from itertools import product
-from math import inf, pi
+from math import cos, inf, pi, sin
 from typing import Any
 
 import numpy as np
@@ -25,11 +25,11 @@ class Twin:
 
     def __init__(self, structure: Structure) -> None:
         self.s, self.n = structure, structure.masses
-        self.inertia = structure.r**2 * structure.mass
+        self.inverse = np.linalg.inv(structure.r**2 * structure.mass)
         self.springs = [sliders_of(c)[0][0] if c.law.kind == "elastic" else inf for c in structure.contacts]
         self.modes = [0] * len(structure.contacts)
         self.anchors = np.zeros(len(structure.contacts))
-        self.stops, self.stuck, self.shortest = 0, 0.0, inf  # of the first contact, and the shortest phase
+        self.stops, self.stuck = 0, 0.0  # of the first contact
 
     @classmethod
     def of_one(cls, problem: Problem) -> "Twin":
@@ -41,10 +41,11 @@ class Twin:
 
     def base(self, tau: float) -> tuple[float, float, float]:
         """f, f', f''."""
-        f, rate = float(self.s.base.at(tau)), float(self.s.base.rate_at(tau))
-        k = np.arange(1, self.s.base.harmonics + 1)
-        wave = np.cos(k * tau) * self.s.base.cosine + np.sin(k * tau) * self.s.base.sine
-        return f, rate, -float(np.sum(k**2 * wave))
+        f = rate = bend = 0.0
+        for k, (c, s) in enumerate(zip(self.s.base.cosine, self.s.base.sine, strict=True), 1):
+            along, across = c * cos(k * tau) + s * sin(k * tau), s * cos(k * tau) - c * sin(k * tau)
+            f, rate, bend = f + along, rate + k * across, bend - k * k * along
+        return f, rate, bend
 
     def place(self, c: Contact, tau: float, z: Floats) -> tuple[float, float]:
         """Displacement and speed of a contact."""
@@ -70,7 +71,7 @@ class Twin:
             forces[i] = self.modes[i] * self.limit(c, s) if self.modes[i] else self.springs[i] * (s - self.anchors[i])
             forces[i] += 2.0 * self.s.r * c.parameter("contact_damping_ratio") * speed
             push = push - self.s.row(c) * forces[i]
-        inverse = np.linalg.inv(self.inertia)
+        inverse = self.inverse
         if held:
             rows = np.array([self.s.row(self.s.contacts[i]) for i in held])
             asked = np.array([bend * (self.s.contacts[i].against == "base") for i in held])
@@ -143,16 +144,15 @@ class Twin:
             self.modes[i] = int(np.sign(speed)) if slips else 0
         self.settle(tau, z, resting)
         while tau < span:
-            events = self.events()
+            ahead = min(span, tau + 1.0)
             step: Any = solve_ivp(
-                self.slope, (tau, span), z, "DOP853", rtol=RTOL, atol=1e-14, max_step=0.05, dense_output=True
+                self.slope, (tau, ahead), z, "DOP853", rtol=RTOL, atol=1e-14, max_step=0.05, dense_output=True
             )
-            end, which = self.first(step, events, tau, span)
+            end, which = self.first(step, self.events(), tau, ahead)
             self.stuck += end - tau if self.modes[0] == 0 else 0.0
-            self.shortest = min(self.shortest, end - tau)
             z, tau = step.sol(end), end
             if which is None:
-                return z
+                continue
             i, side, _ = which
             slid = self.modes[0] != 0
             resting = [j for j, spring in enumerate(self.springs) if spring == inf and self.modes[j] == 0]
@@ -172,9 +172,9 @@ class Twin:
     def first(self, step: Any, events: list[Any], tau: float, span: float) -> tuple[float, Any]:
         """The first change of sign of an event function: looked for at 120 places a radian, then by brentq."""
         times = np.linspace(tau, span, 2 + int(120 * (span - tau)))[1:]
-        best, which = span, None
+        best, which, states = span, None, step.sol(times).T
         for event in events:
-            values = np.array([event[2](t, step.sol(t)) for t in times])
+            values = np.array([event[2](t, z) for t, z in zip(times, states, strict=True)])
             below = np.flatnonzero(values < 0.0)
             if len(below):
                 k = below[0]

@@ -13,7 +13,7 @@ from mpmath import mpf
 
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
-from frictionlab.simulator.exact.solve import Trajectory, iwan_sliders, sliders_of, steady
+from frictionlab.simulator.exact.solve import Trajectory, iwan_sliders, steady
 from tests.simulator import elastic_twin
 from tests.simulator.phases import phases_of
 
@@ -134,34 +134,7 @@ def test_under_harmonics_the_slow_twin_carries_the_orbit_back(seed: int) -> None
         assert slow.work == pytest.approx(state.energy_taken, rel=1e-8)
 
 
-def test_the_steady_state_is_the_one_that_the_run_from_rest_comes_to() -> None:
-    several = iwan(0.55, 0.4, 10.0, 3, -0.3, "+place", parameters={"gradient": 0.1}, zeta=0.1)
-    for problem in (jenkins(0.4, 0.5, 30.0, zeta=0.2), several):
-        late, state = simulate(problem, cycles=60, keep=1), steady(problem)
-        assert state.orbit is not None
-        tau = np.linspace(0.0, 2 * pi, 40)
-        np.testing.assert_allclose(late.at(late.start + tau), state.orbit.at(tau), atol=1e-10)
-        np.testing.assert_allclose(late.force(late.start + tau), state.orbit.force(tau), atol=1e-10)
-
-
-@pytest.mark.parametrize(
-    ("r", "beta", "order"),
-    [(0.3, 0.6, 1.0), (0.5, 0.4, 1.0), (0.7, 0.5, 0.5), (1.3, 0.3, 0.5)],
-    ids=["stops", "stops shortly", "turns without a stop", "turns without a stop, fast"],
-)
-def test_a_stiff_contact_comes_to_the_rigid_law_in_the_limits_order(r: float, beta: float, order: float) -> None:
-    # where the rigid mass turns without a stop, the force takes a time of kappa^(-1/2) to change its sign
-    rigid = steady_state(Problem(r, beta))
-    off = []
-    for kappa in (1e3, 1e5):
-        state = steady(jenkins(r, beta, kappa))
-        assert state.energy_per_cycle is not None
-        assert rigid.energy_per_cycle is not None
-        off.append(abs(state.energy_per_cycle - rigid.energy_per_cycle))
-    assert off[1] == pytest.approx(off[0] * 100.0**-order, rel=0.5)
-
-
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     r=st.floats(0.1, 3.0),
     beta=st.floats(0.02, 0.9),
@@ -200,31 +173,6 @@ def test_energies_close_and_the_orbit_repeats(
     ends = state.orbit.at([state.orbit.start, state.orbit.start + 2 * pi * (1 - 1e-15)])
     size = 1e-9 * (1.0 + abs(state.response_amplitude or 0.0))
     np.testing.assert_allclose(ends[0][0], ends[0][1], atol=size)
-
-
-def test_the_last_of_many_cycles_is_the_steady_state_or_says_that_it_is_not() -> None:
-    problem = jenkins(0.9, 0.3, 30.0, zeta=0.2, wall="base")
-    late, state = last_cycle(problem, cycles=40), steady_state(problem)
-    assert late.outcome == state.outcome == "periodic"
-    for key in ("energy_per_cycle", "response_amplitude", "stuck_fraction", "stops_per_cycle"):
-        assert getattr(late, key) == pytest.approx(getattr(state, key), rel=1e-9)
-    first = last_cycle(problem, cycles=1)
-    assert first.outcome == "not settled"
-    assert first.floquet_multiplier is None
-
-
-def test_force_moves_the_mass_as_newton_says() -> None:
-    problem = iwan(
-        0.6, 0.3, 20.0, 5, 0.0, "+speed", parameters={"contact_damping_ratio": 0.1}, frame_damping_ratio=0.05
-    )
-    orbit = steady(problem).orbit
-    assert orbit is not None
-    tau, h = np.linspace(0.1, 6.0, 23), 1e-4
-    x, v = orbit.at(tau)
-    a = (orbit.at(tau + h)[1] - orbit.at(tau - h)[1]) / (2 * h)
-    f, df = problem.base.at(tau), problem.base.rate_at(tau)
-    left = problem.r**2 * a + 2 * 0.05 * problem.r * (v - df) + (x - f) + orbit.force(tau)
-    np.testing.assert_allclose(left, 0.0, atol=2e-3)
 
 
 def test_a_single_slider_of_iwan_is_jenkins() -> None:
@@ -292,22 +240,6 @@ def test_at_the_slipping_masss_resonance_it_grows_without_bound() -> None:
     assert steady(jenkins(1.0, 0.9, 50.0)).outcome == "periodic"
 
 
-@pytest.mark.parametrize("kappa", [1e-3, 1.0, 1e3, 1e9])
-def test_extreme_stiffness_keeps_its_digits(kappa: float) -> None:
-    state = steady(jenkins(0.8, 0.1 * min(1.0, kappa), kappa))
-    assert state.outcome == "periodic"
-    assert state.closure_error is not None
-    assert state.energy_per_cycle is not None
-    assert state.closure_error < 1e-11 * state.energy_per_cycle
-
-
-def test_a_base_that_carries_the_wall_reports_the_masss_own_range() -> None:
-    state = steady(jenkins(0.8, 0.3, 40.0, wall="base"))
-    assert state.orbit is not None
-    x, _ = state.orbit.at(np.linspace(0.0, 2 * pi, 2001))
-    assert state.response_amplitude == pytest.approx(0.5 * np.ptp(x), rel=1e-5)
-
-
 def test_a_gradient_that_makes_friction_a_pull_is_refused_by_name() -> None:
     steep = jenkins(0.9, 0.3, 50.0, "+place", parameters={"gradient": 1.5})
     assert "gradient" in steady(steep).warnings[0]
@@ -343,21 +275,6 @@ def test_bad_input_is_refused_by_name() -> None:
         simulate(jenkins(0.5, 0.4, 10.0), cycles=1).at(7.0)
 
 
-def test_a_contact_that_hardly_slips_any_more_is_solved() -> None:
-    # Newton's trials turn the mass round at the section; a slider that moves away from its limit holds
-    base = Base((1.0, -0.05245721561649713), (0.0, 0.0, 0.061263856394369154))
-    problem = jenkins(1.489346183764216, 1.0520595440064922, 7232.497023077279, base=base)
-    state = steady(problem.with_parameters({"frame_damping_ratio": 0.08998091632335406}))
-    assert state.outcome == "periodic"
-    assert state.closure_error is not None
-    assert state.closure_error < 1e-14
-
-
-def test_a_search_without_end_is_called_off() -> None:
-    # break-away and a ringing contact: no orbit in reach, thousands of phases a cycle
-    assert steady(jenkins(0.2, 0.6, 500.0, mu=1.45)).outcome in ("not found", "periodic")
-
-
 def test_an_orbit_of_many_cycles_is_the_one_that_rest_settles_on() -> None:
     up_down = {"static_ratio_up": 1.434, "static_ratio_down": 1.383}
     problem = iwan(3.51, 1.0735, 209.5, 2, -0.56, "+breakaway", parameters=up_down)
@@ -377,10 +294,6 @@ def test_a_slider_too_weak_to_be_relaxed_at_the_section_is_not_forced_to_be() ->
     state, late = steady(problem), last_cycle(problem, cycles=40)
     assert state.outcome == late.outcome == "periodic"
     assert state.energy_per_cycle == pytest.approx(late.energy_per_cycle, rel=1e-8)
-
-
-def test_sliders_of_a_law() -> None:
-    assert sliders_of(jenkins(0.5, 0.4, 7.0)) == ((7.0,), (0.4,))
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from tests.simulator.phases import phases_of, sides
 from tests.simulator.several_twin import Twin
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=60)
 @given(
     r=st.floats(0.02, 10.0),
     zeta=st.sampled_from([0.0, 0.0, 0.03, 1.0, 4.0]),
@@ -68,7 +68,7 @@ def test_at_rest_the_decision_comes_before_the_search() -> None:
     assert sides(static)[0] == 0.0
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(z=st.floats(-0.9, 0.9), hold=st.floats(0.01, 0.9), tau=st.floats(0.0, 6.28), second=st.floats(-0.4, 0.4))
 def test_a_release_is_the_first_time_the_pull_passes_the_limit(
     z: float, hold: float, tau: float, second: float
@@ -87,7 +87,7 @@ def test_a_release_is_the_first_time_the_pull_passes_the_limit(
             assert pull[-1] * side == pytest.approx(hold, abs=1e-12)
 
 
-@settings(deadline=None, max_examples=12)
+@settings(deadline=None, max_examples=8)
 @given(
     r=st.floats(0.08, 3.0),
     beta=st.floats(0.05, 0.9),

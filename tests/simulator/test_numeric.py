@@ -18,7 +18,7 @@ from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, laws, steady_state
 from frictionlab.simulator.laws.law import STILL, Contact, Parameter, Term
 from frictionlab.simulator.laws.rate_state import rate_state
-from frictionlab.simulator.numeric import NumericMotion, run, steady
+from frictionlab.simulator.numeric import NumericMotion, steady
 from frictionlab.simulator.numeric.flow import Flow
 from frictionlab.simulator.numeric.radau import BERNSTEIN, MATRIX, NODES, STAGES, WEIGHTS
 from frictionlab.simulator.record import BaseRecord, respond
@@ -149,18 +149,6 @@ def test_what_cannot_be_integrated_is_refused() -> None:
         steady(Problem(0.5, 0.4), rtol=0.1)
     with pytest.raises(SimulationError, match="the integrated flow does not know it"):
         steady(Problem(0.5, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": 9.0}))
-
-
-def test_a_run_from_rest_settles_on_the_steady_state() -> None:
-    asked = problem("coulomb+rate-state", r=0.4)
-    last, found = run(asked, cycles=6, keep=1), steady(asked)
-    assert found.orbit is not None
-    assert (last.start, last.end) == pytest.approx((10.0 * np.pi, 12.0 * np.pi))
-    taus = np.linspace(0.0, 6.0, 7)
-    np.testing.assert_allclose(last.at(taus, cycle=5)[0], found.orbit.at(taus)[0], atol=1e-3)
-    np.testing.assert_allclose(last.force(taus, cycle=5), found.orbit.force(taus), atol=1e-2)
-    with pytest.raises(SimulationError, match="expected times between"):
-        last.at(0.0)
 
 
 TWIN = """

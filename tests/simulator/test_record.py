@@ -93,14 +93,6 @@ def test_on_the_steady_orbit_it_stays_there(r: float, beta: float, mu: float, ze
     assert seen.energy / 10 == pytest.approx(steady_state(Problem(r, beta, mu, zeta)).energy_per_cycle, rel=1e-9)
 
 
-def test_from_rest_it_reaches_the_steady_state() -> None:
-    base = cosine_record(0.5, 40, 800)
-    orbit = steady_state(Problem(0.5, 0.4)).orbit
-    assert orbit is not None
-    x = respond(Problem(1.0, 0.4), base).displacement
-    assert x[-801:] == pytest.approx(orbit.at(0.5 * base.time[-801:])[0], abs=1e-10)
-
-
 @pytest.mark.parametrize(
     ("law", "parameters"),
     [
@@ -131,7 +123,7 @@ def test_the_error_falls_with_the_fourth_power_of_the_sampling_interval() -> Non
     assert np.log2(coarse / fine) == pytest.approx(4, abs=0.35)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     beta=st.floats(0.0, 1.0),
@@ -217,10 +209,3 @@ def test_the_periodic_base_of_a_problem_is_not_used() -> None:
     base = BaseRecord(*some_base(5, 50, even=True))
     plain, other = Problem(1.0, 0.2), Problem(1.0, 0.2, base=Base((0.5, 0.5)))
     np.testing.assert_array_equal(respond(plain, base).displacement, respond(other, base).displacement)
-
-
-def test_peaks_are_the_largest_sizes() -> None:
-    base = BaseRecord(*some_base(5, 50, even=True))
-    response = respond(Problem(1.0, 0.2), base)
-    assert response.peaks["displacement"] == np.abs(response.displacement).max()
-    assert response.peaks["contact_force"] == pytest.approx(0.2)

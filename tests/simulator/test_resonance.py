@@ -38,7 +38,7 @@ def test_motions_driven_next_to_resonance_agree_with_fifty_digits(row: dict[str,
     assert not told or lost > 1e-10
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     n=st.integers(1, 3),
     away=st.floats(-13.0, -2.5).map(lambda power: 10.0**power),
@@ -65,10 +65,3 @@ def test_energies_close_next_to_the_resonance_of_any_harmonic(
     assert state.closure_error is not None
     assert state.closure_error <= max(1e-12, lost) * state.energy_per_cycle
     assert any("good to about" in w for w in state.warnings) or state.closure_error <= 1e-10 * state.energy_per_cycle
-
-
-def test_far_and_near_the_two_ways_to_the_orbit_meet() -> None:
-    base = Base((1.0, 0.2, 0.1), (0.0, 0.1, 0.05))
-    inner, outer = (steady_state(Problem(1.0 + away, 0.3, base=base)) for away in (0.00999999999, 0.01000000001))
-    assert inner.response_amplitude == pytest.approx(outer.response_amplitude, rel=1e-8)
-    assert inner.energy_per_cycle == pytest.approx(outer.energy_per_cycle, rel=1e-8)

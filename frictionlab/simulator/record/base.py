@@ -76,14 +76,7 @@ class BaseRecord:
                 f"base motion: its size; expected a finite number > 0; got {size!r} about {zero!r}: a base at rest "
                 "drives nothing"
             )
-        for name, value in (
-            ("time", times),
-            ("displacement", values),
-            ("rest", zero),
-            ("scale", size),
-            ("quantity", quantity),
-        ):
-            object.__setattr__(self, name, value)
+        vars(self).update(time=times, displacement=values, rest=zero, scale=size, quantity=quantity)
 
     @cached_property
     def values(self) -> FloatArray:
