@@ -2,8 +2,8 @@
 
 - ``trials``: one row of measurements, one `Trial`, failed ones too
 - ``prediction``: what the model says of a test; a row of measurements as an observation of the inference
-- ``friction``: which tests count; the `FrictionFit` of a material and normal force
 - ``joint_fit``: all tests fitted together by the inference
+- ``friction``: which tests count; the `FrictionFit` of a material and normal force
 - ``laws``: Amontons' law, evidence, parameters and loops; ``left_out``: each test predicted by all others
 - ``ranking``: drift of long tests, and which material is best
 - ``files``: tables of measurements in, examples from the recordings, tables out
@@ -29,8 +29,8 @@ from frictionlab.campaign.files import (
     recording_path,
     rows_of,
 )
-from frictionlab.campaign.friction import NO_STEADY_CYCLE, Cause, FrictionFit, Screened, Verdict, screen
-from frictionlab.campaign.joint_fit import FAULTS, JointFit, Known, fit_cycles, fit_rows, friction_of
+from frictionlab.campaign.friction import NO_STEADY_CYCLE, Cause, FrictionFit, Screened, Verdict, friction_of, screen
+from frictionlab.campaign.joint_fit import FAULTS, JointFit, fit_cycles, fit_rows
 from frictionlab.campaign.laws import (
     AmontonsTest,
     LawEvidence,
@@ -59,13 +59,8 @@ __all__ = [
     "CRITERIA",
     "AmontonsTest",
     "Campaign",
-    "Curve",
     "Drift",
     "FrictionFit",
-    "LawEvidence",
-    "LawParameter",
-    "LeftOutTest",
-    "Loop",
     "MeasuredResponse",
     "Model",
     "Rank",
@@ -201,46 +196,37 @@ def evaluate(
         if not trial.failed:
             groups.setdefault(trial.group, []).append(trial)
     screened = {group: screen(own, model.first) for group, own in groups.items()}
+    sources = {group: _sources(own, scene) for group, own in groups.items()}
     laws = _laws(groups, comparisons) if find_law else {}
     joint, unfitted = fit_cycles(_cycles(groups, screened, observations), laws, scene.accuracy)
     joints = {} if joint is None else {group: joint for group in groups if joint.tests(*group)}
-    joints |= _by_rows({g: own for g, own in groups.items() if g not in joints}, screened, model.first, scene)
+    joints |= _by_rows({g: own for g, own in groups.items() if g not in joints}, screened, model.first, sources)
     models = {g: joints[g].model(g[0], model) if g in joints else model.first for g in groups}
-    fits = tuple(
-        friction_of(
-            groups[g],
-            screened[g],
-            joints.get(g),
-            Known(models[g], scene.rig.stiffness, _sources(groups[g], scene)),
-            said="" if model.first is model or joints.get(g) is joint else PLAIN,
-        )
-        for g in watch(sorted(groups))
-    )
-    drifts = tuple(
-        drift_of(t, _trend(t, scene, folders), models[t.group], fits) for t in tests if t.is_long and not t.failed
-    )
-    responses = _responses(tests, folders)
+    stiffness, fits = scene.rig.stiffness, list[FrictionFit]()
+    for g in watch(sorted(groups)):
+        said = "" if model.first is model or joints.get(g) is joint else PLAIN
+        fits.append(friction_of(groups[g], screened[g], joints.get(g), models[g], stiffness, sources[g], said))
+    long = [t for t in tests if t.is_long and not t.failed]
+    drifts = tuple(drift_of(t, _trend(t, scene, folders), models[t.group], fits) for t in long)
     materials = sorted({fit.material for fit in fits})
-    tested = tuple(amontons_of(m, [f for f in fits if f.material == m], joints, scene.rig.stiffness) for m in materials)
+    responses = _responses(tests, folders)
     found = Campaign(
         trials=tests,
-        fits=fits,
-        amontons=tested,
+        fits=tuple(fits),
+        amontons=tuple(amontons_of(m, [f for f in fits if f.material == m], joints, stiffness) for m in materials),
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
         curves=_curves(fits, models),
         responses=responses,
-        notes=(
-            *_notes(tests, fits, drifts, responses, scene),
-            *unfitted,
-            *(() if joint is None else joint.rig_notes()),
-            *_not_opened(tests, folders),
-        ),
+        notes=(),
         model=model,
         scene=scene,
         folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
     )
+    found = replace(found, notes=(*_notes(found), *unfitted, *(() if joint is None else joint.rig_notes())))
+    if named := elsewhere(tests, folders):
+        found = replace(found, notes=(*found.notes, NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])))
     return found if joint is None else _with_laws(found, joint)
 
 
@@ -266,14 +252,17 @@ def _cycles(
 
 
 def _by_rows(
-    groups: Mapping[Setting, Sequence[Trial]], screened: Mapping[Setting, Screened], model: Model, scene: Scene
+    groups: Mapping[Setting, Sequence[Trial]],
+    screened: Mapping[Setting, Screened],
+    model: Model,
+    sources: Mapping[Setting, Sources],
 ) -> dict[Setting, JointFit]:
     """The fit of each material by its rows, by group; none of a material that has no steady state in all its tests."""
     rows: dict[str, list[RowObservation]] = {}
     for group, trials in groups.items():
-        known, sources = screened[group], _sources(trials, scene)
+        known = screened[group]
         rows.setdefault(group[0], []).extend(
-            observe_row(t, model, sources, known.betas[t.source], known.units[t.source])
+            observe_row(t, model, sources[group], known.betas[t.source], known.units[t.source])
             for t in trials
             if t.source not in known.left_out
         )
@@ -287,17 +276,19 @@ def _by_rows(
 
 def _with_laws(campaign: Campaign, joint: JointFit) -> Campaign:
     """The campaign with what the mean cycles say of each material's law."""
-    stiffness, frequency = campaign.scene.rig.stiffness, campaign.scene.rig.natural_frequency
-    laws = []
-    for test in campaign.amontons if stiffness and frequency else ():
-        law = material_law_of(
+    scene = campaign.scene
+    stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
+    laws = [
+        material_law_of(
             joint.by_force if test.holds is False else joint.posterior,
             test.material,
-            stiffness_n_per_m=stiffness or 0.0,
-            natural_frequency_hz=frequency or 0.0,
-            lag_s=campaign.scene.sensors.lag_s,
+            stiffness_n_per_m=stiffness,
+            natural_frequency_hz=frequency,
+            lag_s=scene.sensors.lag_s,
         )
-        laws += [] if law is None else [law]
+        for test in campaign.amontons
+        if stiffness and frequency
+    ]
     verdicts = campaign.verdicts
     found = {test.source: test for test in left_out(joint.posterior)}
     for t in campaign.trials:
@@ -308,16 +299,11 @@ def _with_laws(campaign: Campaign, joint: JointFit) -> Campaign:
         campaign,
         joint=joint,
         laws=laws_together(joint.ladders),
-        parameters=parameters_of(joint, campaign.scene),
+        parameters=parameters_of(joint, scene),
         loops=loops_of(joint, stiffness),
-        material_laws=tuple(laws),
+        material_laws=tuple(law for law in laws if law is not None),
         left_out=tuple(found[t.source] for t in campaign.trials),
     )
-
-
-def _not_opened(trials: Sequence[Trial], folders: Sequence[Path]) -> Sequence[str]:
-    named = elsewhere(trials, folders)
-    return [NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])] if named else []
 
 
 def _sources(trials: Sequence[Trial], scene: Scene) -> Sources:
@@ -340,23 +326,21 @@ def _trend(trial: Trial, scene: Scene, folders: Sequence[Path]) -> Trend | None:
 def _laws(groups: Mapping[Setting, Sequence[Trial]], comparisons: Sequence[Row]) -> dict[str, Law | None]:
     """The law of each material: to be found, or what the ladder of its only test says."""
     climbed = {str(row["source"]): str(row["law"]) for row in comparisons if row.get("laws")}
-    found: dict[str, Law | None] = {}
-    for material in {group[0] for group in groups}:
-        own = [trial.source for group, trials in groups.items() if group[0] == material for trial in trials]
-        found[material] = law_of(climbed[own[0]]) if len(own) == 1 and own[0] in climbed else None
-    return found
+    own: dict[str, list[str]] = {}
+    for (material, _), trials in groups.items():
+        own.setdefault(material, []).extend(trial.source for trial in trials)
+    return {m: law_of(climbed[of[0]]) if len(of) == 1 and of[0] in climbed else None for m, of in own.items()}
 
 
 def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[MeasuredResponse, ...]:
+    """Examples of short tests, and long ones as a whole and at their end, where their recordings are at hand."""
+    shown = [*examples(trials), *(("long", t) for t in trials if t.is_long and not t.failed)]
     found = []
-    for label, trial in examples(trials):
-        recording = recording_of(trial, folders)
-        if recording is not None:
-            found.append(last_cycles(trial, recording, label))
-    for trial in trials:
-        recording = recording_of(trial, folders) if trial.is_long and not trial.failed else None
-        if recording is not None:
-            found += [envelope(trial, recording), last_cycles(trial, recording, "end of long")]
+    for label, trial in shown:
+        if (recording := recording_of(trial, folders)) is not None:
+            is_long = label == "long"
+            found += [envelope(trial, recording)] if is_long else []
+            found.append(last_cycles(trial, recording, "end of long" if is_long else label))
     return tuple(found)
 
 
@@ -373,23 +357,18 @@ def _curves(fits: Sequence[FrictionFit], models: Mapping[Setting, Model]) -> tup
     return tuple(found)
 
 
-def _notes(
-    trials: Sequence[Trial],
-    fits: Sequence[FrictionFit],
-    drifts: Sequence[Drift],
-    responses: Sequence[MeasuredResponse],
-    scene: Scene,
-) -> tuple[str, ...]:
-    failed = sum(t.failed for t in trials)
-    left = sum(v.excluded is not None and not v.trial.is_long for f in fits for v in f.verdicts)
-    assumed = sources_of(scene, SLOWEST_HZ).assumed
+def _notes(campaign: Campaign) -> list[str]:
+    """Sentences about the campaign as a whole."""
+    failed, tests = len(campaign.failures), len(campaign.trials)
+    left = sum(v.excluded is not None and not v.trial.is_long for v in campaign.verdicts.values())
+    assumed = sources_of(campaign.scene, SLOWEST_HZ).assumed
     said: tuple[tuple[object, str], ...] = (
-        (failed, f"{failed} of {len(trials)} tests failed; each is listed with its reason."),
+        (failed, f"{failed} of {tests} tests failed; each is listed with its reason."),
         (left, f"{left} short tests are left out of the friction fits; each is listed with its reason."),
-        (scene.rig.stiffness is None, NO_STIFFNESS),
-        (not drifts, f"No test lasts {LONG_S:g} s or longer: nothing is said of drift."),
-        (not responses, NO_RECORDINGS),
+        (campaign.scene.rig.stiffness is None, NO_STIFFNESS),
+        (not campaign.drifts, f"No test lasts {LONG_S:g} s or longer: nothing is said of drift."),
+        (not campaign.responses, NO_RECORDINGS),
         (True, SHARED_ERRORS),
         (assumed, ASSUMED.format(", ".join(assumed))),
     )
-    return tuple(sentence for holds, sentence in said if holds)
+    return [sentence for holds, sentence in said if holds]

@@ -321,5 +321,5 @@ def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
         "predicted_stops_per_cycle": state and state.stops_per_cycle,
         "energy_residual": verdict.residual,
         "left_out_of_fit": excluded and excluded.sentence,
-        "left_out_code": excluded and excluded.cause.value,
+        "left_out_code": excluded and excluded.cause.code,
     }

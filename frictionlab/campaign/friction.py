@@ -1,17 +1,23 @@
-"""Friction of one material under one normal force: which tests count, what each says, and what the joint fit gives."""
+"""Friction of one material under one normal force: which tests count, what each says, and what the joint fit gives.
+
+A test is left out by what its row says, by the memory that Coulomb's law has of how a motion began, or because its own
+friction stands out of the joint fit.
+"""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.special import chdtrc, stdtrit
 
-from frictionlab.campaign.prediction import Model, loop_ratio, memory_of, predict
-from frictionlab.campaign.trials import Trial
+from frictionlab.campaign.joint_fit import FAULTS, JointFit, fit_rows
+from frictionlab.campaign.prediction import Model, elasticity, loop_ratio, memory_of, observe_row, predict
+from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
-from frictionlab.simulator import SteadyState
+from frictionlab.inference.observations import CycleObservation
+from frictionlab.simulator import COSINE, SteadyState
 from frictionlab.uncertainty import Sources, unit_uncertainty
 
 UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand for the test
@@ -20,10 +26,11 @@ NOTHING = 1e-9  # energy or amplitude below which the mass does not move
 UNSETTLED = 0.01  # what may be left of the transient, by Coulomb's own memory
 KEPT = 0.999  # of a disturbance after a cycle: from so much on a motion is one of many
 NORMAL = 1.959964
+RIG = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests share that counts in `shares`
 
 
 class Cause(Enum):
-    """Why a test is left out; the value is the code in ``measurements.csv``, ``sentence`` the words."""
+    """Why a test is left out: the code in ``measurements.csv``, and ``sentence``, the words for a reader."""
 
     LONG = "long", "a long test: in drift.csv"
     STUCK = "stuck", "stuck: all it tells is that the friction ratio is 1 / (static over kinetic friction) or more"
@@ -45,14 +52,15 @@ class Cause(Enum):
     )
     UNPREDICTED = "no prediction", "no prediction: no steady state of the law explains these tests"
 
-    sentence: str
+    @property
+    def code(self) -> str:
+        """What programs compare."""
+        return self.value[0]
 
-    def __new__(cls, code: str, sentence: str) -> "Cause":
-        """Take the code for the value."""
-        cause = object.__new__(cls)
-        cause._value_ = code
-        cause.sentence = sentence
-        return cause
+    @property
+    def sentence(self) -> str:
+        """What people read."""
+        return self.value[1]
 
     def because(self, *numbers: float) -> "LeftOut":
         """The cause for one test, with its numbers in the sentence."""
@@ -251,17 +259,133 @@ def reach_of(number: Estimate, freedom: int) -> float:
     return math.hypot(t * own, NORMAL * math.sqrt(max(whole**2 - own**2, 0.0)))
 
 
-def in_newtons(
-    ratio: Estimate, trials: Sequence[Trial], stiffness: float | None, sources: Sources, normal_force: float
-) -> tuple[Estimate, Estimate]:
-    """Friction force beta k Y and coefficient: stiffness, base sensor's gain and normal force are in their u."""
-    amplitudes = [t.base_amplitude_m for t in trials if math.isfinite(t.base_amplitude_m)]
-    if stiffness is None or not amplitudes:
-        return NOT_KNOWN, NOT_KNOWN
-    force = ratio.scaled(stiffness * float(np.mean(amplitudes)))
-    by_rig = math.hypot(sources.stiffness, unit_uncertainty(sources))
-    return _widened(force, by_rig), _widened(force.over(normal_force), math.hypot(by_rig, sources.normal_force))
+def friction_of(
+    trials: Sequence[Trial],
+    screened: Screened,
+    joint: JointFit | None,
+    model: Model,
+    stiffness: float | None,
+    sources: Sources,
+    said: str = "",
+) -> FrictionFit:
+    """Return the friction of one material under one normal force by the joint fit of its material, and of each test.
+
+    Parameters
+    ----------
+    trials : sequence of Trial
+        At least one, none failed, all of one group.
+    screened : Screened
+        Of these tests.
+    joint : JointFit or None
+        None where nothing could be fitted.
+    model : Model
+        The group's law with the values found.
+    stiffness : float or None
+        N/m.
+    sources : Sources
+        What is not known of sensors, rig and normal force.
+    said : str
+        What else a reader must know.
+    """
+    material, force = trials[0].group
+    tests = [] if joint is None else joint.tests(material, force)
+    ratio = NOT_KNOWN if joint is None or not tests else joint.friction(material, force)
+    if joint is None or ratio.value is None:
+        verdicts = tuple(Verdict(t, screened.left_out.get(t.source) or Cause.UNPREDICTED.because()) for t in trials)
+        kinds = sorted({v.excluded.cause.code for v in verdicts if v.excluded is not None})
+        note = f"no friction ratio: every test was left out ({', '.join(kinds)})"
+        return FrictionFit(material, force, verdicts, note=note)
+    verdicts = tuple(_verdict(t, screened, joint, model, sources, ratio.value) for t in trials)
+    amplitudes = [v.trial.base_amplitude_m for v in verdicts if v.excluded is None]
+    amplitudes = [y for y in amplitudes if math.isfinite(y)]
+    newtons = NOT_KNOWN if stiffness is None or not amplitudes else ratio.scaled(stiffness * float(np.mean(amplitudes)))
+    posterior, freedom = joint.posterior, len(joint.tests(material)) - 1
+    by_rig, reach = math.hypot(sources.stiffness, unit_uncertainty(sources)), reach_of(ratio, freedom)
+    k = posterior.fit.find("beta", tests[0]) or 0
+    square, own_freedom = joint.evenness(tests)
+    return FrictionFit(
+        material=material,
+        normal_force_n=force,
+        verdicts=verdicts,
+        ratio=ratio,
+        force=_widened(newtons, by_rig),
+        coefficient=_widened(newtons.over(force), math.hypot(by_rig, sources.normal_force)),
+        low=ratio.value - reach,
+        high=ratio.value + reach,
+        freedom=freedom,
+        scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
+        note="; ".join(filter(None, (*_notes(verdicts, screened, model, stiffness, freedom), said))),
+        shares={n: share / ratio.value for n, share in posterior.shares("beta", tests[0]).items() if n in RIG},
+        normal_force_u=sources.normal_force,
+        law=posterior.law(tests[0]).name if joint.of_cycles else None,
+        tests_chi_square=square if own_freedom else None,
+        tests_freedom=own_freedom,
+        tests_p=float(chdtrc(own_freedom, square)) if own_freedom else None,
+    )
 
 
 def _widened(number: Estimate, relative: float) -> Estimate:
     return number.with_u(math.hypot(number.u or 0.0, relative * (number.value or 0.0)))
+
+
+def _verdict(trial: Trial, screened: Screened, joint: JointFit, model: Model, sources: Sources, beta: float) -> Verdict:
+    """What the joint fit says of one test."""
+    source, i, posterior = trial.source, joint.place.get(trial.source), joint.posterior
+    excluded = None
+    if source in joint.out:
+        excluded = Cause.UNEXPLAINED.because(*joint.out[source])
+    elif i is None:
+        other = Cause.NOT_UNIQUE if source in screened.not_unique else Cause.NO_CYCLE
+        excluded = screened.left_out.get(source) or other.because()
+    if source not in screened.betas or (excluded is not None and excluded.cause in (Cause.LONG, Cause.STUCK)):
+        return Verdict(trial, excluded)
+    observation = None if i is None else posterior.observations[i]
+    cycle = observation if isinstance(observation, CycleObservation) else None
+    own = beta * joint.unit(trial.group) / screened.units[source]
+    base = COSINE if cycle is None else cycle.base
+    steep = elasticity(model, trial.r, own, base)
+    found = Verdict(
+        trial,
+        excluded,
+        predicted=predict(model, trial.r, own, base),
+        elasticity=steep if math.isfinite(steep) else 0.0,
+    )
+    if i is None or observation is None:
+        try:
+            row = observe_row(trial, model.first, sources, own, screened.units[source])
+            alone = fit_rows([row]).posterior.parameters()["beta"]
+        except FAULTS:
+            return found
+        return replace(found, alone=Estimate(alone.value, alone.se, alone.u))
+    alone, residual = posterior.parameters(i)["beta"], posterior.fit.residual(i)
+    return replace(
+        found,
+        alone=Estimate(alone.value, alone.se, alone.u),
+        misfit=math.sqrt(observation.chi_square(residual) / len(residual)),
+        nrmse=None if cycle is None else cycle.nrmse(residual),
+        floor=None if cycle is None else cycle.floor,
+    )
+
+
+def _notes(
+    verdicts: Sequence[Verdict], screened: Screened, model: Model, stiffness: float | None, freedom: int
+) -> Iterator[str]:
+    """What a reader must know of a group."""
+    used, tests = [v for v in verdicts if v.excluded is None], sum(not v.trial.is_long for v in verdicts)
+    missed = [v for v in used if v.nrmse is not None and v.floor is not None]
+    if screened.note and not missed:
+        yield screened.note
+    if not freedom:
+        yield "one test only: its scatter from test to test is not known"
+    if len(used) < tests:
+        yield f"{tests - len(used)} of {tests} tests left out"
+    silent = sum(not v.trial.tells_errors for v in used)
+    if silent and not missed:
+        yield f"{silent} tests tell no standard error: {UNKNOWN_ERROR:.0%} is taken"
+    if stiffness is None:
+        yield "no force: the scene gives no stiffness"
+    elif not any(math.isfinite(v.trial.base_amplitude_m) for v in used):
+        yield "no force: no test tells its base amplitude"
+    off = sum((v.nrmse or 0.0) > 2.0 * (v.floor or 0.0) for v in missed)
+    if off:
+        yield f"{model.law.name} does not explain {off} of {len(missed)} cycles to their noise"

@@ -7,48 +7,33 @@ friction ratio at each normal force: one linear step from it, by which Amontons'
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import cast
 
 import numpy as np
-from scipy.special import chdtrc, ndtr, stdtrit
+from scipy.special import ndtr, stdtrit
 
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign.friction import (
-    Cause,
-    FrictionFit,
-    LeftOut,
-    Screened,
-    Verdict,
-    in_newtons,
-    reach_of,
-)
-from frictionlab.campaign.prediction import Model, RowObservation, elasticity, observe_row, predict
-from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
+from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.errors import FrictionlabError
 from frictionlab.estimate import NOT_KNOWN, Estimate
-from frictionlab.inference.fit import Fit, Place, fit_from, tempered, with_scatter
-from frictionlab.inference.fit import Model as FitModel
+from frictionlab.inference.fit import Fit, fit_from, tempered, with_scatter
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import Posterior, infer, model_of, posterior_of
 from frictionlab.inference.unknowns import STRAINED
-from frictionlab.simulator import COSINE, Problem
+from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
-from frictionlab.uncertainty import Sources
 
 OUTLIER = 4.0  # robust standard deviations from which a test stands out ...
 FEWEST = 5  # ... among so many tests of its material
 SLIGHT = 1e-3  # relative: a friction ratio that differs by less does not stand out
 MOST_CLIMBED = 16  # tests of a material that climb the ladder: spread over r and force, they decide its law
-RIG = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests share that counts in `shares`
 FAULTS = (FrictionlabError, ArithmeticError, np.linalg.LinAlgError)
 BY_TWO_NUMBERS = (
     "{}: friction from two numbers of each test (energy and amplitude), for no law could be fitted to their cycles: {}"
 )
-PLAIN = "by plain Coulomb friction, for rows of measurements do not tell the scene's law: no recordings are at hand"
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 
 
@@ -82,6 +67,11 @@ class JointFit:
     def materials(self) -> tuple[str, ...]:
         """The materials fitted, in alphabetical order."""
         return tuple(sorted({str(observation.material) for observation in self.posterior.observations}))
+
+    @property
+    def of_cycles(self) -> bool:
+        """Whether it rests on mean cycles, and not on rows of measurements."""
+        return isinstance(self.posterior.observations[0], CycleObservation)
 
     def tests(self, material: str, normal_force_n: float | None = None) -> list[int]:
         """Return the numbers of a material's tests, under one normal force or all."""
@@ -118,25 +108,17 @@ class JointFit:
 
     def friction(self, material: str, normal_force_n: float) -> Estimate:
         """Return the friction ratio under one normal force, at the mean base amplitude of its tests."""
-        tests, found = self.tests(material, normal_force_n), self.by_force
-        k = found.fit.find("beta", tests[0])
-        if k is None:
-            return NOT_KNOWN
-        value, slope = found.shared(k, tests[0])
-        unit = self.unit((material, normal_force_n)) / found.observations[tests[0]].unit
-        whole = math.sqrt(found.covariance[k, k])
-        return Estimate(value / unit, slope / unit * min(found.law_error(k), whole), slope / unit * whole)
+        i = self.tests(material, normal_force_n)[0]
+        times = self.by_force.observations[i].unit / self.unit((material, normal_force_n))
+        return _shared(self.by_force, i).scaled(times)
 
     def coefficient(self, material: str, stiffness: float | None) -> Estimate:
         """Return a material's friction coefficient by all its tests, stiffness and normal forces as they are told."""
         i = self.tests(material)[0]
-        k, observation = self.posterior.fit.find("beta", i), self.posterior.observations[i]
-        if k is None or stiffness is None or not observation.normal_force:
+        observation = self.posterior.observations[i]
+        if stiffness is None or not observation.normal_force:
             return NOT_KNOWN
-        relative = self.posterior.relative(k)
-        value = self.shared_beta(i) * stiffness * observation.unit / observation.normal_force
-        whole = value * relative * math.sqrt(self.posterior.covariance[k, k])
-        return Estimate(value, min(value * relative * self.posterior.law_error(k), whole), whole)
+        return _shared(self.posterior, i).scaled(stiffness * observation.unit / observation.normal_force)
 
     def relative_covariance(self, material: str, forces: Sequence[float]) -> FloatArray:
         """Return the covariance of the logarithms of friction ratios under several normal forces."""
@@ -210,6 +192,16 @@ class JointFit:
         return (FOUND.format("; ".join(parts)), *far) if parts and len(self.posterior.tests) > 1 else ()
 
 
+def _shared(posterior: Posterior, i: int) -> Estimate:
+    """The friction ratio that all tests share with test i, as it is in that test."""
+    k = posterior.fit.find("beta", i)
+    if k is None:
+        return NOT_KNOWN
+    value, slope = posterior.shared(k, i)
+    whole = math.sqrt(posterior.covariance[k, k])
+    return Estimate(value, slope * min(posterior.law_error(k), whole), slope * whole)
+
+
 def fit_cycles(
     tests: Mapping[str, Sequence[CycleObservation]], laws: Mapping[str, Law | None], accuracy: str
 ) -> tuple[JointFit | None, list[str]]:
@@ -278,182 +270,42 @@ def fit_rows(observations: Sequence[RowObservation]) -> JointFit:
     AnalysisError
         No friction ratio has a steady state in all tests.
     """
-    found = _of_rows(observations)
+
+    def likeliest(rows: Sequence[RowObservation]) -> Fit:
+        model = model_of(rows)
+        start = np.zeros(len(model.unknowns))
+        for k, u in enumerate(model.unknowns):
+            if u.name == "beta":
+                own = [o.guess / t.factor(k) for o, t in zip(rows, model.tests, strict=True) if k in t.index]
+                start[k] = u.at(float(np.median(own)))
+        return with_scatter(fit_from(model, [start], tempers=False))[0]
+
+    found = likeliest(observations)
     first = posterior_of(found)
     out = JointFit(first, first).standing_out()
     if out:
-        found = _of_rows([o for o in observations if o.measurement.source not in out])
+        found = likeliest([o for o in observations if o.measurement.source not in out])
     posterior = posterior_of(tempered(found))
     return JointFit(posterior, at_each_force(posterior), out=out)
-
-
-def _of_rows(observations: Sequence[RowObservation]) -> Fit:
-    """The fit of rows with the likeliest scatter from test to test."""
-    model = model_of(cast("Sequence[CycleObservation]", observations))  # a row has all that is asked for
-    start = np.zeros(len(model.unknowns))
-    for k, u in enumerate(model.unknowns):
-        if u.name == "beta":
-            own = [o.guess / t.factor(k) for o, t in zip(observations, model.tests, strict=True) if k in t.index]
-            start[k] = u.at(float(np.median(own)))
-    return with_scatter(fit_from(model, [start], tempers=False))[0]
 
 
 def at_each_force(posterior: Posterior) -> Posterior:
     """Return the posterior with one friction ratio at each normal force: one linear step from the given one."""
     wide = model_of(posterior.observations, amontons=False)
-    scatter, point = np.zeros(len(wide.unknowns)), np.zeros(len(wide.unknowns))
-    scatter_u, shifts = np.zeros(len(wide.unknowns)), {name: np.zeros(len(wide.unknowns)) for name in posterior.shifts}
-    for old, new in zip(posterior.tests, wide.tests, strict=True):
-        for j, (k, m) in enumerate(zip(old.index, new.index, strict=True)):
-            u, times = posterior.unknowns[k], float(old.factors[j] / new.factors[j])
-            point[m] = wide.unknowns[m].at(u.value(float(posterior.fit.point[k])) * times)
-            scatter[m], scatter_u[m] = posterior.fit.model.scatter[k], posterior.scatter_u[k]
-            for name, shift in posterior.shifts.items():
-                shifts[name][m] = shift[k]
-    model = replace(wide, scatter=scatter)
-    place = posterior.fit.place
-    here = Place(np.clip(point, *model.bounds), place.local, place.residual, place.slopes, model.strains(point))
-    fit = Fit(model, _stepped(model, here))
-    return Posterior(fit, posterior.information, scatter_u, shifts, posterior.warnings)
-
-
-def _stepped(model: FitModel, here: Place) -> Place:
-    """The place one linear step on."""
-    fit = Fit(model, here)
-    bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, here.point, strict=True)])
-    step = np.linalg.solve(fit.precision, fit.reduced.pull - bent * here.strain)
-    point = np.clip(here.point + step, *model.bounds)
-    moved = point - here.point
-    residual = tuple(
-        r - slopes @ moved[test.index] for r, slopes, test in zip(here.residual, here.slopes, model.tests, strict=True)
-    )
-    return Place(point, here.local, residual, here.slopes, model.strains(point))
-
-
-@dataclass(frozen=True)
-class Known:
-    """What the fit of a group takes as known.
-
-    ``model``: its law with the values found; ``stiffness``: N/m; ``sources``: of sensors, rig and normal force.
-    """
-
-    model: Model
-    stiffness: float | None
-    sources: Sources
-
-
-def friction_of(
-    trials: Sequence[Trial], screened: Screened, joint: JointFit | None, known: Known, said: str = ""
-) -> FrictionFit:
-    """Return the friction of one material under one normal force by the joint fit of its material, and of each test.
-
-    Parameters
-    ----------
-    trials : sequence of Trial
-        At least one, none failed, all of one group.
-    screened : Screened
-        Of these tests.
-    joint : JointFit or None
-        None where nothing could be fitted.
-    known : Known
-    said : str
-        What else a reader must know.
-    """
-    material, force = trials[0].group
-    tests = [] if joint is None else joint.tests(material, force)
-    ratio = NOT_KNOWN if joint is None or not tests else joint.friction(material, force)
-    if joint is None or ratio.value is None:
-        verdicts = tuple(Verdict(t, screened.left_out.get(t.source) or Cause.UNPREDICTED.because()) for t in trials)
-        kinds = sorted({v.excluded.cause.value for v in verdicts if v.excluded is not None})
-        note = f"no friction ratio: every test was left out ({', '.join(kinds)})"
-        return FrictionFit(material, force, verdicts, note=note)
-    verdicts = tuple(_verdict(t, screened, joint, known, ratio.value) for t in trials)
-    used, freedom = [v.trial for v in verdicts if v.excluded is None], len(joint.tests(material)) - 1
-    newtons, coefficient = in_newtons(ratio, used, known.stiffness, known.sources, force)
-    posterior, reach = joint.posterior, reach_of(ratio, freedom)
-    k = posterior.fit.find("beta", tests[0]) or 0
-    square, own_freedom = joint.evenness(tests)
-    of_cycles = isinstance(posterior.observations[0], CycleObservation)
-    return FrictionFit(
-        material=material,
-        normal_force_n=force,
-        verdicts=verdicts,
-        ratio=ratio,
-        force=newtons,
-        coefficient=coefficient,
-        low=ratio.value - reach,
-        high=ratio.value + reach,
-        freedom=freedom,
-        scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
-        note="; ".join(filter(None, (*_notes(verdicts, screened, known, freedom), said))),
-        shares={n: share / ratio.value for n, share in posterior.shares("beta", tests[0]).items() if n in RIG},
-        normal_force_u=known.sources.normal_force,
-        law=posterior.law(tests[0]).name if of_cycles else None,
-        tests_chi_square=square if own_freedom else None,
-        tests_freedom=own_freedom,
-        tests_p=float(chdtrc(own_freedom, square)) if own_freedom else None,
-    )
-
-
-def _verdict(trial: Trial, screened: Screened, joint: JointFit, known: Known, beta: float) -> Verdict:
-    """What the joint fit says of one test."""
-    source, i, posterior = trial.source, joint.place.get(trial.source), joint.posterior
-    excluded = None if i is not None else _why_out(source, screened, joint)
-    if source not in screened.betas or (excluded is not None and excluded.cause in (Cause.LONG, Cause.STUCK)):
-        return Verdict(trial, excluded)
-    observation = None if i is None else posterior.observations[i]
-    own = beta * joint.unit(trial.group) / screened.units[source]
-    base = observation.base if isinstance(observation, CycleObservation) else COSINE
-    steep = elasticity(known.model, trial.r, own, base)
-    found = Verdict(
-        trial,
-        excluded,
-        predicted=predict(known.model, trial.r, own, base),
-        elasticity=steep if math.isfinite(steep) else 0.0,
-    )
-    if i is None or observation is None:
-        row = observe_row(trial, known.model.first, known.sources, own, screened.units[source])
-        try:
-            alone = fit_rows([row]).posterior.parameters()["beta"]
-        except FAULTS:
-            return found
-        return replace(found, alone=Estimate(alone.value, alone.se, alone.u))
-    alone, residual = posterior.parameters(i)["beta"], posterior.fit.residual(i)
-    of_cycle = isinstance(observation, CycleObservation)
-    return replace(
-        found,
-        alone=Estimate(alone.value, alone.se, alone.u),
-        misfit=math.sqrt(observation.chi_square(residual) / len(residual)),
-        nrmse=observation.nrmse(residual) if of_cycle else None,
-        floor=observation.cycles.floor if of_cycle else None,
-    )
-
-
-def _why_out(source: str, screened: Screened, joint: JointFit) -> LeftOut:
-    if source in joint.out:
-        return Cause.UNEXPLAINED.because(*joint.out[source])
-    if source in screened.left_out:
-        return screened.left_out[source]
-    return (Cause.NOT_UNIQUE if source in screened.not_unique else Cause.NO_CYCLE).because()
-
-
-def _notes(verdicts: Sequence[Verdict], screened: Screened, known: Known, freedom: int) -> Iterator[str]:
-    """What a reader must know of a group."""
-    used, tests = [v for v in verdicts if v.excluded is None], sum(not v.trial.is_long for v in verdicts)
-    missed = [v for v in used if v.nrmse is not None and v.floor is not None]
-    if screened.note and not missed:
-        yield screened.note
-    if not freedom:
-        yield "one test only: its scatter from test to test is not known"
-    if len(used) < tests:
-        yield f"{tests - len(used)} of {tests} tests left out"
-    silent = sum(not v.trial.tells_errors for v in used)
-    if silent and not missed:
-        yield f"{silent} tests tell no standard error: {UNKNOWN_ERROR:.0%} is taken"
-    if known.stiffness is None:
-        yield "no force: the scene gives no stiffness"
-    elif not any(math.isfinite(v.trial.base_amplitude_m) for v in used):
-        yield "no force: no test tells its base amplitude"
-    off = sum((v.nrmse or 0.0) > 2.0 * (v.floor or 0.0) for v in missed)
-    if off:
-        yield f"{known.model.law.name} does not explain {off} of {len(missed)} cycles to their noise"
+    old = np.zeros(len(wide.unknowns), dtype=np.intp)  # where each unknown of the wide model stands in the given one
+    point = np.zeros(len(old))
+    for before, after in zip(posterior.tests, wide.tests, strict=True):
+        old[after.index] = before.index
+        for k, m, times in zip(before.index, after.index, before.factors / after.factors, strict=True):
+            point[m] = wide.unknowns[m].at(posterior.unknowns[k].value(float(posterior.fit.point[k])) * float(times))
+    model, place = replace(wide, scatter=posterior.fit.model.scatter[old]), posterior.fit.place
+    point = np.clip(point, *model.bounds)
+    fit = Fit(model, replace(place, point=point, strain=model.strains(point)))
+    bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, point, strict=True)])
+    step = np.linalg.solve(fit.precision, fit.reduced.pull - bent * fit.place.strain)
+    there = np.clip(point + step, *model.bounds)
+    each = zip(place.residual, place.slopes, model.tests, strict=True)
+    residual = tuple(r - slopes @ (there - point)[test.index] for r, slopes, test in each)
+    stepped = Fit(model, replace(place, point=there, residual=residual, strain=model.strains(there)))
+    shifts = {name: shift[old] for name, shift in posterior.shifts.items()}
+    return Posterior(stepped, posterior.information, posterior.scatter_u[old], shifts, posterior.warnings)

@@ -8,7 +8,6 @@ wide as Student's t of them asks.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,9 +16,9 @@ from scipy.special import stdtrit
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
-from frictionlab.inference.fit import Model, scatter_scale
-from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import Posterior, infer, model_of
+from frictionlab.inference.fit import Model, fit_from, scatter_scale
+from frictionlab.inference.observations import CycleObservation, cycle_of
+from frictionlab.inference.posterior import Posterior, of_several
 
 FEW = 8  # tests up to which the fit is made again
 MOVES = 0.1  # of the noise: a direction along which the cycle moves by less is not followed ...
@@ -59,29 +58,22 @@ class LeftOutTest:
 
 
 @dataclass(frozen=True)
-class Expected:
-    """What the other tests say of one: ``model``, the test's number in it, coordinates and their covariance.
+class _Expected:
+    """What the other tests say of test ``i`` of a model: its coordinates' ``mean`` (n,) and ``covariance`` (n, n).
 
-    ``others``: how many tests of its material they are.
+    ``scatter`` (n,): from test to test, in it already; ``others``: how many tests of its material they are.
     """
 
     model: Model
     i: int
     mean: FloatArray
     covariance: FloatArray
+    scatter: FloatArray
     others: int
-
-    @property
-    def observation(self) -> CycleObservation:
-        """The test."""
-        found = self.model.tests[self.i].observation
-        if not isinstance(found, CycleObservation):
-            raise TypeError(f"expected the mean cycle of a test; got {type(found).__name__}")
-        return found
 
     def lines(self, own: FloatArray) -> FloatArray | None:
         """Harmonics (2 K,) at the test's own coordinates; None where there is no motion."""
-        return self.observation.predict(self.model.values(self.i, own))
+        return self.model.tests[self.i].observation.predict(self.model.values(self.i, own))
 
 
 def left_out(posterior: Posterior) -> tuple[LeftOutTest, ...]:
@@ -94,59 +86,41 @@ def left_out(posterior: Posterior) -> tuple[LeftOutTest, ...]:
             found.append(LeftOutTest(source, material, reason=ALONE))
             continue
         try:
-            expect = _made_again if len(materials) <= FEW else _one_step
-            found.append(predicted_by_others(expect(posterior, i, others)))
+            found.append(_predicted(_expected(posterior, i, others), observation))
         except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError) as error:
             found.append(LeftOutTest(source, material, reason=f"the other tests' law cannot be fitted: {error}"))
     return tuple(found)
 
 
-def _one_step(posterior: Posterior, i: int, others: int) -> Expected:
-    mean, covariance = posterior.left_out(i)
-    return Expected(posterior.fit.model, i, mean, covariance, others)
-
-
-def _made_again(posterior: Posterior, i: int, others: int) -> Expected:
-    """What a fit without test i says of it: its values, in the unknowns of a model that has the test as its last."""
-    observations = list(posterior.observations)
-    out = observations.pop(i)
-    rest = infer(observations, near=posterior.values(1 if i == 0 else 0))
-    model = model_of([*observations, out])
-    mean, scale = np.zeros(len(model.unknowns)), np.ones(len(model.unknowns))
-    place = np.full(len(model.unknowns), -1)
-    scatter = np.zeros(len(model.unknowns))
-    for old, new in zip(rest.tests, model.tests, strict=False):
-        for k, m in zip(old.index, new.index, strict=True):
-            u, other = rest.unknowns[k], model.unknowns[m]
-            scale[m] = u.sd / other.sd
-            mean[m], place[m] = other.at(u.value(float(rest.fit.point[k]))), k
-            scatter[m] = rest.fit.model.scatter[k] * scale[m]
-    index = model.tests[-1].index
+def _expected(posterior: Posterior, i: int, others: int) -> _Expected:
+    """What the others say of test i: by a fit of them in the same unknowns, or of many by one step."""
+    model, index = posterior.fit.model, posterior.tests[i].index
+    if len(model.tests) > FEW:
+        return _Expected(model, i, *posterior.left_out(i), model.scatter[index], others)
+    tests = tuple(replace(t, observation=t.observation.missing(0.0)) for j, t in enumerate(model.tests) if j != i)
+    rest = of_several(fit_from(replace(model, tests=tests, scatter=0.0 * model.scatter), [posterior.fit.point]))
+    mean, scatter = rest.fit.point[index], rest.fit.model.scatter[index]
     if others == 1:  # one test tells no scatter: what is assumed of it before any
-        scatter[index] = [scatter_scale(model.unknowns[k], float(mean[k])) for k in index]
-    covariance = np.eye(len(index))
-    known = place[index] >= 0
-    covariance[np.ix_(known, known)] = rest.covariance[np.ix_(place[index][known], place[index][known])]
-    covariance *= np.outer(scale[index], scale[index])
-    covariance += np.diag(scatter[index] ** 2)
-    return Expected(replace(model, scatter=scatter), len(model.tests) - 1, mean[index], covariance, others)
+        scatter = np.array([scatter_scale(model.unknowns[k], float(rest.fit.point[k])) for k in index])
+    covariance = rest.covariance[np.ix_(index, index)] + np.diag(scatter**2)
+    return _Expected(model, i, mean, covariance, scatter, others)
 
 
-def predicted_by_others(expected: Expected) -> LeftOutTest:
-    """Return one test as the others predict it."""
-    observation, measurement = expected.observation, expected.observation.measurement
-    lines = expected.lines(expected.mean)
+def _predicted(expected: _Expected, observation: CycleObservation) -> LeftOutTest:
+    """One test as the others predict it."""
+    measurement, lines = observation.measurement, expected.lines(expected.mean)
     if lines is None:
         return LeftOutTest(measurement.source, observation.material, reason=STILL)
     measured = np.array([measurement.energy_per_cycle, measurement.response_amplitude])
     error = np.array([measurement.energy_per_cycle_se or 0.0, measurement.response_amplitude_se or 0.0])
     offset = measured - seen_in(observation.data, observation)  # a mean of cycles is not the cycle of means
-    middle, variance, scattered = _spread(expected, lines)
+    value = seen_in(lines, observation)
+    middle, variance, scattered = _spread(expected, value)
     whole = variance + error**2
     freedom = (expected.others - 1 or 1) * (whole / np.maximum(scattered, 1e-9 * whole + 1e-300)) ** 2
-    value, reach = offset + seen_in(lines, observation), student(freedom) * np.sqrt(whole)
-    low, high = offset + middle - reach, offset + middle + reach
-    own = _with_own(expected)
+    reach = stdtrit(np.minimum(freedom, 1e6), LEVEL) * np.sqrt(whole)
+    low, high, value = offset + middle - reach, offset + middle + reach, offset + value
+    own = _with_own(expected, observation)
     return LeftOutTest(
         source=measurement.source,
         material=observation.material,
@@ -178,71 +152,51 @@ def seen_in(lines: FloatArray, observation: CycleObservation) -> FloatArray:
     return np.array([math.pi * float(order[:count] @ area), 0.5 * float(np.ptp(x))])
 
 
-def student(freedom: FloatArray) -> FloatArray:
-    """Return from how many standard deviations on 2.5 % lie beyond either end, at so many degrees of freedom.
+def _spread(expected: _Expected, here: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean and variance of energy and amplitude over what the others say of the test, and the scatter's part of it.
 
-    Examples
-    --------
-    >>> student(np.array([2.0, 1e9])).round(3).tolist()
-    [4.303, 1.96]
+    Independent deviations of the test's unknowns are followed, the most telling first; the scatter of a test, and of
+    the others about their mean, is a share of each.
     """
-    return np.asarray(stdtrit(np.minimum(freedom, 1e6), LEVEL))
-
-
-def _spread(expected: Expected, lines: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mean and variance of energy and amplitude over what the others say of the test, and the scatter's part of it."""
-    observation = expected.observation
-    here = seen_in(lines, observation)
+    model, i, observation = expected.model, expected.i, cycle_of(expected.model.tests[expected.i])
+    values, vectors = np.linalg.eigh(expected.covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    _, sizes, turned = np.linalg.svd(model.slopes(i, expected.mean) @ root, full_matrices=False)
+    scatter = expected.scatter * math.sqrt(1.0 + 1.0 / expected.others)
+    back = vectors / np.sqrt(np.maximum(values, 1e-300))
     middle, variance, scattered = here.copy(), np.zeros(2), np.zeros(2)
-    for direction, share in _directions(expected):
-        ends = [expected.lines(expected.mean + sign * HERMITE * direction) for sign in (1.0, -1.0)]
+    for row in turned[sizes > MOVES][:MOST_DIRECTIONS]:
+        ends = [expected.lines(expected.mean + sign * HERMITE * (root @ row)) for sign in (1.0, -1.0)]
         both = np.array([seen_in(end, observation) - here for end in ends if end is not None])
         if not len(both):
             continue
         weights = OUTER * 2.0 / len(both)
         mean = weights * both.sum(axis=0)
         added = weights * (both**2).sum(axis=0) - mean**2
+        share = min(1.0, float(np.sum((scatter * (back @ row)) ** 2)))
         middle, variance, scattered = middle + mean, variance + added, scattered + share * added
     return middle, variance, scattered
 
 
-def _directions(expected: Expected) -> Sequence[tuple[FloatArray, float]]:
-    """Independent deviations (one standard deviation each) of the test's unknowns, the most telling first.
-
-    With each stands which share of it is scatter from test to test: of the test, and of the others about their mean.
-    """
-    values, vectors = np.linalg.eigh(expected.covariance)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    slopes = expected.model.slopes(expected.i, expected.mean)
-    _, sizes, turned = np.linalg.svd(slopes @ root, full_matrices=False)
-    kept = [row for size, row in zip(sizes, turned, strict=True) if size > MOVES][:MOST_DIRECTIONS]
-    scatter = expected.model.scatter[expected.model.tests[expected.i].index]
-    scatter = scatter * math.sqrt(1.0 + 1.0 / expected.others)
-    back = vectors / np.sqrt(np.maximum(values, 1e-300))
-    return [(root @ row, min(1.0, float(np.sum((scatter * (back @ row)) ** 2)))) for row in kept]
-
-
-def _with_own(expected: Expected) -> FloatArray:
+def _with_own(expected: _Expected, observation: CycleObservation) -> FloatArray:
     """Harmonics (2 K,) with the test's own unknowns fitted to it, each held by its scatter from test to test."""
-    test, observation = expected.model.tests[expected.i], expected.observation
-    own = [j for j, k in enumerate(test.index) if expected.model.unknowns[k].level == "test"]
+    test, unknowns = expected.model.tests[expected.i], expected.model.unknowns
+    own = [j for j, k in enumerate(test.index) if unknowns[k].level == "test"]
     sd = np.sqrt(np.diag(expected.covariance))[own]
 
-    def coordinates(d: FloatArray) -> FloatArray:
+    def lines(d: FloatArray) -> FloatArray | None:
         moved = expected.mean.copy()
         moved[own] += sd * d
-        return moved
+        return expected.lines(moved)
 
     def residual(d: FloatArray) -> FloatArray:
-        lines = expected.lines(coordinates(d))
-        gap = 1e3 * np.ones(len(observation.data)) if lines is None else observation.white(observation.data - lines)
+        seen = lines(d)
+        gap = 1e3 * np.ones(len(observation.data)) if seen is None else observation.white(observation.data - seen)
         return np.concatenate([gap, d])
 
+    found = np.zeros(len(own))
     if own:
-        starts = [np.full(len(own), sign) for sign in SIGNS]
-        best = min(starts, key=lambda d: float(residual(d) @ residual(d)))
+        best = min((np.full(len(own), sign) for sign in SIGNS), key=lambda d: float(residual(d) @ residual(d)))
         found = least_squares(residual, best, method="lm", diff_step=[1e-3] * len(own), max_nfev=40).x
-    else:
-        found = np.zeros(0)
-    lines = expected.lines(coordinates(found))
-    return observation.data if lines is None else lines
+    seen = lines(found)
+    return observation.data if seen is None else seen

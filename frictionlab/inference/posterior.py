@@ -467,7 +467,7 @@ def infer(
             " frequency (rig.natural_frequency_hz, --natural-frequency)"
         )
     moved = sorted((tempered(f) for f in fits), key=lambda f: f.chi_square)
-    return _of_several(moved[0]) if len(observations) > 1 else _of_one(held, moved, law)
+    return of_several(moved[0]) if len(observations) > 1 else _of_one(held, moved, law)
 
 
 def _held(plain: Model, starts: Sequence[FloatArray]) -> Fit | None:
@@ -478,7 +478,7 @@ def _held(plain: Model, starts: Sequence[FloatArray]) -> Fit | None:
         return None
 
 
-def _of_several(found: Fit) -> Posterior:
+def of_several(found: Fit) -> Posterior:
     """The posterior about the fit with the likeliest scatter from test to test.
 
     What differs from test to test was counted as misfit of the law at first. Where the law with its scatter explains
