@@ -13,7 +13,6 @@ import numpy as np
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import Verdict
-from frictionlab.campaign.laws import is_comparison
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import FrictionlabError, OutputError, RecordingError, UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_protected
@@ -85,6 +84,11 @@ def read_measurements(path: Path) -> list[Row]:
     if any(is_comparison(row) for row in rows):
         return [{"law": None, **row} for row in rows]  # a failed comparison is one too
     return rows
+
+
+def is_comparison(row: Row) -> bool:
+    """Whether a row tells a comparison (or its failure), no measurement."""
+    return "law" in row or "laws" in row
 
 
 def _at_home(row: Row) -> Row:
@@ -321,5 +325,5 @@ def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
         "predicted_stops_per_cycle": state and state.stops_per_cycle,
         "energy_residual": verdict.residual,
         "left_out_of_fit": excluded and excluded.sentence,
-        "left_out_code": excluded and excluded.cause.code,
+        "left_out_code": excluded and excluded.cause.value,
     }

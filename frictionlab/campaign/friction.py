@@ -30,7 +30,7 @@ RIG = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests shar
 
 
 class Cause(Enum):
-    """Why a test is left out: the code in ``measurements.csv``, and ``sentence``, the words for a reader."""
+    """Why a test is left out; the value is the code in ``measurements.csv``, ``sentence`` the words."""
 
     LONG = "long", "a long test: in drift.csv"
     STUCK = "stuck", "stuck: all it tells is that the friction ratio is 1 / (static over kinetic friction) or more"
@@ -52,15 +52,14 @@ class Cause(Enum):
     )
     UNPREDICTED = "no prediction", "no prediction: no steady state of the law explains these tests"
 
-    @property
-    def code(self) -> str:
-        """What programs compare."""
-        return self.value[0]
+    sentence: str
 
-    @property
-    def sentence(self) -> str:
-        """What people read."""
-        return self.value[1]
+    def __new__(cls, code: str, sentence: str) -> "Cause":
+        """Take the code for the value."""
+        cause = object.__new__(cls)
+        cause._value_ = code
+        cause.sentence = sentence
+        return cause
 
     def because(self, *numbers: float) -> "LeftOut":
         """The cause for one test, with its numbers in the sentence."""
@@ -292,7 +291,7 @@ def friction_of(
     ratio = NOT_KNOWN if joint is None or not tests else joint.friction(material, force)
     if joint is None or ratio.value is None:
         verdicts = tuple(Verdict(t, screened.left_out.get(t.source) or Cause.UNPREDICTED.because()) for t in trials)
-        kinds = sorted({v.excluded.cause.code for v in verdicts if v.excluded is not None})
+        kinds = sorted({v.excluded.cause.value for v in verdicts if v.excluded is not None})
         note = f"no friction ratio: every test was left out ({', '.join(kinds)})"
         return FrictionFit(material, force, verdicts, note=note)
     verdicts = tuple(_verdict(t, screened, joint, model, sources, ratio.value) for t in trials)

@@ -13,9 +13,9 @@ from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.estimate import Estimate, Flat
 from frictionlab.inference.comparison import contact_force
 from frictionlab.inference.ladder import Ladder
+from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
-from frictionlab.tables import Row
 
 SIGNIFICANT = 0.05
 SHOWN = 3  # loops of a material
@@ -151,15 +151,12 @@ def amontons_of(
     value = np.array([f.friction_coefficient for f in known], dtype=float)
     forces = [f.normal_force_n for f in known]
     relative = joint.relative_covariance(material, forces) + np.diag([f.normal_force_u**2 for f in known])
-    mean, by_rig = joint.coefficient(material, stiffness), max(_beyond_ratio(f) for f in known)
-    mean = mean.with_u(math.hypot(mean.u or 0.0, by_rig * (mean.value or 0.0)))
+    mean, beyond = joint.coefficient(material, stiffness), 0.0  # what stiffness, base sensor, normal force add to beta
+    for f in known:
+        coefficient, ratio = ((e.u or 0.0) / (e.value or 1.0) for e in (f.coefficient, f.ratio))
+        beyond = max(beyond, math.sqrt(max(0.0, coefficient**2 - ratio**2)))
+    mean = mean.with_u(math.hypot(mean.u or 0.0, beyond * (mean.value or 0.0)))
     return amontons(material, np.array(forces), value, relative * np.outer(value, value), known[0].freedom, mean)
-
-
-def _beyond_ratio(fit: FrictionFit) -> float:
-    """Relative uncertainty that stiffness, base sensor and normal force add to that of the friction ratio."""
-    coefficient, ratio = ((e.u or 0.0) / (e.value or 1.0) for e in (fit.coefficient, fit.ratio))
-    return math.sqrt(max(0.0, coefficient**2 - ratio**2))
 
 
 def _exponent(force: FloatArray, value: FloatArray, weight: FloatArray) -> tuple[float, float]:
@@ -190,30 +187,25 @@ def _words(square: float, freedom: int, p: float, exponent: float, error: float)
 
 def laws_together(ladders: Mapping[str, Ladder]) -> tuple[LawEvidence, ...]:
     """Return the laws tried on the tests of each material together, best first."""
-    return tuple(line for material in sorted(ladders) for line in _of_rungs(material, ladders[material]))
-
-
-def _of_rungs(material: str, ladder: Ladder) -> list[LawEvidence]:
-    fitted = [rung for rung in ladder.rungs if rung.fit is not None]
-    plain = next((rung.log_evidence for rung in fitted if rung.law.name == "coulomb"), None)
     lines = []
-    for rung in fitted:
-        tests = [] if rung.fit is None else rung.fit.model.tests
-        nrmse = [
-            t.observation.nrmse(r) for t, r in zip(tests, rung.fit.place.residual if rung.fit else (), strict=True)
-        ]
-        lines.append(
-            LawEvidence(
-                material=material,
-                law=rung.law.name,
-                tests=len(tests),
-                log_evidence=rung.log_evidence,
-                gain=None if plain is None else rung.log_evidence - plain,
-                response_nrmse=math.sqrt(math.fsum(v * v for v in nrmse) / len(nrmse)) if nrmse else None,
-                required=rung.law.name == ladder.chosen.law.name,
+    for material, ladder in ladders.items():
+        fitted = [(rung, rung.fit) for rung in ladder.rungs if rung.fit is not None]
+        plain = next((rung.log_evidence for rung, _ in fitted if rung.law.name == "coulomb"), None)
+        for rung, fit in fitted:
+            each = zip(fit.model.tests, fit.place.residual, strict=True)
+            squares = [t.observation.nrmse(r) ** 2 for t, r in each]
+            lines.append(
+                LawEvidence(
+                    material=material,
+                    law=rung.law.name,
+                    tests=len(squares),
+                    log_evidence=rung.log_evidence,
+                    gain=None if plain is None else rung.log_evidence - plain,
+                    response_nrmse=math.sqrt(math.fsum(squares) / len(squares)),
+                    required=rung.law.name == ladder.chosen.law.name,
+                )
             )
-        )
-    return sorted(lines, key=lambda line: -line.log_evidence)
+    return tuple(sorted(lines, key=lambda line: (line.material, -line.log_evidence)))
 
 
 def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
@@ -222,8 +214,9 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
     The value is the one that all tests share; what single tests scatter by is in ``scatter``.
     """
     posterior, found = joint.posterior, list[LawParameter]()
-    for material in sorted({str(observation.material) for observation in posterior.observations}):
-        i = joint.tests(material)[0]
+    for material in joint.materials:
+        tests = joint.tests(material)
+        i = tests[0]
         test, law, estimates = posterior.tests[i], posterior.law(i), posterior.parameters(i)
         observation = posterior.observations[i]
         for k in map(int, test.index):
@@ -235,7 +228,7 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
             own = estimates[u.name]
             value = Estimate(shared, min(own.se or whole, whole), whole)
             factor, unit = to_physical(law.parameter(u.name), scene, amplitude=observation.unit, turn=observation.turn)
-            scatter = abs(slope) * float(posterior.fit.model.scatter[k]) if len(joint.tests(material)) > 1 else None
+            scatter = abs(slope) * float(posterior.fit.model.scatter[k]) if len(tests) > 1 else None
             is_told = abs(shared) > 2.0 * whole or own.told
             found.append(LawParameter(material, law.name, u.name, value, value.scaled(factor), unit, is_told, scatter))
     return tuple(found)
@@ -243,25 +236,20 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
 
 def loops_of(joint: JointFit, stiffness: float | None) -> tuple[Loop, ...]:
     """Return the loops of a few tests of each material that the law explains best, slow, middling and fast."""
-    found = []
-    for material in sorted({str(observation.material) for observation in joint.posterior.observations}):
-        order = sorted(joint.tests(material), key=lambda i: joint.posterior.observations[i].r)
-        for part in np.array_split(np.array(order), SHOWN):
-            if len(part):
-                best = min(map(int, part), key=lambda i: _over_floor(joint, i))
-                found.append(_loop(joint, best, material, stiffness))
+    observations, found = joint.posterior.observations, []
+
+    def over_floor(i: int) -> float:
+        return observations[i].nrmse(joint.posterior.fit.residual(i)) / observations[i].floor
+
+    for material in joint.materials:
+        order = sorted(joint.tests(material), key=lambda i: observations[i].r)
+        best = [min(map(int, part), key=over_floor) for part in np.array_split(np.array(order), SHOWN) if len(part)]
+        found += [_loop(observations[i], joint.posterior.values(i), stiffness) for i in best]
     return tuple(loop for loop in found if loop is not None)
 
 
-def _over_floor(joint: JointFit, i: int) -> float:
-    observation = joint.posterior.observations[i]
-    return float(observation.nrmse(joint.posterior.fit.residual(i)) / observation.cycles.floor)
-
-
-def _loop(joint: JointFit, i: int, material: str, stiffness: float | None) -> Loop | None:
-    observation, values = joint.posterior.observations[i], joint.posterior.values(i)
-    measurement = observation.measurement
-    state = observation.state(values)
+def _loop(observation: CycleObservation, values: Mapping[str, float], stiffness: float | None) -> Loop | None:
+    measurement, state = observation.measurement, observation.state(values)
     if state is None or state.orbit is None:
         return None
     late = observation.turn * values.get("lag_s", 0.0)
@@ -270,7 +258,7 @@ def _loop(joint: JointFit, i: int, material: str, stiffness: float | None) -> Lo
     newtons = 1.0 if stiffness is None else stiffness * observation.unit
     length, rate = observation.unit, observation.unit * observation.turn
     return Loop(
-        material,
+        str(observation.material),
         measurement.normal_force_n or math.nan,
         observation.r,
         length * measurement.cycle.mass_smooth,
@@ -280,8 +268,3 @@ def _loop(joint: JointFit, i: int, material: str, stiffness: float | None) -> Lo
         rate * v,
         newtons * of_law,
     )
-
-
-def is_comparison(row: Row) -> bool:
-    """Whether a row tells a comparison (or its failure), no measurement."""
-    return "law" in row or "laws" in row

@@ -17,6 +17,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import TRANSIENT, FrictionFit, Verdict
 from frictionlab.campaign.prediction import Model, elasticity
 from frictionlab.campaign.trials import Trial, levels, nearest
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 
 SURE = 0.05
 CRITERIA = ("energy", "consistency", "drift")
@@ -42,36 +43,31 @@ Cells = Mapping[str, Mapping[Cell, Tests]]
 class Drift:
     """The drift of one long test.
 
-    ``slope_per_hour``: of the energy per cycle (k Y^2 per hour), with its standard error and 95 % interval;
-    ``relative_*``: the same over the mean energy; ``friction_*``: the relative change of the friction force per hour
-    that explains it by Coulomb's law; ``trend``: the points behind the slope where the recording is at hand.
+    ``slope``: of the energy per cycle (k Y^2 per hour), ``slope_per_hour_low``, ``slope_per_hour_high``: its 95 %
+    interval; ``relative``: the same over the mean energy; ``friction``: the relative change of the friction force per
+    hour that explains it by Coulomb's law; ``trend``: the points behind the slope where the recording is at hand.
     ``None`` is not known, and ``note`` says why.
     """
 
     trial: Trial
-    slope_per_hour: float | None
-    slope_per_hour_se: float | None
+    slope: Estimate
     slope_per_hour_low: float | None
     slope_per_hour_high: float | None
-    friction_slope_per_hour: float | None
-    friction_slope_per_hour_se: float | None
+    friction: Estimate
     trend: Trend | None
     note: str
 
+    slope_per_hour = Flat("slope")
+    slope_per_hour_se = Flat("slope", "se")
+    relative_slope_per_hour = Flat("relative")
+    relative_slope_per_hour_se = Flat("relative", "se")
+    friction_slope_per_hour = Flat("friction")
+    friction_slope_per_hour_se = Flat("friction", "se")
+
     @property
-    def relative_slope_per_hour(self) -> float | None:
+    def relative(self) -> Estimate:
         """Slope over the test's mean energy."""
-        return self._over_energy(self.slope_per_hour)
-
-    @property
-    def relative_slope_per_hour_se(self) -> float | None:
-        """Standard error of it."""
-        error = self._over_energy(self.slope_per_hour_se)
-        return None if error is None else abs(error)
-
-    def _over_energy(self, value: float | None) -> float | None:
-        level = self.trend.level if self.trend is not None else self.trial.energy.value
-        return None if value is None or not level else value / level
+        return self.slope.over(self.trend.level if self.trend is not None else self.trial.energy.value)
 
     @property
     def verdict(self) -> str:
@@ -93,43 +89,35 @@ def drift_of(trial: Trial, trend: Trend | None, model: Model, fits: Sequence[Fri
     fits : sequence of FrictionFit
         Where the friction ratio of the test's group is looked up.
     """
-    slope, error, low, high = _slope(trial, trend)
-    friction, friction_error = _friction_slope(trial, model, fits, slope, error)
-    if slope is None:
+    low: float | None = None
+    high: float | None = None
+    value, error = (trial.row.get(f"energy_trend_per_hour{end}") for end in ("", "_se"))
+    slope = NOT_KNOWN
+    if trend is not None:
+        slope, low, high = Estimate(trend.slope, trend.slope_se).scaled(HOUR), trend.low * HOUR, trend.high * HOUR
+    elif isinstance(value, (int, float)) and isinstance(error, (int, float)):
+        slope, low, high = Estimate(float(value), float(error)), value - NORMAL * error, value + NORMAL * error
+    friction = slope.over((trial.energy.value or 0.0) * _steepness(trial, model, fits, slope.value))
+    if not slope.known:
         note = "no slope: its recording is not at hand and its measurement holds no energy_trend_per_hour"
-    elif friction is None:
+    elif not friction.known:
         note = "the energy is near its largest over the friction force, so it does not tell how that drifts"
     else:
         note = "" if trend is not None else "its recording is not at hand: no points are drawn"
-    return Drift(trial, slope, error, low, high, friction, friction_error, trend, note)
+    return Drift(trial, slope, low, high, friction, trend, note)
 
 
-def _slope(trial: Trial, trend: Trend | None) -> tuple[float, float, float, float] | tuple[None, None, None, None]:
-    if trend is not None:
-        return trend.slope * HOUR, trend.slope_se * HOUR, trend.low * HOUR, trend.high * HOUR
-    slope, error = (trial.row.get(f"energy_trend_per_hour{end}") for end in ("", "_se"))
-    if not isinstance(slope, (int, float)) or not isinstance(error, (int, float)):
-        return None, None, None, None
-    return float(slope), float(error), slope - NORMAL * error, slope + NORMAL * error
-
-
-def _friction_slope(
-    trial: Trial, model: Model, fits: Sequence[FrictionFit], slope: float | None, error: float | None
-) -> tuple[float, float] | tuple[None, None]:
-    """Relative change of the friction force per hour: the energy's over its elasticity d ln E / d ln beta."""
+def _steepness(trial: Trial, model: Model, fits: Sequence[FrictionFit], slope: float | None) -> float:
+    """Elasticity d ln E / d ln beta of a long test's energy; 0 where it changes as the friction does, or is too low."""
     beta = next((f.friction_ratio for f in fits if (f.material, f.normal_force_n) == trial.group), None)
     energy = trial.energy.value
-    if slope is None or error is None or not beta or not energy:
-        return None, None
-    middle = elasticity(model, trial.r, beta)
-    if abs(middle) < INSENSITIVE or not math.isfinite(middle):
-        return None, None
+    middle = elasticity(model, trial.r, beta) if slope is not None and beta and energy else 0.0
+    if slope is None or beta is None or not energy or not abs(middle) >= INSENSITIVE:
+        return 0.0
     change = abs(slope) * trial.duration_s / HOUR / energy / abs(middle)
     reach = min(max(change, LEAST_CHANGE), MOST_CHANGE)
     ends = [elasticity(model, trial.r, beta * (1 + side * reach)) for side in (-0.5, 0.5)]
-    if not all(0.5 < end / middle < 2.0 for end in ends):
-        return None, None
-    return slope / energy / middle, error / energy / abs(middle)
+    return middle if all(0.5 < end / middle < 2.0 for end in ends) else 0.0
 
 
 @dataclass(frozen=True)
@@ -153,10 +141,10 @@ class Rank:
 
 @dataclass(frozen=True)
 class _Level:
-    """A mean of one material: ``value``, its own ``error`` (None: not known), and what sensors and rig do to it.
+    """A mean of one material, its own error (None: not known), and what sensors and rig do to it.
 
-    ``shared``: its error by sources that are the same for all materials, as a vector over `SHARED`, so that they fall
-    out of a difference; ``apart``: what each material has for itself (its normal force, set anew).
+    ``shared``: by sources that are the same for all materials (over `SHARED`), so that they fall out of a difference;
+    ``apart``: what each material has for itself (its normal force, set anew).
     """
 
     value: float

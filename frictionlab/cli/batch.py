@@ -199,7 +199,7 @@ def campaign(
 
 def _refuse_failures(rows: Sequence[Row]) -> None:
     """Refuse a campaign without a single measurement: its report would be empty, and take the place of a full one."""
-    from frictionlab.campaign.laws import is_comparison
+    from frictionlab.campaign.files import is_comparison
 
     good = [row for row in rows if row.get("status") != FAILED]
     if not good:

@@ -13,16 +13,22 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Cycle
 from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
 from frictionlab.inference.fit import Fit, Model, Place
-from frictionlab.inference.observations import CycleObservation, harmonics_of, law_and_held, observe, parts
+from frictionlab.inference.observations import (
+    CycleObservation,
+    harmonics_of,
+    law_and_held,
+    mean_cycle,
+    observe,
+    parts,
+)
 from frictionlab.inference.posterior import Posterior, model_of, posterior_of
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, SteadyState, steady_state
-from frictionlab.simulator.laws import Law, Parameter, law_of
+from frictionlab.simulator.laws import Law, law_of
 from frictionlab.uncertainty import sources_of
 
 ASSUMED_COEFFICIENT = (0.4, 0.2)  # dry contacts lie about here; said where it is assumed
@@ -136,7 +142,7 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[
     given = scene.plan.friction_coefficient
     value, error = (given[0], given[1]) if given is not None else ASSUMED_COEFFICIENT
     notes = () if given is not None else (f"plan.friction_coefficient: not given: {value:g} +- {error:g} is assumed",)
-    known, expected = told_together(measured, scene.plan.repeatability), _expected(scene, chosen, held)
+    known, expected = measured_before(measured, scene.plan.repeatability), _expected(scene, chosen, held)
     if "friction_coefficient" in known:
         value, notes = known["friction_coefficient"].value, ()
     expected |= {name: known[name].value for name in expected if name in known and name not in held}
@@ -150,27 +156,24 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[
 
 def _expected(scene: Scene, law: Law, held: Mapping[str, float]) -> dict[str, float]:
     """The law's parameters other than beta as they are expected: held ones, the scene's, else a first value of each."""
+    said, found = {**scene.model.parameters, **scene.plan.expected, **held}, {}
     if "beta" in scene.plan.expected:
         raise SceneError("plan.expected.beta: it follows from friction_coefficient and each test's normal force")
-    for name in {p.name for p in law.own} & set(scene.plan.expected):
+    for p in law.own:
+        low, high = p.usual
         try:
-            law.parameter(name).checked(scene.plan.expected[name])
+            first = p.default if p.name not in scene.plan.expected else p.checked(scene.plan.expected[p.name])
         except ParameterError as error:
-            raise SceneError(f"plan.expected.{name}: {error}") from error
-    said = {**scene.model.parameters, **scene.plan.expected, **held}
-    return {p.name: said.get(p.name, _first_value(p)) for p in law.own if p.name != "beta"}
+            raise SceneError(f"plan.expected.{p.name}: {error}") from error
+        middle = math.sqrt(low * high) if p.scale == "log" else 0.5 * (low + high)
+        first = FIRST_VALUES.get(p.name, middle) if first is None else first
+        found[p.name] = said.get(p.name, first)
+    del found["beta"]
+    return found
 
 
-def _first_value(p: Parameter) -> float:
-    if p.default is not None:
-        return p.default
-    low, high = p.usual
-    middle = math.sqrt(low * high) if p.scale == "log" else 0.5 * (low + high)
-    return FIRST_VALUES.get(p.name, middle)
-
-
-def told_together(measured: Sequence[Mapping[str, object]], repeatability: float = 0.0) -> dict[str, Measured]:
-    """What several comparisons tell together: means weighed by their uncertainties.
+def measured_before(rows: Sequence[Mapping[str, object]], repeatability: float = 0.0) -> dict[str, Measured]:
+    """Return what rows of `compare-numeric` say together: means weighed by their uncertainties.
 
     Statistical errors are each test's own, and so is friction that differs from test to test by `repeatability`. What
     is not known of sensors and rig is the same in all tests: more of them do not average it out.
@@ -178,41 +181,37 @@ def told_together(measured: Sequence[Mapping[str, object]], repeatability: float
     Examples
     --------
     >>> rows = [{"parameters": {"gradient": {"value": 0.02, "u": 0.005, "se": 0.003, "told": True}}}] * 4
-    >>> known = told_together(rows)["gradient"]
+    >>> known = measured_before(rows)["gradient"]
     >>> round(known.value, 4), round(known.se, 4), round(known.u, 4)
     (0.02, 0.0015, 0.0043)
     """
-    every: dict[str, list[Measured]] = {}
-    for row in measured:
-        for name, known in told_values(row).items():
-            every.setdefault(name, []).append(known)
-    return {name: _weighed(known, repeatability if name in FRICTION else 0.0) for name, known in every.items()}
-
-
-def _weighed(known: Sequence[Measured], repeatability: float) -> Measured:
-    values, u, se = np.array([(k.value, k.u, k.se) for k in known]).T
-    own = np.hypot(se, repeatability * values)
-    shared = np.sqrt(np.maximum(u**2 - se**2, 0.0))
-    weights = (own**2 + shared**2) ** -1.0
-    weights = weights / weights.sum()
-    statistical = float(np.sqrt((weights**2 * own**2).sum()))
-    return Measured(float(weights @ values), math.hypot(statistical, float(weights @ shared)), statistical)
-
-
-def told_values(row: Mapping[str, object]) -> dict[str, Measured]:
-    """What a row of `compare-numeric` tells: name -> number; the friction coefficient under its name."""
-    parameters, found = row.get("parameters"), {}
-    for name, told in (parameters if isinstance(parameters, Mapping) else {}).items():
-        if isinstance(told, Mapping) and told.get("told"):
-            value, error = told.get("value"), told.get("u") or told.get("se")
-            own = told.get("se") or error
-            if isinstance(value, int | float) and isinstance(error, int | float) and isinstance(own, int | float):
-                found[str(name)] = Measured(float(value), float(error), min(float(own), float(error)))
-    coefficient, beta = row.get("friction_coefficient"), found.get("beta")
-    if isinstance(coefficient, int | float) and beta is not None and beta.value > 0.0:
-        share = float(coefficient) / beta.value
-        found["friction_coefficient"] = Measured(float(coefficient), share * beta.u, share * beta.se)
-    return {name: known for name, known in found.items() if known.u > 0.0}
+    every: dict[str, list[tuple[float, float, float]]] = {}
+    for row in rows:
+        parameters = row.get("parameters")
+        for name, told in (parameters if isinstance(parameters, Mapping) else {}).items():
+            if not isinstance(told, Mapping) or not told.get("told"):
+                continue
+            value, u = told.get("value"), told.get("u") or told.get("se")
+            se = told.get("se") or u
+            if isinstance(value, int | float) and isinstance(u, int | float) and isinstance(se, int | float) and u > 0:
+                one = (float(value), float(u), min(float(se), float(u)))
+                every.setdefault(str(name), []).append(one)
+                coefficient = row.get("friction_coefficient")
+                if name == "beta" and value > 0 and isinstance(coefficient, int | float):
+                    share = coefficient / value
+                    scaled = (share * one[0], share * one[1], share * one[2])
+                    every.setdefault("friction_coefficient", []).append(scaled)
+    found = {}
+    for name, known in every.items():
+        values, u, se = np.array(known).T
+        own = np.hypot(se, repeatability * values) if name in FRICTION else se
+        shared = np.sqrt(np.maximum(u**2 - se**2, 0.0))
+        weights = (own**2 + shared**2) ** -1.0
+        weights = weights / weights.sum()
+        statistical = float(np.sqrt((weights**2 * own**2).sum()))
+        both = math.hypot(statistical, float(weights @ shared))
+        found[name] = Measured(float(weights @ values), both, statistical)
+    return found
 
 
 def _candidates(scene: Scene) -> tuple[Candidate, ...]:
@@ -299,14 +298,6 @@ def _state(problem: Problem) -> SteadyState | None:
         return None
 
 
-def _lines(state: SteadyState) -> NDArray[np.complex128]:
-    """Harmonics (K,) of a steady motion, the mean over its period."""
-    periods = state.period_cycles or 1
-    tau = 2.0 * np.pi * np.arange(POINTS * periods) / POINTS
-    motion = np.zeros(POINTS * periods) if state.orbit is None else state.orbit.at(tau)[0]
-    return harmonics_of(motion.reshape(periods, POINTS).mean(axis=0), HARMONICS)
-
-
 def _observation(
     lab: Laboratory, candidate: Candidate, state: SteadyState, varied: SteadyState, cycles: int
 ) -> CycleObservation:
@@ -314,7 +305,8 @@ def _observation(
     plan, drive = lab.scene.plan, candidate.frequency_ratio * lab.natural_frequency_hz
     samples = plan.sampling_rate_hz / drive
     noise = math.sqrt(plan.noise_m**2 + plan.step_m**2 / 12.0)
-    mean, by_friction = _lines(state), (_lines(varied) - _lines(state)) / STEP
+    mean, more = (harmonics_of(mean_cycle(one, POINTS), HARMONICS) for one in (state, varied))
+    by_friction = (more - mean) / STEP
     generator = np.random.default_rng([len(lab.law.name), round(1e4 * candidate.frequency_ratio), cycles])
     count = min(cycles, MOST_CYCLES)
     white = math.sqrt(2.0 / samples) * noise / candidate.base_amplitude_m

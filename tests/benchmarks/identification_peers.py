@@ -1,37 +1,41 @@
-"""The frame's real recordings through other ways of identification, all judged by the prediction that follows.
+"""Loads left out: what the law of the frame's other recordings says of one, by this project and by its peers.
 
 Run: ``python -m tests.benchmarks.identification_peers`` where mujoco[sysid] and pysindy are installed (none is
 needed to use or to test this project); the result goes to results/identification_peers.txt. A peer that is absent is
-named and left out. Each is given the mean steady cycle, and each law found is simulated anew: the nrmse is that of the
-motion, not of the force that a regression fits.
+named and left out. Each is given the mean steady cycles of the other loads and finds one law for them, in friction over
+normal force; the load left out is simulated with it. The nrmse is that of its motion, with nothing taken from it and,
+where the law has a gradient, with the gradient of that test fitted to it.
 """
 
 import contextlib
 import importlib.util
 import math
+import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.inference import compare
+from frictionlab.campaign import evaluate, trial_of
 from frictionlab.inference.comparison import contact_force
-from frictionlab.inference.observations import measured_base, nrmse_of
+from frictionlab.inference.observations import measured_base, nrmse_of, observe
 from frictionlab.logs import read_log
-from frictionlab.recording import Recording
-from frictionlab.scene import Scene, read_scene
+from frictionlab.scene import read_scene
 from frictionlab.simulator import Problem, steady_state
 
 FloatArray = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
 RESULT = Path(__file__).parent / "results" / "identification_peers.txt"
+SCENE = read_scene(ROOT / "configs" / "frame.toml")
+LOADS, GRAM = (250, 350, 450), 9.80665e-3
 FRAME = 0.0055  # the frame's damping ratio, as published
 SLIDES = 0.1  # of the largest speed: slower is a stop, to a regression
 STEPS, TURNS = 1000, 6  # of MuJoCo: steps a cycle, cycles until it is steady
@@ -44,109 +48,136 @@ MUJOCO = """
 
 
 @dataclass(frozen=True)
-class Found:
-    """What a way of identification says: value and standard error by name (0: none given), nrmse of its prediction."""
+class Law:
+    """Friction ratio over normal force (1/N), gradient, dashpot: what all loads share."""
 
-    law: str
-    values: Mapping[str, tuple[float, float]]
-    nrmse: float
+    friction: float
+    gradient: float = 0.0
+    dashpot: float = 0.0
 
-
-Way = Callable[[Recording, Measurement, Scene], Found]
-
-
-def ours(law: str) -> Way:
-    """This project, under a law or the one that the recording requires."""
-
-    def found(recording: Recording, _: Measurement, scene: Scene) -> Found:
-        said = compare(recording, scene, law=law)
-        values = {n: (p["value"], p["u"]) for n, p in said.parameters.items() if p["se"] is not None}
-        return Found(said.law, values, said.response_nrmse or math.nan)
-
-    return found
+    def cycle(self, test: Measurement, gradient: float | None = None) -> FloatArray:
+        """The cycle (p,) of a test; NaN where the law has none."""
+        own = {"gradient": self.gradient if gradient is None else gradient, "contact_damping_ratio": self.dashpot}
+        state = steady_state(_problem(test, self.friction * _force(test), own))
+        tau = test.cycle.tau
+        return np.full(len(tau), np.nan) if state.orbit is None else np.asarray(state.orbit.at(tau)[0])
 
 
-def inverted(_recording: Recording, measurement: Measurement, _scene: Scene) -> Found:
+Prediction = tuple[float, float]
+"""nrmse with nothing taken from the test left out, and with its own gradient (NaN: the law has none)."""
+Way = Callable[[Sequence[Measurement], Measurement], tuple[Prediction, str]]
+
+
+def _force(test: Measurement) -> float:
+    return test.normal_force_n or math.nan
+
+
+def _problem(test: Measurement, beta: float = 0.3, own: Mapping[str, float] | None = None) -> Problem:
+    r, base = test.frequency_ratio or math.nan, measured_base(test)
+    own = own or {"gradient": 0.0, "contact_damping_ratio": 0.0}
+    return Problem(r, beta, base=base, law="coulomb+place+speed", parameters=own, frame_damping_ratio=FRAME)
+
+
+def _judged(law: Law, out: Measurement, *, has_gradient: bool = True) -> Prediction:
+    def missed(gradient: float | None = None) -> FloatArray:
+        x = law.cycle(out, gradient)
+        gap = out.cycle.mass - (x - x.mean())
+        return np.where(np.isfinite(gap), gap, 1e3)
+
+    nothing = nrmse_of(out.cycle.mass, law.cycle(out))
+    if not has_gradient:
+        return nothing, math.nan
+    starts = [least_squares(lambda g: missed(g[0]), [g], diff_step=1e-4, x_scale=0.03) for g in (-0.04, 0.04)]
+    own = min(starts, key=lambda found: found.cost).x[0]
+    return nothing, nrmse_of(out.cycle.mass, law.cycle(out, own))
+
+
+def plain(others: Sequence[Measurement], out: Measurement) -> tuple[Prediction, str]:
+    """Least squares of Coulomb's law on the cycles."""
+
+    def residual(x: FloatArray) -> FloatArray:
+        return np.concatenate([t.cycle.mass - (c := Law(x[0]).cycle(t)) + c.mean() for t in others])
+
+    law = Law(float(least_squares(residual, [0.14], diff_step=1e-4).x[0]))
+    return _judged(law, out, has_gradient=False), _words(law)
+
+
+def _sliding(test: Measurement) -> tuple[FloatArray, FloatArray, FloatArray]:
+    v, z, force = test.cycle.mass_velocity, test.cycle.mass_smooth, contact_force(test, _problem(test))
+    kept = np.abs(v) > SLIDES * np.abs(v).max()
+    return v[kept], z[kept], force[kept]
+
+
+def _of_map(values: FloatArray, out: Measurement) -> tuple[Prediction, str]:
+    """A law of place and speed from its force's coefficients; what makes no sense there is held at zero."""
+    side, place, speed = (float(value) for value in values)
+    law = Law(side, place / side, max(speed, 0.0) / (2.0 * (out.frequency_ratio or math.nan)))
+    return _judged(law, out), _words(law)
+
+
+def inverted(others: Sequence[Measurement], out: Measurement) -> tuple[Prediction, str]:
     """A static map n(v, z) by least squares on the force that the equation of motion leaves (as FrictionModels.jl)."""
-    v, z, force, kept = _sliding(measurement)
-    columns = np.stack([np.sign(v), z * np.sign(v), v], axis=1)[kept]
-    values, residual, *_ = np.linalg.lstsq(columns, force[kept], rcond=None)
-    spread = math.sqrt(float(residual[0]) / (kept.sum() - 3))
-    errors = spread * np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)))
-    return _of_map(measurement, values, errors)
+    columns, forces = [], []
+    for test in others:
+        v, z, force = _sliding(test)
+        columns.append(np.stack([_force(test) * np.sign(v), _force(test) * z * np.sign(v), v], axis=1))
+        forces.append(force - force.mean())
+    return _of_map(np.linalg.lstsq(np.concatenate(columns), np.concatenate(forces), rcond=None)[0], out)
 
 
-def sindy(_recording: Recording, measurement: Measurement, _scene: Scene) -> Found:
+def sindy(others: Sequence[Measurement], out: Measurement) -> tuple[Prediction, str]:
     """The same force by sparse regression (pysindy's STLSQ) on a library of seven terms."""
     import pysindy  # noqa: PLC0415 - optional
 
-    v, z, force, kept = _sliding(measurement)
-    side = np.sign(v)
-    columns = np.stack([side, z * side, v, z, v**3, z * v, np.ones_like(v)], axis=1)[kept]
-    sparse = pysindy.STLSQ(threshold=0.01, alpha=1e-6).fit(columns, force[kept][:, None])
-    values = np.ravel(sparse.coef_)
-    found = _of_map(measurement, values[:3], np.zeros(3))
-    more = dict(zip(("z", "v^3", "z v", "1"), ((float(c), 0.0) for c in values[3:] if c), strict=False))
-    return Found(found.law, {**found.values, **more}, found.nrmse)
-
-
-def _sliding(measurement: Measurement) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-    v, z = measurement.cycle.mass_velocity, measurement.cycle.mass_smooth
-    rig = Problem(
-        measurement.frequency_ratio or math.nan, 0.3, base=measured_base(measurement), frame_damping_ratio=FRAME
-    )
-    return v, z, contact_force(measurement, rig), np.abs(v) > SLIDES * np.abs(v).max()
-
-
-def _of_map(measurement: Measurement, values: FloatArray, errors: FloatArray) -> Found:
-    """A law of place and speed from its force's coefficients; what makes no sense there is held at zero."""
-    r, (side, place, speed) = measurement.frequency_ratio or math.nan, (float(value) for value in values)
-    own = {"gradient": place / side, "contact_damping_ratio": max(speed, 0.0) / (2.0 * r)}
-    problem = Problem(r, side, law="coulomb+place+speed", parameters=own, frame_damping_ratio=FRAME)
-    orbit, tau = steady_state(problem).orbit, measurement.cycle.tau
-    missed = math.nan if orbit is None else nrmse_of(measurement.cycle.mass, orbit.at(tau)[0])
-    scale = np.abs([1.0, 1.0 / side, 1.0 / (2.0 * r)]) * errors
-    told = zip(("beta", "gradient", "contact_damping_ratio"), (side, *own.values()), scale, strict=True)
-    return Found("coulomb+place+speed", {n: (value, float(error)) for n, value, error in told}, missed)
+    columns, forces = [], []
+    for test in others:
+        v, z, force = _sliding(test)
+        side = _force(test) * np.sign(v)
+        columns.append(np.stack([side, z * side, v, z, v**3, z * v, np.ones_like(v)], axis=1))
+        forces.append(force)
+    sparse = pysindy.STLSQ(threshold=0.01, alpha=1e-6).fit(np.concatenate(columns), np.concatenate(forces)[:, None])
+    return _of_map(np.ravel(sparse.coef_)[:3], out)
 
 
 def mujoco_sysid(*, sensors: bool) -> Way:
     """MuJoCo's joint least squares: friction loss and damping of a slide joint, gain and delay beside them."""
 
-    def found(_recording: Recording, measurement: Measurement, _scene: Scene) -> Found:
+    def found(others: Sequence[Measurement], out: Measurement) -> tuple[Prediction, str]:
         from mujoco import sysid  # noqa: PLC0415 - optional
 
-        roll, cycle = _Rollout(measurement.frequency_ratio or math.nan), measurement.cycle
+        rolls = {test.source: _Rollout(test) for test in (*others, out)}
         params = sysid.ParameterDict()
-        ranges = {"beta": (0.4, 0.01, 2.0), "contact_damping_ratio": (0.03, 0.0, 0.5)}
+        ranges = {"friction": (0.14, 0.01, 1.0), "dashpot": (0.03, 0.0, 0.5)}
         ranges |= {"gain": (1.0, 0.9, 1.1), "delay": (0.0, -0.3, 0.3)} if sensors else {}
         for name, (middle, low, high) in ranges.items():
             params.add(sysid.Parameter(name, middle, low, high))
 
-        def residual(x: FloatArray, _params: object) -> tuple[list[FloatArray], None, None]:
-            beta, zeta, gain, delay = [*x, 1.0, 0.0][:4]
-            return [cycle.mass - roll.cycle(beta, zeta, gain, delay, cycle.tau)], None, None
+        def cycle(x: FloatArray, test: Measurement) -> FloatArray:
+            friction, zeta, gain, delay = [*x, 1.0, 0.0][:4]
+            return rolls[test.source].cycle(friction * _force(test), zeta, gain, delay, test.cycle.tau)
 
-        best, result = sysid.optimize(params, residual, optimizer="scipy", verbose=False, diff_step=1e-3)
+        def residual(x: FloatArray, _params: object) -> tuple[list[FloatArray], None, None]:
+            return [test.cycle.mass - cycle(x, test) for test in others], None, None
+
+        best, _ = sysid.optimize(params, residual, optimizer="scipy", verbose=False, diff_step=1e-3)
         x = best.as_vector()
-        left = residual(x, None)[0]
-        _, reach = sysid.calculate_intervals(left, result.jac)
-        values = {n: (float(v), float(h) / 1.96) for n, v, h in zip(ranges, x, reach, strict=True)}
-        return Found("friction loss + damping", values, float(np.std(left[0]) / np.std(cycle.mass)))
+        words = ", ".join(f"{name} {value:.4g}" for name, value in zip(ranges, x, strict=True))
+        return (nrmse_of(out.cycle.mass, cycle(x, out)), math.nan), words
 
     return found
 
 
 class _Rollout:
-    """MuJoCo's steady cycle of the frame, dimensionless: mass r^2, stiffness 1."""
+    """MuJoCo's steady cycle of the frame, dimensionless: mass r^2, stiffness 1, driven by the measured base."""
 
-    def __init__(self, r: float) -> None:
+    def __init__(self, test: Measurement) -> None:
         import mujoco  # noqa: PLC0415 - optional
 
-        self.r, self.mujoco, step = r, mujoco, 2.0 * math.pi / STEPS
-        self.model = mujoco.MjModel.from_xml_string(MUJOCO.format(step=step, double=2.0 * step, mass=r * r))
-        tau = step * np.arange(TURNS * STEPS)
-        self.force = np.cos(tau) - 2.0 * FRAME * r * np.sin(tau)
+        self.r, self.mujoco, step = test.frequency_ratio or math.nan, mujoco, 2.0 * math.pi / STEPS
+        xml = MUJOCO.format(step=step, double=2.0 * step, mass=self.r**2)
+        self.model, self.tau, base = mujoco.MjModel.from_xml_string(xml), step * np.arange(STEPS), measured_base(test)
+        rate = np.gradient(base.at(np.arange(-1, STEPS + 1) * step), step)[1:-1]
+        self.force = np.tile(base.at(self.tau) + 2.0 * FRAME * self.r * rate, TURNS)
 
     def cycle(self, beta: float, zeta: float, gain: float, delay: float, tau: FloatArray) -> FloatArray:
         """The last cycle about its mean, at given phases."""
@@ -158,13 +189,26 @@ class _Rollout:
             data.ctrl[0] = force
             self.mujoco.mj_step(self.model, data)
         last = x[-STEPS:] - x[-STEPS:].mean()
-        grid = 2.0 * math.pi * np.arange(STEPS) / STEPS
-        return np.asarray(gain * np.interp(np.mod(tau - delay, 2.0 * math.pi), grid, last, period=2.0 * math.pi))
+        return np.asarray(gain * np.interp(np.mod(tau - delay, 2.0 * math.pi), self.tau, last, period=2.0 * math.pi))
+
+
+def _words(law: Law) -> str:
+    return f"beta over N {law.friction:.4g}, gradient {law.gradient:+.3g}, dashpot {law.dashpot:.3g}"
+
+
+def ours(law: str, tests: Sequence[Measurement]) -> dict[str, tuple[Prediction, str]]:
+    """This project's campaign: each load as ``left_out.csv`` has it."""
+    trials = [trial_of({**test.row(), "warnings": []}) for test in tests]
+    observations = {test.source: observe(test, SCENE, law) for test in tests}
+    done = evaluate(trials, SCENE, observations=observations)
+    words = (
+        f"coefficient of all: {done.amontons[0].coefficient:.4g} +- {done.material_laws[0].covariance[0, 0] ** 0.5:.2g}"
+    )
+    return {t.source: ((t.response_nrmse or math.nan, t.response_nrmse_own or math.nan), words) for t in done.left_out}
 
 
 WAYS: Mapping[str, tuple[str | None, Way]] = {
-    "frictionlab, coulomb": (None, ours("coulomb")),
-    "frictionlab, auto": (None, ours("auto")),
+    "plain least squares, Coulomb": (None, plain),
     "inverted force, n(v, z)": (None, inverted),
     "pysindy, STLSQ": ("pysindy", sindy),
     "mujoco.sysid": ("mujoco", mujoco_sysid(sensors=False)),
@@ -172,30 +216,40 @@ WAYS: Mapping[str, tuple[str | None, Way]] = {
 }
 
 
-def line_of(name: str, found: Found, seconds: float) -> str:
-    """One way as a line."""
-    told = (f"{n} {value:.4g}" + (f" ({error:.2g})" if error else "") for n, (value, error) in found.values.items())
-    return f"  {name:27s}{100 * found.nrmse:7.2f}{seconds:8.2f}  {found.law}: {', '.join(told)}"
+def _line(name: str, found: Sequence[tuple[Prediction, str]], seconds: float) -> str:
+    """One way as a line: nrmse of each load with nothing taken, then with its own gradient."""
+    each = [[100.0 * pair[k] for pair, _ in found] for k in (0, 1)]
+    shown = ("".join(f"{v:7.2f}" if math.isfinite(v) else "      -" for v in some) for some in each)
+    return f"  {name:29s}{'   '.join(shown)}{seconds:8.1f}  {found[-1][1]}"
 
 
 def main() -> None:
     """Write the table."""
-    scene = read_scene(ROOT / "configs" / "frame.toml")
-    lines = [f"  {'':27s}{'nrmse %':>7s}{'CPU s':>8s}  law: value (standard error; none where none is given)"]
-    for log in ("frame_250g.csv", "frame_450g.csv"):
-        recording = read_log(DATA / log)
-        measurement = measure(recording, scene)
-        lines.append(log)
-        for name, (package, way) in WAYS.items():
-            if package and importlib.util.find_spec(package) is None:
-                lines.append(f"  {name:27s} {package} is not installed: left out")
-                continue
-            with contextlib.redirect_stdout(sys.stderr):  # a peer tells its steps
-                way(recording, measurement, scene)  # loads and compiles
-                begin = time.process_time()
-                found = way(recording, measurement, scene)
-            lines.append(line_of(name, found, time.process_time() - begin))
-            sys.stdout.write(lines[-1] + "\n")
+    tests = []
+    for load in LOADS:
+        measured = measure(read_log(DATA / f"frame_{load}g.csv"), SCENE)
+        tests.append(replace(measured, source=f"{load}g", material="brass", normal_force_n=load * GRAM))
+    git = ["git", "rev-parse", "--short", "HEAD"]
+    commit = subprocess.run(git, capture_output=True, text=True, check=False, cwd=ROOT).stdout.strip()
+    head = "".join(f"{load:6d}g" for load in LOADS)
+    lines = [
+        f"nrmse % of each load, left out; commit {commit}",
+        f"  {'':29s}{'nothing taken from it':>21s}   {'its own gradient':>21s}",
+        f"  {'':29s}{head}   {head}   CPU s  law (of the last)",
+    ]
+    for law in ("coulomb", "coulomb+place+speed"):
+        begin = time.process_time()
+        found = ours(law, tests)
+        lines.append(_line(f"frictionlab, {law[8:] or 'coulomb'}", list(found.values()), time.process_time() - begin))
+    for name, (package, way) in WAYS.items():
+        if package and importlib.util.find_spec(package) is None:
+            lines.append(f"  {name:29s} {package} is not installed: left out")
+            continue
+        begin = time.process_time()
+        with contextlib.redirect_stdout(sys.stderr):  # a peer tells its steps
+            each = [way([t for t in tests if t is not out], out) for out in tests]
+        lines.append(_line(name, each, time.process_time() - begin))
+        sys.stdout.write(lines[-1] + "\n")
     RESULT.write_text("\n".join(lines) + "\n")
 
 

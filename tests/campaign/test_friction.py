@@ -188,5 +188,5 @@ def test_rewording_every_sentence_changes_no_number(monkeypatch: pytest.MonkeyPa
 def test_a_sentence_begins_with_what_it_is_about(cause: Cause) -> None:
     said = cause.because(*(0.4, 0.3)[: cause.sentence.count("{")])
     assert (said.cause, str(said)) == (cause, said.sentence)
-    assert cause.code in said.sentence
+    assert cause.value in said.sentence
     assert "{" not in said.sentence
