@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -104,16 +104,15 @@ def _rows_of_tree(path: Path) -> Iterator[Row]:
     series = tree.get("cycles", {})
     for n, row in enumerate(tree_rows(tree, path, MEASUREMENTS)):
         try:
-            trend = series.get(str(n), {}).get("trend")
-            yield row if trend is None else {**row, "trend": _trend(trend)}
+            found = series.get(str(n), {}).get("trend")
+            more = {}
+            if found is not None:
+                time, value = (np.asarray(found[key], dtype=np.float64) for key in ("time", "value"))
+                numbers = (float(found[key]) for key in ("slope", "slope_se", "low", "high", "level"))
+                more["trend"] = Trend(time, value, *numbers)
+            yield {**row, **more}
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise RecordingError(f"{path}: damaged series behind row {n + 1} ({error}): make it again") from error
-
-
-def _trend(tree: Mapping[str, Any]) -> Trend:
-    time, value = (np.asarray(tree[key], dtype=np.float64) for key in ("time", "value"))
-    slope, error, low, high, level = (float(tree[key]) for key in ("slope", "slope_se", "low", "high", "level"))
-    return Trend(time, value, slope, error, low, high, level)
 
 
 @dataclass(frozen=True)

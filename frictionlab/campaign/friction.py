@@ -335,7 +335,9 @@ def _verdict(trial: Trial, screened: Screened, joint: JointFit, model: Model, so
         excluded = Cause.UNEXPLAINED.because(*joint.out[source])
     elif i is None:
         other = Cause.NOT_UNIQUE if source in screened.not_unique else Cause.NO_CYCLE
-        excluded = screened.left_out.get(source) or other.because()
+        excluded = screened.left_out.get(source)
+        if excluded is None or (joint.of_cycles and excluded.cause not in NO_STEADY_CYCLE):
+            excluded = other.because()  # a law for cycles may be asymmetric
     if source not in screened.betas or (excluded is not None and excluded.cause in (Cause.LONG, Cause.STUCK)):
         return Verdict(trial, excluded)
     observation = None if i is None else posterior.observations[i]

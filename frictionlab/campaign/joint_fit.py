@@ -235,23 +235,19 @@ def fit_cycles(
             notes.append(BY_TWO_NUMBERS.format(material, error))
             continue
         chosen += under
+    if not chosen:
+        return None, notes
     near = next(iter(ladders.values())).posterior.values() if ladders and len(chosen) == 1 else None
     try:
-        return (_together(chosen, ladders, near) if chosen else None), notes
+        posterior = infer(chosen, near=near)
+        joint = JointFit(posterior, at_each_force(posterior), ladders)
+        if out := joint.standing_out():  # made again without those that stand out
+            kept = [o for o in chosen if o.measurement.source not in out]
+            posterior = infer(kept, near=posterior.values())
+            joint = JointFit(posterior, at_each_force(posterior), ladders, out)
     except FAULTS as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
-
-
-def _together(
-    observations: Sequence[CycleObservation], ladders: Mapping[str, Ladder], near: Mapping[str, float] | None
-) -> JointFit:
-    """The joint fit of some tests, made again without those that stand out."""
-    posterior = infer(observations, near=near)
-    joint = JointFit(posterior, at_each_force(posterior), ladders)
-    if out := joint.standing_out():
-        posterior = infer([o for o in observations if o.measurement.source not in out], near=posterior.values())
-        joint = JointFit(posterior, at_each_force(posterior), ladders, out)
-    return joint
+    return joint, notes
 
 
 def _spread_out(observations: Sequence[CycleObservation]) -> list[CycleObservation]:

@@ -106,14 +106,10 @@ class Trial:
         return self.duration_s >= LONG_S
 
     @property
-    def is_averaged(self) -> bool:
-        """Whether its energy and amplitude over all settled cycles are known."""
-        return self.steady_energy.known and self.steady_amplitude.known
-
-    @property
     def means(self) -> tuple[Estimate, Estimate]:
         """Energy and amplitude that count: over all settled cycles, or else as the measurement's rule has them."""
-        return (self.steady_energy, self.steady_amplitude) if self.is_averaged else (self.energy, self.amplitude)
+        settled = self.steady_energy.known and self.steady_amplitude.known
+        return (self.steady_energy, self.steady_amplitude) if settled else (self.energy, self.amplitude)
 
     @property
     def mean(self) -> tuple[float, float]:
@@ -144,7 +140,7 @@ class Trial:
     @property
     def cycles_before(self) -> float:
         """Cycles that have passed before the ones its `means` are of."""
-        if self.is_averaged:
+        if self.steady_energy.known and self.steady_amplitude.known:
             return max(self.transient_s, self.settled_s or 0.0) * self.drive_frequency_hz
         kind, _, seconds = self.energy_rule.partition(":")
         before = {"all": self.transient_s, "window": self.duration_s - float(seconds or 0)}

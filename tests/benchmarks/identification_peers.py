@@ -87,7 +87,11 @@ def _judged(law: Law, out: Measurement, *, has_gradient: bool = True) -> Predict
     nothing = nrmse_of(out.cycle.mass, law.cycle(out))
     if not has_gradient:
         return nothing, math.nan
-    starts = [least_squares(lambda g: missed(g[0]), [g], diff_step=1e-4, x_scale=0.03) for g in (-0.04, 0.04)]
+
+    def residual(x: FloatArray) -> FloatArray:
+        return missed(float(x[0]))
+
+    starts = [least_squares(residual, [g], diff_step=[1e-4], x_scale=0.03) for g in (-0.04, 0.04)]
     own = min(starts, key=lambda found: found.cost).x[0]
     return nothing, nrmse_of(out.cycle.mass, law.cycle(out, own))
 
@@ -98,7 +102,7 @@ def plain(others: Sequence[Measurement], out: Measurement) -> tuple[Prediction, 
     def residual(x: FloatArray) -> FloatArray:
         return np.concatenate([t.cycle.mass - (c := Law(x[0]).cycle(t)) + c.mean() for t in others])
 
-    law = Law(float(least_squares(residual, [0.14], diff_step=1e-4).x[0]))
+    law = Law(float(least_squares(residual, [0.14], diff_step=[1e-4]).x[0]))
     return _judged(law, out, has_gradient=False), _words(law)
 
 

@@ -88,10 +88,10 @@ def test_scatter_from_test_to_test_widens_the_error() -> None:
 
 
 def test_intervals_hold_the_truth_at_the_stated_rate() -> None:
-    """40 groups of 5 tests whose friction scatters by 2 %: 95 % intervals miss twice on average, hardly ever 7."""
-    fits = [fit(scattered((seed, 5), 0.02, (0.3, 0.5, 0.7, 1.3, 1.6))) for seed in range(40)]
+    """20 groups of 5 tests whose friction scatters by 2 %: 95 % intervals miss once on average, hardly ever 5."""
+    fits = [fit(scattered((seed, 5), 0.02, (0.3, 0.5, 0.7, 1.3, 1.6))) for seed in range(20)]
     misses = [not known(f.friction_coefficient_low) <= TRUE <= known(f.friction_coefficient_high) for f in fits]
-    assert sum(misses) <= 6
+    assert sum(misses) <= 4
 
 
 @pytest.mark.parametrize(
@@ -144,12 +144,10 @@ def test_what_a_fit_rests_on_is_said() -> None:
     assert "one test only" in alone.note
 
 
-@settings(max_examples=8, deadline=None)
-@given(st.permutations(range(len(RATIOS))))
-def test_the_order_of_the_tests_does_not_matter(order: list[int]) -> None:
+def test_the_order_of_the_tests_does_not_matter() -> None:
     trials = trials_of(noise=0.004, seed=2)
-    shuffled = fit([trials[i] for i in order])
-    assert known(shuffled.friction_ratio) == pytest.approx(known(fit(trials).friction_ratio), rel=1e-9)
+    for shuffled in (trials[::-1], [*trials[3:], *trials[:3]]):
+        assert known(fit(shuffled).friction_ratio) == pytest.approx(known(fit(trials).friction_ratio), rel=1e-9)
 
 
 @settings(max_examples=50, deadline=None)
