@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import least_squares
 
+from frictionlab.analysis.signals import student
 from frictionlab.arrays import FloatArray
 
 _FEWEST_GROUPS = 6
@@ -291,4 +292,4 @@ def _wandering(
     for k in range(count - 2, -1, -1):
         felt[:, k] = felt[:, k] + kept * felt[:, k + 1]
     influence = np.linalg.solve(jacobian.T @ jacobian, felt[:, 1:])
-    return np.asarray(scatter * np.sum(influence * influence, axis=1))
+    return np.asarray(student(float(freedom)) * scatter * np.sum(influence * influence, axis=1))
