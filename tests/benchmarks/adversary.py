@@ -51,10 +51,10 @@ CAUSES: Mapping[str, tuple[str, ...]] = {
     "cubic": ("cubic", "spring"),
     "play": ("play", "spring"),
     "asymmetry": ("direction", "asymmetr", "breakaway", "offset"),
-    "second mass": ("second mass", "mass"),
+    "second mass": ("second mass", "natural frequency"),  # a mass that follows lowers it
     "load by base": ("normal force", "acceleration"),
     "ripple": ("path", "place"),
-    "frequency": ("natural_frequency",),
+    "frequency": ("natural_frequency", "natural frequency"),
     "lag": ("lag_s",),
 }
 """Words of which a warning has at least one when it names the cause."""
