@@ -6,7 +6,6 @@ inside the functions, so that ``frictionlab --help`` answers at once.
 
 import contextlib
 import io
-import logging
 import os
 import re
 import sys
@@ -22,7 +21,6 @@ from typer.main import get_command as click_command
 
 from frictionlab import __version__
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
-from frictionlab.workers import collect_rarely, keep_freed_memory, use_one_thread
 
 P = ParamSpec("P")
 
@@ -219,17 +217,12 @@ def complain(text: str) -> None:
 
 
 class LostOutputError(Exception):
-    """Standard output takes no more: its disk is full, or who read it has gone (``| head``)."""
+    """Standard output takes no more: its disk is full, or who read it has gone (``| head``), which is no fault."""
 
-    @property
-    def is_closed(self) -> bool:
-        """Whether its reader has gone: nobody is to be told, and it is no fault."""
-        return isinstance(self.__cause__, BrokenPipeError)
-
-    @property
-    def status(self) -> int:
-        """The exit status that follows."""
-        return CLOSED if self.is_closed else 1
+    def __init__(self, error: OSError) -> None:
+        super().__init__(f"standard output: {error.strerror or error}")
+        self.is_closed = isinstance(error, BrokenPipeError)
+        self.status = CLOSED if self.is_closed else 1
 
     def told(self) -> int:
         """The exit status, after a line about it where it is a fault."""
@@ -263,7 +256,7 @@ class _Guarded(io.TextIOWrapper):
         with contextlib.suppress(OSError, ValueError):  # what is still to be printed goes nowhere, also at the exit
             os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
         if self is sys.stdout:
-            raise LostOutputError(f"standard output: {error.strerror or error}") from error
+            raise LostOutputError(error) from error
 
 
 def guard_standard_streams() -> None:
@@ -322,6 +315,8 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
 def announce_compiling(arguments: Sequence[str]) -> None:
     """Let the simulator's compiler say that it begins, if stderr is a terminal and nobody asked for silence."""
     if sys.stderr.isatty() and not {"--json", "--quiet", "-q"}.intersection(arguments):
+        import logging
+
         logger = logging.getLogger("frictionlab.simulator")
         logger.setLevel(logging.INFO)
         logger.handlers[:] = [logging.StreamHandler()]
@@ -330,10 +325,13 @@ def announce_compiling(arguments: Sequence[str]) -> None:
 def main() -> None:
     """Entry point of the ``frictionlab`` command."""
     guard_standard_streams()
-    use_one_thread()
-    keep_freed_memory()
-    collect_rarely()
-    announce_compiling(sys.argv[1:])
+    if sys.argv[1:] and sys.argv[1][0] != "-":  # a command; the list of commands waits for none of this
+        from frictionlab.workers import collect_rarely, keep_freed_memory, use_one_thread
+
+        use_one_thread()
+        keep_freed_memory()
+        collect_rarely()
+        announce_compiling(sys.argv[1:])
     try:
         app()
     except LostOutputError as error:  # of what no command prints: --help and --version

@@ -46,6 +46,7 @@ PARAMETERS = {
     "lower": "lower 95 %",
     "upper": "upper 95 %",
 }
+PARTS = ("parameters", "nuisances")
 MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
 TAPPED = (
     *(word("tap", "tap", 9), known("f [Hz]", "natural_frequency_hz", 9, "se")),
@@ -151,23 +152,23 @@ def _compared(_: Path, file: Path, *, scene: "Scene", asked: Mapping[str, Any]) 
 def _print_parts(rows: Iterable[Row]) -> None:
     """Print the parameters of laws beyond Coulomb's, what a whole record moved beside them, and the ladder of laws."""
     for row in rows:
-        parameters, laws, record_laws = row.get("parameters"), _each(row.get("laws")), _each(row.get("record_laws"))
-        if isinstance(parameters, Mapping) and (laws or len(parameters) > 2):
-            typer.echo(f"\n{row['source']}: {row['law']}")
-            print_table([{"parameter": name, **values} for name, values in parameters.items()], PARAMETERS)
-        moved = row.get("nuisances")
-        if isinstance(moved, Mapping) and moved and row.get("record_nrmse") is not None:
-            typer.echo(f"\n{row['source']}: what the fit moved beside the law (natural frequency and gain: relative)")
-            lag = {key: 1e3 * value for key, value in moved.get("lag_s", {}).items()}  # in milliseconds
-            told = [("lag [ms]", lag) if name == "lag_s" else (name, values) for name, values in moved.items()]
-            print_table([{"moved": name, **values} for name, values in told], MOVED)
-        if laws:
-            required = row.get("cycle_law") or row["law"]
-            typer.echo(f"\n{row['source']}: laws in the order tried; the recording requires {required}")
-            print_table(laws, LAWS)
-        if record_laws:
-            typer.echo(f"\n{row['source']}: laws tried on the whole record, which requires {row['law']}")
-            print_table(record_laws, RECORD_LAWS)
+        found: Any = row
+        parameters, moved = (dict(found.get(key) or {}) for key in PARTS)
+        laws, law, required = _each(row.get("laws")), row["law"], row.get("cycle_law") or row["law"]
+        if "lag_s" in moved:
+            moved["lag [ms]"] = {key: 1e3 * value for key, value in moved.pop("lag_s").items()}
+        values = [{"parameter": name, **each} for name, each in parameters.items()] * bool(laws or len(parameters) > 2)
+        beside = [{"moved": name, **each} for name, each in moved.items()] * (row.get("record_nrmse") is not None)
+        parts: tuple[tuple[str, Sequence[Row], Any], ...] = (
+            (f"{law}", values, PARAMETERS),
+            ("what the fit moved beside the law (natural frequency and gain: relative)", beside, MOVED),
+            (f"laws in the order tried; the recording requires {required}", laws, LAWS),
+            (f"laws tried on the whole record, which requires {law}", _each(row.get("record_laws")), RECORD_LAWS),
+        )
+        for title, lines, columns in parts:
+            if lines:
+                typer.echo(f"\n{row['source']}: {title}")
+                print_table(lines, columns)
 
 
 def explain(recordings: list[Path], *, settings: AnalysisSettings, work: Judged) -> None:

@@ -1,6 +1,7 @@
 """``frictionlab batch``: a folder of logs through the whole chain; ``frictionlab campaign``: many tests, one report."""
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -227,12 +228,10 @@ def _write_campaign(
     from frictionlab.verbs.evaluate import evaluate
     from frictionlab.verbs.presenting import publish
 
-    def fitting(items: Sequence[Any]) -> Iterable[Any]:
-        return track(items, total=len(items), title="fit", quiet=quiet)
+    def watch(items: Sequence[Any], *, title: str) -> Iterable[Any]:
+        return track(items, total=len(items), title=title, quiet=quiet)
 
-    def drawing(items: Sequence[Any]) -> Iterable[Any]:
-        return track(items, total=len(items), title="draw", quiet=quiet)
-
+    fitting, drawing = partial(watch, title="fit"), partial(watch, title="draw")
     result = evaluate(rows, scene, folders=folders, law=law, workers=workers, watch=fitting)
     if len(result.failures) == len(result.trials):
         kinds = kinds_of((trial.source, str(trial.reason)) for trial in result.failures)

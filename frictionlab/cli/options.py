@@ -148,6 +148,14 @@ class Results:
     force: bool = False
     quiet: bool = False
 
+    def figure(self, kind: str, inputs: Sequence[Path] = ()) -> Path | None:
+        """The file of a command's only figure: as named, or of its kind's name in the folder named."""
+        if self.plot is None:
+            return None
+        from frictionlab.verbs.presenting import figure_file
+
+        return figure_file(self.plot, kind, force=self.force, inputs=inputs)
+
 
 def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = False) -> "Scene":
     """The scene of a command: the file given, else one that is found, else all defaults.

@@ -55,13 +55,12 @@ def plan(
     Two laws: frictionlab plan --scene my_rig.toml --law coulomb+place --against coulomb+speed --hours 2
     """
     from frictionlab.planning import waiting
-    from frictionlab.verbs.presenting import figure_file
     from frictionlab.verbs.simulating import check_sheet, plan
 
     known = scene_of(scene, quiet=to.quiet)
     read = [*(measured or ()), *known.files]
     check_sheet(to.output, read, force=to.force)
-    figure = figure_file(to.plot, "plan", force=to.force, inputs=read)
+    figure = to.figure("plan", read)
     if not to.quiet and (time := waiting(known, law, against)) is not None:
         complain(time)
     found = plan(
@@ -167,11 +166,10 @@ def predict(
 
     Example: frictionlab predict --law-file law_brass.toml --normal-force 4 --base-amplitude 1.8e-3 --r 0.3:0.7:0.1
     """
-    from frictionlab.verbs.presenting import figure_file
     from frictionlab.verbs.simulating import predict
 
     read = [law_file, *([] if base_motion is None else [base_motion])]
-    figure = figure_file(to.plot, "prediction", force=to.force, inputs=read)
+    figure = to.figure("prediction", read)
     ratios = None if r is None else values_of(r, "--r")
     if to.output is not None:
         check_output(to.output, PREDICTIONS, force=to.force, inputs=read, rows=len(ratios or ()))

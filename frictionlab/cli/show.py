@@ -128,7 +128,7 @@ def laws(
 
         own = {p.name: 0.5 * sum(p.usual) for p in known.parameters if p.name != "beta"}
         state = steady_state(Problem(*LOOP, law=known.name, parameters=own))
-        draw(state, figure_file(plot, "loop", force=force) or plot, force=force)
+        draw(state, figure_file(plot, "loop", force=force), force=force)
 
 
 def synthesize(

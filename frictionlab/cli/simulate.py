@@ -204,7 +204,7 @@ def _settle(
         check_output(to.output, MOTIONS, force=to.force)
         if every and is_tree:
             raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
-    figure = _figure(to, "coexisting" if every else "motion")
+    figure = to.figure("coexisting" if every else "motion")
     start = time.perf_counter()
     found = coexisting(problem) if every and isinstance(problem, Problem) else ()
     states: list[SteadyState] = [each.state for each in found] or [solve(problem, cycles=cycles, solver=solver)]
@@ -225,14 +225,6 @@ def _settle(
         from frictionlab.verbs.presenting import plot
 
         plot(found if every else states[0], figure, force=to.force)
-
-
-def _figure(to: Results, kind: str, inputs: Sequence[Path] = ()) -> Path | None:
-    if to.plot is None:
-        return None
-    from frictionlab.verbs.presenting import figure_file
-
-    return figure_file(to.plot, kind, force=to.force, inputs=inputs)
 
 
 def _row(state: "SteadyState", units: Units | None, seconds: float) -> Row:
@@ -329,7 +321,7 @@ def _follow(
     from frictionlab.schema import RESPONSES
     from frictionlab.verbs.inputs import row_of
 
-    figure = _figure(to, "response", [path])
+    figure = to.figure("response", [path])
     if to.output is not None:
         if to.output.suffix != ".h5":
             raise UsageError(f"{to.output}: expected a recording, a name ending in .h5; got {to.output.suffix!r}")

@@ -16,7 +16,7 @@ import numpy as np
 from frictionlab.errors import RecordingError, UsageError
 from frictionlab.schema import MOTIONS, STEADY_STATES, Table, Type, column_of, table_of
 from frictionlab.tables import SHEET_ROWS
-from frictionlab.tables.texts import CellError, Row, checked, flat, harmless, unquoted
+from frictionlab.tables.texts import CellError, Row, checked, fitting, flat, harmless, unquoted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -80,10 +80,7 @@ def read_excel(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
     for number, line in enumerate(frame.astype(object).where(frame.notna(), None).to_numpy().tolist(), 2):
         cells = (unquoted(cell) if isinstance(cell, str) else cell for cell in line)
         known = (c if c is None or isinstance(c, (bool, int, float)) else str(c) for c in cells)  # a date is text
-        try:
-            yield {name: checked(cell, column) for name, cell, column in zip(names, known, columns, strict=True)}
-        except CellError as error:
-            raise UsageError(f"{path}, row {number}: {error}: correct it, or make the file again") from error
+        yield fitting(zip(names, known, columns, strict=True), checked, f"{path}, row {number}")
 
 
 def names_in_excel(path: Path) -> tuple[str, ...]:

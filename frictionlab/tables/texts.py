@@ -9,9 +9,10 @@ import io
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, islice
 from pathlib import Path
+from typing import Any
 
 from frictionlab.errors import UsageError
 from frictionlab.schema import OUTCOME, Column, Table, Type, column_of, table_of
@@ -224,36 +225,23 @@ def csv_lines(rows: Iterable[Row], names: Sequence[str]) -> Iterator[str]:
 
 
 def read_json_lines(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
-    """The rows of a ``.jsonl`` file.
-
-    Raises
-    ------
-    UsageError
-        A line is no JSON object, or a value is not what its column says.
-    """
+    """The rows of a ``.jsonl`` file; a `UsageError` names the line that is none or does not fit its columns."""
     for number, line in enumerate(_text_of(path).split("\n"), 1):
         if not line.strip():
             continue
         try:
             row = json.loads(line)
-            if not isinstance(row, dict):
-                raise UsageError(f"{path}, line {number}: expected a JSON object; got {line[:60]!r}")
-            yield {encodable(key): checked(value, column_of(key, table)) for key, value in row.items()}
-        except CellError as error:
-            raise UsageError(f"{path}, line {number}: {error}: correct it, or make the file again") from error
         except (ValueError, RecursionError) as error:
             said = "nested too deep" if isinstance(error, RecursionError) else error
             raise UsageError(f"{path}, line {number}: expected a JSON object; {said}") from error
+        if not isinstance(row, dict):
+            raise UsageError(f"{path}, line {number}: expected a JSON object; got {line[:60]!r}")
+        cells = ((key, value, column_of(key, table)) for key, value in row.items())
+        yield fitting(cells, checked, f"{path}, line {number}")
 
 
 def read_csv(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
-    """The rows of a ``.csv`` file.
-
-    Raises
-    ------
-    UsageError
-        A line has another number of cells than the head, or a cell is not what its column says.
-    """
+    """The rows of a ``.csv`` file; a `UsageError` names the line that is none or does not fit its columns."""
     reader = csv.reader(io.StringIO(_text_of(path), newline=""))
     try:
         names = [unquoted(name) for name in next(reader, [])]
@@ -263,15 +251,23 @@ def read_csv(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
         kind = table or table_of(names)
         columns = [column_of(name, kind) for name in names]
         for cells in filter(None, reader):
+            where = f"{path}, line {reader.line_num}"
             if len(cells) != len(names):
-                where = f"{path}, line {reader.line_num}"
                 raise UsageError(f"{where}: expected {len(names)} cells as in the head; got {len(cells)}")
-            read = zip(names, cells, columns, strict=True)
-            yield {name: value_of(cell, column) for name, cell, column in read if name}
-    except CellError as error:
-        raise UsageError(f"{path}, line {reader.line_num}: {error}: correct it, or make the file again") from error
+            read = (cell for cell in zip(names, cells, columns, strict=True) if cell[0])
+            yield fitting(read, value_of, where)
     except csv.Error as error:
         raise UsageError(f"{path}, line {reader.line_num}: expected comma-separated cells; {error}") from error
+
+
+def fitting(
+    cells: Iterable[tuple[str, Any, Column | None]], value: Callable[[Any, Column | None], object], where: str
+) -> dict[str, object]:
+    """A row of cells that fit their columns, each the value of (name, cell, column)."""
+    try:
+        return {encodable(name): value(cell, column) for name, cell, column in cells}
+    except CellError as error:
+        raise UsageError(f"{where}: {error}: correct it, or make the file again") from error
 
 
 def _text_of(path: Path) -> str:

@@ -127,10 +127,8 @@ def figure_places(
     return places
 
 
-def figure_file(plot: Path | None, kind: str, *, force: bool, inputs: "Sequence[Path]" = ()) -> Path | None:
+def figure_file(plot: Path, kind: str, *, force: bool, inputs: "Sequence[Path]" = ()) -> Path:
     """The file of a command's only figure: as named, or of its kind's name in the folder named."""
-    if plot is None:
-        return None
     file = plot / f"{kind}.png" if plot.is_dir() or not plot.suffix else plot
     _check([file], inputs, force=force)
     return file
