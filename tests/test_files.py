@@ -51,7 +51,7 @@ def test_what_cannot_hold_a_file_is_said(tmp_path: Path) -> None:
         write_whole(tmp_path / ("x" * 300), b"")
 
 
-@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS])
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO])
 def test_a_fault_at_every_step_leaves_the_old_file(code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.bin"
     write_whole(path, b"old")
