@@ -128,9 +128,9 @@ def _in_words(error: typer.BadParameter) -> str:
     from frictionlab.scene.keys import WORDS
 
     fault = faults[0]
-    told = WORDS.get(fault["type"], str(fault["msg"]).removeprefix("Value error, "))
+    words = WORDS.get(fault["type"], str(fault["msg"]).removeprefix("Value error, "))
     got = "" if fault["type"] == "value_error" else f"; got {fault['input']!r}"
-    return told.format(**fault.get("ctx", {})) + got
+    return words.format(**fault.get("ctx", {})) + got
 
 
 class Commands(TyperGroup):
@@ -224,7 +224,7 @@ class LostOutputError(Exception):
         self.is_closed = isinstance(error, BrokenPipeError)
         self.status = CLOSED if self.is_closed else 1
 
-    def told(self) -> int:
+    def reported(self) -> int:
         """The exit status, after a line about it where it is a fault."""
         if not self.is_closed:
             complain(str(self))
@@ -234,7 +234,7 @@ class LostOutputError(Exception):
 class _Guarded(io.TextIOWrapper):
     """A standard stream whose faults cannot be taken for those of a file.
 
-    Standard output raises `LostOutputError`; standard error drops what it cannot tell, and nothing else is lost.
+    Standard output raises `LostOutputError`; standard error drops what it cannot report, and nothing else is lost.
     """
 
     def write(self, text: str, /) -> int:
@@ -286,9 +286,9 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
             command(*args, **kwargs)
-            sys.stdout.flush()  # what was printed reaches its place now, or is told to be lost
+            sys.stdout.flush()  # what was printed reaches its place now, or is reported as lost
         except LostOutputError as error:
-            raise typer.Exit(error.told()) from error
+            raise typer.Exit(error.reported()) from error
         except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
         except KeyboardInterrupt as error:
@@ -335,4 +335,4 @@ def main() -> None:
     try:
         app()
     except LostOutputError as error:  # of what no command prints: --help and --version
-        sys.exit(error.told())
+        sys.exit(error.reported())

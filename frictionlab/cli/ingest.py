@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from frictionlab.scene import Scene
     from frictionlab.verbs.starting import Found
 
-TOLD = 100  # quarantined lines in a row; the recording keeps more
+LISTED = 100  # quarantined lines in a row; the recording keeps more
 QUESTIONS = {
     "rig.natural_frequency_hz": "natural frequency of the frame in Hz",
     "rig.mass_kg": "mass that moves in kg (or stiffness, like 1191 N/m)",
@@ -94,7 +94,7 @@ def _ingested(
         "flags": recording.flag_counts(),
         "gaps_s": recording.gaps,
         "quarantined": [
-            {"file": q.file, "line": q.number, "text": q.text, "reason": q.reason} for q in source.quarantined[:TOLD]
+            {"file": q.file, "line": q.number, "text": q.text, "reason": q.reason} for q in source.quarantined[:LISTED]
         ],
         "files": [{"name": f.name, "sha256": f.sha256, "size_bytes": f.size_bytes} for f in source.files],
         "experiment": dict(recording.experiment),

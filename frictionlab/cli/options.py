@@ -281,8 +281,8 @@ class ManyInputs(Inputs):
     def write(self, rows: Sequence[Row], inputs: Sequence[Path], scene: "Scene", table: "Table", **more: Any) -> None:
         """Write the table, where one is asked for."""
         if self.output is not None:
-            told = [{key: value for key, value in row.items() if key[0] != "_"} for row in rows]
-            write_rows(told, self.output, table, force=self.force, inputs=[*inputs, *scene.files], **more)
+            kept = [{key: value for key, value in row.items() if key[0] != "_"} for row in rows]
+            write_rows(kept, self.output, table, force=self.force, inputs=[*inputs, *scene.files], **more)
 
     def show(
         self, rows: Sequence[Row], table: "Table", columns: "Sequence[Shown]", scene: "Scene", *, noun: str

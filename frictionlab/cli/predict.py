@@ -77,19 +77,19 @@ def plan(
     )
     for note in () if to.quiet else found.notes:
         complain(note)
-    told = [*found.tests, *(found.others if every else ())]
+    listed = [*found.tests, *(found.others if every else ())]
     if figure is not None:
         from frictionlab.verbs.presenting import plot
 
         plot(found, figure, force=to.force)
     if to.as_json:
-        for test in told:
+        for test in listed:
             typer.echo(json_line(test.row()))
     elif not to.quiet:
-        _print(found, told, to.output)
+        _print(found, listed, to.output)
 
 
-def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) -> None:
+def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) -> None:
     """The table, what its last columns mean, and what to do in the laboratory."""
     from frictionlab.planning import steps
 
@@ -99,11 +99,11 @@ def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) ->
         f"law {found.law}{apart}: {len(found.tests)} tests, of {count + len(found.others)} candidates, best first"
     )
     rows: list[Row] = []
-    for row in map(_flat, told):  # repeats of a setting are one row, with what is known after the last
+    for row in map(_flat, listed):  # repeats of a setting are one row, with what is known after the last
         again = rows and row["rank"] is not None and all(row[key] == rows[-1][key] for key in SETTING)
         first = str(rows.pop()["rank"]).partition("-")[0] if again else ""
         rows.append({**row, "rank": f"{first}-{row['rank']}"} if again else row)
-    print_table(rows, _heads(found, told))
+    print_table(rows, _heads(found, listed))
     meaning = (
         "the last columns: standard uncertainty after this test and all better ones, of friction in per cent of it"
     )
@@ -122,11 +122,11 @@ def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) ->
         paragraph(f"the sheet is {output}: name the logs as it says, then give it as [experiment] sheet")
 
 
-def _heads(found: "Plan", told: "Sequence[PlannedTest]") -> dict[str, str]:
-    """Columns of the table; what is the same in all tests is told by the steps below it."""
+def _heads(found: "Plan", listed: "Sequence[PlannedTest]") -> dict[str, str]:
+    """Columns of the table; what is the same in all tests stands in the steps below it."""
     heads = HEADS.copy()
     for key, each in (("base_amplitude_mm", "base_amplitude_m"), ("duration_s", "duration_s")):
-        if len({getattr(test, each) for test in told}) == 1:
+        if len({getattr(test, each) for test in listed}) == 1:
             del heads[key]
     if found.against is not None:
         return heads | {"one": "if A", "other": "if B", "after": "after"}
@@ -268,8 +268,8 @@ def sweep(
     if not (as_json or quiet):
         for sentence in tally.sentences():
             complain(f"warning: {sentence}")
-        told = ", ".join(f"{number} {outcome}" for outcome, number in tally.outcomes.most_common())
-        typer.echo(f"{len(grid)} steady states ({told}) are in {output}")
+        outcomes = ", ".join(f"{number} {outcome}" for outcome, number in tally.outcomes.most_common())
+        typer.echo(f"{len(grid)} steady states ({outcomes}) are in {output}")
     if figure is not None:
         _draw(grid, drawn, tuple(tally.sentences()), figure, force=force)
     if tally.outcomes[maps.FAILED]:

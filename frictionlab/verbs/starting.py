@@ -1,5 +1,6 @@
 """Where work begins: a look at a folder of logs, and the scene that they need."""
 
+import contextlib
 import csv
 import re
 from collections import Counter
@@ -19,7 +20,6 @@ from frictionlab.verbs.inputs import FilePath, is_log_name
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.estimate import Average
-    from frictionlab.recording import Recording
 
 MOST_READ = 12  # logs that are read; the names of all are
 MOVES = 0.05  # a base that moves more than this share of the mass drives it
@@ -66,8 +66,8 @@ class Found:
         """What nobody can find in logs: what is to be asked for, as keys of a scene."""
         rig = () if "natural_frequency_hz" in self.frame else ("rig.natural_frequency_hz",)
         facts = self.name_pattern or ""
-        told = [key for key in ("material", "normal_force_n") if self.sheet is None and key.rstrip("_n") not in facts]
-        return (*rig, "rig.mass_kg", *(f"experiment.{key}" for key in told))
+        open_keys = [] if self.sheet else [f for f in ("material", "normal_force_n") if f.rstrip("_n") not in facts]
+        return (*rig, "rig.mass_kg", *(f"experiment.{key}" for key in open_keys))
 
 
 def look(folder: FilePath) -> Found:
@@ -79,7 +79,7 @@ def look(folder: FilePath) -> Found:
         One that is not there, or has no logs, is an empty one.
     """
     from frictionlab.analysis.free_vibration import averages
-    from frictionlab.verbs.one_test import free_vibration, ingest
+    from frictionlab.verbs.one_test import analyze, free_vibration, ingest
 
     place = Path(folder)
     files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
@@ -89,7 +89,7 @@ def look(folder: FilePath) -> Found:
     taps: list[Path] = []
     decays: list[FreeVibration] = []
     unread: dict[Path, str] = {}
-    settled: dict[Path, float | None] = {}
+    settled: dict[Path, float] = {}
     for number, log in enumerate(logs):
         reason = ""
         try:
@@ -99,7 +99,10 @@ def look(folder: FilePath) -> Found:
             recording = ingest(log)
             if np.ptp(recording.base_displacement) > MOVES * np.ptp(recording.mass_displacement):
                 tests.append(log)
-                settled[log] = _settled(recording)
+                length = recording.duration_s
+                with contextlib.suppress(FrictionlabError):  # it is a test all the same: the batch says what is wrong
+                    at = analyze(recording, transient_s=min(1.0, 0.1 * length), cycles="all").settled_s
+                    settled |= {log: at} if at is not None and at < LATEST * length else {}
                 continue
         except FrictionlabError as error:
             reason = str(error)
@@ -114,7 +117,7 @@ def look(folder: FilePath) -> Found:
         unread=unread,
         sheet=sheet,
         name_pattern=pattern_of([stem_of(log) for log in tests]),
-        settled_s={log: at for log, at in settled.items() if at is not None},
+        settled_s=settled,
         frame=averages(decays) if decays else {},
     )
 
@@ -127,18 +130,6 @@ def _is_sheet(path: Path) -> bool:
         head = file.readline()
     separator = max(",;\t", key=head.count)
     return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=separator), [])]
-
-
-def _settled(recording: "Recording") -> float | None:
-    """When the motion of a test had settled; None where that is not to be seen."""
-    from frictionlab.verbs.one_test import analyze
-
-    length = recording.duration_s
-    try:
-        settled = analyze(recording, transient_s=min(1.0, 0.1 * length), cycles="all").settled_s
-    except FrictionlabError:
-        return None  # it is a test all the same: the batch says what is wrong with it
-    return settled if settled is not None and settled < LATEST * length else None
 
 
 def pattern_of(names: Sequence[str]) -> str | None:

@@ -42,7 +42,7 @@ _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # <malloc.h>
 
 
 def use_one_thread() -> None:
-    """Tell libraries that are not loaded yet to use one thread: call it before they are."""
+    """Make libraries that are not loaded yet use one thread: call it before they are."""
     os.environ.update(dict.fromkeys(THREADS, "1"))
 
 
