@@ -2,14 +2,12 @@
 
 cases --batches--> workers (this process | processes here | Dask) --in order--> results
 
-What a process of ours is set to stands here too: one thread, freed memory kept, garbage looked for rarely. Linear
-algebra on several threads sums in another order: the last digits of a frequency changed with the number of cores. It
-was no faster either; several inputs at once are what the cores are for.
+What a process of ours is set to stands here too: one thread, freed memory kept. Linear algebra on several threads sums
+in another order: the last digits of a frequency changed with the number of cores. It was no faster either; several
+inputs at once are what the cores are for.
 """
 
-import atexit
 import ctypes
-import gc
 import math
 import os
 import time
@@ -59,12 +57,6 @@ def keep_freed_memory() -> None:
         return
     mallopt(_MMAP_THRESHOLD, 1 << 24)
     mallopt(_TRIM_THRESHOLD, 1 << 26)
-
-
-def collect_rarely() -> None:
-    """Leave the objects of loaded libraries alone: looking for garbage among them takes 0.3 s of a command of 2 s."""
-    gc.set_threshold(100_000, 50, 50)
-    atexit.register(gc.freeze)
 
 
 def cores() -> int:
