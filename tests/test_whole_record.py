@@ -20,7 +20,7 @@ from frictionlab.hdf5 import write_recording
 from frictionlab.inference import ladder
 from frictionlab.inference.observation import SENSORS
 from frictionlab.inference.over_time import loop_areas
-from frictionlab.inference.record import RecordObservation, track_of
+from frictionlab.inference.record import observe_record
 from frictionlab.inference.unknowns import of_law
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Rig, Scene
@@ -335,20 +335,8 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
     recording = virtual(0.7, 12.0, Problem(1.0, 0.3, frame_damping_ratio=0.01))
     scene = SCENE.changed(sensors={"crosstalk": 0.002})
     measurement = fl.analyze(recording, scene)
-    ratio = measurement.frequency_ratio
-    assert ratio is not None
-    track, _ = track_of(recording, scene, measurement.drive_frequency_hz / ratio, measurement)
     held = {"frame_damping_ratio": 0.01}
-    observation = RecordObservation.of(
-        track,
-        law_of("coulomb"),
-        held,
-        wall="fixed",
-        sources=measurement.sources,
-        r=ratio,
-        material=None,
-        normal_force=None,
-    )
+    observation, _ = observe_record(recording, scene, law_of("coulomb"), held, measurement)
     unknowns = (*of_law(observation.law, held), *observation.rig_unknowns)
     here = {u.name: u.value(0.0) for u in unknowns} | {"beta": 0.3, "cubic": 1e-3, "base_in_mass": 1e-3}
     plain, values = observation.predict(here), [here[u.name] for u in unknowns]

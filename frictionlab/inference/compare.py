@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionlab.analysis.measure import material_of, measure, normal_force_of, source_of, sources_of_test
+from frictionlab.analysis.measure import measure, source_of
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
@@ -21,21 +21,19 @@ from frictionlab.inference.diagnose import diagnose, strained_facts
 from frictionlab.inference.fit import Fit, Model, Place, Test, fit_from, start_place
 from frictionlab.inference.ladder import Ladder, Rung, climb, climb_record
 from frictionlab.inference.material_law import MaterialLaw
-from frictionlab.inference.observation import Observation
+from frictionlab.inference.observation import Observation, as_kind
 from frictionlab.inference.observations import CycleObservation, cycle_of, law_and_held, observe, refuse_several
 from frictionlab.inference.over_time import follow
 from frictionlab.inference.posterior import EXPLAINED, Posterior, infer, model_of, posterior_of
-from frictionlab.inference.record import RecordObservation, fit_record, record_of, track_of
+from frictionlab.inference.record import fit_record, observe_record, record_of
 from frictionlab.inference.table import UNIT, TableObservation, observe_table
 from frictionlab.inference.unknowns import STRONGEST, Unknown
 from frictionlab.inference.verdict import (
     base_words,
-    caveats,
+    doubts,
     friction_of,
     model_words,
-    on_the_ladder,
     on_the_rungs,
-    on_the_verdict,
     verdict_in_words,
     verdict_of,
 )
@@ -43,7 +41,6 @@ from frictionlab.recording import FrequencyTable, Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import law_of
-from frictionlab.uncertainty import Sources
 
 HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires
@@ -53,9 +50,7 @@ OFF = 0.003  # relative, of the natural frequency: what such a fit begins from, 
 FOLLOWED = 4  # starts, at most, without a cycle
 PERIODIC, EVEN = 0.1, 0.02  # irregularity of the base, scatter of its cycles' lengths, up to which it has a cycle
 OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
-MEASURED = (
-    *("source", "frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime", "material"),
-)
+MEASURED = (*("source", "frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime"),)
 """What a comparison repeats of its measurement."""
 
 
@@ -69,24 +64,11 @@ def compare(
     whole: bool = False,
     fit: Fitted = "cycle",
 ) -> Comparison:
-    """Identify the contact of a recording, predict its steady cycle, and say how they differ.
+    """Identify the contact of a recording, predict its steady cycle, and say how they differ (`frictionlab.compare`).
 
-    Parameters
-    ----------
-    recording : Recording
-    scene : Scene
-        ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
-    law : str, optional
-        In place of the scene's; "auto" climbs the ladder of laws as far as the recording requires.
-    friction_ratio : float, optional
-        Predict with this friction ratio (beta, eq. 2.8) instead of identifying it.
-    solver : {"auto", "closed-form", "exact", "numeric", "thesis"}, optional
-        Of the prediction, in place of the scene's.
-    whole : bool
-        Compare the whole record too, from its first sample, driven by the measured base.
-    fit : {"cycle", "whole"}
-        What the law's parameters are fitted to: the mean steady cycle, or the whole record. A record without a steady
-        cycle (a sweep, a start-up) can only be fitted whole: what is said of a cycle is None then.
+    ``law``: in place of the scene's, "auto" climbs the ladder as far as the recording requires; ``friction_ratio``:
+    beta (2.8) to predict with instead of identifying it; ``whole``, ``fit``: the whole record too. One without a steady
+    cycle (a sweep, a start-up) can only be fitted whole: what is said of a cycle is None then.
 
     Raises
     ------
@@ -107,10 +89,8 @@ def compare(
     found, ladder = identified(measurement, scene, law, friction_ratio)
     solver = solver or scene.model.solver
     comparison, cycle = compared(measurement, scene, found, ladder, solver), cycle_of(found.tests[0])
-    track, said = track_of(recording, scene, measurement.drive_frequency_hz / cycle.r, measurement)
-    same = ("wall", "material", "normal_force", "sources", "r")
-    known = {name: getattr(cycle, name) for name in same}
-    observation, rungs = RecordObservation.of(track, cycle.law, cycle.held, **known), None
+    observation, said = observe_record(recording, scene, cycle.law, cycle.held, measurement)
+    rungs = None
     values = found.values() | observation.start
     if fit == "whole":
         times = SEARCH if "beta" in found.values() else ()
@@ -146,13 +126,7 @@ def predict(
 def identified(
     measurement: Measurement, scene: Scene, law: str | None, friction_ratio: float | None = None
 ) -> tuple[Posterior, Ladder | None]:
-    """Return the posterior of a measured test under the law that is given or required, and the ladder if climbed.
-
-    Raises
-    ------
-    AnalysisError
-        The mass stands still, or no value tried has a steady state.
-    """
+    """Return the posterior of a measured test under the law that is given or required, and the ladder if climbed."""
     return _found(observe(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
 
 
@@ -182,13 +156,6 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
 
     Fitted are only the values that scatter from test to test, each held by its scatter: the other values, the natural
     frequency, the frame's damping and an undeclared lag are those that the law was found with.
-
-    Raises
-    ------
-    AnalysisError
-        The law has no steady state in this test.
-    UsageError
-        The test's normal force or frequency ratio is not known.
     """
     if measurement.normal_force_n is None or measurement.frequency_ratio is None:
         raise UsageError(
@@ -228,18 +195,7 @@ def compare_table(
     """Identify the contact of a table over frequency, predict its rows, and say how they differ.
 
     What a number's ``_u`` is not stated for is taken from the scatter about the law, and no verdict is given then.
-
-    Parameters
-    ----------
-    table : FrequencyTable
-    scene : Scene
-        ``[rig]``: the natural frequency, and the stiffness for newtons; ``[model]``: the law.
-    facts : mapping
-        Of the test: ``material``, ``normal_force_n``, ``base_amplitude_m``.
-    law : str, optional
-        In place of the scene's; "auto" climbs the ladder of exact laws as far as the table requires.
-    friction_ratio : float, optional
-        Predict with this one instead of identifying it.
+    ``facts`` of the test: ``material``, ``normal_force_n``, ``base_amplitude_m``; law "auto" climbs the exact laws.
 
     Raises
     ------
@@ -254,29 +210,24 @@ def compare_table(
             f"a table over frequency: expected more numbers than the {count} unknowns; got {len(observation.data)}"
         )
     found, ladder = _found(observation, scene, law, friction_ratio)
-    observation, values = _table_of(found), found.values()
+    observation, values = as_kind(found.tests[0].observation, TableObservation), found.values()
     states = list(observation.states(values))
     reference = states[observation.reference]
     nrmse, stated = observation.nrmse(found.fit.residual()), observation.is_stated
     misfit = nrmse / observation.floor if stated else None
     said = [*scene.rig.doubts, *table.said, *strained_facts(found, scene), *found.warnings]
-    said += caveats(found, found.parameters())
-    said += on_the_ladder(ladder, observation, found.parameters())
+    verdict = verdict_of(misfit, strained=bool(found.strained))
+    said += doubts(found, verdict, misfit, ladder, what="table", of="stated errors")
     if misfit is None:
         said.append(
             "verdict: none, for the table states no error of some numbers (columns amplitude_u, phase_u): errors are"
             " those of the scatter about the law"
         )
-    verdict = verdict_of(misfit, strained=bool(found.strained))
-    said += on_the_verdict(observation, verdict, misfit, ladder, what="table", of="stated errors")
     return _comparison(
         found,
         scene,
-        observation.sources,
         amplitude=_base_amplitude(found, observation),
         source=table.source,
-        material=observation.material,
-        normal_force_n=observation.normal_force,
         warnings=tuple(said),
         model=model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
         solver="exact" if reference is None else reference.solver,
@@ -288,13 +239,6 @@ def compare_table(
         verdict=verdict,
         over_frequency=observation.curve(values, tuple(said)),
     )
-
-
-def _table_of(found: Posterior) -> TableObservation:
-    observation = found.tests[0].observation
-    if not isinstance(observation, TableObservation):
-        raise TypeError(f"expected the observation of a table; got {type(observation).__name__}")
-    return observation
 
 
 def _base_amplitude(found: Posterior, observation: TableObservation) -> Estimate:
@@ -329,22 +273,18 @@ def compared(
     diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
     found = diagnosis.posterior
     verdict = verdict_of(misfit, strained=diagnosis.strained, answered=diagnosis.answered)
-    parameters = found.parameters()
-    said = [*measurement.warnings, *found.warnings, *diagnosis.said, *caveats(found, parameters), *state.warnings]
     error = "standard error of the measured mean cycle"
-    said += on_the_verdict(observation, verdict, misfit, ladder, what="cycle", of=error)
-    said += on_the_ladder(ladder, observation, parameters)
+    said = [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]
+    said += doubts(found, verdict, misfit, ladder, what="cycle", of=error)
     said += [f"no prediction: {state.outcome}"] if predicted is None else []
-    rows = _rows(ladder, nrmse)
-    contact = _contact(found, scene, state, None if predicted is None else measurement.cycle.mass - predicted)
+    rows, left = _rows(ladder, nrmse), None if predicted is None else measurement.cycle.mass - predicted
+    words = f"{observation.law.name}{verdict_in_words(nrmse, misfit, verdict)}"
     return _comparison(
         found,
         scene,
-        measurement.sources,
         amplitude=measurement.base_amplitude,
         budget=measurement.budget,
         **{key: getattr(measurement, key) for key in MEASURED},
-        normal_force_n=observation.normal_force,
         warnings=tuple(said),
         model=model_words(
             observation.law, observation.place_words, observation.held, base_words(observation.base.harmonics)
@@ -366,10 +306,7 @@ def compared(
         measured=measurement.cycle.mass,
         predicted=predicted,
         contact=replace(
-            contact,
-            laws=_points(ladder, rows),
-            said=f"{observation.law.name}{verdict_in_words(nrmse, misfit, verdict)}",
-            warnings=tuple(said),
+            _contact(found, scene, state, left), laws=_points(ladder, rows), said=words, warnings=tuple(said)
         ),
     )
 
@@ -377,15 +314,13 @@ def compared(
 def _comparison(
     found: Posterior,
     scene: Scene,
-    sources: Sources,
     *,
     amplitude: Estimate,
-    normal_force_n: float | None,
     budget: Mapping[str, Mapping[str, float]] | None = None,
     **more: Any,
 ) -> Comparison:
     """The comparison of any observation: what its posterior says, and `more`."""
-    friction = friction_of(found, scene, sources, amplitude=amplitude, normal_force=normal_force_n)
+    friction, observation = friction_of(found, scene, amplitude), found.tests[0].observation
     own: dict[str, Any] = {
         "parameters": {name: asdict(e) for name, e in found.parameters().items()},
         "budget": {**(budget or {}), **friction.pop("budget")},
@@ -398,7 +333,8 @@ def _comparison(
         nuisances=found.nuisances(),
         levels=found.levels(),
         accuracy=scene.accuracy,
-        normal_force_n=normal_force_n,
+        material=observation.material,
+        normal_force_n=observation.normal_force,
         **own,
         **more,
     )
@@ -432,26 +368,25 @@ def _contact(found: Posterior, scene: Scene, state: SteadyState, residual: Any) 
 
 def _rows(ladder: Ladder | None, nrmse: float | None) -> tuple[dict[str, object], ...] | None:
     """The ladder's rows; ``nrmse``: of the law chosen, as it is reported."""
-    if ladder is None:
-        return None
-    rows: list[dict[str, object]] = []
-    for rung in ladder.rungs:
-        chosen = rung.law.name == ladder.chosen.law.name
-        posterior = ladder.posterior if chosen else rung.posterior
-        own = None if rung.fit is None else rung.fit.model.tests[0].observation.nrmse(rung.fit.residual())
+    rows = []
+    for rung in () if ladder is None else ladder.rungs:
+        chosen = ladder is not None and rung.law.name == ladder.chosen.law.name
+        posterior = ladder.posterior if ladder is not None and chosen else rung.posterior
         rows.append(
-            {
-                "law": rung.law.name,
-                "parameters": {} if posterior is None else {n: asdict(e) for n, e in posterior.parameters().items()},
-                "log_evidence": rung.log_evidence if math.isfinite(rung.log_evidence) else None,
-                "response_nrmse": nrmse if chosen else own,
-                "held_out_nrmse": rung.held_out_nrmse,
-                "required": rung.required,
-                "seconds": rung.seconds,
-                "note": rung.said or None,
-            }
+            _row(
+                rung,
+                parameters={} if posterior is None else {n: asdict(e) for n, e in posterior.parameters().items()},
+                log_evidence=rung.log_evidence if math.isfinite(rung.log_evidence) else None,
+                response_nrmse=nrmse if chosen else rung.nrmse,
+                held_out_nrmse=rung.held_out_nrmse,
+            )
         )
-    return tuple(rows)
+    return None if ladder is None else tuple(rows)
+
+
+def _row(rung: Rung, **numbers: object) -> dict[str, object]:
+    own = {"required": rung.required, "seconds": rung.seconds, "note": rung.said or None}
+    return {"law": rung.law.name, **numbers, **own}
 
 
 def _points(ladder: Ladder | None, rows: Any) -> dict[str, tuple[int, float, float]]:
@@ -492,18 +427,9 @@ def _without_cycle(
     Lengths are over the largest displacement Y of the base from its first value, forces over k Y, speeds over omega_n
     Y, as in `simulate --base-motion`; numbers of a cycle are None.
     """
-    natural = scene.rig.natural_frequency
-    if natural is None:
-        raise AnalysisError(
-            "record: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or mass_kg and"
-            " stiffness_n_per_m (--natural-frequency); the fit corrects it, `frictionlab free-vibration` measures it"
-        )
-    track, said = track_of(recording, scene, natural)
-    sources = sources_of_test(recording, scene, recording.sampling_rate_hz)
     chosen, held = law_and_held(scene, "coulomb" if law == AUTO else law)
     held |= {} if friction_ratio is None else {"beta": friction_ratio}
-    facts = {"material": material_of(recording, scene), "normal_force": normal_force_of(recording, scene)}
-    observation = RecordObservation.of(track, chosen, held, wall=scene.model.wall, sources=sources, r=1.0, **facts)
+    observation, said = observe_record(recording, scene, chosen, held)
     ratios = TRIED if "beta" not in held else (held["beta"],)
     starts = [observation.start | {"beta": b, "natural_frequency": t * OFF} for b in ratios for t in (0.0, -1.0, 1.0)]
     best, rungs = (
@@ -515,28 +441,23 @@ def _without_cycle(
     record, motion = follow(observation, best.values(), fits_start=False), observation.motion(best.values())
     if motion is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
-    found, normal_force = _over_time(found, record), observation.normal_force
-    amplitude = Estimate(track.scale, 0.0)
-    newtons = friction_of(found, scene, sources, amplitude=amplitude, normal_force=normal_force)
-    error = np.zeros(len(found.unknowns))  # noise of Y changes the number that a force is expressed by, not the force
-    for k, u in enumerate(found.unknowns):
-        value = found.values().get(u.name, 0.0)
-        error[k] = track.scale_u * abs(value) / found.slope(k) if u.law else 0.0
-    found = found.with_shift(LARGEST, error) if error.any() else found
+    found, amplitude = _over_time(found, record), Estimate(observation.unit, 0.0)
+    newtons = friction_of(found, scene, amplitude)
+    if observation.unit_u:  # noise of Y changes the number that a force is expressed by, not the force
+        values = found.values()
+        moved = [abs(values[u.name]) / found.slope(k) if u.law else 0.0 for k, u in enumerate(found.unknowns)]
+        found = found.with_shift(LARGEST, observation.unit_u * np.array(moved))
     no_cycle = (
         f"record: no steady cycle ({why}), so what is said of a cycle is left out; the law is fitted to the whole"
-        f" record, its numbers over Y = {1e3 * track.scale:.4g} mm, the largest displacement of the base from its first"
-        " value, and speeds over omega_n Y"
+        f" record, its numbers over Y = {1e3 * observation.unit:.4g} mm, the largest displacement of the base from its"
+        " first value, and speeds over omega_n Y"
     )
     told = (*scene.rig.doubts, *recording.source.warnings, no_cycle, *said, *strained_facts(found, scene))
     comparison = _comparison(
         found,
         scene,
-        sources,
         amplitude=amplitude,
         source=source_of(recording),
-        material=observation.material,
-        normal_force_n=normal_force,
         warnings=(*told, *found.warnings, *record.warnings, *on_the_rungs(rungs)),
         model=f"{observation.law.words}, {observation.wall} wall, measured base",
         solver=motion.solver,
@@ -549,25 +470,18 @@ def _without_cycle(
 
 def _of_record(record: WholeRecord, rungs: tuple[Rung, ...] | None) -> dict[str, Any]:
     """What a comparison holds of a whole record, and of its ladder."""
-    rows = None if rungs is None else tuple(_record_row(rung) for rung in rungs)
+    rows = []
+    for rung in rungs or ():
+        values = (
+            {} if rung.fit is None else {u.name: rung.fit.values()[u.name] for u in rung.fit.model.unknowns if u.law}
+        )
+        gain = rung.log_evidence if math.isfinite(rung.log_evidence) else None
+        rows.append(_row(rung, parameters=values, log_evidence_gain=gain, record_nrmse=rung.nrmse))
     return {
         "record_nrmse": record.nrmse,
         "record_energy_difference": record.energy_difference,
         "record": record,
-        "record_laws": rows,
-    }
-
-
-def _record_row(rung: Rung) -> dict[str, object]:
-    names = {} if rung.fit is None else {u.name for u in rung.fit.model.unknowns if u.law}
-    return {
-        "law": rung.law.name,
-        "parameters": {} if rung.fit is None else {n: v for n, v in rung.fit.values().items() if n in names},
-        "log_evidence_gain": rung.log_evidence if math.isfinite(rung.log_evidence) else None,
-        "record_nrmse": None if rung.fit is None else record_of(rung.fit).nrmse(rung.fit.residual()),
-        "required": rung.required,
-        "seconds": rung.seconds,
-        "note": rung.said or None,
+        "record_laws": None if rungs is None else tuple(rows),
     }
 
 

@@ -8,12 +8,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.schema import COMPARISONS, Result
-from frictionlab.simulator import Problem
+from frictionlab.simulator import Base, Problem
 
-FADE = 25.0  # harmonics above this fade out: noise times k^2 rules there
+FADE = 25.0  # harmonics of a contact's force above this fade out
 
 Verdict = Literal["explained", "strained", "misfit"]
 Fitted = Literal["cycle", "whole"]
@@ -131,20 +131,39 @@ def contact_force(measurement: Measurement, problem: Problem | None = None, late
     ``problem``: whose frequency ratio, damping and base motion, as a fit has found them, are taken in place of those
     measured; ``late``: phase by which the base's channel is behind the mass's, rad.
     """
-    cycle, half = measurement.cycle, 0.5 * len(measurement.cycle.tau)
-    mass = np.fft.rfft(cycle.mass_smooth)[1:] / half
-    order = np.arange(1, len(mass) + 1)
+    cycle, one = measurement.cycle, np.ones(1)
+    lines = lines_of(cycle.mass_smooth[None, :])
     if problem is None:
-        base, r, damping = np.fft.rfft(cycle.base)[1:] / half, measurement.frequency_ratio or math.nan, 0.0
+        base, r, damping = lines_of(cycle.base), measurement.frequency_ratio or math.nan, 0.0
     else:
-        base, r, damping = np.zeros(len(mass), dtype=np.complex128), problem.r, problem.frame_damping_ratio
-        count = min(problem.base.harmonics, len(mass))
-        base[:count] = problem.base.lines[:count]
-        base = base * np.exp(1j * late * order)
-    rate = r * order
-    dashpot = 1.0 + 2.0j * damping * rate
-    left = np.exp(-((order / FADE) ** 2)) * (base * dashpot - mass * (dashpot - rate**2))
-    return np.asarray(np.fft.irfft(np.concatenate([[0.0], half * left]), len(cycle.tau)))
+        base, r, damping = base_lines(problem.base, lines.shape[1], late), problem.r, problem.frame_damping_ratio
+    return over_cycle(left_for_contact(lines, base, r, one, one, 2.0 * damping * one), len(cycle.tau))
+
+
+def lines_of(cycle: FloatArray) -> ComplexArray:
+    """Return all harmonics but the mean of a cycle (..., p)."""
+    return np.asarray(np.fft.rfft(cycle)[..., 1:] * (2.0 / cycle.shape[-1]))
+
+
+def base_lines(base: Base, count: int, late: float) -> ComplexArray:
+    """Return so many harmonics of a base whose channel is behind by a phase, rad."""
+    lines, known = np.zeros(count, dtype=np.complex128), min(base.harmonics, count)
+    lines[:known] = base.lines[:known]
+    return np.asarray(lines * np.exp(1j * late * np.arange(1, count + 1)))
+
+
+def left_for_contact(
+    lines: ComplexArray, base: ComplexArray, r: float, mass: FloatArray, stiffness: FloatArray, damping: FloatArray
+) -> ComplexArray:
+    """Return what the equation of motion leaves at a mass: by harmonics (n, k) of all, and rows (n,) of matrices."""
+    rate, stretch = r * np.arange(1, len(base) + 1), base - lines
+    return np.asarray(stiffness @ stretch + 1j * rate * (damping @ stretch) + rate**2 * (mass @ lines))
+
+
+def over_cycle(lines: ComplexArray, points: int) -> FloatArray:
+    """Return a motion (p,) by its harmonics; high ones fade out, for noise times k^2 rules there."""
+    fade = np.exp(-((np.arange(1, len(lines) + 1) / FADE) ** 2))
+    return np.asarray(np.fft.irfft(np.concatenate([[0.0], 0.5 * points * fade * lines]), points))
 
 
 @dataclass(frozen=True)

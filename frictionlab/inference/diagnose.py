@@ -8,12 +8,14 @@ from the measured motion itself: its force is what the frame's stretch makes it,
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, weighed
+from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, model_of
 from frictionlab.inference.starts import loop_friction_ratio, point_at, starting_points
@@ -31,14 +33,12 @@ AS_LIKELY = -3.0  # the same from which what it moves belongs to u
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
 OTHER_CAUSE = "another cause than the law"
 STEPS, WORK = 25, 6e4  # of the fit with a cause let free, and what all of them may cost
-FAULTS = (FrictionlabError, ArithmeticError, ValueError, np.linalg.LinAlgError)
 TRIED = (0.0, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0)  # relative, of a natural frequency
 USUAL_PLAY, LITTLE_PLAY = 1e-5, 1e-6  # m to either side: what a bolted frame may have; by which slopes are taken
 SHARP = 64  # harmonics of the force of a play, which turns round as fast as the mass
 
 
-@dataclass(frozen=True)
-class Cause:
+class Cause(NamedTuple):
     """One alternative: an unknown that is let free, and the values at which it is tried."""
 
     unknown: Unknown
@@ -60,16 +60,7 @@ class Diagnosis:
 
 
 def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
-    """Return what else may have made the recording, for a posterior of one test.
-
-    Parameters
-    ----------
-    found : Posterior
-    scene : Scene
-        What is declared: a warning prints the value to declare in its place.
-    explained : bool
-        Whether the law leaves no more than noise.
-    """
+    """Return what else may have made the recording of one test; ``explained``: its law leaves no more than noise."""
     said = list(strained_facts(found, scene))
     strained = bool(found.strained)
     observation = cycle_of(found.tests[0])
@@ -109,13 +100,7 @@ def strained_facts(found: Posterior, scene: Scene) -> Iterator[str]:
 
 
 def to_declare(name: str, value: float, scene: Scene) -> str:
-    """Return the scene's line that would fit, with key, number and unit; nothing for what no line declares.
-
-    Examples
-    --------
-    >>> to_declare("lag_s", 9.84e-3, Scene())
-    'sensors.lag_s = +9.84 ms'
-    """
+    """Return the scene's line that would fit, with key, number and unit; nothing for what no line declares."""
     frequency = scene.rig.natural_frequency
     if name == "lag_s":
         return f"sensors.lag_s = {1e3 * (value + scene.sensors.lag_s):+.3g} ms"
@@ -153,13 +138,13 @@ def _other_causes(
     bare = replace(found.tests[0], observation=observation.metered(Meter(WORK)))
     try:  # the same fit weighed by noise alone, followed to its minimum
         main = weighed(Fit(replace(own.model, tests=(bare,), most=STEPS), own.place), np.zeros(1))
-    except FAULTS:
+    except NO_MOTION:
         return found, False, []
     likely: list[tuple[float, Cause, Fit]] = []
     for cause in causes:
         try:
             gain, other = _best(main, cause)
-        except FAULTS:
+        except NO_MOTION:
             continue  # no motion with this cause: it tells nothing
         if math.isfinite(gain) and gain > AS_LIKELY:
             likely.append((gain, cause, other))
@@ -168,12 +153,9 @@ def _other_causes(
     best = max((gain for gain, _, _ in likely), default=0.0)
     for gain, cause, other in sorted(likely, key=lambda one: -one[0]):
         there = {u.name: float(c) for u, c in zip(other.model.unknowns, other.point, strict=True)}
-        moved = np.array(
-            [
-                there[u.name] - c if u.law and u.name in there else 0.0
-                for u, c in zip(found.unknowns, own.point.tolist(), strict=True)
-            ]
-        )
+        law = [u.law and u.name in there for u in found.unknowns]
+        reached = [there.get(u.name, 0.0) for u in found.unknowns]
+        moved = np.where(law, np.array(reached) - own.point, 0.0)
         shift = np.maximum(shift, math.exp(0.5 * min(0.0, gain)) * np.abs(moved))
         far = beta is not None and abs(float(moved[beta])) > math.sqrt(float(found.covariance[beta, beta]))
         left = other.model.tests[0].observation.nrmse(other.residual())
@@ -318,7 +300,7 @@ def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
         try:
             fit = fit_from(model, [point_at(model, found.values() | {"gradient": g}) for g in (0.05, -0.05)])
             leaves, friction = fit.model.tests[0].observation.nrmse(fit.residual()), fit.values()["beta"]
-        except FAULTS:
+        except NO_MOTION:
             leaves = 0.0  # no motion under the richer law
         else:
             if leaves < 0.7 * left:

@@ -105,10 +105,9 @@ class Explanation:
         """Each sentence in lines; before it its rank, 0 for what matters most."""
         found = []
         for rank, text in (*_what_it_is(self), *_what_it_is_not(self), *_what_next(self)):
-            own = (value for words, value in RANKS.items() if words in text)
             indent = "  " if text.startswith("  ") else ""
             lines = textwrap.fill(text.strip(), WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
-            found.append((next(own, rank), lines))
+            found.append((next((own for words, own in RANKS.items() if words in text), rank), lines))
         return found
 
     def row(self) -> dict[str, object]:
@@ -131,45 +130,42 @@ class Explanation:
 def explain(measurement: Measurement, scene: Scene) -> Explanation:
     """Say which law a measured test requires, what it is made of, and what the next simpler law gets wrong.
 
-    Raises
-    ------
-    AnalysisError
-        As `compare`: not even Coulomb friction has a steady state here.
+    The simpler law is that of the best evidence on the ladder that lacks a term of the one required.
     """
     comparison = predict(measurement, scene, law=AUTO)
-    name = simpler_law(comparison)
-    simpler = None if name is None else predict(measurement, scene, law=name)
-    known = physical(comparison, measurement, scene)
-    return Explanation(comparison, simpler, known, measurement.base_amplitude_m, measurement.energy_per_cycle_j)
+    terms, evidence = {t.name for t in law_of(comparison.law).terms}, _evidence(comparison)
+    fewer = [name for name in evidence if {t.name for t in law_of(name).terms} < terms]
+    simpler = predict(measurement, scene, law=max(fewer, key=lambda name: evidence[name])) if fewer else None
+    found, turn = _force(comparison), 2.0 * math.pi * measurement.drive_frequency_hz
+    for name, (times, unit, words) in SHOWN.items():
+        told = comparison.parameters.get(name)
+        if told is not None and told["u"] is not None:
+            parameter = law_of(comparison.law).parameter(name)
+            factor, _ = to_physical(parameter, scene, amplitude=measurement.base_amplitude_m, turn=turn)
+            if factor is not None:
+                found[name] = (times * factor * told["value"], times * factor * told["u"], unit, words)
+    return Explanation(comparison, simpler, found, measurement.base_amplitude_m, measurement.energy_per_cycle_j)
 
 
 def explain_comparison(comparison: Comparison) -> Explanation:
-    """Put a comparison into words as it is, without looking for a simpler law.
-
-    Raises
-    ------
-    AnalysisError
-        It has no steady cycle.
-    """
+    """Put a comparison into words as it is, without looking for a simpler law; AnalysisError without a steady cycle."""
     contact = comparison.contact
     if contact is None or comparison.energy_per_cycle is None:
         raise AnalysisError("explain: the comparison has no steady cycle: expected one of compare(recording)")
-    force = {}
-    if comparison.friction_force_n is not None:
-        force["beta"] = (comparison.friction_force_n, comparison.friction_force_n_u, "N", "friction force")
     energy = None if contact.unit_n is None else comparison.energy_per_cycle * contact.unit_n * contact.unit_m
-    return Explanation(comparison, None, force, contact.unit_m, energy)
+    return Explanation(comparison, None, _force(comparison), contact.unit_m, energy)
 
 
-def simpler_law(comparison: Comparison) -> str | None:
-    """The law of the best evidence on the ladder that lacks a term of the one required; None: there is none."""
-    terms = {t.name for t in law_of(comparison.law).terms}
-    fewer = [
-        rung
-        for rung in comparison.laws or ()
-        if {t.name for t in law_of(str(rung["law"])).terms} < terms and rung["log_evidence"] is not None
-    ]
-    return str(max(fewer, key=lambda rung: float(str(rung["log_evidence"])))["law"]) if fewer else None
+def _force(comparison: Comparison) -> dict[str, tuple[float, float | None, str, str]]:
+    """The friction force, where the stiffness is known."""
+    force, u = comparison.friction_force_n, comparison.friction_force_n_u
+    return {} if force is None else {"beta": (force, u, "N", "friction force")}
+
+
+def _evidence(comparison: Comparison) -> dict[str, float]:
+    """Logarithm of the evidence of each law of the ladder that could be fitted."""
+    rungs = comparison.laws or ()
+    return {str(rung["law"]): float(str(e)) for rung in rungs if (e := rung["log_evidence"]) is not None}
 
 
 def missed(contact: ContactForce | None) -> dict[str, float]:
@@ -180,26 +176,6 @@ def missed(contact: ContactForce | None) -> dict[str, float]:
     parts = {"stops": np.abs(speed) < STILL, "slides up": speed >= STILL, "slides down": speed <= -STILL}
     square = contact.residual**2
     return {name: math.sqrt(float(square[there].mean())) for name, there in parts.items() if there.any()}
-
-
-def physical(
-    comparison: Comparison, measurement: Measurement, scene: Scene
-) -> dict[str, tuple[float, float | None, str, str]]:
-    """Parameters that were found, in newtons, metres and seconds, as far as the stiffness is known."""
-    law = law_of(comparison.law)
-    found: dict[str, tuple[float, float | None, str, str]] = {}
-    if comparison.friction_force_n is not None:
-        found["beta"] = (comparison.friction_force_n, comparison.friction_force_n_u, "N", "friction force")
-    turn = 2.0 * math.pi * measurement.drive_frequency_hz
-    for name, told in comparison.parameters.items():
-        if name not in SHOWN or told["u"] is None:
-            continue
-        times, unit, words = SHOWN[name]
-        factor, _ = to_physical(law.parameter(name), scene, amplitude=measurement.base_amplitude_m, turn=turn)
-        if factor is not None:
-            size = times * factor
-            found[name] = (size * told["value"], size * told["u"], unit, words)
-    return found
 
 
 def _what_it_is(told: Explanation) -> Iterator[tuple[int, str]]:
@@ -236,13 +212,7 @@ def _what_it_is(told: Explanation) -> Iterator[tuple[int, str]]:
 
 
 def with_error(value: float, error: float | None) -> str:
-    """Return a value with its uncertainty, to two digits of that.
-
-    Examples
-    --------
-    >>> with_error(0.31641, 0.0106), with_error(1234.5, 27.0), with_error(2.0, None)
-    ('0.316 +- 0.011', '1234 +- 27', '2')
-    """
+    """Return a value with its uncertainty, to two digits of that."""
     if not error or not math.isfinite(error):
         return f"{value:.4g}"
     digits = max(0, 1 - math.floor(math.log10(error)))
@@ -255,8 +225,7 @@ def _what_it_is_not(told: Explanation) -> Iterator[tuple[int, str]]:
     if simpler is not None and simpler.response_nrmse is not None:
         where = missed(simpler.contact)
         most = max(where, key=lambda name: where[name], default="")
-        evidence = {str(rung["law"]): float(str(rung["log_evidence"])) for rung in c.laws or () if rung["log_evidence"]}
-        gain = evidence[c.law] - evidence[simpler.law]
+        gain = (evidence := _evidence(c))[c.law] - evidence[simpler.law]
         left = f"leaves {100 * simpler.response_nrmse:.2g} %, most of it {PARTS.get(most, '')}"
         enough = f"Its log evidence is {gain:.0f} lower; {REQUIRED:.0f} is enough."
         yield 3, f"A simpler law, {simpler.law}, {left}. {enough}"

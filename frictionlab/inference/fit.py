@@ -14,6 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,6 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.unknowns import Unknown
-
-Index = NDArray[np.intp]
 
 ENOUGH = 1e-7  # of the sum of squares: a step that is foretold to gain less is not made ...
 MISSED = 100.0  # ... times squares over data up to this: values that miss the data are so much less sure
@@ -43,7 +42,7 @@ class Test:
     """One test in a fit: its observation, which of all unknowns it has, and their values over the reference test's."""
 
     observation: Observation
-    index: Index
+    index: NDArray[np.intp]
     factors: FloatArray
 
     __test__ = False  # not pytest's
@@ -90,19 +89,25 @@ class Model:
         index = self.tests[i].index
         return np.asarray(point[index] + self.scatter[index] * local)
 
-    def residual(self, i: int, own: FloatArray) -> FloatArray | None:
-        """Whitened residual of test i; None where there is no motion."""
-        observation = self.tests[i].observation
-        predicted = observation.predict(self.values(i, own))
+    def look(self, i: int, own: FloatArray, near: Any = None) -> tuple[FloatArray, Any] | None:
+        """Whitened residual of test i, and the motion it is of (``near``: begun at); None where there is no motion."""
+        observation, values = self.tests[i].observation, self.values(i, own)
+        motion = observation.motion(values, near)
+        predicted = None if motion is None else observation.seen(motion, values)
         if predicted is None or not np.all(np.isfinite(predicted)):
             return None
-        return observation.white(observation.data - predicted)
+        return observation.white(observation.data - predicted), motion
 
-    def slopes(self, i: int, own: FloatArray) -> FloatArray:
-        """Whitened slopes of test i's prediction by its own coordinates."""
+    def residual(self, i: int, own: FloatArray) -> FloatArray | None:
+        """Whitened residual of test i; None where there is no motion."""
+        looked = self.look(i, own)
+        return None if looked is None else looked[0]
+
+    def slopes(self, i: int, own: FloatArray, motion: Any = None) -> FloatArray:
+        """Whitened slopes of test i's prediction by its own coordinates; ``motion``: the one there."""
         test, values = self.tests[i], list(self.values(i, own).values())
         unknowns = [self.unknowns[k] for k in test.index]
-        made = test.observation.slopes(unknowns, values, test.factors.tolist())
+        made = test.observation.slopes(unknowns, values, test.factors.tolist(), motion)
         return test.observation.white(made)
 
     def strains(self, point: FloatArray) -> FloatArray:
@@ -116,13 +121,17 @@ class Model:
 
 @dataclass(frozen=True)
 class Place:
-    """A point reached: coordinates, each test's deviations, residuals and slopes; ``true``: slopes not corrected."""
+    """A point reached: coordinates, each test's deviations, residuals, slopes; ``true``: slopes not corrected.
+
+    ``motions``: of the tests, by which slopes are taken.
+    """
 
     point: FloatArray
     local: tuple[FloatArray, ...]
     residual: tuple[FloatArray, ...]
     slopes: tuple[FloatArray, ...]
     strain: FloatArray
+    motions: tuple[Any, ...] = ()
     true: bool = True
 
     @property
@@ -133,46 +142,42 @@ class Place:
 
 
 def start_place(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None) -> Place:
-    """Return the place of a point.
-
-    Raises
-    ------
-    AnalysisError
-        A test has no motion there.
-    """
-    point = np.clip(point, *model.bounds)
-    local = [np.zeros(len(t.index)) for t in model.tests] if local is None else list(local)
-    residual = _residuals(model, point, local)
-    if residual is None:
+    """Return the place of a point; AnalysisError where a test has no motion there."""
+    here = _looked(model, np.clip(point, *model.bounds), local)
+    if here is None:
         raise AnalysisError("the values that a fit was to begin at have no steady state")
-    return _true(model, Place(point, tuple(local), residual, (), model.strains(point)))
+    return _true(model, here)
+
+
+def _looked(
+    model: Model, point: FloatArray, local: Sequence[FloatArray] | None, near: Place | None = None
+) -> Place | None:
+    """The place of a point, without slopes; None where a test has no motion. ``near``: whose motions they begin at."""
+    local = tuple(np.zeros(len(t.index)) for t in model.tests) if local is None else tuple(local)
+    found = []
+    for i, d in enumerate(local):
+        looked = model.look(i, model.own(i, point, d), near.motions[i] if near is not None and near.motions else None)
+        if looked is None:
+            return None
+        found.append(looked)
+    residual, motions = zip(*found, strict=True) if found else ((), ())
+    return Place(point, local, residual, (), model.strains(point), motions, true=False)
 
 
 def _true(model: Model, here: Place) -> Place:
     """The same place, its slopes not corrected but simulated."""
-    own = (model.own(i, here.point, d) for i, d in enumerate(here.local))
-    return replace(here, slopes=tuple(model.slopes(i, e) for i, e in enumerate(own)), true=True)
-
-
-def _residuals(model: Model, point: FloatArray, local: Sequence[FloatArray]) -> tuple[FloatArray, ...] | None:
-    found = []
-    for i, d in enumerate(local):
-        residual = model.residual(i, model.own(i, point, d))
-        if residual is None:
-            return None
-        found.append(residual)
-    return tuple(found)
+    own = enumerate(zip(here.local, here.motions or (None,) * len(here.local), strict=True))
+    slopes = tuple(model.slopes(i, model.own(i, here.point, d), motion) for i, (d, motion) in own)
+    return replace(here, slopes=slopes, true=True)
 
 
 def cost(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None) -> float:
     """Return the sum of squares at a point, priors counted; infinite where a test has no motion."""
-    local = [np.zeros(len(t.index)) for t in model.tests] if local is None else local
-    residual = _residuals(model, point, local)
-    return math.inf if residual is None else Place(point, tuple(local), residual, (), model.strains(point)).squares
+    here = _looked(model, point, local)
+    return math.inf if here is None else here.squares
 
 
-@dataclass(frozen=True)
-class Reduced:
+class Reduced(NamedTuple):
     """Normal equations of all unknowns, the tests' own deviations eliminated.
 
     ``precision`` (m, m) and ``pull`` (m,): without the priors; ``each``: the same of every test on its own index;
@@ -225,7 +230,7 @@ def descend(model: Model, here: Place) -> Place:
                 return here
             here, reach = _true(model, here), max(reach, LEAST_REACH)
             continue
-        there = _moved(model, here, step, moves)
+        there = _looked(model, here.point + step, [d + move for d, move in zip(here.local, moves, strict=True)], here)
         length = float(np.abs(step).max(initial=0.0))
         gained = -math.inf if there is None else (here.squares - there.squares) / foretold
         if there is None or gained <= 0.0:
@@ -234,23 +239,19 @@ def descend(model: Model, here: Place) -> Place:
         elif gained < POOR:
             here, reach = _true(model, there), 0.25 * length if here.true else reach
         else:
-            here, reach = there, max(reach, 2.0 * length) if gained > GOOD else reach
+            here, reach = _corrected(model, here, there), max(reach, 2.0 * length) if gained > GOOD else reach
     return here if here.true else _true(model, here)
 
 
-def _moved(model: Model, here: Place, step: FloatArray, moves: Sequence[FloatArray]) -> Place | None:
-    """The place after a step, slopes corrected by what it has shown; None where a test has no motion there."""
-    point, local = here.point + step, tuple(d + move for d, move in zip(here.local, moves, strict=True))
-    residual = _residuals(model, point, local)
-    if residual is None:
-        return None
+def _corrected(model: Model, here: Place, there: Place) -> Place:
+    """The place after a step, the slopes before it corrected by what it has shown."""
     slopes = []
-    for i, (before, after) in enumerate(zip(here.residual, residual, strict=True)):
-        own = model.own(i, point, local[i]) - model.own(i, here.point, here.local[i])
+    for i, (before, after) in enumerate(zip(here.residual, there.residual, strict=True)):
+        own = model.own(i, there.point, there.local[i]) - model.own(i, here.point, here.local[i])
         size = float(own @ own)
         shown = before - after - here.slopes[i] @ own
         slopes.append(here.slopes[i] + np.outer(shown, own / size) if size > 0.0 else here.slopes[i])
-    return Place(point, local, residual, tuple(slopes), model.strains(point), true=False)
+    return replace(there, slopes=tuple(slopes))
 
 
 def _step(model: Model, here: Place, reach: float) -> tuple[FloatArray, list[FloatArray], float]:
@@ -285,12 +286,6 @@ def inside(curvature: FloatArray, slope: FloatArray, low: FloatArray, high: Floa
     """Return the x (n,) of the least ``x C x / 2 + g x`` with ``low <= x <= high``, from 0 on, by an active set.
 
     Bounds are met one at a time, and left one at a time, the one that is pulled from most first: each step leads down.
-
-    Examples
-    --------
-    >>> bowl, none = np.array([[2.0, 1.0], [1.0, 2.0]]), np.full(2, np.inf)
-    >>> inside(bowl, np.array([-3.0, 0.0]), np.array([-9.0, 0.0]), none).tolist()
-    [1.5, 0.0]
     """
     x = np.zeros(len(slope))
     held = ((low >= 0.0) & (slope > 0.0)) | ((high <= 0.0) & (slope < 0.0))
@@ -379,20 +374,14 @@ def excess_of(fit: Fit, i: int = 0) -> float:
 def fit_from(
     model: Model, starts: Sequence[FloatArray], local: Sequence[FloatArray] | None = None, *, tempers: bool = True
 ) -> Fit:
-    """Return the best fit from the best of some starts; ``tempers``: what the law cannot explain counts as noise.
-
-    Raises
-    ------
-    AnalysisError
-        No start has a motion.
-    """
-    costs = [cost(model, start, local) for start in starts]
-    if not np.isfinite(costs).any():
+    """Return the best fit from the best of some starts; ``tempers``: what the law cannot explain counts as noise."""
+    places = [p for start in starts if (p := _looked(model, np.clip(start, *model.bounds), local)) is not None]
+    if not places:
         raise AnalysisError(
             "no value tried has a steady state: near resonance the motion may have no bound; check the natural"
             " frequency (rig.natural_frequency_hz, --natural-frequency)"
         )
-    found = Fit(model, descend(model, start_place(model, starts[int(np.argmin(costs))], local)))
+    found = Fit(model, descend(model, _true(model, min(places, key=lambda place: place.squares))))
     return tempered(found) if tempers else found
 
 
@@ -542,11 +531,6 @@ def log_orthant(mean: FloatArray, covariance: FloatArray) -> FloatArray:
 
     ``mean`` (..., n), ``covariance`` (n, n). The first coordinate is integrated by Gauss's rule over its own
     distribution above zero, the others given it [Genz, J. Comput. Graph. Stat. 1 (1992) 141].
-
-    Examples
-    --------
-    >>> round(math.exp(log_orthant(np.zeros(2), np.array([[1.0, 0.5], [0.5, 1.0]]))), 4)
-    0.3333
     """
     sd = math.sqrt(max(covariance[0, 0], 1e-300))
     first = np.asarray(log_ndtr(mean[..., 0] / sd))

@@ -46,6 +46,7 @@ NUMERIC = ("stribeck", "logarithm", "dahl", "bouc-wen")  # milliseconds a steady
 DEAR = ("lugre", "rate-state")  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
+RECORD_WORK = 4e5  # the same for all laws of a whole record that yield: four seconds
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
@@ -78,6 +79,14 @@ class Rung:
     said: str = ""
 
     @cached_property
+    def nrmse(self) -> float | None:
+        """Rms over the tests of what it leaves of each; None where it could not be fitted."""
+        if self.fit is None:
+            return None
+        each = [t.observation.nrmse(r) for t, r in zip(self.fit.model.tests, self.fit.place.residual, strict=True)]
+        return math.sqrt(math.fsum(e * e for e in each) / len(each))
+
+    @cached_property
     def posterior(self) -> Posterior | None:
         """The posterior of the rung's own fit, weighed by what the law leaves."""
         if self.fit is None:
@@ -98,13 +107,8 @@ class Ladder:
 def climb(observations: Sequence[Observation], *, accuracy: str = "balanced") -> Ladder:
     """Return the ladder of the tests of one material: exact laws first, integrated ones where those leave a misfit.
 
-    Parameters
-    ----------
-    observations : sequence of Observation
-        Tests of one material, under any law.
-    accuracy : {"fast", "balanced", "exact"}
-        "fast": one term beside Coulomb friction, values less sharp; "exact": pairs of terms and integrated laws even
-        where a simpler law leaves nothing but noise.
+    ``accuracy``: "fast": one term beside Coulomb friction, values less sharp; "exact": pairs of terms and integrated
+    laws even where a simpler law leaves nothing but noise.
 
     Raises
     ------
@@ -207,56 +211,45 @@ class _Climb:
         known = next((rung for rung in self.rungs if rung.law.name == name), None)
         if known is not None:
             return replace(known, required=False)
-        law, begin = law_of(name), time.perf_counter()
+        law, begin, said = law_of(name), time.perf_counter(), ""
+        made = Rung(law)
         if law.kind != "rigid" and self.work.left < (self.kept if law.kind == "elastic" else 0.0):
-            made = Rung(law, said="not tried: the work of a ladder was used up; give --law to fit it alone")
+            said = "not tried: the work of a ladder was used up; give --law to fit it alone"
         else:
             try:
                 made = self._rung(law, below)
             except OverspentError:
-                made = Rung(law, said="not fitted to the end: the work of a ladder was used up; give --law to fit it")
-            except AnalysisError as fault:
-                if below is None:
+                said = "not fitted to the end: the work of a ladder was used up; give --law to fit it"
+            except Exception as fault:  # one law's fault must not end the others
+                if below is None and isinstance(fault, AnalysisError):
                     raise
-                made = Rung(law, said=f"not compared: {fault}")
-            except Exception as fault:  # noqa: BLE001 - one law's fault must not end the others
-                made = Rung(law, said=f"not compared: {type(fault).__name__}: {fault}")
-        made = replace(made, seconds=time.perf_counter() - begin)
-        if made.said:
-            self.left_out[name] = made.said
+                kind = "" if isinstance(fault, AnalysisError) else f"{type(fault).__name__}: "
+                said = f"not compared: {kind}{fault}"
+        made = replace(made, seconds=time.perf_counter() - begin, said=said)
+        if said:
+            self.left_out[name] = said
         self.rungs.append(made)
         return made
 
     def _rung(self, law: Law, below: Rung | None) -> Rung:
-        observations = [o.under(law) for o in self.observations]
-        model = model_of(observations)
+        model = model_of([o.under(law) for o in self.observations])
         if self.accuracy == "fast":
             model = replace(model, tolerance=1e3)
-        found = self._fitted(model, below, law)
-        made = Rung(law, found, log_evidence(found), *held_out(found))
-        return replace(made, required=below is None or self._is_required(made, below))
-
-    def _fitted(self, model: Model, below: Rung | None, law: Law) -> Fit:
         if below is None or below.fit is None:
             starts, local = starting_points(model)
             fits = [fit_from(model, [start], local, tempers=False) for start in starts]
-            return with_scatter(min(fits, key=lambda f: f.cost))[0]
-        begun = [_carried(model, below.fit, trial) for trial in _trials(model, below.fit)]
+        else:
+            fits = [followed(self._fitted(model, below.fit, law))]
+        found = with_scatter(min(fits, key=lambda f: f.cost))[0]
+        made = Rung(law, found, log_evidence(found), *held_out(found))
+        return replace(made, required=below is None or self._is_required(made, below))
+
+    def _fitted(self, model: Model, below: Fit, law: Law) -> Fit:
+        """The best fit of a richer law near the values of a simpler one."""
+        begun = [_carried(model, below, trial) for trial in _trials(model, below)]
         several = len(model.tests) > 1 or not isinstance(model.tests[0].observation, CycleObservation)
         if "stiffness_ratio" in {u.name for u in model.unknowns} and not several:
-            known = below.fit.values()
-            law_values = {u.name: known[u.name] for u in model.unknowns if u.law and u.name in known}
-            law_values = {} if set(law_values) <= {"beta"} else law_values
-            if not self.valleys:
-                points, local = starting_points(model, law_values)
-                at = {u.name: k for k, u in enumerate(model.unknowns) if u.name in ("stiffness_ratio", "beta", "lag_s")}
-                self.valleys = [{name: float(point[k]) for name, k in at.items()} for point in points]
-            near = point_at(model, law_values)
-            points = [
-                np.array([valley.get(u.name, c) for u, c in zip(model.unknowns, near.tolist(), strict=True)])
-                for valley in self.valleys
-            ]
-            begun = [(replace(model, most=30), point, [np.zeros(len(point))]) for point in points]
+            begun = self._in_valleys(model, below)
         elif not law.is_exact:  # dear: the likeliest start first, for one may lead astray, or be enough
             begun.sort(key=lambda start: cost(*start))
         enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)
@@ -277,7 +270,20 @@ class _Climb:
             best = found if best is None or found.cost < best.cost else best
         if best is None:
             raise missed
-        return with_scatter(followed(best))[0]
+        return best
+
+    def _in_valleys(self, model: Model, below: Fit) -> list[tuple[Model, FloatArray, list[FloatArray]]]:
+        """Where a contact that yields begins: in the valleys that the first such law has found."""
+        known = below.values()
+        values = {u.name: known[u.name] for u in model.unknowns if u.law and u.name in known}
+        values = {} if set(values) <= {"beta"} else values
+        names = [u.name for u in model.unknowns]
+        if not self.valleys:
+            at = [k for k, name in enumerate(names) if name in ("stiffness_ratio", "beta", "lag_s")]
+            self.valleys = [{names[k]: float(point[k]) for k in at} for point in starting_points(model, values)[0]]
+        near = dict(zip(names, point_at(model, values).tolist(), strict=True))
+        points = [np.array(list({**near, **{n: c for n, c in v.items() if n in near}}.values())) for v in self.valleys]
+        return [(replace(model, most=30), point, [np.zeros(len(point))]) for point in points]
 
     def _confirmed(self, here: Rung, good: list[Rung]) -> tuple[Rung, list[Rung]]:
         """A rigid law fitted once more, from the values of the best richer one, and those still required over it.
@@ -325,6 +331,7 @@ class _RecordClimb(_Climb):
 
     def __init__(self, observation: RecordObservation, starts: Sequence[Mapping[str, float]], tries: int) -> None:
         super().__init__([], "balanced")
+        self.work, self.kept = Meter(RECORD_WORK), 0.0
         self.observation, self.starts, self.tries = observation, starts, tries
 
     def is_noise(self, rung: Rung) -> bool:
@@ -333,6 +340,7 @@ class _RecordClimb(_Climb):
 
     def _rung(self, law: Law, below: Rung | None) -> Rung:
         observation = self.observation.under(law)
+        observation = observation if below is None else observation.metered(self.work)
         if below is None or below.fit is None:
             return Rung(law, fit_record(observation, self.starts, tries=self.tries), required=True)
         known = below.fit.values()
@@ -340,12 +348,14 @@ class _RecordClimb(_Climb):
         tried = {p.name: FIRST_GUESSES.get(p.name, p.usual[1] * (1.0 if p.neutral is None else 0.5)) for p in new}
         turned = {p.name: (p.neutral or 0.0) - tried[p.name] if p.low < 0.0 else tried[p.name] for p in new}
         found = fit_record(observation, [known | tried, *([known | turned] if turned != tried else [])])
+        test = replace(found.model.tests[0], observation=record_of(found).metered(Meter(math.inf)))
+        found = Fit(replace(found.model, tests=(test,)), found.place)  # what is told of it is not bounded
         same = weighed(below.fit, np.array([record_of(found).missed]), follows=False)
         squares = []
         for fit in (same, found):
             own = record_of(fit)
-            whole = max(len(own.data) // own.track.per_period, 1)
-            parts = np.array_split(own.gap(fit.residual())[: whole * own.track.per_period], whole)
+            whole = max(len(own.data) // own.per_period, 1)
+            parts = np.array_split(own.gap(fit.residual())[: whole * own.per_period], whole)
             squares.append(np.array([float(np.mean(part**2)) for part in parts]))
         gain = log_evidence(found) - log_evidence(same) if _is_better(*squares) else -math.inf
         return Rung(law, found, gain, required=gain > REQUIRED and _is_sure(found, known))
@@ -357,15 +367,10 @@ class _RecordClimb(_Climb):
 def climb_record(
     observation: RecordObservation, starts: Sequence[Mapping[str, float]], *, tries: int = 1
 ) -> tuple[Fit, tuple[Rung, ...]]:
-    """Return the fit of the law that a whole record requires, from its own upward, and the rungs.
+    """Return the fit of the law that a whole record requires, from its own upward, and the rungs; exact laws alone.
 
-    The exact laws alone are tried. ``starts``: values at which its own law begins, of which the best ``tries`` are
-    followed.
-
-    Raises
-    ------
-    AnalysisError
-        Its own law has no motion at any of them.
+    ``starts``: values at which its own law begins, of which the best ``tries`` are followed. AnalysisError: its own law
+    has no motion at any of them.
     """
     ladder = _RecordClimb(observation, starts, tries)
     top = ladder.upward(ladder.tried(observation.law.name, None), EXACT)

@@ -23,7 +23,7 @@ from frictionlab.scene.keys import refusal
 from frictionlab.scene.physical import factor_of
 from frictionlab.scene.rig import Positive, SceneTable
 from frictionlab.simulator import COSINE, Base, Problem
-from frictionlab.simulator.laws import Law, Parameter, law_of
+from frictionlab.simulator.laws import Parameter, law_of
 from frictionlab.simulator.problem import Wall
 
 if TYPE_CHECKING:
@@ -53,13 +53,7 @@ HEAD = """\
 
 
 def physical_name(parameter: Parameter) -> str:
-    """Return the name of a law's parameter in newtons, metres and seconds.
-
-    Examples
-    --------
-    >>> [physical_name(p) for p in law_of("coulomb+place+speed").own]
-    ['friction_coefficient', 'gradient_per_m', 'contact_damping_n_s_per_m']
-    """
+    """Return the name of a law's parameter in newtons, metres and seconds."""
     if parameter.name == "beta":
         return COEFFICIENT
     _, unit = factor_of(parameter, None, None, amplitude=1.0, turn=1.0)
@@ -68,35 +62,17 @@ def physical_name(parameter: Parameter) -> str:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MaterialLaw:
-    """The law of one material.
+    """The law of one material; UsageError where a value lacks or is none of the law's, or the covariance is not theirs.
 
-    Parameters
-    ----------
-    material : str
-    law : str
-        A sum of terms: ``coulomb+place``.
-    values : mapping of str to float
-        ``friction_coefficient`` (or ``friction_n_at_F`` for each normal force F, in N, where Amontons' law fails) and
-        the law's other parameters by `physical_name`; ``frame_damping_ratio`` and ``natural_frequency_ratio`` (the
-        frame's over `rig`'s) where the tests have moved them.
-    covariance : ndarray of shape (n, n)
-        Of the values, in their order.
-    scatter : mapping of str to (float, float)
-        Standard deviation from test to test of a value, and the standard error of that; a name without one has none.
-    test_level : tuple of str
-        Values that are another in each test: their mean is what stands in `values`.
-    rig : mapping of str to float
-        ``natural_frequency_hz``, ``stiffness_n_per_m``, ``frame_damping_ratio``, and ``lag_s``: by how much the base's
-        channel is behind, as the tests have found it (0 where that is not known).
-    conditions : mapping of str to (float, float)
-        Lowest and highest ``normal_force_n``, ``base_amplitude_m`` and ``frequency_ratio`` of the tests.
-    tests : int
-    wall : {"fixed", "base"}
-
-    Raises
-    ------
-    UsageError
-        A value lacks or is none of the law's, or the covariance is not one of so many values.
+    ``law``: a sum of terms, ``coulomb+place``. ``values``: ``friction_coefficient`` (or ``friction_n_at_F`` for each
+    normal force F, in N, where Amontons' law fails) and the law's other parameters by `physical_name`;
+    ``frame_damping_ratio`` and ``natural_frequency_ratio`` (the frame's over `rig`'s) where the tests have moved them.
+    ``covariance`` (n, n): of the values, in their order. ``scatter``: standard deviation from test to test of a value,
+    and the standard error of that; a name without one has none. ``test_level``: values that are another in each test:
+    their mean is what stands in `values`. ``rig``: ``natural_frequency_hz``, ``stiffness_n_per_m``,
+    ``frame_damping_ratio``, and ``lag_s``: by how much the base's channel is behind, as the tests have found it (0
+    where that is not known). ``conditions``: lowest and highest ``normal_force_n``, ``base_amplitude_m`` and
+    ``frequency_ratio`` of the tests.
     """
 
     material: str
@@ -112,7 +88,7 @@ class MaterialLaw:
 
     def __post_init__(self) -> None:
         """Refuse values that are not the law's."""
-        n, names = len(self.values), {physical_name(p) for p in self._law.own}
+        n, names = len(self.values), {physical_name(p) for p in law_of(self.law).own}
         friction = [name for name in self.values if name == COEFFICIENT or name.startswith(AT_FORCE)]
         lacking = names - {COEFFICIENT} - set(self.values)
         stray = set(self.values) - names - set(friction) - {FRAME, DETUNING}
@@ -134,10 +110,6 @@ class MaterialLaw:
         said = ", ".join(f"{k} {v:.4g} ± {u:.2g}" for (k, v), u in zip(self.values.items(), errors, strict=True))
         return f"<MaterialLaw of {self.material}, {self.law}: {said}>"
 
-    @property
-    def _law(self) -> Law:
-        return law_of(self.law)
-
     def problem(
         self,
         normal_force_n: float,
@@ -149,15 +121,8 @@ class MaterialLaw:
     ) -> Problem:
         """Return the oscillator of a test: friction from the normal force, eq. (2.8), all else over k, Y and omega.
 
-        Parameters
-        ----------
-        normal_force_n, base_amplitude_m : float
-        r : float
-            Drive over the natural frequency of `rig`.
-        values : mapping of str to float, optional
-            In place of the law's own, as `draws` gives them.
-        base : Base
-            Motion of the base over Y.
+        ``r``: drive over the natural frequency of `rig`; ``values``: in place of the law's own, as `draws` gives them;
+        ``base``: motion of the base over Y.
 
         Raises
         ------
@@ -177,7 +142,7 @@ class MaterialLaw:
         frequency = self.rig["natural_frequency_hz"] * given.get(DETUNING, 1.0)
         parameters = {FRAME: given.get(FRAME, self.rig.get(FRAME, 0.0))}
         turn = 2.0 * math.pi * self.rig["natural_frequency_hz"] * r
-        for parameter in self._law.own:
+        for parameter in law_of(self.law).own:
             factor, _ = factor_of(parameter, stiffness, frequency, amplitude=base_amplitude_m, turn=turn)
             name = physical_name(parameter)
             value = self._friction(given, normal_force_n) if name == COEFFICIENT else given[name]
@@ -185,7 +150,7 @@ class MaterialLaw:
         beta, frame = parameters.pop("beta"), parameters.pop(FRAME)
         r /= given.get(DETUNING, 1.0)
         return Problem(
-            r, beta, wall=self.wall, base=base, law=self._law, parameters=parameters, frame_damping_ratio=frame
+            r, beta, wall=self.wall, base=base, law=law_of(self.law), parameters=parameters, frame_damping_ratio=frame
         )
 
     def _friction(self, values: Mapping[str, float], normal_force_n: float) -> float:
@@ -205,13 +170,7 @@ class MaterialLaw:
         """Return values of so many tests not made: errors, and scatter from test to test by Student's t.
 
         The scatter is known from the law's tests: they less one are its degrees of freedom. A value that is positive by
-        its law is drawn on a logarithmic scale, others are kept inside their domain.
-
-        Parameters
-        ----------
-        n : int
-        seed : int
-            The same seed gives the same draws.
+        its law is drawn on a logarithmic scale, others are kept inside their domain. The same seed, the same draws.
         """
         names, best = list(self.values), np.array(list(self.values.values()))
         spread = np.array([self.scatter.get(name, (0.0,))[0] for name in names])
@@ -219,7 +178,7 @@ class MaterialLaw:
         generator = np.random.default_rng(seed)
         steps = generator.standard_normal((n, len(names))) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
         steps += generator.standard_t(max(self.tests - 1, 1), (n, len(names))) * spread
-        own = {physical_name(p): p for p in self._law.own}
+        own = {physical_name(p): p for p in law_of(self.law).own}
         domains = [own[COEFFICIENT] if name.startswith(AT_FORCE) else own.get(name) for name in names]
         low = [p.low if p else -math.inf if n == DETUNING else 0.0 for n, p in zip(names, domains, strict=True)]
         high = [p.high if p else math.inf for p in domains]
@@ -229,13 +188,7 @@ class MaterialLaw:
         return [dict(zip(names, row, strict=True)) for row in np.clip(drawn, low, high).tolist()]
 
     def beyond(self, **test: float) -> tuple[str, ...]:
-        """Return a sentence for each number of a test that lies outside the conditions of the tests.
-
-        Examples
-        --------
-        >>> example_law().beyond(normal_force_n=20.0)[0]
-        'normal_force_n: 20 N lies beyond the tests of brass (2.5 to 4.4 N): nothing was measured there'
-        """
+        """Return a sentence for each number of a test that lies outside the conditions of the tests."""
         said = []
         for name, value in test.items():
             low, high = self.conditions.get(name, (-math.inf, math.inf))
@@ -267,13 +220,7 @@ class MaterialLaw:
         return "\n".join(lines)
 
     def write(self, path: str | PathLike[str], *, force: bool = False) -> None:
-        """Write the law as a file, whole or not at all; it replaces only a law, unless forced.
-
-        Raises
-        ------
-        OutputError
-            The file cannot be written, or another kind of file stands there.
-        """
+        """Write the law as a file, whole or not at all; it replaces only a law, unless forced."""
         write_whole(Path(path), self.text().encode(), replace=True if force else is_material_law)
 
 
@@ -296,65 +243,62 @@ def material_law_of(
     law) a coefficient. Values that the scene holds have no error. ``lag_s``: that the scene declares.
     """
     places = [i for i, o in enumerate(posterior.observations) if o.material == material]
-    tests, seen = [posterior.tests[i] for i in places], [posterior.observations[i] for i in places]
+    seen = [posterior.observations[i] for i in places]
     forces = [o.normal_force for o in seen if o.normal_force is not None]
     if len(forces) < len(seen) or not seen:
         return None
-    first, point = tests[0], posterior.fit.point
-    betas = list(dict.fromkeys(int(k) for t in tests for k in t.index if posterior.unknowns[k].name == "beta"))
+    first, values, index = places[0], posterior.values(places[0]), [_index(posterior, i) for i in places]
+    several = len({own.get("beta") for own in index}) > 1
+    known, tuned = (
+        seen[0].problem(values).parameters,
+        natural_frequency_hz * (1.0 + values.get("natural_frequency", 0.0)),
+    )
     found: dict[str, tuple[float, int | None, float]] = {}  # value; its unknown, and the change of the value with that
-    known = seen[0].problem(posterior.values(places[0])).parameters
-    tuned = natural_frequency_hz * (1.0 + posterior.values(places[0]).get("natural_frequency", 0.0))
-    for test, o in zip(tests, seen, strict=True) if len(betas) > 1 else [(tests[0], seen[0])]:
+    for i, o, own in list(zip(places, seen, index, strict=True))[: None if several else 1]:
         turn = 2.0 * math.pi * natural_frequency_hz * o.r
         for parameter in o.law.own:
-            k = next((int(k) for k in test.index if posterior.unknowns[k].name == parameter.name), None)
-            unit, _ = factor_of(parameter, stiffness_n_per_m, tuned, amplitude=o.unit, turn=turn)
-            name, times = physical_name(parameter), unit or 1.0
-            if name == COEFFICIENT and len(betas) > 1:
+            k, name = own.get(parameter.name), physical_name(parameter)
+            times = factor_of(parameter, stiffness_n_per_m, tuned, amplitude=o.unit, turn=turn)[0] or 1.0
+            if name == COEFFICIENT and several:
                 name = f"{AT_FORCE}{o.normal_force!r}"
             elif name == COEFFICIENT:
                 times /= o.normal_force or 1.0
-            if name not in found and k is None:
-                found[name] = (known[parameter.name] * times, None, 0.0)
-            elif name not in found and k is not None:
-                u = posterior.unknowns[k]
-                times *= test.factor(k)
-                found[name] = (u.value(float(point[k])) * times, k, u.slope(float(point[k])) * times)
-    for k in first.index.tolist():
-        u, c = posterior.unknowns[k], float(point[k])
-        if u.name == FRAME:
-            found[FRAME] = (u.value(c), k, u.slope(c))
-        elif u.name == "natural_frequency":
-            found[DETUNING] = (1.0 + u.value(c), k, u.slope(c))
-    index = [0 if k is None else k for _, k, _ in found.values()]
-    slopes = np.array([slope for _, _, slope in found.values()])
+            value, slope = (known[parameter.name], 0.0) if k is None else posterior.shared(k, i)
+            found.setdefault(name, (value * times, k, slope * times))
+    for unknown, name, add in (("natural_frequency", DETUNING, 1.0), (FRAME, FRAME, 0.0)):
+        if unknown in index[0]:
+            value, slope = posterior.shared(index[0][unknown], first)
+            found[name] = (add + value, index[0][unknown], slope)
+    rows, slopes = [k or 0 for _, k, _ in found.values()], np.array([slope for _, _, slope in found.values()])
     scatter, error = posterior.fit.model.scatter, posterior.scatter_u
-    amplitudes, ratios = [o.unit for o in seen], [o.r for o in seen]
-    ranges = {"normal_force_n": forces, "base_amplitude_m": amplitudes, "frequency_ratio": ratios}
+    ranges = {
+        "normal_force_n": forces,
+        "base_amplitude_m": [o.unit for o in seen],
+        "frequency_ratio": [o.r for o in seen],
+    }
+    fitted = {name: (k, abs(slope)) for name, (_, k, slope) in found.items() if k is not None}
     return MaterialLaw(
         material=material,
         law=seen[0].law.name,
         values={name: value for name, (value, _, _) in found.items()},
-        covariance=posterior.covariance[np.ix_(index, index)] * np.outer(slopes, slopes),
-        scatter={
-            name: (float(scatter[k]) * abs(slope), float(error[k]) * abs(slope))
-            for name, (_, k, slope) in found.items()
-            if k is not None and scatter[k] > 0.0
-        },
-        test_level=tuple(
-            n for n, (_, k, _) in found.items() if k is not None and posterior.unknowns[k].level == "test"
-        ),
+        covariance=posterior.covariance[np.ix_(rows, rows)] * np.outer(slopes, slopes),
+        scatter={n: (float(scatter[k]) * s, float(error[k]) * s) for n, (k, s) in fitted.items() if scatter[k] > 0.0},
+        test_level=tuple(name for name, (k, _) in fitted.items() if posterior.unknowns[k].level == "test"),
         rig={
             "natural_frequency_hz": natural_frequency_hz,
             "stiffness_n_per_m": stiffness_n_per_m,
             FRAME: known[FRAME],
-            "lag_s": lag_s + posterior.values(places[0]).get("lag_s", 0.0),
+            "lag_s": lag_s + values.get("lag_s", 0.0),
         },
-        conditions={name: (min(values), max(values)) for name, values in ranges.items()},
+        conditions={name: (min(some), max(some)) for name, some in ranges.items()},
         tests=len(seen),
         wall=seen[0].wall,
     )
+
+
+def _index(posterior: "Posterior", i: int) -> dict[str, int]:
+    """Unknowns of test i by name."""
+    return {posterior.unknowns[k].name: int(k) for k in posterior.tests[i].index}
 
 
 def is_material_law(path: Path) -> bool:
@@ -366,13 +310,7 @@ def is_material_law(path: Path) -> bool:
 
 
 def read_material_law(path: str | PathLike[str]) -> MaterialLaw:
-    """Read the law of a material.
-
-    Raises
-    ------
-    UsageError
-        The file cannot be read or is no law of a material: key, expected and got are said.
-    """
+    """Read the law of a material."""
     path = Path(path)
     try:
         check_regular(path)

@@ -11,12 +11,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import AnalysisError
+from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
 from frictionlab.simulator import COSINE, Base, Problem
 from frictionlab.simulator.laws import Law
@@ -26,6 +26,8 @@ from frictionlab.uncertainty import Sources
 
 Values = Mapping[str, float]
 BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a motion
+NO_MOTION = (FrictionlabError, ArithmeticError, ValueError, np.linalg.LinAlgError)
+"""What the simulator raises at values that are no candidate: there is no motion to compare with."""
 SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
 
 
@@ -197,19 +199,16 @@ class Observation(ABC):
         motion = self.motion(values, near)
         return None if motion is None else self.seen(motion, values)
 
-    def slopes(self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float]) -> FloatArray:
+    def slopes(
+        self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float], motion: Any = None
+    ) -> FloatArray:
         """Return derivatives (N, n) by the unknowns' coordinates, by differences of the simulated motion.
 
         A column is zero where neither neighbour has a motion. ``values``: in this test, in the same order; ``factors``:
-        value in this test over that of the unknown.
-
-        Raises
-        ------
-        AnalysisError
-            There is no motion at the values.
+        value in this test over that of the unknown; ``motion``: the one at the values, where it is known.
         """
         here = dict(zip((u.name for u in unknowns), values, strict=True))
-        motion = self.motion(here)
+        motion = self.motion(here) if motion is None else motion
         if motion is None:
             raise AnalysisError(f"law {self.law.name}: the values found have no steady state, nor another motion")
         at = self.seen(motion, here)
@@ -225,6 +224,16 @@ class Observation(ABC):
                     column[:] = (there - at) / step
                     break
         return columns
+
+
+Kind = TypeVar("Kind", bound=Observation)
+
+
+def as_kind(observation: Observation, kind: type[Kind]) -> Kind:
+    """Return an observation whose kind is known; TypeError where it is another."""
+    if not isinstance(observation, kind):
+        raise TypeError(f"expected a {kind.__name__}; got a {type(observation).__name__}")
+    return observation
 
 
 def of_few(each: FloatArray, assumed: FloatArray) -> FloatArray:

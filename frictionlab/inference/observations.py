@@ -48,13 +48,7 @@ SPRING_HARMONICS = 16  # of the force of a spring that is not linear
 
 
 def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> SteadyState | None:
-    """Return the steady state of a problem; None where the simulator has none: these values are no candidate.
-
-    Raises
-    ------
-    OverspentError
-        The work that the search may do is used up: the same search ends at the same place on every machine.
-    """
+    """Return the steady state of a problem; None where the simulator has none: these values are no candidate."""
     try:
         if problem.law.is_exact:
             from frictionlab.simulator.exact import solve as exact  # noqa: PLC0415 - what is not asked for is not loaded
@@ -114,16 +108,8 @@ class Cycles:
 class CycleObservation(Observation):
     """The mean cycle of one test, under a law: unknowns -> harmonics that would be measured.
 
-    Parameters
-    ----------
-    measurement : Measurement
-    cycles : Cycles
-    base : Base
-        Motion of the base over Y, as its sensor shows it.
-    kept : ndarray of shape (K,)
-        How much of each harmonic the mass's filter leaves.
-    spring_harmonics : int
-        Of the force of a spring that is not linear.
+    ``base``: its motion over Y, as its sensor shows it; ``kept`` (K,): how much of each harmonic the mass's filter
+    leaves; ``spring_harmonics``: of the force of a spring that is not linear.
     """
 
     measurement: Measurement
@@ -314,13 +300,7 @@ def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:
 
 
 def cycle_of(test: object) -> CycleObservation:
-    """Return the observation of a fit's test, which is one of a cycle.
-
-    Raises
-    ------
-    TypeError
-        It is another kind of observation.
-    """
+    """Return the observation of a fit's test, which is one of a cycle."""
     observation = getattr(test, "observation", None)
     if not isinstance(observation, CycleObservation):
         raise TypeError(f"expected the observation of a cycle; got {type(observation).__name__}")
@@ -333,14 +313,7 @@ def parts(coefficients: ComplexArray) -> FloatArray:
 
 
 def harmonics_of(cycle: FloatArray, count: int) -> ComplexArray:
-    """Return complex amplitudes of harmonics 1 to count of a cycle on equally spaced phases from 0, over the last axis.
-
-    Examples
-    --------
-    >>> tau = np.arange(8) * np.pi / 4
-    >>> np.allclose(harmonics_of(np.cos(tau) + 2 * np.sin(2 * tau), 2), [1.0, -2.0j])
-    True
-    """
+    """Return complex harmonics 1 to count of a cycle on equally spaced phases from 0, over the last axis."""
     return np.asarray(np.fft.rfft(cycle, axis=-1)[..., 1 : count + 1] * (2.0 / cycle.shape[-1]))
 
 
@@ -360,13 +333,7 @@ def mean_cycle(state: SteadyState, points: int, late: float = 0.0) -> FloatArray
 
 
 def refuse_several(scene: Scene) -> None:
-    """Refuse a frame of several masses or contacts where only one mass with one contact can be fitted.
-
-    Raises
-    ------
-    UsageError
-        The scene has ``[[rig.masses]]`` or ``[[rig.contacts]]``.
-    """
+    """Refuse a frame of several masses or contacts where only one mass with one contact can be fitted."""
     masses, contacts = len(scene.rig.masses), len(scene.rig.contacts)
     if masses or contacts:
         raise UsageError(
@@ -451,13 +418,7 @@ def of_measurement(measurement: Measurement, scene: Scene, masses: int = 1) -> d
 
 
 def measured_base(measurement: Measurement, least: int = 1) -> Base:
-    """Return the base motion: its measured harmonics up to the last that is no noise, at least so many.
-
-    Raises
-    ------
-    UsageError
-        More harmonics are asked for than are measured.
-    """
+    """Return the base motion: its measured harmonics up to the last that is no noise, at least so many."""
     cycle = measurement.cycle
     if least > len(cycle.base_cosine):
         raise UsageError(
@@ -511,14 +472,7 @@ def cycles_of(measurement: Measurement, *, masses: int = 1) -> Cycles:
 
 
 def shrunk(single: FloatArray, least: float) -> FloatArray:
-    """Return the covariance (d, d) of one cycle of n (n, d): its correlations shrunk, no variance below `least`.
-
-    Examples
-    --------
-    >>> draws = np.random.default_rng(1).standard_normal((40, 3)) * [1.0, 2.0, 3.0]
-    >>> bool(np.all(np.linalg.eigvalsh(shrunk(draws, 1e-6)) > 0))
-    True
-    """
+    """Return the covariance (d, d) of one cycle of n (n, d): its correlations shrunk, no variance below `least`."""
     n = len(single)
     about = single - single.mean(axis=0)
     variance = np.maximum((about**2).sum(axis=0) / (n - 1), 1e-300)

@@ -39,39 +39,40 @@ CALM = 3  # periods below that end such a stretch
 def follow(observation: RecordObservation, values: Mapping[str, float], *, fits_start: bool) -> WholeRecord:
     """Return the record over its prediction at some values; its start is fitted where it was not.
 
-    Raises
-    ------
-    AnalysisError
-        The law has no motion under the measured base at these values.
+    AnalysisError: the law has no motion under the measured base at these values.
     """
-    track = observation.track
     if fits_start:
         values = {**values, **_fitted_start(observation, values)}
     predicted = observation.predict(values)
     if predicted is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
-    friction = friction_over_time(observation, values, predicted)
-    gap = track.mass - predicted
-    area, area_predicted = loop_areas(track.base, track.mass), loop_areas(track.base, predicted)
-    edges = np.minimum(track.period * np.arange(track.periods + 1), track.time[-1])
-    power = np.concatenate([[0.0], np.cumsum(0.5 * (gap[1:] ** 2 + gap[:-1] ** 2) * np.diff(track.time))])
-    each = np.sqrt(np.diff(np.interp(edges, track.time, power)) / np.diff(edges)) / track.rms
-    limit = max(LEAVES * float(np.median(each)), NOISE * track.noise / track.rms) if len(each) > FEW else math.inf
+    friction, time, gap = (
+        friction_over_time(observation, values, predicted),
+        observation.time,
+        observation.data - predicted,
+    )
+    edges = np.minimum(observation.period * np.arange(observation.periods + 1), time[-1])
+    area, area_predicted = (loop_areas(observation.base, mass) for mass in (observation.data, predicted))
+    power = np.concatenate([[0.0], np.cumsum(0.5 * (gap[1:] ** 2 + gap[:-1] ** 2) * np.diff(time))])
+    each = np.sqrt(np.diff(np.interp(edges, time, power)) / np.diff(edges)) / observation.rms
+    limit = math.inf
+    if len(each) > FEW:
+        limit = max(LEAVES * float(np.median(each)), NOISE * observation.noise / observation.rms)
     return WholeRecord(
-        time=track.start + track.time,
-        base=track.base,
-        measured=track.mass,
+        time=observation.begin + time,
+        base=observation.base,
+        measured=observation.data,
         predicted=predicted,
-        nrmse=math.sqrt(float(np.mean(gap**2))) / track.rms,
+        nrmse=math.sqrt(float(np.mean(gap**2))) / observation.rms,
         energy_difference=float(area_predicted[-1] / area[-1] - 1.0),
-        cycle_time=track.start + edges[:-1],
-        cycle_measured=np.diff(np.interp(edges, track.time, area)),
-        cycle_predicted=np.diff(np.interp(edges, track.time, area_predicted)),
+        cycle_time=observation.begin + edges[:-1],
+        cycle_measured=np.diff(np.interp(edges, time, area)),
+        cycle_predicted=np.diff(np.interp(edges, time, area_predicted)),
         cycle_nrmse=each,
         cycle_friction=friction.values,
         cycle_friction_se=friction.errors,
         wanders=friction.sure,
-        left=tuple(stretches_apart(each, limit, track.start + edges)),
+        left=tuple(stretches_apart(each, limit, observation.begin + edges)),
     )
 
 
@@ -80,7 +81,7 @@ def _fitted_start(observation: RecordObservation, values: Mapping[str, float]) -
     from scipy.optimize import least_squares  # noqa: PLC0415 - for whole records alone
 
     names = tuple(observation.start)
-    far = np.full(len(observation.data), 10.0 * observation.track.rms)
+    far = np.full(len(observation.data), 10.0 * observation.rms)
 
     def residual(point: FloatArray) -> FloatArray:
         predicted = observation.predict({**values, **dict(zip(names, point.tolist(), strict=True))})
@@ -101,12 +102,6 @@ def stretches_apart(each: FloatArray, limit: float, edges: FloatArray) -> Iterat
     """Stretches of periods whose misfit (c,) is above a limit: from, to, the largest; a short calm ends none.
 
     ``edges`` (c + 1,): where the periods begin and end.
-
-    Examples
-    --------
-    >>> misfit = np.array([1.0, 5.0, 1.0, 6.0, 1.0, 1.0, 1.0, 1.0, 4.0])
-    >>> [(float(begin), float(end)) for begin, end, _ in stretches_apart(misfit, 2.0, np.arange(10.0))]
-    [(1.0, 4.0), (8.0, 9.0)]
     """
     out = np.flatnonzero(each > limit)
     for places in np.split(out, np.flatnonzero(np.diff(out) > CALM) + 1):
@@ -128,17 +123,7 @@ class Walk:
 
 
 def walk(values: FloatArray, errors: FloatArray, size: float) -> Walk:
-    """Return the smoothed random walk behind values (c,) seen with errors (c,); ``size``: what its step is over (beta).
-
-    Examples
-    --------
-    >>> rng = np.random.default_rng(1)
-    >>> truth = np.linspace(0.0, 1.0, 200)
-    >>> found = walk(truth + 0.1 * rng.standard_normal(200), np.full(200, 0.1), 1.0)
-    >>> off = found.values - truth
-    >>> bool(np.std(off) < 0.05), bool(np.mean(np.abs(off) < 2 * found.errors) > 0.9), found.sure > 10
-    (True, True, True)
-    """
+    """Return the smoothed walk behind values (c,) seen with errors (c,); ``size``: what its step is over (beta)."""
 
     def filtered(step: float) -> tuple[float, FloatArray, FloatArray]:  # log-likelihood, means and variances (c,)
         mean, variance, likelihood = 0.0, (WIDE * size) ** 2, 0.0
@@ -179,9 +164,9 @@ def friction_over_time(observation: RecordObservation, values: Mapping[str, floa
 
     Where it changes by more than a little, the record is simulated at some friction ratios, and each period takes the
     derivative at the nearest. What a record does not tell (the mass stands) keeps the fitted value, with a wide error.
+    The error of a period's change is by both sensors' noise, and by what is left where that is more.
     """
-    track, beta = observation.track, observation.problem(values).beta
-    count = track.periods
+    beta, count, gap = observation.problem(values).beta, observation.periods, observation.data - predicted
 
     def at(friction: float) -> FloatArray:
         made = observation.predict({**values, "beta": friction})
@@ -194,10 +179,16 @@ def friction_over_time(observation: RecordObservation, values: Mapping[str, floa
     slope = (at(beta * (1.0 + SMALL)) - predicted) / (SMALL * max(beta, 1e-300))
     if count < 2 or not slope.any():
         return Walk(np.full(count, beta), np.full(count, np.nan), 0.0, 0.0)
-    periods = (track.time / track.period).astype(np.intp)
-    change, weight = changes(track.mass - predicted, slope, periods, count)
-    left = track.mass - predicted - change[np.minimum(periods, count - 1)] * slope
-    error = _errors(observation, values, left, slope, weight, periods)
+    periods = (observation.time / observation.period).astype(np.intp)
+    change, weight = changes(gap, slope, periods, count)
+    left = gap - change[np.minimum(periods, count - 1)] * slope
+    shakes, by_base, power = observation.shaken(values, SHAKES), np.zeros(count), 0.0
+    if len(shakes):
+        moved = np.array([changes(shake, slope, periods, count)[0] for shake in shakes])
+        by_base, power = np.sqrt(np.mean(moved**2, axis=0)), float(np.mean(shakes**2, axis=1).max())
+    own = np.sqrt(np.bincount(periods, left**2)[:count] / np.bincount(periods)[:count])
+    spread = np.where(own > BAD * float(np.median(own)), own, spread_of(left, observation.noise, power))
+    error = np.hypot(spread / np.sqrt(np.maximum(weight, 1e-6 * float(weight.max()))), by_base)
     found = walked(change)
     size = float(np.std(found.values))
     if size > NOTABLE * beta:  # the derivative at the friction ratio nearest to the first guess
@@ -207,34 +198,14 @@ def friction_over_time(observation: RecordObservation, values: Mapping[str, floa
         for k, off in enumerate(offsets):
             low, high = max(k - 1, 0), min(k + 1, len(offsets) - 1)
             steep = (records[high] - records[low]) / (offsets[high] - offsets[low])
-            told.append(off + changes(track.mass - records[k], steep, periods, count)[0])
+            told.append(off + changes(observation.data - records[k], steep, periods, count)[0])
         nearest = np.argmin(np.abs(found.values[None, :] - offsets[:, None]), axis=0)
         found = walked(np.array(told)[nearest, np.arange(count)])
-    delay, own = _delay(observation, values, slope), np.arange(count)
-    late = np.maximum(own + delay - (count - 1.0), 0.0)  # what has not shown yet is the last value, less sure
-    earlier, errors = (np.interp(own + delay, own, part) for part in (found.values, found.errors))
+    delay, each = _delay(observation, values, slope), np.arange(count)
+    late = np.maximum(each + delay - (count - 1.0), 0.0)  # what has not shown yet is the last value, less sure
+    earlier, errors = (np.interp(each + delay, each, part) for part in (found.values, found.errors))
     blurred = found.step**2 * (0.25 * delay + late)  # what changes within the delay shows as its mean
     return replace(found, values=beta + earlier, errors=np.sqrt(errors**2 + blurred))
-
-
-def _errors(
-    observation: RecordObservation,
-    values: Mapping[str, float],
-    left: FloatArray,
-    slope: FloatArray,
-    weight: FloatArray,
-    periods: Periods,
-) -> FloatArray:
-    """Error of each period's change (c,): by both sensors' noise, and by what is left where that is more."""
-    shakes, count = observation.shaken(values, SHAKES), len(weight)
-    by_base, power = np.zeros(count), 0.0
-    if len(shakes):
-        moved = np.array([changes(shake, slope, periods, count)[0] for shake in shakes])
-        by_base, power = np.sqrt(np.mean(moved**2, axis=0)), float(np.mean(shakes**2, axis=1).max())
-    own = np.sqrt(np.bincount(periods, left**2)[:count] / np.bincount(periods)[:count])
-    usual = spread_of(left, observation.track.noise, power)
-    spread = np.where(own > BAD * float(np.median(own)), own, usual)
-    return np.asarray(np.hypot(spread / np.sqrt(np.maximum(weight, 1e-6 * float(weight.max()))), by_base))
 
 
 def _delay(observation: RecordObservation, values: Mapping[str, float], slope: FloatArray) -> float:
@@ -242,16 +213,16 @@ def _delay(observation: RecordObservation, values: Mapping[str, float], slope: F
 
     With the share g of the settled answer that each period after the step shows, ``sum (1 - g)``.
     """
-    track, here = observation.track, observation.motion(values)
+    here, time = observation.motion(values), observation.time
     law = observation.problem(values).in_frame_time()
     if here is None or law.law.kind != "rigid":
         return 0.0  # an inner state cannot be begun anew
-    k = len(track.time) // 2
+    k = len(time) // 2
     base = BaseRecord(here.time[k:], here.base.values[k:], rest=0.0, scale=1.0)
     stepped = law.with_parameters({"beta": law.beta * (1.0 + SMALL)})
     there = respond(stepped, base, x0=float(here.displacement[k]), v0=float(here.velocity[k]))
     step = (there.displacement - here.displacement[k:]) / (SMALL * law.beta)
-    since = ((track.time[k:] - track.time[k]) / track.period).astype(np.intp)
+    since = ((time[k:] - time[k]) / observation.period).astype(np.intp)
     shown, weight = changes(step, slope[k:], since, int(since[-1]) + 1)
     shown = shown[weight > 0.1 * float(np.median(weight))][:SETTLES]
     settled = np.flatnonzero(np.abs(shown - 1.0) < 0.05)

@@ -17,17 +17,7 @@ from scipy.special import gammaincinv, ndtr, ndtri, stdtrit
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.fit import (
-    Fit,
-    Model,
-    Test,
-    eliminate,
-    excess_of,
-    fit_from,
-    start_place,
-    tempered,
-    with_scatter,
-)
+from frictionlab.inference.fit import Fit, Model, Test, excess_of, fit_from, start_place, tempered, with_scatter
 from frictionlab.inference.observation import Observation, Reached
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
@@ -70,19 +60,10 @@ class ParameterEstimate:
 class Posterior:
     """What tests say of their laws, sensors and rig.
 
-    Parameters
-    ----------
-    fit : Fit
-        Best values: tests, unknowns, coordinates.
-    information : tuple of ndarray
-        What each test's data say of its own coordinates, with the scatter of the cycles and the misfit counted.
-    scatter_u : ndarray of shape (m,)
-        Standard errors of the scatters from test to test, in coordinates.
-    shifts : mapping of str to ndarray of shape (m,)
-        Source -> systematic distance, in coordinates, that errors hold in quadrature.
-    warnings : tuple of str
-    held_se : ndarray of shape (m,), optional
-        Standard errors of the coordinates where sensors and rig are held as they are known.
+    ``fit``: best values; ``information``: what each test's data say of its own coordinates, with the scatter of the
+    cycles and the misfit counted; ``scatter_u`` (m,): standard errors of the scatters from test to test, in
+    coordinates; ``shifts``: source -> systematic distance (m,), in coordinates, that errors hold in quadrature;
+    ``held_se`` (m,): standard errors of the coordinates where sensors and rig are held as they are known.
     """
 
     fit: Fit
@@ -142,17 +123,24 @@ class Posterior:
     @cached_property
     def plain(self) -> FloatArray:
         """Posterior covariance (m, m) of the coordinates by curvature."""
-        total, _ = self._eliminated
-        return np.asarray(np.linalg.inv(total + np.diag(self.fit.model.holds(self.fit.point))))
+        return np.asarray(np.linalg.inv(self._eliminated[0] + np.diag(self.fit.model.holds(self.fit.point))))
+
+    @cached_property
+    def _doubts(self) -> FloatArray:
+        """Standard deviations (m,) that errors of the priors have in the normal equations."""
+        return np.array([u.doubt(float(c)) for u, c in zip(self.unknowns, self.fit.point, strict=True)])
+
+    @cached_property
+    def _of_data(self) -> FloatArray:
+        """Covariance (m, m) of the coordinates by the data's own errors."""
+        return np.asarray(self.plain @ self._eliminated[0] @ self.plain)
 
     @cached_property
     def covariance(self) -> FloatArray:
         """Posterior covariance (m, m) of the coordinates: data, priors with their tails, systematic distances."""
-        doubt = np.array([u.doubt(float(c)) for u, c in zip(self.unknowns, self.fit.point, strict=True)])
-        total, _ = self._eliminated
-        left = self.plain * doubt
+        left = self.plain * self._doubts
         shifted = sum((np.outer(s, s) for s in self.shifts.values()), np.zeros_like(self.plain))
-        return np.asarray(self.plain @ total @ self.plain + left @ left.T + shifted)
+        return np.asarray(self._of_data + left @ left.T + shifted)
 
     def own_covariance(self, i: int = 0) -> FloatArray:
         """Posterior covariance of test i's own coordinates, in the order of its index."""
@@ -168,15 +156,14 @@ class Posterior:
 
     def statistical(self, i: int = 0) -> FloatArray:
         """Standard errors of test i's own coordinates, sensors and rig as they are known."""
-        test = self.tests[i]
+        index = self.tests[i].index
         if self.held_se is not None:
-            return np.asarray(self.held_se[test.index])
+            return np.asarray(self.held_se[index])
         law = np.array([u.law for u in self.unknowns], dtype=bool)
-        total, _ = self._eliminated
-        noise = self.plain @ total @ self.plain + (self.plain[:, law] ** 2).sum(axis=1) * np.eye(len(law))
+        own = np.diag(self._of_data) + (self.plain[:, law] ** 2).sum(axis=1)
+        share = own[index] / np.maximum(np.diag(self.covariance)[index], 1e-300)
         whole = np.diag(self.own_covariance(i))
-        share = np.diag(noise)[test.index] / np.maximum(np.diag(self.covariance)[test.index], 1e-300)
-        return np.asarray(np.where(law[test.index], np.sqrt(np.clip(share, 0.0, 1.0) * whole), 0.0))
+        return np.asarray(np.where(law[index], np.sqrt(np.clip(share, 0.0, 1.0) * whole), 0.0))
 
     def shares(self, name: str, i: int = 0) -> dict[str, float]:
         """Return what each source adds to the uncertainty of a parameter of test i, in quadrature."""
@@ -184,10 +171,8 @@ class Posterior:
         if k is None:
             return {}
         place, slope = self.tests[i].place(k), self.slope(k, i)
-        doubts = [u.doubt(float(c)) for u, c in zip(self.unknowns, self.fit.point, strict=True)]
-        shares = {
-            u.name: slope * abs(float(self.plain[k, j])) * doubts[j] for j, u in enumerate(self.unknowns) if not u.law
-        }
+        each = zip(self.unknowns, self.plain[k].tolist(), self._doubts.tolist(), strict=True)
+        shares = {u.name: slope * abs(moves) * doubt for u, moves, doubt in each if not u.law}
         shares |= {source: slope * abs(float(s[k])) for source, s in self.shifts.items() if s[k]}
         rest = slope**2 * float(self.own_covariance(i)[place, place]) - sum(share**2 for share in shares.values())
         return {NOISE: math.sqrt(max(rest, 0.0)), **shares}
@@ -278,7 +263,7 @@ class Posterior:
         without[np.ix_(test.index, test.index)] -= each[i]
         covariance: FloatArray = np.asarray(np.linalg.inv(without))
         pull = np.zeros(len(self.unknowns))
-        pull[test.index] = eliminate(model, self.fit.place).each[i][1]
+        pull[test.index] = self.fit.reduced.each[i][1]
         moved = self.fit.point - covariance @ pull
         s = model.scatter[test.index]
         return np.clip(moved, *model.bounds)[test.index], covariance[np.ix_(test.index, test.index)] + np.diag(s**2)
@@ -298,13 +283,7 @@ def _limits(unknown: Unknown, c: float, spread: float, *, told: bool) -> tuple[f
 
 
 def limits_in_words(lower: float | None, upper: float | None) -> str:
-    """Return the limits of a parameter as words; a side without one is not named.
-
-    Examples
-    --------
-    >>> limits_in_words(None, 0.0312), limits_in_words(20.0, None), limits_in_words(-0.1, 0.1)
-    ('at most 0.0312', 'at least 20', 'from -0.1 to 0.1')
-    """
+    """Return the limits of a parameter as words; a side without one is not named."""
     if lower is None or upper is None:
         return "no limit" if lower is upper else f"at most {upper:.3g}" if lower is None else f"at least {lower:.3g}"
     return f"from {lower:.3g} to {upper:.3g}"
@@ -319,14 +298,8 @@ def misfit_is_noise(fit: Fit, i: int = 0) -> bool:
 def model_of(observations: Sequence[Observation], *, amontons: bool = True, rig: bool = True) -> Model:
     """Return tests and unknowns: one rig, for each material its law, scatters not yet known.
 
-    Parameters
-    ----------
-    observations : sequence of Observation
-        Tests of one or several materials, each under its law.
-    amontons : bool
-        Whether one friction coefficient serves all normal forces of a material, else a force at each.
-    rig : bool
-        Whether sensors and rig are unknown too.
+    ``amontons``: whether one friction coefficient serves all normal forces of a material, else a force at each;
+    ``rig``: whether sensors and rig are unknown too.
     """
     unknowns: list[Unknown] = []
     places: dict[tuple[object, ...], int] = {}
@@ -336,14 +309,15 @@ def model_of(observations: Sequence[Observation], *, amontons: bool = True, rig:
     for o, width in zip(observations, widths, strict=True):
         index, factors = [], []
         reference = references.setdefault(o.material, o)
-        force, base = o.normal_force, reference.normal_force
         scales = {"length": 1.0, "rate": 1.0, "force": 1.0}
         if o is not reference:
-            alike = force / base if amontons and force and base else 1.0
-            scales = {"length": o.unit / reference.unit, "rate": o.turn / reference.turn, "force": alike}
+            alike = amontons and o.normal_force and reference.normal_force
+            force = o.normal_force / reference.normal_force if alike else 1.0  # type: ignore[operator]
+            scales = {"length": o.unit / reference.unit, "rate": o.turn / reference.turn, "force": force}
         for u in (*o.law_unknowns, *(u for u in common if rig or u.name in o.free)):
-            group = (o.material, None if amontons else force) if u.name == "beta" else (o.material,)
-            key = (u.name, *group) if u.law else (u.name,)
+            key: tuple[object, ...] = (u.name, o.material) if u.law else (u.name,)
+            if u.name == "beta" and not amontons:
+                key = (*key, o.normal_force)
             if key not in places:
                 places[key] = len(unknowns)
                 unknowns.append(u)
@@ -416,20 +390,12 @@ def infer(
     near: Mapping[str, float] | None = None,
     most: int | None = None,
 ) -> Posterior:
-    """Return what some tests say together of their laws, their sensors and their rig.
+    """Return what some tests, each under its law (`Observation.under`), say together of laws, sensors and rig.
 
     Sensors and rig are fitted beside the law, each held by what is known of it. Where the law alone leaves no more than
     noise, and correcting them gains little, the values with sensors and rig as they are known are given; their errors
-    hold how far the other values stand from them.
-
-    Parameters
-    ----------
-    observations : sequence of Observation
-        Tests of one or several materials, each under its law (`observe`, `Observation.under`).
-    near : mapping of str to float, optional
-        Values (of the first test) that a fit begins at too.
-    most : int, optional
-        Steps.
+    hold how far the other values stand from them. ``near``: values (of the first test) that a fit begins at too;
+    ``most``: steps.
 
     Raises
     ------
@@ -439,43 +405,48 @@ def infer(
     model = model_of(observations)
     model = model if most is None else replace(model, most=most)
     starts, local = starting_points(model, near)
-    held: Fit | None = None
     law = [k for k, u in enumerate(model.unknowns) if u.law or u.name in observations[0].free]
+    held = None
     if len(observations) == 1:
-        plain = model_of(observations, rig=False)
-        held = _held(plain, [start[law] for start in starts])
-        settled = observations[0] if held is None else held.model.tests[0].observation.settled(held.values())
-        changed = held is not None and settled is not held.model.tests[0].observation
-        if held is not None and changed:
-            model, plain = (replace(m, tests=(replace(m.tests[0], observation=settled),)) for m in (model, plain))
-            held = fit_from(plain, [held.point])
-        if held is not None and (changed or misfit_is_noise(held)):
-            whole = np.clip(np.zeros(len(model.unknowns)), *model.bounds)
-            whole[law] = held.point
-            starts = [whole] if changed else [whole, *starts[1:]]
+        held, model, starts = _held(model, starts, law)
     fits: list[Fit] = []
+    missed: AnalysisError | None = None
     for start in starts:
         try:
-            fits.append(fit_from(model, [start], local, tempers=False))
-        except AnalysisError:
-            continue  # no steady state there; another start may have one
-        if len(fits) > 1 and fits[-1].cost > 4.0 * min(f.cost for f in fits) + RIVAL:
-            fits.pop()
-    if not fits:
-        raise AnalysisError(
-            "no friction ratio tried has a steady state: near resonance the motion may have no bound; check the natural"
-            " frequency (rig.natural_frequency_hz, --natural-frequency)"
-        )
+            fit = fit_from(model, [start], local, tempers=False)
+        except AnalysisError as fault:
+            missed = fault  # no steady state there; another start may have one
+            continue
+        if not fits or fit.cost <= 4.0 * min(f.cost for f in fits) + RIVAL:
+            fits.append(fit)
+    if not fits and missed is not None:
+        raise missed
     moved = sorted((tempered(f) for f in fits), key=lambda f: f.chi_square)
     return of_several(moved[0]) if len(observations) > 1 else _of_one(held, moved, law)
 
 
-def _held(plain: Model, starts: Sequence[FloatArray]) -> Fit | None:
-    """The best fit with sensors and rig as they are known; None where no start has a steady state."""
+def _held(model: Model, starts: list[FloatArray], law: list[int]) -> tuple[Fit | None, Model, list[FloatArray]]:
+    """The best fit of one test with sensors and rig as they are known (None: no start has a steady state).
+
+    With it the model, its noise as that fit tells it, and where a fit that moves sensors and rig is to begin.
+    """
+    plain = model_of([model.tests[0].observation], rig=False)
     try:
-        return fit_from(plain, starts) if plain.unknowns else Fit(plain, start_place(plain, np.zeros(0)))
+        if not plain.unknowns:
+            return Fit(plain, start_place(plain, np.zeros(0))), model, starts
+        held = fit_from(plain, [start[law] for start in starts])
     except AnalysisError:
-        return None
+        return None, model, starts
+    before = held.model.tests[0].observation
+    settled = before.settled(held.values())
+    if settled is not before:
+        model, plain = (replace(m, tests=(replace(m.tests[0], observation=settled),)) for m in (model, plain))
+        held = fit_from(plain, [held.point])
+    if settled is not before or misfit_is_noise(held):
+        whole = np.clip(np.zeros(len(model.unknowns)), *model.bounds)
+        whole[law] = held.point
+        starts = [whole] if settled is not before else [whole, *starts[1:]]
+    return held, model, starts
 
 
 def of_several(found: Fit) -> Posterior:
@@ -500,8 +471,11 @@ def _of_one(held: Fit | None, moved: Sequence[Fit], law: list[int]) -> Posterior
     found = posterior_of(best)
     if held is not None and misfit_is_noise(held):
         squares = [f.chi_square + float((f.model.strains(f.point) ** 2).sum()) for f in (held, best)]
-        if squares[0] - squares[1] < CORRECTED:
-            return _as_known(held, found, law)
+        if squares[0] - squares[1] < CORRECTED:  # as known; errors hold the distance to the others
+            point, held_se = np.clip(np.zeros(len(best.point)), *best.model.bounds), np.zeros(len(best.point))
+            point[law], held_se[law] = held.point, np.sqrt(np.diag(posterior_of(held).covariance))
+            found = replace(found, fit=Fit(best.model, start_place(best.model, point)), held_se=held_se)
+            return found.with_shift(AS_KNOWN, point - best.point)
     found = _with_rivals(found, moved[1:])
     if held is None or not found.strained:
         return found
@@ -514,17 +488,6 @@ def _of_one(held: Fit | None, moved: Sequence[Fit], law: list[int]) -> Posterior
     return found.with_shift(AS_KNOWN, apart)
 
 
-def _as_known(held: Fit, moved: Posterior, law: list[int]) -> Posterior:
-    """The posterior about values with sensors and rig as they are known; errors hold the distance to the others."""
-    model = moved.fit.model
-    point = np.clip(np.zeros(len(model.unknowns)), *model.bounds)
-    point[law] = held.point
-    fit, held_se = Fit(model, start_place(model, point)), np.zeros(len(point))
-    held_se[law] = np.sqrt(np.diag(posterior_of(held).covariance))
-    found = Posterior(fit, moved.information, moved.scatter_u, moved.shifts, moved.warnings, held_se)
-    return found.with_shift(AS_KNOWN, point - moved.fit.point)
-
-
 def _with_rivals(found: Posterior, others: Sequence[Fit]) -> Posterior:
     """The posterior with errors that span other minima that fit nearly as well."""
     best = found.fit
@@ -533,10 +496,10 @@ def _with_rivals(found: Posterior, others: Sequence[Fit]) -> Posterior:
     own = best.values()["beta"]
     near = [f for f in others if (f.chi_square - best.chi_square) / excess_of(best) < RIVAL]
     near = [f for f in near if abs(f.values()["beta"] / own - 1.0) > 0.01]
+    if not near:
+        return found
     for other in near:
         found = found.with_shift("other minima", other.point - best.point)
-    if near:
-        told = " and ".join(f"{f.values()['beta']:.4g}" for f in near)
-        said = f"friction_ratio: not unique: {told} fits nearly as well as {own:.4g}; its error spans them"
-        found = replace(found, warnings=(*found.warnings, said))
-    return found
+    told = " and ".join(f"{f.values()['beta']:.4g}" for f in near)
+    said = f"friction_ratio: not unique: {told} fits nearly as well as {own:.4g}; its error spans them"
+    return replace(found, warnings=(*found.warnings, said))

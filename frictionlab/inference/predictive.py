@@ -79,13 +79,7 @@ class Prediction:
 
 
 def in_words(band: Band, times: float = 1e3) -> str:
-    """Return a number with its band, in thousandths of its unit.
-
-    Examples
-    --------
-    >>> in_words(Band(0.00213, 0.002, 0.0023))
-    '2.13 (2 to 2.3)'
-    """
+    """Return a number with its band, in thousandths of its unit."""
     if band.value is None or band.low is None or band.high is None:
         return "not known"
     return f"{times * band.value:.4g} ({times * band.low:.4g} to {times * band.high:.4g})"
@@ -103,17 +97,8 @@ def predict_tests(
 ) -> Prediction:
     """Predict tests not made, one per frequency ratio.
 
-    Parameters
-    ----------
-    law : MaterialLaw
-    frequency_ratios : sequence of float
-    normal_force_n, base_amplitude_m : float
-    base : Base
-        Motion of the base over its amplitude.
-    draws : int, optional
-        Motions behind each band; by default 200, fewer of many tests.
-    progress : callable, optional
-        Called with tests predicted and tests in all.
+    ``base``: its motion over its amplitude; ``draws``: motions behind each band, by default 200, fewer of many tests;
+    ``progress``: called with tests predicted and tests in all.
 
     Raises
     ------
@@ -193,13 +178,7 @@ def _displacements(middle: FloatArray, motions: FloatArray) -> dict[str, FloatAr
 
 
 def band_of(value: float | None, drawn: Sequence[float | None], factor: float = 1.0) -> Band:
-    """Return the 95 % band about a number by what was drawn for it, times a factor.
-
-    Examples
-    --------
-    >>> band_of(2.0, [1.0, 3.0, None], factor=10.0)
-    Band(value=20.0, low=10.5, high=29.5)
-    """
+    """Return the 95 % band about a number by what was drawn for it, times a factor."""
     known = [x for x in drawn if x is not None]
     if value is None or not known:
         return Band(None if value is None else factor * value)
@@ -210,11 +189,9 @@ def band_of(value: float | None, drawn: Sequence[float | None], factor: float = 
 def predict_record(
     law: MaterialLaw, recording: Recording, *, normal_force_n: float, draws: int = FEWEST_DRAWS
 ) -> Prediction:
-    """Predict the response, from rest, to any recorded motion of the base.
+    """Predict the response, from rest, to any recorded motion of the base; ``draws``: motions behind each band.
 
     Its amplitude is the largest displacement of the mass, its energy and its stops are those of the whole record.
-
-    `recording`: its base is what moves; `draws`: motions behind each band.
 
     Raises
     ------

@@ -26,7 +26,9 @@ SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's
 TABLE_SEARCH = np.geomspace(0.02, 2.0, 14)  # friction ratios to begin from with a table over frequency
 LAGS = np.linspace(-3.0, 3.0, 25)  # standard deviations of its prior at which an undeclared lag is tried
 ROOTS = (1.0, 31.0)  # of the stiffness: a contact rings by it; beyond, it is rigid
-RING_STEP, ROOT_STEP, COARSE_STEP = 0.5, 0.6, 4.0  # between roots tried: times r, at most; of a law without rings
+RING_STEP, ROOT_STEP = 0.5, 0.6  # between roots tried: times r, at most
+COARSE = 9  # roots tried of a law without rings
+SEEN = 1.5  # times the harmonics of a cycle: a ringing that is faster does not show in them
 FOLLOWED = 3  # minima over the stiffness that are fitted
 FIRST_GUESSES = {"contact_damping_ratio": 0.02, "stiffness_ratio": 100.0}  # values at which a new term is tried first
 
@@ -112,28 +114,19 @@ def _costs_over_lag(model: Model, i: int, point: FloatArray, beta: float, lag: i
     observation = test.observation
     values = model.values(i, point[test.index]) | {"beta": beta}
     motion = observation.motion(values)
-    tried = LAGS if lag is not None else np.zeros(1)
     if motion is None:
-        return np.full(len(tried), math.inf)
-    found = []
-    for c in tried:
-        late, strain = {}, 0.0
-        if lag is not None:
-            late = {"lag_s": model.unknowns[lag].value(float(c))}
-            strain = model.unknowns[lag].strain(float(c)) ** 2 / len(model.tests)
-        gap = observation.white(observation.data - observation.seen(motion, values | late))
-        found.append(float(gap @ gap) + strain)
-    return np.array(found)
+        return np.full(1 if lag is None else len(LAGS), math.inf)
+    strain, shown = np.zeros(1), [values]
+    if lag is not None:
+        u = model.unknowns[lag]
+        strain = np.array([u.strain(c) for c in LAGS.tolist()]) ** 2 / len(model.tests)
+        shown = [values | {"lag_s": u.value(c)} for c in LAGS.tolist()]
+    gap = observation.white(np.array([observation.data - observation.seen(motion, one) for one in shown]).T)
+    return np.asarray((gap**2).sum(axis=0) + strain)
 
 
 def minima(costs: FloatArray) -> list[int]:
-    """Return places whose neighbours cost more, best first.
-
-    Examples
-    --------
-    >>> minima(np.array([3.0, 1.0, 2.0, 0.5, np.inf]))
-    [3, 1]
-    """
+    """Return places whose neighbours cost more, best first."""
     padded = np.concatenate([[math.inf], costs, [math.inf]])
     lower = (padded[1:-1] <= padded[:-2]) & (padded[1:-1] < padded[2:]) & np.isfinite(costs)
     return sorted((int(i) for i in np.flatnonzero(lower)), key=lambda i: costs[i])
@@ -149,8 +142,7 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
     speed = float(np.sum((np.arange(1, len(lines) + 1) * np.abs(lines)) ** 2))
     energy -= 2.0 * known.get("contact_damping_ratio", 0.0) * observation.r * math.pi * speed  # to the dashpot
     strokes, exact = strokes_of(slid), observation.law.kind == "elastic"
-    step = min(ROOT_STEP, RING_STEP * observation.r) if exact else COARSE_STEP
-    roots = np.linspace(*ROOTS, 1 + math.ceil((ROOTS[1] - ROOTS[0]) / step))
+    roots = _roots(observation.r, observation.count) if exact else np.linspace(*ROOTS, COARSE)
     found: list[tuple[float, FloatArray]] = []
     lag = _undeclared_lag(model)
     for branch in (0, 1):
@@ -170,15 +162,18 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
     return [point for _, point in found[:FOLLOWED]] or [point_at(model, known)]
 
 
+def _roots(r: float, harmonics: int) -> FloatArray:
+    """Roots of the stiffness that are tried: close together as far as the ringing shows among so many harmonics."""
+    step = min(ROOT_STEP, RING_STEP * r)
+    roots = np.linspace(*ROOTS, 1 + math.ceil((ROOTS[1] - ROOTS[0]) / step))
+    seen = int(np.searchsorted(roots, ROOTS[0] + SEEN * harmonics * r))
+    return np.concatenate([roots[:seen], roots[seen :: max(1, round(ROOT_STEP / step))]])
+
+
 def loop_friction_ratio(measurement: Measurement, wall: Wall = "fixed") -> float:
     """Return the friction ratio as energy over the path slid.
 
     With a wall that moves with the base the path is that of mass over base, and the force that drives it r^2 times.
-
-    Raises
-    ------
-    AnalysisError
-        The mass stands still, or takes in no energy.
     """
     slid = slid_of(measurement, wall)
     path = float(np.abs(np.diff(slid, append=slid[:1])).sum())
@@ -196,13 +191,7 @@ def slid_of(measurement: Measurement, wall: Wall) -> FloatArray:
 
 
 def energy_of(measurement: Measurement, wall: Wall) -> float:
-    """Return the energy (k Y^2) that the motion over the wall takes in; a moving wall makes the force r^2 as large.
-
-    Raises
-    ------
-    AnalysisError
-        The mass stands still, or takes in no energy.
-    """
+    """Return the energy (k Y^2) that the motion over the wall takes in; a moving wall makes the force r^2 as large."""
     if measurement.regime == "stuck":
         raise AnalysisError(
             "no friction ratio: the mass stands still, which tells only that friction is at least the spring's force:"
@@ -224,13 +213,6 @@ def elastic_friction_ratios(strokes: FloatArray, energy: float, stiffness: float
     There are none where the contact is too soft for the energy, else two: one slips most of the way, one hardly. Of the
     second only what is below `LARGEST` is given. ``strokes`` (k,): closed strokes of a cycle (`strokes_of`), in Y;
     ``energy``: k Y^2; ``stiffness``: of the contact over k.
-
-    Examples
-    --------
-    >>> strokes = np.array([2.0])
-    >>> rigid, soft = (elastic_friction_ratios(strokes, 1.6, kappa) for kappa in (1e9, 4.0))
-    >>> [round(beta, 6) for beta in rigid], [round(beta, 4) for beta in soft]
-    ([0.4], [0.4508, 3.5492])
     """
     if not energy > 0.0:
         return ()
@@ -253,13 +235,7 @@ def elastic_friction_ratios(strokes: FloatArray, energy: float, stiffness: float
 
 
 def strokes_of(slid: FloatArray) -> FloatArray:
-    """Return the closed strokes of a periodic motion, there and back, longest last (rainflow, ASTM E1049).
-
-    Examples
-    --------
-    >>> strokes_of(np.array([0.0, 3.0, 1.0, 2.0, -2.0, -1.0]))
-    array([1., 5.])
-    """
+    """Return the closed strokes of a periodic motion, there and back, longest last (rainflow, ASTM E1049)."""
     first = int(np.argmax(slid))
     around = np.concatenate([slid[first:], slid[: first + 1]])
     around = around[np.diff(around, append=np.inf) != 0.0]  # a point of each level stretch is enough

@@ -5,16 +5,16 @@ data are the harmonics of every mass that was measured, with one covariance.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar, cast
 
 import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.inference.comparison import FADE, AtContact
-from frictionlab.inference.observation import SENSORS, Values
+from frictionlab.arrays import FloatArray
+from frictionlab.errors import UsageError
+from frictionlab.inference.comparison import AtContact, base_lines, left_for_contact, lines_of, over_cycle
+from frictionlab.inference.observation import NO_MOTION, SENSORS, Values
 from frictionlab.inference.observations import (
     LEAST_POINTS,
     CycleObservation,
@@ -26,10 +26,9 @@ from frictionlab.inference.observations import (
 from frictionlab.inference.unknowns import SMALLEST, STRONGEST, Unknown
 from frictionlab.scene import Scene, Solver
 from frictionlab.scene.physical import contacts_of, storeys_of, structure_of
-from frictionlab.simulator import Contact, Problem, SteadyState, Structure
+from frictionlab.simulator import Contact, SteadyState, Structure
 from frictionlab.simulator import Motion as MotionOfOne
 from frictionlab.simulator.laws import Law, law_of
-from frictionlab.simulator.meter import OverspentError
 from frictionlab.simulator.several import StructureMotion, StructureState, steady
 
 COST = 400.0  # steps of integration that a steady state of several masses costs, about
@@ -51,31 +50,9 @@ class FirstMass:
 
 @dataclass(frozen=True)
 class StoreyState(SteadyState):
-    """The steady state of a structure as that of its first mass and first contact; ``whole``: all of it.
-
-    Stops and regime are those of the motion against the wall, as `analyze` counts them: of a contact elsewhere they are
-    not known.
-    """
+    """The steady state of a structure as that of its first mass and first contact; ``whole``: all of it."""
 
     whole: StructureState | None = None
-
-    @classmethod
-    def of(cls, problem: Problem, whole: StructureState) -> "StoreyState":
-        """Of a structure whose first contact is that of a problem."""
-        contact = whole.contacts[0] if whole.contacts else None
-        seen = contact if contact is not None and (contact.mass, contact.against) == (1, "wall") else None
-        same = ("outcome", "period_cycles", "floquet_multiplier", "closure_error", "residual")
-        return cls(
-            problem=problem,
-            solver="exact",
-            response_amplitude=whole.response_amplitudes[0] if whole.response_amplitudes else None,
-            stops_per_cycle=seen.stops_per_cycle if seen else None,
-            stuck_fraction=seen.stuck_fraction if seen else None,
-            regime=whole.regime if seen else None,
-            orbit=None if whole.motion is None else cast("MotionOfOne", FirstMass(whole.motion)),
-            whole=whole,
-            **{name: getattr(whole, name) for name in same},
-        )
 
     @property
     def energy_per_cycle(self) -> float | None:
@@ -92,14 +69,7 @@ class StoreyState(SteadyState):
 class StoreyObservation(CycleObservation):
     """The mean cycle of all measured masses of a frame, under the law of its first contact.
 
-    Data are harmonics of the first mass (2 K,), then of the next, as far as they were measured.
-
-    Parameters
-    ----------
-    scene : Scene
-        ``[[rig.masses]]``, ``[[rig.contacts]]``.
-    seen_masses : int
-        How many masses were measured, from the first on.
+    Data are harmonics of the first mass (2 K,), then of the next, as far as they were measured: ``seen_masses``.
     """
 
     scene: Scene
@@ -118,22 +88,22 @@ class StoreyObservation(CycleObservation):
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of sensors and rig: of upper storeys and their sensors as much as of the first."""
-        sources, known = self.sources, super().rig_unknowns
-        gain = next((u for u in known if u.name == "gain"), None)
+        detuned, loose, known = self.sources.natural_frequency, self.sources.damping_ratio, super().rig_unknowns
         more: list[Unknown] = []
         for i, storey in enumerate(self.scene.rig.masses[1:], 2):
-            key, zeta, sd = f"rig.masses.{i - 1}", storey.damping_ratio or 0.0, sources.damping_ratio
-            detuned = Unknown(FREQUENCY.format(i), f"natural frequency of storey {i}", sd=sources.natural_frequency)
-            damped = Unknown(DAMPING.format(i), f"damping of storey {i}", mean=zeta, sd=sd, folded=zeta == 0.0)
-            low = max(-STRONGEST, -zeta / sd) if sd > 0.0 else 0.0
-            more += [replace(detuned, key=key), replace(damped, key=key, low=low)]
-        more = [u for u in more if u.sd > SMALLEST]
-        more += [
-            Unknown(GAIN.format(i), f"gain of the sensor of mass {i}", sd=gain.sd, key=gain.key)
-            for i in range(2, self.seen_masses + 1)
-            if gain is not None
-        ]
-        return (*known, *more)
+            key, zeta = f"rig.masses.{i - 1}", storey.damping_ratio or 0.0
+            low = max(-STRONGEST, -zeta / loose) if loose > 0.0 else 0.0
+            damping = {"mean": zeta, "sd": loose, "low": low, "folded": zeta == 0.0}
+            more += [
+                Unknown(FREQUENCY.format(i), f"natural frequency of storey {i}", sd=detuned, key=key),
+                Unknown(DAMPING.format(i), f"damping of storey {i}", key=key, **damping),  # type: ignore[arg-type]
+            ]
+        for gain in (u for u in known if u.name == "gain"):
+            more += [
+                Unknown(GAIN.format(i), f"gain of the sensor of mass {i}", sd=gain.sd, key=gain.key)
+                for i in range(2, self.seen_masses + 1)
+            ]
+        return (*known, *(u for u in more if u.sd > SMALLEST))
 
     def structure(self, values: Values) -> Structure:
         """Return the frame at some values of the unknowns."""
@@ -154,14 +124,33 @@ class StoreyObservation(CycleObservation):
         )
 
     def state(self, values: Values, near: SteadyState | None = None) -> StoreyState | None:  # noqa: ARG002 - solved anew
-        """Return the steady state at some values; None where there is none."""
+        """Return the steady state at some values; None where there is none.
+
+        Stops and regime are those of the motion against the wall, as `analyze` counts them: of a contact elsewhere they
+        are not known.
+        """
         self.work.take(COST)
         try:
-            return StoreyState.of(self.problem(values), steady(self.structure(values)))
-        except OverspentError:
-            raise
-        except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError, ValueError):
+            whole = steady(self.structure(values))
+        except NO_MOTION:
             return None
+        contact = whole.contacts[0]
+        seen = contact if (contact.mass, contact.against) == (1, "wall") else None
+        return StoreyState(
+            problem=self.problem(values),
+            solver="exact",
+            outcome=whole.outcome,
+            period_cycles=whole.period_cycles,
+            floquet_multiplier=whole.floquet_multiplier,
+            closure_error=whole.closure_error,
+            residual=whole.residual,
+            response_amplitude=whole.response_amplitudes[0] if whole.response_amplitudes else None,
+            stops_per_cycle=seen.stops_per_cycle if seen else None,
+            stuck_fraction=seen.stuck_fraction if seen else None,
+            regime=whole.regime if seen else None,
+            orbit=None if whole.motion is None else cast("MotionOfOne", FirstMass(whole.motion)),
+            whole=whole,
+        )
 
     def solved(self, values: Values, solver: Solver = "auto") -> SteadyState:  # noqa: ARG002 - there is one for frames
         """Return the steady state predicted."""
@@ -200,30 +189,19 @@ class StoreyObservation(CycleObservation):
         if structure is None or motion is None or structure.masses > self.seen_masses:
             return None
         contact, cycle = structure.contacts[0], self.measurement.cycle
-        half = 0.5 * len(cycle.tau)
-        masses = [cycle.mass_smooth, *(other.mass for other in cycle.others)]
-        lines = np.array([np.fft.rfft(mass)[1:] / half for mass in masses])
-        order = np.arange(1, lines.shape[1] + 1)
-        fade = np.exp(-((order / FADE) ** 2))
-
-        def over_cycle(part: ComplexArray) -> FloatArray:
-            return np.asarray(np.fft.irfft(np.concatenate([[0.0], half * part]), len(cycle.tau)))
-
-        base = np.zeros(len(order), dtype=np.complex128)
-        count = min(structure.base.harmonics, len(base))
-        base[:count] = structure.base.lines[:count]
-        base = base * np.exp(1j * late * order)
-        rate = structure.r * order
+        lines = lines_of(np.array([cycle.mass_smooth, *(other.mass for other in cycle.others)]))
+        base, order = base_lines(structure.base, lines.shape[1], late), np.arange(1, lines.shape[1] + 1)
         at = contact.mass - 1
-        elastic = structure.stiffness[at] @ (base - lines)
-        viscous = 1j * rate * (structure.damping[at] @ (base - lines))
-        left = elastic + viscous + rate**2 * (structure.mass[at] @ lines)
+        left = left_for_contact(
+            lines, base, structure.r, structure.mass[at], structure.stiffness[at], structure.damping[at]
+        )
         row = structure.row(contact)
         slip = row @ lines - (base if contact.against == "base" else 0.0)
-        n, z, v = (over_cycle(fade * part) for part in (left, slip, 1j * order * slip))
         rows = np.array([structure.row(c)[at] for c in structure.contacts])
-        others = np.fft.rfft(motion.force(cycle.tau + late)[:, 1:] @ rows[1:])[1:] / half
-        return AtContact(z, v, n - over_cycle(fade * others))
+        others = lines_of(motion.force(cycle.tau + late)[:, 1:] @ rows[1:])
+        points = len(cycle.tau)
+        z, v, n = (over_cycle(part, points) for part in (slip, 1j * order * slip, left - others))
+        return AtContact(z, v, n)
 
     def law_at_contact(self, state: SteadyState, tau: FloatArray) -> AtContact | None:
         """Return slip, its velocity and the force of the first contact in the prediction."""
@@ -245,14 +223,9 @@ class StoreyObservation(CycleObservation):
 def observe_storeys(measurement: Measurement, scene: Scene, law: str | Law | None) -> StoreyObservation:
     """Return a measured test of a frame of several masses as a fit sees it.
 
-    ``law``: of the first contact, in place of the scene's: then its parameters in the scene are not held.
-
-    Raises
-    ------
-    SceneError
-        The friction of another contact is not known.
-    UsageError
-        More masses were measured than the scene has, or the law's phases are not linear.
+    ``law``: of the first contact, in place of the scene's: then its parameters in the scene are not held. SceneError:
+    the friction of another contact is not known; UsageError: more masses were measured than the scene has, or the law's
+    phases are not linear.
     """
     rig, seen = scene.rig, 1 + len(measurement.cycle.others)
     masses = max(len(rig.masses), 1)

@@ -55,7 +55,7 @@ class TableObservation(Observation):
     @property
     def reference(self) -> int:
         """The row whose dimensionless parameters are reported: that of the middle frequency."""
-        return middle_of(self.ratios)
+        return int(np.argsort(self.ratios)[len(self.ratios) // 2])
 
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
@@ -145,11 +145,6 @@ class TableObservation(Observation):
         return OverFrequency(t.source, self.law.name, *columns, ratios, amplitude, phase, warnings)
 
 
-def middle_of(ratios: FloatArray) -> int:
-    """Return the row of the middle frequency."""
-    return int(np.argsort(ratios)[len(ratios) // 2])
-
-
 def noise_of(table: FrequencyTable, there: NDArray[np.intp], sizes: FloatArray, scatter: float) -> FloatArray:
     """Return standard uncertainties (N,) as stated; the root of a share of its size, squared, for one that is not."""
     stated = np.concatenate((table.amplitude_u, table.phase_u))[there]
@@ -157,13 +152,7 @@ def noise_of(table: FrequencyTable, there: NDArray[np.intp], sizes: FloatArray, 
 
 
 def observe_table(table: FrequencyTable, scene: Scene, law: str | None, facts: Mapping[str, Any]) -> TableObservation:
-    """Return a table as a fit sees it.
-
-    Raises
-    ------
-    AnalysisError
-        Its frequencies are in Hz and the natural frequency is not known.
-    """
+    """Return a table as a fit sees it."""
     natural, lag = scene.rig.natural_frequency, scene.sensors.lag_s
     if natural is None and not table.is_ratio:
         raise AnalysisError(
@@ -174,12 +163,13 @@ def observe_table(table: FrequencyTable, scene: Scene, law: str | None, facts: M
         raise AnalysisError("sensors.lag_s: what it does to a phase needs rig.natural_frequency_hz: give it")
     times = 1.0 if table.is_ratio or natural is None else 1.0 / natural
     known, r = table.base_amplitude, table.drive * times
+    middle = int(np.argsort(r)[len(r) // 2])
     if not np.isfinite(known).all():
         known = np.full(len(table), float(facts.get("base_amplitude_m", math.nan)))
-    is_free = table.in_metres and not math.isfinite(known[middle_of(r)])
+    is_free = table.in_metres and not math.isfinite(known[middle])
     if is_free:  # what it would be without friction, to begin with
         known = np.full(len(r), float(np.nanmedian(table.amplitude * np.abs(1.0 - r**2))))
-    unit, over = float(known[middle_of(r)]), known if table.in_metres else 1.0
+    unit, over = float(known[middle]), known if table.in_metres else 1.0
     late = 2.0 * math.pi * lag * natural * r if lag and natural else 0.0
     table = replace(
         table, amplitude=table.amplitude / over, amplitude_u=table.amplitude_u / over, phase=table.phase + late
@@ -203,9 +193,9 @@ def observe_table(table: FrequencyTable, scene: Scene, law: str | None, facts: M
         wall=scene.model.wall,
         material=facts.get("material"),
         normal_force=normal,
-        r=float(r[middle_of(r)]),
+        r=float(r[middle]),
         unit=unit,
-        turn=math.nan if natural is None else 2.0 * math.pi * natural * float(r[middle_of(r)]),
+        turn=math.nan if natural is None else 2.0 * math.pi * natural * float(r[middle]),
         sources=sources_of(scene, ALONE, normal_force_n=None if normal is None else float(normal)),
         swing=float(np.nanmedian(table.amplitude)) if np.isfinite(table.amplitude).any() else 1.0,
         data=np.concatenate((table.amplitude, table.phase))[there],

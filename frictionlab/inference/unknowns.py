@@ -58,13 +58,7 @@ class Unknown:
     scatter: float = 0.0
 
     def value(self, c: float) -> float:
-        """Return the value at a coordinate.
-
-        Examples
-        --------
-        >>> Unknown("a", "", mean=1.0, sd=0.5).value(2.0)
-        2.0
-        """
+        """Return the value at a coordinate."""
         raw = self.mean + self.sd * c
         return math.exp(raw) if self.scale == "log" else raw
 
@@ -78,13 +72,7 @@ class Unknown:
         return self.sd * (self.value(c) if self.scale == "log" else 1.0)
 
     def strain(self, c: float) -> float:
-        """Return the residual of the prior: half its square is what the log prior has lost since c = 0.
-
-        Examples
-        --------
-        >>> round(Unknown("b", "", tail=1.0).strain(7.0), 2), Unknown("a", "").strain(7.0)
-        (2.55, 7.0)
-        """
+        """Return the residual of the prior: half its square is what the log prior has lost since c = 0."""
         if math.isinf(self.tail):
             return c
         return math.copysign(math.sqrt(2.0 * self.tail * math.log1p(0.5 * c * c / self.tail)), c)
@@ -147,17 +135,9 @@ def of_rig(
 ) -> tuple[Unknown, ...]:
     """Return what is not known of sensors and rig, by what the scene declares of them.
 
-    Parameters
-    ----------
-    sources : Sources
-    held : mapping of str to float
-        Parameters that the scene holds: the frame's damping ratio is known about its value there.
-    amplitude : float
-        Half the swing of the mass, over Y.
-    unit : float
-        Y [m]: half the swing of the base.
-    distorted : bool
-        Whether the base's sensor shows harmonics: its nonlinearity may be what makes them.
+    ``held``: parameters that the scene holds: the frame's damping ratio is known about its value there; ``amplitude``:
+    half the swing of the mass, over Y; ``unit``: Y [m], half the swing of the base; ``distorted``: whether the base's
+    sensor shows harmonics: its nonlinearity may be what makes them.
     """
 
     def bends(swing: float) -> tuple[float, float]:  # share of the range that a half swing (m) fills, the cubic's gain
@@ -201,21 +181,8 @@ def of_rig(
 def factor(unknown: Unknown, law: Law, *, length: float, rate: float, force: float) -> float:
     """Return by how much an unknown's dimensionless value is larger in a test than in the reference test.
 
-    Parameters
-    ----------
-    unknown : Unknown
-    law : Law
-        For the powers of Y and omega in its parameters' units.
-    length, rate, force : float
-        Base amplitude Y, drive and normal force of the test, each over that of the reference.
-
-    Examples
-    --------
-    >>> from frictionlab.simulator.laws import law_of
-    >>> law = law_of("coulomb+place")
-    >>> beta, gradient = of_law(law, {})
-    >>> factor(beta, law, length=2.0, rate=1.0, force=3.0), factor(gradient, law, length=2.0, rate=1.0, force=3.0)
-    (1.5, 2.0)
+    ``law``: for the powers of Y and omega in its parameters' units; ``length``, ``rate``, ``force``: base amplitude Y,
+    drive and normal force of the test, each over that of the reference.
     """
     if not unknown.law:
         return {"spring_cubic": length**2, "play": 1.0 / length}.get(unknown.name, 1.0)

@@ -7,11 +7,10 @@ from typing import Any
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import Verdict
 from frictionlab.inference.ladder import NUMERIC, Ladder, Rung
-from frictionlab.inference.observation import Observation
-from frictionlab.inference.posterior import EXPLAINED, ParameterEstimate, Posterior, limits_in_words
+from frictionlab.inference.posterior import EXPLAINED, Posterior, limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law
-from frictionlab.uncertainty import Sources, unit_uncertainty
+from frictionlab.uncertainty import unit_uncertainty
 
 FAINT = 0.1  # error of the measured cycle over its size from which nearly any law explains it
 VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
@@ -30,13 +29,7 @@ def verdict_of(misfit: float | None, *, strained: bool, answered: bool = False) 
 
 
 def verdict_in_words(nrmse: float | None, misfit: float | None, verdict: Verdict | None) -> str:
-    """Return the verdict as it stands behind a law's name.
-
-    Examples
-    --------
-    >>> verdict_in_words(0.005, 0.5, "explained")
-    ': explained, it leaves 0.5 % of the motion, 0.5 times the error of the measured cycle'
-    """
+    """Return the verdict as it stands behind a law's name."""
     if nrmse is None or misfit is None:
         return ": no prediction"
     said = {"explained": "explained", "strained": "strained"}.get(verdict or "", "not explained")
@@ -59,58 +52,34 @@ def base_words(count: int) -> str:
     return f"{count} base harmonics" if count > 1 else "cosine base"
 
 
-def caveats(found: Posterior, parameters: Mapping[str, ParameterEstimate]) -> list[str]:
-    """Say which parameters are not known."""
-    beta, said = parameters["beta"], []
-    if beta.u is not None and beta.u > VAGUE * beta.value:
-        said.append(
-            f"friction_ratio: known only to {100 * beta.u / beta.value:.2g} %: this test hardly tells it, or the law"
-            " does not explain the test; see misfit and --budget"
-        )
-    law = {u.name for u in found.unknowns if u.law}
-    said += [
-        f"{name}: this test does not tell it; {limits_in_words(e.lower, e.upper)} (95 %)"
-        for name, e in parameters.items()
-        if name != "beta" and name in law and not e.told
-    ]
-    return said
-
-
-def on_the_verdict(
-    observation: Observation,
-    verdict: Verdict | None,
-    misfit: float | None,
-    ladder: Ladder | None,
-    *,
-    what: str,
-    of: str,
+def doubts(
+    found: Posterior, verdict: Verdict | None, misfit: float | None, ladder: Ladder | None, *, what: str, of: str
 ) -> Iterator[str]:
-    """Yield what must be known of a law that does not explain a test, or that noise alone would let explain it.
+    """Yield what is not known of a law, why it does not explain a test, or why it says little that it does.
 
     ``what``: the test is a cycle, or a table; ``of``: what the misfit is over.
     """
+    observation, parameters = found.tests[0].observation, found.parameters()
+    beta, law = parameters["beta"], {u.name for u in found.unknowns if u.law}
+    if beta.u is not None and beta.u > VAGUE * beta.value:
+        yield (
+            f"friction_ratio: known only to {100 * beta.u / beta.value:.2g} %: this test hardly tells it, or the law"
+            " does not explain the test; see misfit and --budget"
+        )
+    for name, e in parameters.items():
+        if name != "beta" and name in law and not e.told:
+            yield f"{name}: this test does not tell it; {limits_in_words(e.lower, e.upper)} (95 %)"
     if verdict == "explained" and observation.floor > FAINT:
         faint = f"the measurement's own error is {100 * observation.floor:.2g} % of the motion"
         yield f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
-    if misfit is None or misfit <= EXPLAINED:
-        return
-    step = "try --law auto"
-    if ladder is not None:
-        step = "no law that --law auto tried explains it"
-    elif "beta" in observation.held:
-        beta = observation.held["beta"]
-        step = f"the friction ratio is held at {beta:g}: leave out --beta, and beta of [model.parameters], to fit it"
-    missed = f"what it misses is {misfit:.2g} times the {of}"
-    yield f"verdict: {observation.law.name} does not explain this {what}: {missed}; {step}"
-
-
-def on_the_ladder(
-    ladder: Ladder | None, observation: Observation, parameters: Mapping[str, ParameterEstimate]
-) -> Iterator[str]:
-    """Yield why a term is required though no value of it is known, and why laws were not tried."""
-    if ladder is None:
-        return
-    for term in observation.law.terms:
+    if misfit is not None and misfit > EXPLAINED:
+        step = "try --law auto" if ladder is None else "no law that --law auto tried explains it"
+        if ladder is None and "beta" in observation.held:
+            held = f"{observation.held['beta']:g}"
+            step = f"the friction ratio is held at {held}: leave out --beta, and beta of [model.parameters], to fit it"
+        missed = f"what it misses is {misfit:.2g} times the {of}"
+        yield f"verdict: {observation.law.name} does not explain this {what}: {missed}; {step}"
+    for term in observation.law.terms if ladder is not None else ():
         own = [parameters[p.name] for p in term.parameters if p.name not in observation.held and not p.whole]
         if own and term.name != "coulomb" and not any(e.told for e in own):
             yield (
@@ -118,7 +87,7 @@ def on_the_ladder(
                 " much of it there is it does not tell, for errors of sensors and rig do nearly the same: declare them"
                 " in [sensors], [rig]"
             )
-    yield from (f"law {name}: {why}" for name, why in ladder.left_out.items())
+    yield from (f"law {name}: {why}" for name, why in (ladder.left_out if ladder is not None else {}).items())
 
 
 def on_the_rungs(rungs: tuple[Rung, ...] | None) -> Iterator[str]:
@@ -131,14 +100,14 @@ def on_the_rungs(rungs: tuple[Rung, ...] | None) -> Iterator[str]:
         yield from (f"law {rung.law.name} on the record: {rung.said}" for rung in rungs if rung.said)
 
 
-def friction_of(
-    found: Posterior, scene: Scene, sources: Sources, *, amplitude: Estimate, normal_force: float | None
-) -> dict[str, Any]:
+def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str, Any]:
     """Return friction ratio, force (N) and coefficient as estimates, and what adds to their uncertainty.
 
     By the names of a comparison's fields: ``friction``, ``force``, ``coefficient``, ``budget``. ``amplitude``: Y [m],
-    that the friction ratio is over; ``normal_force``: N, if it is known.
+    that the friction ratio is over.
     """
+    observation = found.tests[0].observation
+    sources, normal_force = observation.sources, observation.normal_force
     beta = found.parameters()["beta"]
     friction = Estimate(beta.value, beta.se, beta.u)
     unit = amplitude.u / amplitude.value if amplitude.u is not None and amplitude.value else None

@@ -59,9 +59,6 @@ def test_a_misfit_by_asymmetry_is_named_a_misfit_and_not_a_response_that_tells_l
     assert found.verdict == "misfit"
     assert any(w.startswith("verdict: coulomb does not explain this cycle") for w in found.warnings)
     assert not any("the response hardly tells the friction" in w for w in found.warnings)
-    harmonics = Problem(0.4, 0.3, base=Base((1.0, 0.15), (0.0, 0.1)))
-    known = compare(recorded(harmonics, np.random.default_rng(4), seconds=20.0), scene(model={"base_harmonics": 2}))
-    assert known.verdict == "explained"
 
 
 def test_a_friction_that_is_far_from_the_loops_ratio_is_found_beside_a_damped_frame() -> None:

@@ -55,7 +55,7 @@ def test_a_parameter_that_a_test_does_not_tell_has_a_limit_instead_of_a_value(
     assert any(w.startswith(words) for w in found.warnings)
 
 
-@pytest.mark.parametrize(("r", "scatter"), [(0.7, 0.003), (0.7, 0.03), (1.3, 0.003)])
+@pytest.mark.parametrize(("r", "scatter"), [(0.7, 0.03), (1.3, 0.003)])
 def test_the_error_holds_the_scatter_of_friction_from_cycle_to_cycle(r: float, scatter: float) -> None:
     """The scatter of beta over tests is what each test states: rms of error over stated error is about 1."""
     misses = []

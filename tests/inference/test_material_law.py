@@ -139,21 +139,12 @@ def test_a_law_replaces_a_law_and_nothing_else(tmp_path: Path) -> None:
     [
         ('format = "frictionlab law"', 'format = "mine"', "format: expected 'frictionlab law'"),
         ('law = "coulomb+place"', 'law = "coulomb+plaice"', "plaice"),
-        ('law = "coulomb+place"', 'law = "coulomb"', "expected the values"),
         ('law = "coulomb+place"', 'law = "coulomb+speed"', "expected the values"),
-        ('law = "coulomb+place"', "law = 3", "law: expected a text in quotes; got 3"),
-        ("value = 0.309", 'value = "much"', "values.friction_coefficient.value: expected a number; got 'much'"),
         ("value = 0.309", "value = nan", "values.friction_coefficient.value: expected a finite number; got nan"),
         ("    [0.0, 16.0],", "    [0.0],", "covariance: expected 2 rows"),
         ("    [0.0, 16.0],", "    [7.0, 16.0],", "expected a symmetric matrix"),
-        (
-            "stiffness_n_per_m = 1955.0",
-            "stiffness_n_per_m = 0.0",
-            "rig.stiffness_n_per_m: expected more than 0; got 0.0",
-        ),
         ("stiffness_n_per_m = 1955.0", "", "rig.stiffness_n_per_m: is not given"),
         ("normal_force_n = [2.5, 4.4]", "normal_force_n = [2.5]", "conditions.normal_force_n: expected"),
-        ("tests = 3", "tests = true", "tests: expected a whole number; got True"),
         ("[rig]", "[rig", "expected TOML"),
     ],
 )
