@@ -40,7 +40,6 @@ MOST_RAISED = 4.0  # of a covariance by autocorrelation: a drift is no noise
 ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
 LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
-STATES = 150.0  # steady states of one fit, about
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
 STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
