@@ -99,9 +99,9 @@ def entry(function: Function) -> Function:
     return cast("Function", called)
 
 
-def record_of(kind: np.dtype[Any]) -> Any:
-    """Return one record of a kind, all zeros, in an array of length 1: compiled functions take its first element."""
-    array = np.zeros(1, kind)
+def record_of(kind: np.dtype[Any], count: int = 1) -> Any:
+    """Return records of a kind, all zeros, in an array: compiled functions take its elements."""
+    array = np.zeros(count, kind)
     return array.view(np.recarray) if numba.config.DISABLE_JIT else array  # fields as attributes in plain Python too
 
 

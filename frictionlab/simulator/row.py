@@ -9,9 +9,10 @@ ROW = 16
 
 # Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
 # PARTING: the motion does not repeat, and its MISS is the factor by which a neighbour's distance grows in a cycle;
-# COSTLY: the search took more work than it may. OVERFULL: more pieces than there is space for. UPCOMING, within a
-# search: PERIODIC and UNAWAITED; LACKING: a phase of several masses is to be made first.
+# COSTLY: the search took more work than it may. OVERFULL: more pieces than there is space for. Within a search,
+# UPCOMING: PERIODIC and UNAWAITED; LACKING: a phase of several masses is to be made first; AWAITED: the motion from
+# rest is to be followed.
 PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, PARTING, COSTLY, OVERFULL = range(10)
-UPCOMING, LACKING = 10, 11
+UPCOMING, LACKING, AWAITED = 10, 11, 12
 
 EXACT, CLOSED_FORM, INTEGRATED = 0.0, 1.0, 2.0  # what SOLVER says

@@ -57,15 +57,20 @@ class Family:
         values = dict(zip(self.names, more, strict=True))
         return Problem(r, beta, mu, zeta, self.wall, self.base, law=self.law, parameters=values)
 
+    def values(self, points: FloatArray) -> dict[str, FloatArray]:
+        """Return the numbers (n,) of the law at points (n, coordinates); what a parameter says goes before mu, zeta."""
+        values = dict(zip(self.coordinates, points.T, strict=True))
+        mu, zeta = values.pop("mu"), values.pop("zeta")
+        return {"static_ratio_up": mu, "static_ratio_down": mu, "contact_damping_ratio": zeta} | values
+
     def asked(self, points: FloatArray) -> Asked:
         """Return what is asked at points (n, coordinates), as notes depend on it."""
-        values = dict(zip(self.coordinates, points.T, strict=True))
-        none = np.zeros(len(points))
+        values, none = self.values(points), np.zeros(len(points))
         r, beta, frame = values["r"], values["beta"], values.get("frame_damping_ratio", none)
-        mu = np.maximum(*(values.get(f"static_ratio_{way}", values["mu"]) for way in ("up", "down")))
-        zeta, gradient = values.get("contact_damping_ratio", values["zeta"]), values.get("gradient", none)
+        mu = np.maximum(values["static_ratio_up"], values["static_ratio_down"])
         drive, rigid = bound_of_force(r, frame, self.wall, self.base), law_of(self.law).kind == "rigid"
-        return Asked(r, beta, mu, zeta, frame, gradient, drive, self.base.harmonics == 1, rigid)
+        more = values["contact_damping_ratio"], frame, values.get("gradient", none)
+        return Asked(r, beta, mu, *more, drive, self.base.harmonics == 1, rigid)
 
 
 @dataclass(frozen=True)
@@ -298,9 +303,10 @@ def sweep_points(points: FloatArray, family: Family) -> FloatArray:
     """Return the rows of points given as (n, coordinates). What a worker does."""
     if not law_of(family.law).is_exact:
         return np.array([to_numbers(steady_state(family.problem(point))) for point in points.tolist()])
-    from frictionlab.simulator.exact.solve import rows_of  # noqa: PLC0415 - half a second that other work need not wait
+    from frictionlab.simulator.exact.solve import rows_of, systems_of  # noqa: PLC0415 - half a second to load
 
-    return _with_notes(rows_of([family.problem(point) for point in points.tolist()]), points, family)
+    systems = systems_of(family.values(points), family.wall, family.base)
+    return _with_notes(rows_of(systems), points, family)
 
 
 def _with_notes(rows: FloatArray, points: FloatArray, family: Family) -> FloatArray:

@@ -13,7 +13,6 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Contact, Problem, Structure, steady_state
 from frictionlab.simulator.compiled import record_of
 from frictionlab.simulator.exact import answer, orbit
-from frictionlab.simulator.exact.flow import RUNNER
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import DONE, MISSING, SLOTS, make_phase
 from frictionlab.simulator.exact.solve import system_of, system_of_one
@@ -81,9 +80,7 @@ def test_the_derivative_of_a_run_is_its_difference_quotient(systems: Any) -> Non
         legs[0], end, code = (tau, span, 1, 1.0), np.empty(size), MISSING
         works[0]["left"] = np.inf
         while code == MISSING:
-            code = answer.carry_on(
-                orbit.Carrier(RUNNER, systems, works, np.empty((0, 0))), legs, start.copy(), end, True
-            )
+            code = answer.carry_on(orbit.Carrier(systems, works, np.empty((0, 0))), legs, start.copy(), end, True)
             if code == MISSING:
                 make_phase(systems, works)
         assert code == DONE

@@ -9,12 +9,6 @@ from hypothesis import strategies as st
 
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Contact, Problem, Structure, steady_state
-from frictionlab.simulator.compiled import record_of
-from frictionlab.simulator.exact import answer, orbit
-from frictionlab.simulator.exact.flow import RUNNER
-from frictionlab.simulator.exact.motion import WORK
-from frictionlab.simulator.exact.phase import MISSING, make_phase
-from frictionlab.simulator.exact.solve import system_of
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.several import StructureMotion, follow, steady
 from tests.simulator.several_twin import cycles_from_rest
@@ -127,29 +121,6 @@ def test_what_goes_in_is_what_is_taken(
     assert found.residual is not None
     assert found.residual < 1e-10
     assert abs(found.floquet_multiplier or 0.0) <= 1.0 + 1e-14  # of contacts that hold for good it is 1, rounded
-
-
-def test_the_derivative_of_a_run_is_its_difference_quotient() -> None:
-    contacts = [rubs("coulomb+place", 2, "base", beta=0.2, gradient=0.1), rubs("coulomb", 1, 2, beta=0.2)]
-    systems = system_of(Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts))
-    works, legs = record_of(WORK), record_of(orbit.LEG)
-    flow = orbit.Carrier(RUNNER, systems, works, np.empty((0, 0)))
-
-    def end_of(start: np.ndarray, tau: float, span: float) -> np.ndarray:
-        legs[0], end, code = (tau, span, 1, 1.0), np.empty(4), MISSING
-        works[0]["left"] = np.inf
-        while code == MISSING:
-            code = answer.carry_on(flow, legs, start.copy(), end, True)
-            make_phase(systems, works) if code == MISSING else None
-        return end
-
-    state, h = end_of(np.zeros(4), 0.0, 7.0), 1e-6
-    end_of(state, 0.7, 5.0)
-    exact = works[0]["jacobian"][:4, :4].copy()
-    for k in range(4):
-        step = h * np.eye(4)[k]
-        quotient = (end_of(state + step, 0.7, 5.0) - end_of(state - step, 0.7, 5.0)) / (2 * h)
-        assert exact[:, k] == pytest.approx(quotient, abs=1e-5)
 
 
 @pytest.mark.parametrize(

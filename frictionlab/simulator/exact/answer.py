@@ -12,26 +12,27 @@ import numpy as np
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import compiled, entry, inner
-from frictionlab.simulator.exact.account import account
 from frictionlab.simulator.exact.flow import TURN_OF, is_rigid
 from frictionlab.simulator.exact.motion import base_at_time, place_of
 from frictionlab.simulator.exact.orbit import (
-    FEW_STEPS,
-    STEPS,
     TURN,
     Carrier,
     carry,
     distance,
     drive_size,
-    find,
     multiplier,
+    only_orbit,
     settle_from,
     shoot,
     size_of,
+    solve_linear,
+    verdict_of,
     whole,
+    write_image,
 )
-from frictionlab.simulator.exact.phase import DONE, slot_of
+from frictionlab.simulator.exact.phase import DONE, TIRED, slot_of
 from frictionlab.simulator.row import (
+    AWAITED,
     COSTLY,
     LACKING,
     NOT_FOUND,
@@ -203,7 +204,7 @@ def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
 def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
     """Write the forced motion at tau = 0 as a start: contacts without friction, or elastic ones held; False: none."""
     n = system.masses
-    push, matrix = np.zeros(n, np.complex128), np.empty((n, n), np.complex128)
+    matrix = np.empty((n, n + 1), np.complex128)
     for c in range(system.contacts):
         work.kappa[c] = 0.0
         for i in range(system.first[c], system.first[c + 1]):
@@ -211,77 +212,46 @@ def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
     for k in range(len(start)):
         start[k] = 0.0
     for m in range(system.harmonics):
-        dynamic_stiffness(system, work, m, matrix, push)
-        if not solve_complex(matrix, push):
+        dynamic_stiffness(system, work, m, matrix)
+        if not solve_linear(matrix, n, 1e-13):
             return False
         for a in range(n):
-            start[a] += push[a].real
-            start[n + a] -= (m + 1.0) * push[a].imag
+            start[a] += matrix[a, n].real
+            start[n + a] -= (m + 1.0) * matrix[a, n].imag
     return True
 
 
 @inner
-def dynamic_stiffness(system: Any, work: Any, m: int, matrix: ComplexArray, push: ComplexArray) -> None:
-    """Write the equations of the forced motion under a harmonic, each contact a spring `kappa`."""
+def dynamic_stiffness(system: Any, work: Any, m: int, matrix: ComplexArray) -> None:
+    """Write the equations of the forced motion under a harmonic, each contact a spring `kappa`; last column: force."""
     n, k, line = system.masses, m + 1.0, system.lines[m]
     for a in range(n):
-        push[a] = complex(system.push[a, 0], k * system.push[a, 1]) * line
+        matrix[a, n] = complex(system.push[a, 0], k * system.push[a, 1]) * line
         for b in range(n):
             stiff = system.stiffness[a, b] - k * k * system.inertia[a, b]
             for c in range(system.contacts):
                 stiff += work.kappa[c] * system.row[c, a] * system.row[c, b]
             matrix[a, b] = complex(stiff, k * system.damping[a, b])
         for c in range(system.contacts):
-            push[a] += work.kappa[c] * system.follow[c] * system.row[c, a] * line
+            matrix[a, n] += work.kappa[c] * system.follow[c] * system.row[c, a] * line
 
 
 @inner
-def solve_complex(matrix: ComplexArray, push: ComplexArray) -> bool:
-    """Solve linear equations in place by elimination; False where they are next to singular."""
-    n = len(push)
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if abs(matrix[i, k]) > abs(matrix[best, k]):
-                best = i
-        if abs(matrix[best, k]) < 1e-13:
-            return False
-        for j in range(n):
-            matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
-        push[k], push[best] = push[best], push[k]
-        for i in range(n):
-            share = matrix[i, k] / matrix[k, k]
-            if i != k and share != 0.0:
-                push[i] -= share * push[k]
-                for j in range(k, n):
-                    matrix[i, j] -= share * matrix[k, j]
-    for k in range(n):
-        push[k] /= matrix[k, k]
-    return True
-
-
-@inner
-def fill_starts(system: Any, work: Any, starts: FloatArray) -> int:
-    """Write where a search may begin: at rest, forced with elastic contacts held, forced without friction."""
-    n, count = system.masses, 1
+def fill_starts(system: Any, work: Any, starts: FloatArray) -> None:
+    """Write where a search may begin (3, size): at rest, forced without friction, forced with elastic contacts held."""
+    n = system.masses
     work.tau = 0.0
     base_at_time(system, work)
     f = work.f[0]
-    for k in range(2 * n + system.sliders):
-        starts[0, k] = 0.0
-    if system.sliders > 0 and start_from(system, work, starts[count], True):
-        count += 1
-    if start_from(system, work, starts[count], False):
+    for kind in range(len(starts)):
+        if kind == 0 or not start_from(system, work, starts[kind], kind == 2):
+            for k in range(2 * n + system.sliders):
+                starts[kind, k] = 0.0
+            if n == 1 and system.contacts == 1:  # at rest on its wall
+                starts[kind, 0], starts[kind, 1] = system.follow[0] * f, system.follow[0] * work.f[1]
         for c in range(system.contacts):
             for i in range(system.first[c], system.first[c + 1]):
-                starts[count, 2 * n + i] = place_of(system, starts[count], c, f)
-        count += 1
-    for c in range(system.contacts):
-        if n == 1:  # at rest on its wall
-            starts[0, 0], starts[0, 1] = system.follow[c] * f, system.follow[c] * work.f[1]
-        for i in range(system.first[c], system.first[c + 1]):
-            starts[0, 2 * n + i] = place_of(system, starts[0], c, f)
-    return count
+                starts[kind, 2 * n + i] = 0.0 if kind == 2 else place_of(system, starts[kind], c, f)
 
 
 @inner
@@ -304,9 +274,12 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
         return False
     y[0], y[1] = image[0], image[1]
     leg.tau, leg.span, leg.sign = (leg.tau + 0.5 * pi) % TURN, pi, -1.0
-    code = carry(flow, leg, y, image, False)
+    code = carry(flow, leg, y, image, True)
     straight = work.signature == 1 + TURN_OF and abs(work.path - 2.0 * amplitude) <= 1e-9 * amplitude
-    return code == DONE and straight and distance(system, y, image) <= 1e-9 * amplitude
+    miss = distance(system, y, image)
+    if code == DONE and straight and 1e-14 * amplitude < miss <= 1e-9 * amplitude:
+        miss, code = shoot(flow, leg, y, 0.0)
+    return code == DONE and straight and miss <= 1e-9 * amplitude
 
 
 @inner
@@ -331,101 +304,114 @@ def is_alone(system: Any) -> bool:
 
 
 @inner
-def search(flow: Any, leg: Any, y: FloatArray, closed: int, numbers: FloatArray) -> tuple[int, float]:
-    """Find the steady state that rest settles on; return an outcome and its miss."""
+def simple(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, row: FloatArray) -> int:
+    """Find a steady state without a search, and write the start of its orbit; return an outcome; AWAITED: none.
+
+    Where searches may begin is written to starts.
+    """
     system, work = flow.systems[0], flow.works[0]
-    size = 2 * system.masses + system.sliders
-    alone, mirror = is_alone(system), is_mirrored(system)
-    if system.masses == 1:
-        work.phases.count, work.phases.next = 0, 0
-    leg.tau, leg.span, leg.turns, leg.sign = 0.0, TURN, 1, 1.0
-    for c in range(system.contacts):
-        if system.masses == 1 and abs(system.limit[c] * system.gradient[c]) >= system.stiffness[0, 0]:
-            return RUNAWAY, 0.0
+    alone = is_alone(system)
+    if system.masses == 1 and abs(system.limit[0] * system.gradient[0]) >= system.stiffness[0, 0]:
+        return RUNAWAY
     if grows(system):
-        return UNBOUNDED, 0.0
-    starts = np.zeros((3, size))
-    count = fill_starts(system, work, starts)
-    for k in range(size):
+        return UNBOUNDED
+    fill_starts(system, work, starts)
+    for k in range(len(y)):
         y[k] = starts[0, k]
     if comes_to_rest(flow, leg, y, alone):
-        return STUCK, 0.0
+        return STUCK
     if (alone or closed == CLOSED_ONLY) and closed_form(flow, leg, y):
-        numbers[places.SOLVER] = places.EXACT if closed == NEVER_CLOSED else places.CLOSED_FORM
-        miss, _ = shoot(flow, leg, y, FEW_STEPS, 0)
-        return PERIODIC, miss
+        row[places.SOLVER] = places.EXACT if closed == NEVER_CLOSED else places.CLOSED_FORM
+        return PERIODIC
     if closed == CLOSED_ONLY:
-        return NOT_FOUND, inf
+        row[places.MISS] = inf
+        return NOT_FOUND
     if system.masses > 1 and grows_on(flow, leg, y):
-        return UNBOUNDED, 0.0
-    outcome, miss = find(flow, leg, starts[:count], y, mirror, alone)
-    if alone or outcome not in (PERIODIC, NOT_FOUND):
-        return outcome, miss
-    return beside_rest(flow, leg, starts[count - 1], y, outcome, miss, numbers if closed == AUTO else numbers[:0])
+        return UNBOUNDED
+    return AWAITED
 
 
 @inner
-def beside_rest(
-    flow: Any, leg: Any, start: FloatArray, y: FloatArray, outcome: int, miss: float, numbers: FloatArray
-) -> tuple[int, float]:
-    """Look once more where orbits may coexist: whether the orbit is Den Hartog's; where none was, for a stable one.
+def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, row: FloatArray) -> int:
+    """Find the orbit by Newton's method alone; return an outcome.
 
-    `numbers` without entries: the orbit's solver is not to be named.
+    AWAITED: orbits may coexist, and the motion from rest is to be followed: `wait`.
     """
-    system, work = flow.systems[0], flow.works[0]
+    system, work, alone, smooth = flow.systems[0], flow.works[0], is_alone(flow.systems[0]), True
+    for c in range(system.contacts):
+        smooth = smooth and system.up[c] == 1.0 and system.down[c] == 1.0
+    if not smooth:
+        return AWAITED
+    whole(leg, 1, 2 if is_mirrored(system) else 1)
+    miss, code = only_orbit(flow, leg, starts, y)
+    floor, extent, row[places.MISS] = 1e-14 * drive_size(system), size_of(system, work, y), miss
+    if code == TIRED or (code != DONE and alone):
+        return verdict_of(code)
+    if alone:
+        return PERIODIC if miss <= 1e-9 * extent + floor else NOT_FOUND
+    close = code == DONE and miss <= 1e-12 * extent + floor
+    if not close or abs(multiplier(system, work)) > 1.0 + 1e-9 or system.sliders > 1:
+        return AWAITED
+    name_closed(flow, leg, closed, row)
+    return PERIODIC
+
+
+@inner
+def name_closed(flow: Any, leg: Any, closed: int, row: FloatArray) -> None:
+    """Name the solver of an orbit of a problem whose orbits may coexist, if it is Den Hartog's."""
+    system, straight = flow.systems[0], flow.works[0].signature == 1 + TURN_OF and leg.sign < 0.0
+    if closed == AUTO and is_plain(system) and system.harmonics == 1 and straight:
+        row[places.SOLVER] = places.CLOSED_FORM
+
+
+@inner
+def wait(flow: Any, leg: Any, y: FloatArray, closed: int, row: FloatArray) -> int:
+    """Find the orbit that the motion from a start settles on; from rest, a stable one where none was; an outcome.
+
+    `y[0]` not a number: from rest.
+    """
+    system, work, given = flow.systems[0], flow.works[0], not isnan(y[0])
+    starts = np.empty((2, len(y)))
+    if not given:
+        fill_starts(system, work, starts)
+        for k in range(len(y)):
+            y[k] = starts[0, k]
+    row[places.MISS], outcome = settle_from(flow, leg, y, 2 if is_mirrored(system) else 1)
+    if given or outcome not in (PERIODIC, NOT_FOUND):
+        return outcome
     if outcome == PERIODIC:
-        if is_plain(system) and system.harmonics == 1 and work.signature == 1 + TURN_OF and leg.sign < 0.0:
-            numbers[places.SOLVER : places.SOLVER + 1] = places.CLOSED_FORM
-        return outcome, miss
+        name_closed(flow, leg, closed, row)
+        return PERIODIC
     work.left = inf
     if not closed_form(flow, leg, y):
         whole(leg, 1, 1)
         for k in range(len(y)):
-            y[k] = start[k]
-    miss, code = shoot(flow, leg, y, STEPS, 64)
-    stable = code == DONE and miss <= 1e-9 * size_of(system, work, y) and abs(multiplier(system, work)) <= 1.0 + 1e-9
-    return (UPCOMING if stable else NOT_FOUND), miss
+            y[k] = starts[1, k]
+    row[places.MISS], code = shoot(flow, leg, y, 64.0)
+    stable = code == DONE and abs(multiplier(system, work)) <= 1.0 + 1e-9
+    return UPCOMING if stable and row[places.MISS] <= 1e-9 * size_of(system, work, y) else NOT_FOUND
 
 
 @inner
-def symmetric(flow: Any, leg: Any, y: FloatArray) -> bool:
-    """Tell whether an orbit of one cycle is its own mirror image half a cycle later."""
+def is_symmetric(flow: Any, leg: Any, y: FloatArray, image: FloatArray) -> bool:
+    """Tell whether an orbit is its own mirror image half a cycle later; the run last carried is that of the orbit."""
     system, work = flow.systems[0], flow.works[0]
-    if leg.sign < 0.0:
-        return True
-    if leg.turns != 1 or not is_mirrored(system):
-        return False
-    image = np.empty(len(y))
-    extent = size_of(system, work, y)
+    if leg.sign < 0.0 or leg.turns != 1 or not is_mirrored(system):
+        return leg.sign < 0.0
+    n, extent, miss = system.masses, size_of(system, work, y), 0.0
     leg.span, leg.sign = pi, -1.0
     code = carry(flow, leg, y, image, False)
-    leg.span, leg.sign = TURN, 1.0
-    n, miss = system.masses, 0.0
     for a in range(n):
         miss = hypot(miss, hypot(y[a] - image[a], system.r * (y[n + a] - image[n + a])))
+    leg.span, leg.sign = TURN, 1.0
+    carry(flow, leg, y, image, True)
     return code == DONE and miss <= 1e-9 * extent
 
 
 @inner
-def report(flow: Any, leg: Any, y: FloatArray, outcome: int, numbers: Any, row: FloatArray) -> None:
-    """Fill the row of an orbit that was found, and the numbers of its contacts and masses."""
-    system, work, pieces = flow.systems[0], flow.works[0], flow.pieces
-    left, work.left = work.left, inf
-    whole_cycle = symmetric(flow, leg, y)
-    image = np.empty(len(y))
-    carry(flow, leg, y, image, True)
-    cycles = leg.span * leg.turns / TURN
-    row[places.SYMMETRIC] = 1.0 if whole_cycle else 0.0
-    row[places.MISS] = distance(system, y, image) if outcome != STUCK else 0.0
-    row[places.MULTIPLIER] = multiplier(system, work) ** (2.0 if leg.sign < 0.0 else 1.0)
-    row[places.PERIOD], row[places.UNAWAITED] = float(leg.turns), 1.0 if outcome == UPCOMING else 0.0
-    if work.count > len(pieces):
-        row[places.OUTCOME] = OVERFULL
-        work.left = left
-        return
-    slips = work.path > 0.0
-    account(system, work, pieces, work.count, numbers)
-    taken = 0.0
+def fill_energies(system: Any, leg: Any, held: bool, numbers: Any, row: FloatArray) -> None:
+    """Fill what an account says into a row; an orbit whose energies do not close is none."""
+    cycles, taken = leg.span * leg.turns / TURN, 0.0
     for c in range(system.contacts):
         taken += numbers.contact[c]
     row[places.ENERGY] = numbers.loop / cycles
@@ -436,71 +422,84 @@ def report(flow: Any, leg: Any, y: FloatArray, outcome: int, numbers: Any, row: 
         row[places.FRAME_ENERGY] = 0.0
     high, low = numbers.high[0], numbers.low[0]
     row[places.AMPLITUDE] = max(high, -low) if leg.sign < 0.0 else 0.5 * (high - low)
-    held = (not slips or outcome == STUCK) and system.contacts > 0
     if held and system.sliders == 0 and system.masses == 1:  # it stands, or moves with the base: to the letter
         row[places.ENERGY] = row[places.CONTACT_ENERGY] = row[places.CLOSURE] = 0.0
         row[places.AMPLITUDE] = row[places.AMPLITUDE] if system.follow[0] != 0.0 else 0.0
     row[places.STOPS] = 0.0 if held or system.contacts == 0 else numbers.stops[0] / cycles
     row[places.STUCK_SHARE] = 1.0 if held else numbers.stuck[0] / (cycles * TURN)
     row[places.OUTCOME] = STUCK if held else PERIODIC
-    if (
-        not held
-        and row[places.CLOSURE]
-        > 1e-3 * (taken + numbers.frame) / cycles + 1e-10 * drive_size(system) * (row[places.AMPLITUDE])
-    ):
+    least = 1e-3 * (taken + numbers.frame) / cycles + 1e-10 * drive_size(system) * row[places.AMPLITUDE]
+    if not held and row[places.CLOSURE] > least:
         for k in range(places.ENERGY, places.MISS):
             row[k] = nan
         row[places.OUTCOME] = NOT_FOUND
-    work.left = left
 
 
 @inner
-def solve(flow: Any, leg: Any, y: FloatArray, closed: int, numbers: Any, row: FloatArray) -> None:
-    """Fill the row of the steady state that the motion from rest settles on, or from `y` where that is given.
-
-    `y[0]` not a number: from rest. The row's outcome says what was found.
-    """
+def begin_row(flow: Any, leg: Any, row: FloatArray) -> float:
+    """Empty a row; return the evaluations that a search may take, which are written as those left."""
     system, work = flow.systems[0], flow.works[0]
-    most = work.left
-    own = system.harmonics * (LOOKS + CYCLES * 10.0 / system.r)
-    work.left = min(most, own)
-    given = work.left
+    if system.masses == 1:
+        work.phases.count, work.phases.next = 0, 0
+    work.left = min(work.left, system.harmonics * (LOOKS + CYCLES * 10.0 / system.r))
+    leg.tau, leg.span, leg.turns, leg.sign = 0.0, TURN, 1, 1.0
     for k in range(len(row)):
         row[k] = nan
-    row[places.SOLVER] = places.EXACT
-    if isnan(y[0]):
-        outcome, miss = search(flow, leg, y, closed, row)
-    else:
-        if system.masses == 1:
-            work.phases.count, work.phases.next = 0, 0
-        miss, outcome = settle_from(flow, leg, y, 2 if is_mirrored(system) else 1)
-    if work.left < 0.0:
-        outcome = COSTLY
-    if work.phases.missing:
-        outcome = LACKING
-    work.spent = given - work.left
-    work.left = most - work.spent
-    row[places.OUTCOME], row[places.MISS] = float(outcome), miss
-    if outcome in (PERIODIC, STUCK, UPCOMING):
-        report(flow, leg, y, outcome, numbers, row)
-        if work.phases.missing:
-            row[places.OUTCOME] = LACKING
+    row[places.SOLVER], row[places.MISS] = places.EXACT, 0.0
+    return work.left
+
+
+@inner
+def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: Any, row: FloatArray) -> None:
+    """Fill the row of what was found with so many evaluations given; an orbit is that of the run last carried."""
+    system, work, image = flow.systems[0], flow.works[0], np.empty(len(y))
+    outcome = LACKING if work.phases.missing else COSTLY if work.left < 0.0 else found
+    work.spent, work.left = given - work.left, inf
+    row[places.OUTCOME] = float(outcome)
+    if outcome not in (PERIODIC, STUCK, UPCOMING):
+        return
+    if outcome == STUCK:
+        carry(flow, leg, y, image, True)
+    row[places.SYMMETRIC] = 1.0 if is_symmetric(flow, leg, y, image) else 0.0
+    write_image(system, work, leg, image)
+    row[places.MISS] = distance(system, y, image) if outcome != STUCK else 0.0
+    row[places.MULTIPLIER] = multiplier(system, work) ** (2.0 if leg.sign < 0.0 else 1.0)
+    row[places.PERIOD], row[places.UNAWAITED] = float(leg.turns), 1.0 if outcome == UPCOMING else 0.0
+    if work.phases.missing or work.count > len(flow.pieces):
+        row[places.OUTCOME] = LACKING if work.phases.missing else OVERFULL
+        return
+    held = (work.path == 0.0 or outcome == STUCK) and system.contacts > 0
+    flow.account(flow.systems, flow.works, flow.pieces, work.count, sums)
+    fill_energies(system, leg, held, sums[0], row)
 
 
 @entry
-def solve_one(flow: Carrier, legs: Any, y: FloatArray, closed: int, numbers: Any, row: FloatArray) -> None:
-    """`solve`, of records that stand in arrays of length 1."""
-    solve(flow, legs[0], y, closed, numbers[0], row)
+def solve(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, rows: FloatArray, left: float) -> None:
+    """Fill the rows (k, ROW) of the steady states that rest settles on, of the systems of a flow, each by itself.
+
+    Starts of the orbits are written to `ys` (k, size); leg, pieces and sums (NUMBERS) are the last one's. A row whose
+    outcome is AWAITED is `wait_for`'s. `left`: evaluations that each may take, if those are fewer than its own share.
+    """
+    leg, starts = legs[0], np.empty((3, ys.shape[1]))
+    for k in range(len(rows)):
+        one = Carrier(flow.systems[k : k + 1], flow.works, flow.pieces, flow.run, flow.account)
+        flow.works[0].left = left
+        given = begin_row(one, leg, rows[k])
+        found = simple(one, leg, starts, ys[k], closed, rows[k])
+        if found == AWAITED:
+            found = shot(one, leg, starts[: 3 if one.systems[0].sliders else 2], ys[k], closed, rows[k])
+        end_row(one, leg, ys[k], found, given, sums, rows[k])
 
 
 @entry
-def solve_many(systems: Any, flow: Carrier, legs: Any, closed: int, numbers: Any, rows: FloatArray) -> None:
-    """Fill the rows (k, ROW) of many systems of one mass, one after the other, each by itself."""
-    for k in range(len(systems)):
-        flow.systems[0] = systems[k]
-        y = np.full(2 * systems[k].masses + systems[k].sliders, nan)
-        flow.works[0].left = inf
-        solve(flow, legs[0], y, closed, numbers[0], rows[k])
+def wait_for(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, rows: FloatArray, left: float) -> None:
+    """As `solve`, of what the motions from starts settle on, or, where `ys` is not a number, from rest."""
+    leg = legs[0]
+    for k in range(len(rows)):
+        one = Carrier(flow.systems[k : k + 1], flow.works, flow.pieces, flow.run, flow.account)
+        flow.works[0].left = left
+        given = begin_row(one, leg, rows[k])
+        end_row(one, leg, ys[k], wait(one, leg, ys[k], closed, rows[k]), given, sums, rows[k])
 
 
 @entry

@@ -15,20 +15,21 @@ from frictionlab.simulator.compiled import callback, inner
 from frictionlab.simulator.exact.motion import (
     WORK,
     base_at_time,
-    base_bound,
     begin_motion,
+    bound_base,
     bound_modes,
     flow_over,
     force_on,
     held_force,
     modes_at,
+    modulus,
     place_of,
-    speed_of,
 )
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SYSTEM, TIRED, slot_of
 
 TURN_OF, UPWARDS, DOWNWARDS = 0, 1, 2  # what ends a phase: slip of a contact, or what it holds up or down
-WINDOW = 1.5  # over the fastest rate: derivatives are bounded over so long at first
+WINDOW = 8.0  # over the fastest rate: derivatives are bounded over so long at first
+SHORT = 1.5  # the same where their bounds grow: under a sampled base, and next to resonance
 STILL = 1e-12  # over the size of the motion: a slower contact stands
 BARELY = 1e-11  # over the accelerations: a contact so little pushed stays where it is
 IDLE = 8  # events in a row at one moment, and as many for each contact and slider, that no motion has
@@ -48,58 +49,58 @@ def ratio_of(system: Any, c: int, upwards: bool) -> float:
 
 
 @inner
-def load_of(system: Any, c: int, place: float) -> float:
-    """Return the share of a contact's friction force that it has at a displacement."""
-    return 1.0 + system.gradient[c] * place
+def load_at(system: Any, work: Any, c: int) -> float:
+    """Return the share of a contact's friction force that it has where it is."""
+    return 1.0 + system.gradient[c] * place_of(system, work.q, c, work.f[0])
 
 
 @inner
-def still_below(system: Any, work: Any) -> float:
-    """Return the speed below which a contact stands, by rounding."""
-    size = abs(work.f[1])
-    for a in range(system.masses):
-        size += abs(work.v[a])
-    return STILL * size
-
-
-@inner
-def gives_way_at(system: Any, work: Any, c: int, i: int, side: float) -> float:
-    """Return the displacement at which a held slider gives way to a side."""
+def gives_way(system: Any, work: Any, c: int, i: int, side: float) -> tuple[float, float]:
+    """Return the displacement at which a held slider gives way to a side, and what that changes by by its anchor."""
     limit = ratio_of(system, c, side > 0.0) * system.strength[i]
-    return (system.spring[i] * work.anchor[i] + side * limit) / (system.spring[i] - side * limit * system.gradient[c])
+    left = system.spring[i] - side * limit * system.gradient[c]
+    return (system.spring[i] * work.anchor[i] + side * limit) / left, system.spring[i] / left
+
+
+@inner
+def relax(system: Any, work: Any, c: int, i: int, side: float) -> None:
+    """Write where the spring of a slider that slips to a side is relaxed."""
+    place = place_of(system, work.q, c, work.f[0])
+    work.anchor[i] = place - side * system.strength[i] / system.spring[i] * (1.0 + system.gradient[c] * place)
 
 
 @inner
 def set_contact(system: Any, work: Any, c: int) -> None:
-    """Write stiffness, constant force and thresholds of a contact as it holds or slips."""
+    """Write stiffness and constant force of a contact as it holds or slips, and between which thresholds it does.
+
+    The thresholds are of the force of a rigid one that holds, of the displacement of an elastic one.
+    """
     side, q = float(work.side[c]), system.gradient[c]
     work.upper[c], work.lower[c] = inf, -inf
     if is_rigid(system, c):
-        work.kappa[c] = inf if side == 0.0 else side * system.limit[c] * q
-        work.offset[c] = side * system.limit[c]
+        work.kappa[c], work.offset[c] = side * system.limit[c] * q, side * system.limit[c]
+        if side == 0.0:
+            limit = system.limit[c] * load_at(system, work, c)
+            work.kappa[c], work.upper[c], work.lower[c] = inf, system.up[c] * limit, -system.down[c] * limit
         return
     kappa, offset = 0.0, 0.0
     for i in range(system.first[c], system.first[c + 1]):
-        spring, limit, anchor = system.spring[i], system.strength[i], work.anchor[i]
+        spring, limit = system.spring[i], system.strength[i]
         if work.slips[i]:
             kappa += side * limit * q
             offset += side * limit
             continue
         kappa += spring
-        offset -= spring * anchor
-        work.upper[c] = min(work.upper[c], gives_way_at(system, work, c, i, 1.0))
-        work.lower[c] = max(work.lower[c], gives_way_at(system, work, c, i, -1.0))
+        offset -= spring * work.anchor[i]
+        if side >= 0.0:
+            work.upper[c] = min(work.upper[c], gives_way(system, work, c, i, 1.0)[0])
+        if side <= 0.0:
+            work.lower[c] = max(work.lower[c], gives_way(system, work, c, i, -1.0)[0])
     work.kappa[c], work.offset[c] = kappa, offset
 
 
 @inner
-def anchor_of(system: Any, c: int, i: int, place: float, side: float) -> float:
-    """Return where the spring of a slider that slips at a displacement is relaxed."""
-    return place - side * system.strength[i] / system.spring[i] * load_of(system, c, place)
-
-
-@inner
-def accelerate(system: Any, work: Any, slot: int, out: int) -> None:
+def accelerate(system: Any, work: Any, slot: int) -> None:
     """Write the masses' accelerations and the held contacts' forces at the state at hand."""
     n = system.masses
     for a in range(n):
@@ -115,7 +116,7 @@ def accelerate(system: Any, work: Any, slot: int, out: int) -> None:
                 if work.kappa[c] == inf:
                     force -= system.row[c, b] * work.force[c]
             acceleration += system.mobility[a, b] * force
-        work.acceleration[out, a] = acceleration
+        work.acceleration[1, a] = acceleration
 
 
 @inner
@@ -129,21 +130,17 @@ def relative_acceleration(system: Any, work: Any, c: int) -> float:
 
 
 @inner
-def settle(system: Any, work: Any, resting: FloatArray, breaking: int) -> int:
-    """Decide which rigid contacts at rest hold: as many as can. Return the phase's slot; -1 where none is consistent.
+def settle(system: Any, work: Any) -> int:
+    """Decide which rigid contacts at rest hold: as many as can. Return the phase's slot; negative: none.
 
-    One that holds is within its limit; one that slips is accelerated the way it slips. `resting` marks them;
-    `breaking` is one that gives way now, its side is set; -1: none.
+    One that holds is within its limit; one that slips is accelerated the way it slips, and begins at speed zero.
+    `work.resting` marks them; `work.breaking` is one that gives way now, to the side at which it rests; -1: none.
     """
-    count, total = 0, 1
-    for c in range(system.contacts):
-        if resting[c]:
-            count += 1
-            total *= 3
-    _stand(system, work, resting, count)
+    count = _stand(system, work)
+    total = 3**count
     for slipping in range(count + 1):
         for code in range(total):
-            if _assign(system, work, resting, code, breaking) != slipping:
+            if _assign(system, work, code) != slipping:
                 continue
             for c in range(system.contacts):
                 set_contact(system, work, c)
@@ -152,23 +149,27 @@ def settle(system: Any, work: Any, resting: FloatArray, breaking: int) -> int:
                 return slot
             if work.phases.modes[slot] < 0:
                 continue
-            accelerate(system, work, slot, 1)
-            if _is_consistent(system, work, resting, breaking):
+            accelerate(system, work, slot)
+            if _is_consistent(system, work):
+                for c in range(system.contacts):
+                    if work.resting[c] and work.side[c] != 0:
+                        smooth = c == work.breaking and ratio_of(system, c, work.side[c] > 0) == 1.0
+                        work.lead[c, TURN_OF] = 2 if smooth else 1
                 return slot
     return -CHATTER
 
 
 @inner
-def _assign(system: Any, work: Any, resting: FloatArray, code: int, breaking: int) -> int:
+def _assign(system: Any, work: Any, code: int) -> int:
     """Set the sides of resting contacts by the digits of a code; return how many slip, -1: not as one breaks."""
     slipping = 0
     for c in range(system.contacts):
-        if not resting[c]:
+        if not work.resting[c]:
             continue
         digit = code % 3
         code //= 3
         side = 0 if digit == 0 else 1 if digit == 1 else -1
-        if c == breaking and side != resting[c]:
+        if c == work.breaking and side != work.resting[c]:
             return -1
         work.side[c] = side
         slipping += abs(side)
@@ -176,19 +177,19 @@ def _assign(system: Any, work: Any, resting: FloatArray, code: int, breaking: in
 
 
 @inner
-def _stand(system: Any, work: Any, resting: FloatArray, count: int) -> None:
-    """Make the speeds of contacts at rest exactly zero."""
-    n = system.masses
-    if count == 1 and n == 1:
-        for c in range(system.contacts):
-            if resting[c]:
-                work.v[0] = system.follow[c] * work.f[1] / system.row[c, 0]
-        return
+def _stand(system: Any, work: Any) -> int:
+    """Make the speeds of contacts at rest exactly zero; return their number."""
+    n, count = system.masses, 0
+    for c in range(system.contacts):
+        count += 1 if work.resting[c] else 0
     for _ in range(3 if count > 1 else count):  # one after the other, and again: they may share a mass
         for c in range(system.contacts):
-            if not resting[c]:
+            if not work.resting[c]:
                 continue
-            miss, give = speed_of(system, work.v, c, work.f[1]), 0.0
+            if n == 1:
+                work.v[0] = system.follow[c] * work.f[1] / system.row[c, 0]
+                continue
+            miss, give = place_of(system, work.v, c, work.f[1]), 0.0
             for a in range(n):
                 work.net[a] = 0.0
                 for b in range(n):
@@ -196,111 +197,113 @@ def _stand(system: Any, work: Any, resting: FloatArray, count: int) -> None:
                 give += system.row[c, a] * work.net[a]
             for a in range(n):
                 work.v[a] -= work.net[a] * miss / give
+    return count
 
 
 @inner
-def _is_consistent(system: Any, work: Any, resting: FloatArray, breaking: int) -> bool:
+def _is_consistent(system: Any, work: Any) -> bool:
     for c in range(system.contacts):
-        if not resting[c]:
+        if not work.resting[c]:
             continue
         if work.side[c] != 0:
-            if c != breaking and work.side[c] * relative_acceleration(system, work, c) < -BARELY:
+            if c != work.breaking and work.side[c] * relative_acceleration(system, work, c) < -BARELY:
                 return False
             continue
-        limit = system.limit[c] * load_of(system, c, place_of(system, work.q, c, work.f[0]))
-        room = STILL * limit
-        if not -system.down[c] * limit - room <= work.force[c] <= system.up[c] * limit + room:
+        margin = 0.5 * STILL * (work.upper[c] - work.lower[c])
+        if not work.lower[c] - margin <= work.force[c] <= work.upper[c] + margin:
             return False
     return True
 
 
 @inner
-def begin(system: Any, work: Any, resting: FloatArray) -> int:
-    """Find how contacts hold or slip in the state at hand; return the phase's slot."""
+def begin(system: Any, work: Any) -> None:
+    """Find which contacts slip in the state at hand, and which are at rest."""
     base_at_time(system, work)
-    still = still_below(system, work)
+    bound_base(system, work)
+    still = abs(work.f[1])
+    for a in range(system.masses):
+        still += abs(work.v[a])
+    still *= STILL
     for c in range(system.contacts):
-        for g in range(3):
-            work.lead[c, g] = 0
-        resting[c] = 0
-        speed, place = speed_of(system, work.v, c, work.f[1]), place_of(system, work.q, c, work.f[0])
+        for which in range(3):
+            work.lead[c, which] = 0
+        speed = place_of(system, work.v, c, work.f[1])
         side = 1 if speed > 0.0 else -1
-        if is_rigid(system, c):
-            work.side[c] = 0 if abs(speed) <= still else side
-            resting[c] = 1 if work.side[c] == 0 else 0
-            continue
-        work.side[c] = 0
+        work.side[c] = side if is_rigid(system, c) and abs(speed) > still else 0
+        work.resting[c] = 1 if is_rigid(system, c) and work.side[c] == 0 else 0
+        place, load = place_of(system, work.q, c, work.f[0]), load_at(system, work, c)
         for i in range(system.first[c], system.first[c + 1]):
-            limit = system.strength[i] * load_of(system, c, place)
-            pull = system.spring[i] * (place - work.anchor[i])
+            limit, pull = system.strength[i] * load, system.spring[i] * (place - work.anchor[i])
             if pull > system.up[c] * limit or -pull > system.down[c] * limit:  # no state of a run: a trial's
-                work.anchor[i] = anchor_of(system, c, i, place, 1.0 if pull > 0.0 else -1.0)
+                relax(system, work, c, i, 1.0 if pull > 0.0 else -1.0)
                 pull = system.spring[i] * (place - work.anchor[i])
             ratio = ratio_of(system, c, side > 0)
             slips = abs(speed) > still and side * pull >= limit * (1.0 - STILL)
             work.slips[i] = 1 if slips and (ratio == 1.0 or abs(pull) <= limit * (1.0 + STILL)) else 0
             if work.slips[i]:
                 work.side[c], work.slipped[i] = side, 1
-    return settle_turns(system, work, resting)
+    work.breaking = -1
 
 
 @inner
-def event_function(system: Any, work: Any, slot: int, c: int, which: int) -> tuple[float, float, float, float]:
-    """Return an event function of a contact and its first three derivatives, at the time of `modes_at`."""
-    phases = work.phases
-    sign = float(work.side[c]) if which == TURN_OF else -1.0 if which == UPWARDS else 1.0
-    if is_rigid(system, c) and which != TURN_OF:
-        return _held_force(system, work, slot, c, sign)
-    first = 1 if which == TURN_OF else 0
+def watches(work: Any, c: int, which: int) -> bool:
+    """Tell whether a contact can end a phase in one of the three ways."""
+    return work.side[c] != 0 if which == TURN_OF else work.upper[c] < inf if which == UPWARDS else work.lower[c] > -inf
+
+
+@inner
+def sign_of(work: Any, c: int, which: int) -> float:
+    """Return the sign by which what `watched` returns enters an event function."""
+    return float(work.side[c]) if which == TURN_OF else -1.0 if which == UPWARDS else 1.0
+
+
+@inner
+def watched(system: Any, work: Any, slot: int, c: int, which: int) -> tuple[float, float, float, float]:
+    """Return what an event is seen by, at the time of `modes_at`, and its first three derivatives.
+
+    The speed of a contact that slips, the force of a rigid one that holds, the displacement of an elastic one.
+    """
+    phases, w, f = work.phases, work.w, work.f
     g0, g1, g2, g3 = 0.0, 0.0, 0.0, 0.0
+    if is_rigid(system, c) and which != TURN_OF:
+        g0 = held_force(system, work, slot, c, work.now_q, work.now_v)
+        for order in range(3):
+            by_f = phases.held_f[slot, c, order]
+            g1 += by_f * f[order + 1]
+            g2 += by_f * f[order + 2]
+            g3 += by_f * f[order + 3] if order + 3 < len(f) else 0.0
+        for j in range(phases.modes[slot]):
+            row, drow = phases.held_w[slot, c, j], phases.held_dw[slot, c, j]
+            g1 += (row * w[1, j] + drow * w[2, j]).real
+            g2 += (row * w[2, j] + drow * w[3, j]).real
+            g3 += (row * w[3, j] + drow * w[4, j]).real
+        return g0, g1, g2, g3
+    first, follows = 1 if which == TURN_OF else 0, phases.follows[slot, c]
+    g0, g1, g2, g3 = follows * f[first], follows * f[first + 1], follows * f[first + 2], follows * f[first + 3]
     for j in range(phases.modes[slot]):
-        row, w = phases.place[slot, c, j], work.w
+        row = phases.place[slot, c, j]
         g0 += (row * w[first, j]).real
         g1 += (row * w[first + 1, j]).real
         g2 += (row * w[first + 2, j]).real
         g3 += (row * w[first + 3, j]).real
-    follows, f = phases.follows[slot, c], work.f
-    g0, g1, g2 = g0 + follows * f[first], g1 + follows * f[first + 1], g2 + follows * f[first + 2]
-    g3 += follows * f[first + 3]
-    if which != TURN_OF:
-        g0 = place_of(system, work.now_q, c, work.f[0])
-        return (work.upper[c] if which == UPWARDS else -work.lower[c]) + sign * g0, sign * g1, sign * g2, sign * g3
-    return sign * g0, sign * g1, sign * g2, sign * g3
-
-
-@inner
-def _held_force(system: Any, work: Any, slot: int, c: int, sign: float) -> tuple[float, float, float, float]:
-    """As `event_function`: what a rigid contact that holds can bear more than it does."""
-    phases, w, f = work.phases, work.w, work.f
-    g0, g1, g2, g3 = held_force(system, work, slot, c, work.now_q, work.now_v), 0.0, 0.0, 0.0
-    for order in range(3):
-        by_f = phases.held_f[slot, c, order]
-        g1 += by_f * f[order + 1]
-        g2 += by_f * f[order + 2]
-        g3 += by_f * f[order + 3] if order + 3 < len(f) else 0.0
-    for j in range(phases.modes[slot]):
-        row, drow = phases.held_w[slot, c, j], phases.held_dw[slot, c, j]
-        g1 += (row * w[1, j] + drow * w[2, j]).real
-        g2 += (row * w[2, j] + drow * w[3, j]).real
-        g3 += (row * w[3, j] + drow * w[4, j]).real
-    limit = ratio_of(system, c, sign < 0.0) * system.limit[c] * load_of(system, c, work.place[c])
-    return limit + sign * g0, sign * g1, sign * g2, sign * g3
+    return (g0 if which == TURN_OF else place_of(system, work.now_q, c, f[0])), g1, g2, g3
 
 
 @inner
 def third_bound(system: Any, work: Any, slot: int, c: int, which: int) -> float:
-    """Bound the third derivative of an event function over the window of `bound_modes`."""
-    phases, bound, total = work.phases, work.bound, 0.0
+    """Bound the third derivative of what an event is seen by, over the window of `bound_modes`."""
+    phases, bound, total = work.phases, work.bound, 1e-300
     if is_rigid(system, c) and which != TURN_OF:
         for order in range(3):
-            total += abs(phases.held_f[slot, c, order]) * base_bound(system, order + 3)
+            total += abs(phases.held_f[slot, c, order]) * work.crest[order]
         for j in range(phases.modes[slot]):
-            total += abs(phases.held_w[slot, c, j]) * bound[0, j] + abs(phases.held_dw[slot, c, j]) * bound[1, j]
+            total += modulus(phases.held_w[slot, c, j]) * bound[0, j]
+            total += modulus(phases.held_dw[slot, c, j]) * bound[1, j]
         return total
-    row = 1 if which == TURN_OF else 0
-    total = abs(phases.follows[slot, c]) * base_bound(system, 3 + row)
+    first = 1 if which == TURN_OF else 0
+    total += abs(phases.follows[slot, c]) * work.crest[first]
     for j in range(phases.modes[slot]):
-        total += abs(phases.place[slot, c, j]) * bound[row, j]
+        total += modulus(phases.place[slot, c, j]) * bound[first, j]
     return total
 
 
@@ -331,142 +334,113 @@ def safe_step(value: float, slope: float, bend: float, bound: float, reach: floa
 
 
 @inner
-def watches(system: Any, work: Any, c: int, which: int) -> bool:
-    """Tell whether a contact can end a phase in one of the three ways."""
-    side = work.side[c]
-    if which == TURN_OF:
-        return side != 0
-    if is_rigid(system, c):
-        return side == 0
-    toward = 1 if which == UPWARDS else -1
-    return side in (0, toward) and abs(work.upper[c] if toward > 0 else work.lower[c]) < inf
-
-
-@inner
 def first_event(system: Any, work: Any, slot: int, span: float) -> tuple[float, int, int]:
     """Return when the phase ends within a span, by which contact and how; (span, -1, 0) where nothing happens."""
-    t, end, begun, window = 0.0, 0.0, False, WINDOW / work.fastest
+    t, end, grows = 0.0, 0.0, system.harmonics == 0 or work.phases.close[slot]
+    window = (SHORT if grows else WINDOW) / work.fastest
     modes_at(system, work, slot, 0.0)
     while t < span:
         if t >= end:
             end = min(span, t + window)
             window *= 1.0 if system.harmonics == 0 else 2.0  # what decays is bounded by less later
             bound_modes(system, work, slot, t, end - t)
-            bound_events(system, work, slot)
-        least, contact, how = nearest_event(system, work, slot, end - t, begun)
+            for c in range(system.contacts):
+                for which in range(3):
+                    if watches(work, c, which):
+                        work.bounds[c, which] = third_bound(system, work, slot, c, which)
+        least, contact, how = nearest_event(system, work, slot, t, end - t)
         if contact < 0:
             return span, -1, 0
         if least < end - t and least <= 2e-15 * (1.0 + t):
             return t, contact, how
-        begun, t = True, end if least >= end - t else t + least
+        met, t = work.sure and least < end - t, end if least >= end - t else t + least
         if t < span or end < span:
             modes_at(system, work, slot, t)
+        if met:
+            return t, contact, how
     return span, -1, 0
 
 
 @inner
-def bound_events(system: Any, work: Any, slot: int) -> None:
-    """Bound the third derivative of each event function over the window of `bound_modes`."""
-    for c in range(system.contacts):
-        for which in range(3):
-            if watches(system, work, c, which):
-                work.bounds[c, which] = third_bound(system, work, slot, c, which) + 1e-300
-
-
-@inner
-def nearest_event(system: Any, work: Any, slot: int, reach: float, begun: bool) -> tuple[float, int, int]:
+def nearest_event(system: Any, work: Any, slot: int, t: float, reach: float) -> tuple[float, int, int]:
     """Return the least step that is proven free of events, and the contact and the event that it is of; none: -1."""
     least, contact, how = inf, -1, 0
+    g, slope, bend, twist = 0.0, 0.0, 0.0, 0.0
     for c in range(system.contacts):
         for which in range(3):
-            if not watches(system, work, c, which):
+            if not watches(work, c, which):
                 continue
-            g, slope, bend, twist = event_function(system, work, slot, c, which)
-            lead = 0 if begun else work.lead[c, which]
-            step = step_before(g, slope, bend, twist, lead, work.bounds[c, which], work.fastest, reach)
+            if which != DOWNWARDS or work.upper[c] == inf:
+                g, slope, bend, twist = watched(system, work, slot, c, which)
+            sign, value = sign_of(work, c, which), g
+            if which != TURN_OF:
+                value -= work.upper[c] if which == UPWARDS else work.lower[c]
+            lead, bound = 0 if t > 0.0 else work.lead[c, which], work.bounds[c, which]
+            if lead == 2 and abs(bend) * work.fastest < 1e-9 * bound:  # all but the third derivative are zero
+                step = min(reach, max(0.0, 2.0 * sign * twist / (bound * work.fastest)))
+            elif lead == 0 and sign * value <= 0.0:
+                step = 0.0
+            else:  # it has just begun: the first `lead` of value and slope are zero
+                value, slide = 0.0 if lead > 0 else sign * value, 0.0 if lead > 1 else sign * slope
+                step = safe_step(value, slide, sign * bend, bound, reach)
             if step < least:
                 least, contact, how = step, c, which
+                ahead = abs(slope + bend * step)  # a step whose cubic error is none in time ends at the event
+                work.sure = 1 if lead == 0 and bound * step**3 <= 1e-15 * ahead else 0
     return least, contact, how
-
-
-@inner
-def step_before(
-    g: float, slope: float, bend: float, twist: float, lead: int, bound: float, fastest: float, reach: float
-) -> float:
-    """Return a step in which an event function stays positive; none: it is zero now.
-
-    The first `lead` of value and slope are zero, for it has just begun.
-    """
-    if lead == 0:
-        return safe_step(g, slope, bend, bound, reach) if g > 0.0 else 0.0
-    if lead == 1:
-        return safe_step(0.0, slope, bend, bound, reach)
-    if abs(bend) * fastest < 1e-9 * bound:
-        return min(reach, max(0.0, 2.0 * twist / (bound * fastest)))
-    return safe_step(0.0, 0.0, bend, bound, reach)
 
 
 @inner
 def pulls(system: Any, work: Any) -> bool:
     """Tell whether friction has fallen along the path to a pull at the state at hand."""
     for c in range(system.contacts):
-        if system.gradient[c] != 0.0 and load_of(system, c, place_of(system, work.q, c, work.f[0])) <= 0.0:
+        if system.gradient[c] != 0.0 and load_at(system, work, c) <= 0.0:
             return True
     return False
 
 
 @inner
-def after_event(system: Any, work: Any, slot: int, c: int, how: int, resting: FloatArray) -> int:
-    """Change how contacts hold and slip after an event; return the next phase's slot."""
-    for other in range(system.contacts):
-        resting[other] = 1 if is_rigid(system, other) and work.side[other] == 0 else 0
-        for which in range(3):
-            work.lead[other, which] = 0
-    if how == TURN_OF:
-        return after_turn(system, work, c, resting)
-    side = 1 if how == UPWARDS else -1
-    if is_rigid(system, c):
-        _, slope, bend, _ = event_function(system, work, slot, c, how)
-        if slope >= 0.0 and bend > 0.0:  # it touches its limit and turns back
-            work.lead[c, how] = 2 if slope == 0.0 else 1
-            return slot
-        resting[c] = side
-        slot = settle(system, work, resting, c)
-        work.lead[c, TURN_OF] = 2 if ratio_of(system, c, side > 0) == 1.0 else 1
-        return slot
+def turn_back(system: Any, work: Any, c: int) -> None:
+    """Let what slips of a contact hold, if it can: its speed has come to zero."""
+    side = work.side[c]
+    work.side[c], work.resting[c] = 0, 1 if is_rigid(system, c) else 0
+    for i in range(system.first[c], system.first[c + 1]):
+        if work.slips[i]:
+            work.slips[i] = 0
+            relax(system, work, c, i, float(side))
+        work.lead[c, UPWARDS if side > 0 else DOWNWARDS] = 2
+
+
+@inner
+def give_way(system: Any, work: Any, c: int, side: int) -> None:
+    """Let the sliders of a contact slip whose threshold is met."""
     threshold = work.upper[c] if side > 0 else work.lower[c]
     work.side[c] = side
     for i in range(system.first[c], system.first[c + 1]):
-        late = side * (gives_way_at(system, work, c, i, float(side)) - threshold)
+        late = side * (gives_way(system, work, c, i, float(side))[0] - threshold)
         if not work.slips[i] and late <= 1e-14 * abs(threshold):
             work.slips[i], work.slipped[i] = 1, 1
-    return settle(system, work, resting, -1)
 
 
 @inner
-def settle_turns(system: Any, work: Any, resting: FloatArray) -> int:
-    """Settle contacts that have come to rest; those that slip on begin at speed zero. Return the next phase's slot."""
-    slot = settle(system, work, resting, -1)
-    for c in range(system.contacts):
-        if resting[c] and work.side[c] != 0:
-            work.lead[c, TURN_OF] = 1
-    return slot
-
-
-@inner
-def after_turn(system: Any, work: Any, c: int, resting: FloatArray) -> int:
-    """Let what slips of a contact hold, if it can: its speed has come to zero; return the next phase's slot."""
-    side = work.side[c]
-    work.side[c] = 0
-    if is_rigid(system, c):
-        resting[c] = 1
+def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
+    """Let a contact hold or give way at its event; tell whether it does: then contacts are to be settled."""
+    for other in range(system.contacts):
+        work.resting[other] = 1 if is_rigid(system, other) and work.side[other] == 0 else 0
+        for which in range(3):
+            work.lead[other, which] = 0
+    side, work.breaking = 1 if how == UPWARDS else -1, -1
+    if how == TURN_OF:
+        turn_back(system, work, c)
+    elif is_rigid(system, c):
+        _, slope, bend, _ = watched(system, work, slot, c, how)
+        if side * slope <= 0.0 and side * bend < 0.0:  # it touches its limit and turns back
+            work.lead[c, how] = 2 if slope == 0.0 else 1
+            return False
+        work.resting[c], work.breaking = side, c
     else:
-        for i in range(system.first[c], system.first[c + 1]):
-            if work.slips[i]:
-                work.slips[i] = 0
-                work.anchor[i] = anchor_of(system, c, i, place_of(system, work.q, c, work.f[0]), float(side))
-        work.lead[c, UPWARDS if side > 0 else DOWNWARDS] = 2
-    return settle_turns(system, work, resting)
+        give_way(system, work, c, side)
+    return True
 
 
 @inner
@@ -511,19 +485,149 @@ def account_way(system: Any, work: Any) -> None:
 
 
 @inner
-def run(system: Any, work: Any, pieces: FloatArray, span: float, tangent: bool, fresh: bool) -> int:
+def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float, tangent: bool) -> None:
+    """Carry the state at hand, and the derivative, over a piece of a phase; record it."""
+    record(system, work, pieces, length)
+    modes_at(system, work, slot, length)
+    if tangent:
+        flow_over(system, work, slot)
+        carry_jacobian(system, work)
+    for a in range(system.masses):
+        work.q[a], work.v[a] = work.now_q[a], work.now_v[a]
+    account_way(system, work)
+    work.tau += length
+    c = system.cubic  # of a sampled base: about the later time
+    c[0] += length * (c[1] + length * (c[2] + length * c[3]))
+    c[1] += length * (2.0 * c[2] + 3.0 * length * c[3])
+    c[2] += 3.0 * length * c[3]
+
+
+@inner
+def come_earlier(system: Any, work: Any, slot: int, c: int, how: int) -> None:
+    """Write by how much an event comes earlier, for each column of the derivative, and what is before it."""
+    size, shift = 2 * system.masses + system.sliders, work.shift
+    for i in range(system.sliders):
+        work.slipping[i] = work.slips[i]
+    for b in range(size):
+        shift[b] = 0.0
+    fall = sign_of(work, c, how) * watched(system, work, slot, c, how)[1]
+    if fall != 0.0:
+        event_row(system, work, slot, c, how)
+        for k in range(size):
+            if work.form[k] != 0.0:
+                for b in range(size):
+                    shift[b] += work.form[k] * work.jacobian[k, b] / fall
+    accelerate(system, work, slot)
+    for a in range(system.masses):
+        work.acceleration[0, a] = work.acceleration[1, a]
+
+
+@inner
+def jump(system: Any, work: Any, c: int, side: float) -> None:
+    """Let the derivative jump at an event, by the saltation matrix; `side`: where the contact slipped before."""
+    n = system.masses
+    for i in range(system.first[c], system.first[c + 1]):
+        if work.slipping[i] and not work.slips[i]:
+            anchor_row(system, work, c, i, side)
+    for a in range(n):
+        change = work.acceleration[1, a] - work.acceleration[0, a]
+        for b in range(2 * n + system.sliders):
+            work.jacobian[n + a, b] += change * work.shift[b]
+
+
+@inner
+def event_row(system: Any, work: Any, slot: int, c: int, how: int) -> None:
+    """Write the derivative of an event function by the state: displacements, velocities, anchors."""
+    n, form, sign = system.masses, work.form, sign_of(work, c, how)
+    for k in range(2 * n + system.sliders):
+        form[k] = 0.0
+    if is_rigid(system, c) and how != TURN_OF:
+        held_row(system, work, slot, c, how)
+        return
+    for a in range(n):
+        form[n + a if how == TURN_OF else a] = sign * system.row[c, a]
+    threshold = work.upper[c] if how == UPWARDS else work.lower[c]
+    for i in range(system.first[c], system.first[c + 1]):
+        place, by_anchor = gives_way(system, work, c, i, -sign)
+        if how != TURN_OF and not work.slips[i] and place == threshold:
+            form[2 * n + i] = -sign * by_anchor
+            break
+
+
+@inner
+def held_row(system: Any, work: Any, slot: int, c: int, how: int) -> None:
+    """Add, as `event_row`, of what a rigid contact can bear more than it does."""
+    n, form, sign = system.masses, work.form, sign_of(work, c, how)
+    by_load = ratio_of(system, c, how == UPWARDS) * system.limit[c] * system.gradient[c]
+    for a in range(n):
+        form[a] = by_load * system.row[c, a]
+    for b in range(n):
+        grip = sign * work.phases.grip[slot, c, b]
+        for a in range(n):
+            form[a] -= grip * work.phases.stiffness[slot, b, a]
+            form[n + a] -= grip * system.damping[b, a]
+        for other in range(system.contacts):
+            for i in range(system.first[other], system.first[other + 1]):
+                if not work.slips[i]:
+                    form[2 * n + i] += grip * system.row[other, b] * system.spring[i]
+
+
+@inner
+def follow_slip(system: Any, work: Any, tangent: bool) -> None:
+    """Write the anchors of sliders that slip at the end of a run, and their rows of the derivative."""
+    for c in range(system.contacts):
+        for i in range(system.first[c], system.first[c + 1]):
+            if work.slips[i]:
+                relax(system, work, c, i, float(work.side[c]))
+                if tangent:
+                    anchor_row(system, work, c, i, float(work.side[c]))
+
+
+@inner
+def anchor_row(system: Any, work: Any, c: int, i: int, side: float) -> None:
+    """Write the derivative of the anchor of a slider that slips, which follows its contact."""
+    n, share = system.masses, 1.0 - side * system.strength[i] * system.gradient[c] / system.spring[i]
+    for b in range(2 * n + system.sliders):
+        total = 0.0
+        for a in range(n):
+            total += system.row[c, a] * work.jacobian[a, b]
+        work.jacobian[2 * n + i, b] = share * total
+
+
+@inner
+def carry_jacobian(system: Any, work: Any) -> None:
+    """Multiply the derivative from the left by that of a phase."""
+    n, contacts, jacobian = system.masses, system.contacts, work.jacobian
+    column = work.form
+    for b in range(2 * n + system.sliders):
+        for a in range(2 * n):
+            column[a] = jacobian[a, b]
+        for c in range(contacts):  # its constant force
+            column[2 * n + c] = 0.0
+            for i in range(system.first[c], system.first[c + 1]):
+                if not work.slips[i]:
+                    column[2 * n + c] -= system.spring[i] * jacobian[2 * n + i, b]
+        for a in range(2 * n):
+            total = 0.0
+            for k in range(2 * n + contacts):
+                total += work.flow[a, k] * column[k]
+            jacobian[a, b] = total
+
+
+def run(systems: Any, works: Any, pieces: FloatArray, span: float, tangent: bool, fresh: bool) -> int:
     """Carry the state over a span (rad); return how that ended. The anchors of what slips follow their contact.
 
-    The state is in `work`: `tau`, `q`, `v`, `anchor`; afterwards it is the end's. With `tangent` the derivative of
-    the end by the start is in `work.jacobian`. One that is not `fresh` goes on where the last run ended.
+    The state is in `works[0]`: `tau`, `q`, `v`, `anchor`; afterwards it is the end's. With `tangent` the derivative of
+    the end by the start is in `jacobian`. One that is not `fresh` goes on where the last run ended. It is called by its
+    address: that keeps its code out of its callers.
     """
-    contacts, sliders = system.contacts, system.sliders
-    resting = work.resting
+    system, work = systems[0], works[0]
     work.until = work.tau + span
     if fresh:
         start_account(system, work, tangent)
-    slot = begin(system, work, resting)
-    idle, left = 0, EVENTS * (1 + contacts + sliders) * (1.0 + span / system.r)
+    begin(system, work)
+    slot, count = settle(system, work), 1 + system.contacts + system.sliders
+    idle, left = 0, EVENTS * count * (1.0 + span / system.r)
     while slot >= 0:
         if pulls(system, work):
             return PULLS
@@ -539,180 +643,27 @@ def run(system: Any, work: Any, pieces: FloatArray, span: float, tangent: bool, 
         idle, left = 0 if length > 0.0 else idle + 1, left - 1.0
         if work.left < 0.0:
             return TIRED
-        if idle > IDLE * (1 + contacts + sliders) or left < 0.0:
+        if idle > IDLE * count or left < 0.0:
             return PULLS if pulls(system, work) else CHATTER
         work.signature = (work.signature * 31 + 3 * c + how + 1) % 1000000007
         base_at_time(system, work)
-        if length == 0.0:
-            modes_at(system, work, slot, 0.0)
-        slot = cross(system, work, slot, c, how) if tangent else after_event(system, work, slot, c, how, resting)
+        if tangent:
+            come_earlier(system, work, slot, c, how)
+        side = float(work.side[c])
+        if after_event(system, work, slot, c, how):
+            slot = settle(system, work)
+        if tangent:
+            jump(system, work, c, side)
     return PULLS if pulls(system, work) else -slot
 
 
-@inner
-def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float, tangent: bool) -> None:
-    """Carry the state at hand, and the derivative, over a piece of a phase; record it."""
-    record(system, work, pieces, length)
-    if tangent:
-        flow_over(system, work, slot, length)
-        carry_jacobian(system, work)
-    modes_at(system, work, slot, length)
-    for a in range(system.masses):
-        work.q[a], work.v[a] = work.now_q[a], work.now_v[a]
-    account_way(system, work)
-    work.tau += length
-    if system.harmonics == 0:
-        shift_cubic(system.cubic, length)
-
-
-@inner
-def cross(system: Any, work: Any, slot: int, c: int, how: int) -> int:
-    """Pass an event with the derivative, which jumps by the saltation matrix; return the next phase's slot."""
-    n, size = system.masses, 2 * system.masses + system.sliders
-    side = float(work.side[c])
-    for i in range(system.sliders):
-        work.slipping[i] = work.slips[i]
-    event_shift(system, work, slot, c, how)
-    accelerate(system, work, slot, 0)
-    slot = after_event(system, work, slot, c, how, work.resting)
-    for i in range(system.first[c], system.first[c + 1]):
-        if work.slipping[i] and not work.slips[i]:
-            anchor_row(system, work, c, i, side, 2 * n + i)
-    for b in range(size):
-        for a in range(n):
-            work.jacobian[n + a, b] += (work.acceleration[1, a] - work.acceleration[0, a]) * work.shift[b]
-    return slot
-
-
-@inner
-def shift_cubic(cubic: FloatArray, t: float) -> None:
-    """Rewrite a polynomial about a later time."""
-    c0, c1, c2, c3 = cubic[0], cubic[1], cubic[2], cubic[3]
-    cubic[0] = c0 + t * (c1 + t * (c2 + t * c3))
-    cubic[1] = c1 + t * (2.0 * c2 + 3.0 * t * c3)
-    cubic[2] = c2 + 3.0 * t * c3
-
-
-@inner
-def follow_slip(system: Any, work: Any, tangent: bool) -> None:
-    """Write the anchors of sliders that slip at the end of a run, and their rows of the derivative."""
-    n = system.masses
-    for c in range(system.contacts):
-        for i in range(system.first[c], system.first[c + 1]):
-            if work.slips[i]:
-                work.anchor[i] = anchor_of(system, c, i, place_of(system, work.q, c, work.f[0]), float(work.side[c]))
-                if tangent:
-                    anchor_row(system, work, c, i, float(work.side[c]), 2 * n + i)
-
-
-@inner
-def anchor_row(system: Any, work: Any, c: int, i: int, side: float, row: int) -> None:
-    """Write the derivative of the anchor of a slider that slips, which follows its contact."""
-    share = 1.0 - side * system.strength[i] * system.gradient[c] / system.spring[i]
-    for b in range(2 * system.masses + system.sliders):
-        total = 0.0
-        for a in range(system.masses):
-            total += system.row[c, a] * work.jacobian[a, b]
-        work.jacobian[row, b] = share * total
-
-
-@inner
-def carry_jacobian(system: Any, work: Any) -> None:
-    """Multiply the derivative from the left by that of a phase."""
-    n, contacts, jacobian = system.masses, system.contacts, work.jacobian
-    column = work.form
-    for b in range(2 * n + system.sliders):
-        for a in range(2 * n):
-            column[a] = jacobian[a, b]
-        for c in range(contacts):
-            column[2 * n + c] = offset_change(system, work, c, b)
-        for a in range(2 * n):
-            total = 0.0
-            for k in range(2 * n + contacts):
-                total += work.flow[a, k] * column[k]
-            jacobian[a, b] = total
-
-
-@inner
-def offset_change(system: Any, work: Any, c: int, b: int) -> float:
-    """Return what a contact's constant force changes by in a column of the derivative."""
-    total = 0.0
-    for i in range(system.first[c], system.first[c + 1]):
-        if not work.slips[i]:
-            total -= system.spring[i] * work.jacobian[2 * system.masses + i, b]
-    return total
-
-
-@inner
-def event_shift(system: Any, work: Any, slot: int, c: int, how: int) -> None:
-    """Write by how much an event comes earlier, for each column of the derivative; at the time of `modes_at`."""
-    n, shift, form = system.masses, work.shift, work.form
-    _, fall, _, _ = event_function(system, work, slot, c, how)
-    held = is_rigid(system, c) and how != TURN_OF
-    for b in range(2 * n + system.sliders):
-        shift[b] = 0.0
-    if fall == 0.0:
-        return
-    event_form(system, work, slot, c, how)
-    for b in range(2 * n + system.sliders):
-        for a in range(2 * n):
-            shift[b] += form[a] * work.jacobian[a, b]
-        if held:
-            sign = -1.0 if how == UPWARDS else 1.0
-            for other in range(system.contacts):
-                change = offset_change(system, work, other, b) if work.kappa[other] != inf else 0.0
-                for a in range(n):
-                    shift[b] -= sign * work.phases.grip[slot, c, a] * system.row[other, a] * change
-        elif how != TURN_OF:
-            shift[b] += threshold_change(system, work, c, how, b)
-        shift[b] /= fall
-
-
-@inner
-def event_form(system: Any, work: Any, slot: int, c: int, how: int) -> None:
-    """Write the derivative of an event function by displacements and velocities."""
-    n, form = system.masses, work.form
-    for a in range(2 * n):
-        form[a] = 0.0
-    sign = float(work.side[c]) if how == TURN_OF else -1.0 if how == UPWARDS else 1.0
-    held = is_rigid(system, c) and how != TURN_OF
-    ratio = ratio_of(system, c, how == UPWARDS)
-    for a in range(n):
-        by_load = ratio * system.limit[c] * system.gradient[c] if held else sign
-        form[n + a if how == TURN_OF else a] = by_load * system.row[c, a]
-    if not held:
-        return
-    for b in range(n):
-        grip = sign * work.phases.grip[slot, c, b]
-        for a in range(n):
-            form[a] -= grip * work.phases.stiffness[slot, b, a]
-            form[n + a] -= grip * system.damping[b, a]
-
-
-@inner
-def threshold_change(system: Any, work: Any, c: int, how: int, b: int) -> float:
-    """Return what the reserve of the slider that gives way changes by, by its anchor, in a column of the derivative."""
-    side = 1.0 if how == UPWARDS else -1.0
-    threshold = work.upper[c] if how == UPWARDS else work.lower[c]
-    for i in range(system.first[c], system.first[c + 1]):
-        if not work.slips[i] and gives_way_at(system, work, c, i, side) == threshold:
-            limit = ratio_of(system, c, side > 0.0) * system.strength[i]
-            share = system.spring[i] / (system.spring[i] - side * limit * system.gradient[c])
-            return side * share * work.jacobian[2 * system.masses + i, b]
-    return 0.0
-
-
-def runner(systems: Any, works: Any, pieces: FloatArray, span: float, tangent: bool, fresh: bool) -> int:
-    """`run`, of records that stand in arrays of length 1, called by its address: that keeps its code out of callers."""
-    return run(systems[0], works[0], pieces, span, tangent, fresh)
-
-
-def _runner() -> Any:
-    real, system, work = (
-        types.Array(kind, dims, "C")
-        for kind, dims in ((types.float64, 2), (from_dtype(SYSTEM), 1), (from_dtype(WORK), 1))
-    )
-    return callback(runner, types.int64(system, work, real, types.float64, types.boolean, types.boolean))
-
-
-RUNNER = _runner()
+RUNNER = callback(
+    run,
+    types.int64(
+        *(types.Array(from_dtype(kind), 1, "C") for kind in (SYSTEM, WORK)),
+        types.Array(types.float64, 2, "C"),
+        types.float64,
+        types.boolean,
+        types.boolean,
+    ),
+)

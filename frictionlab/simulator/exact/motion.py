@@ -4,6 +4,7 @@ Each mode is ``w = start e^(rate t) + steady + responses`` to the harmonics of t
 cubic. Derivatives follow from ``w' = rate w + force``, without differences.
 """
 
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,7 @@ WORK = np.dtype(
         ("slipped", "i8", (_S,)),  # 1 if it has slipped in the run
         ("slipping", "i8", (_S,)),  # what slipped before an event
         ("resting", "i8", (_C,)),  # rigid contacts at rest at an event
+        ("breaking", "i8"),  # that of them which gives way
         ("place", "f8", (_C,)),  # of contacts at the begin of the phase
         ("kappa", "f8", (_C,)),
         ("offset", "f8", (_C,)),
@@ -46,11 +48,16 @@ WORK = np.dtype(
         ("lower", "f8", (_C,)),
         ("lead", "i8", (_C, 3)),  # of each event function how many derivatives are zero at the begin
         ("bounds", "f8", (_C, 3)),  # of their third derivatives
+        ("sure", "i8"),  # 1: the step to the nearest event ends there
         ("line", "c16", (_H,)),  # harmonics of the base about the begin
+        ("grown", "c16", (_H,)),  # what they have grown by since
+        ("crest", "f8", (3,)),  # bounds of the third to fifth derivative of the base
+        ("at", "f8"),  # time after the begin for which the modes are written
         ("start", "c16", (_D,)),
         ("steady", "c16", (_D,)),
         ("forced", "c16", (_D, 4)),  # of a sampled base, polynomial force on each mode
         ("rest", "f8", (_N,)),  # what held contacts fix
+        ("lasting", "c16", (_D,)),  # (e^(rate t) - 1) / rate of each mode
         ("w", "c16", (ORDERS, _D)),  # what the modes have grown by since the begin, and their derivatives
         ("f", "f8", (ORDERS,)),  # the base and its derivatives
         ("rise", "f8"),  # of the base since the begin
@@ -58,15 +65,24 @@ WORK = np.dtype(
         ("now_v", "f8", (_N,)),
         ("bound", "f8", (2, _D)),  # of the third and fourth derivative of each mode
         ("flow", "f8", (2 * _N, 2 * _N + _C)),  # derivative of a phase's end by its begin and its constant forces
-        ("form", "f8", (2 * _N + _C,)),
+        ("form", "f8", (_J + _C,)),  # a row or column of the derivative
         ("acceleration", "f8", (2, _N)),  # before and after an event
         ("force", "f8", (_C,)),  # of held contacts
         ("net", "f8", (_N,)),  # of forces on the masses
         ("shift", "f8", (_J,)),  # by how much an event comes earlier, for each column of the derivative
         ("jacobian", "f8", (_J, _J)),  # rows q (n), v (n), anchors (s)
+        ("rates", "c16", (_D + _H,)),  # of the exponentials that the phase's motion is the sum of
+        ("speeds", "c16", (_N, _D + _H)),  # their amplitudes in the masses' velocities
+        ("wave", "c16", (4, _D + _H)),  # and in a force, the base, its rate, a slip
     ]
 )
 """Where a run writes: the state it is in, the motion of its phase, the derivative of its end by its start."""
+
+
+@inner
+def modulus(z: complex) -> float:
+    """Return the size of a complex number, faster than a library that minds overflow."""
+    return sqrt(z.real * z.real + z.imag * z.imag)
 
 
 @inner
@@ -83,9 +99,9 @@ def quotient(a: complex, b: complex, t: float) -> complex:
 @inner
 def growth(x: complex) -> complex:
     """Return e^x - 1, to rounding also where it is small."""
-    half = np.sin(0.5 * x.imag)
-    grown = np.expm1(x.real)
-    return complex(grown * np.cos(x.imag) - 2.0 * half * half, (grown + 1.0) * np.sin(x.imag))
+    sine, cosine = np.sin(0.5 * x.imag), np.cos(0.5 * x.imag)
+    less, grown = 2.0 * sine * sine, np.expm1(x.real) if x.real != 0.0 else 0.0
+    return complex(grown * (1.0 - less) - less, (grown + 1.0) * 2.0 * sine * cosine)
 
 
 @inner
@@ -103,11 +119,14 @@ def base_at(system: Any, work: Any, t: float) -> None:
         f[2] = 2.0 * c[2] + t * 6.0 * c[3]
         f[3] = 6.0 * c[3]
         return
+    turned, change = growth(complex(0.0, t)), 0.0j
     for m in range(system.harmonics):
         k = m + 1.0
-        change = work.line[m] * growth(complex(0.0, k * t))
-        wave = work.line[m] + change
-        work.rise += change.real
+        change += turned + change * turned  # e^(i k t) - 1
+        grown = work.line[m] * change
+        wave = work.line[m] + grown
+        work.grown[m] = grown
+        work.rise += grown.real
         f[0] += wave.real
         f[1] -= k * wave.imag
         f[2] -= k * k * wave.real
@@ -117,7 +136,7 @@ def base_at(system: Any, work: Any, t: float) -> None:
 
 @inner
 def place_of(system: Any, q: FloatArray, c: int, f: float) -> float:
-    """Return the displacement of a contact."""
+    """Return the displacement of a contact, the base's being f; of velocities its speed, the base's being f."""
     place = -system.follow[c] * f
     for a in range(system.masses):
         place += system.row[c, a] * q[a]
@@ -127,19 +146,31 @@ def place_of(system: Any, q: FloatArray, c: int, f: float) -> float:
 @inner
 def base_at_time(system: Any, work: Any) -> None:
     """Write the base's motion at the state's time."""
-    tau = work.tau
+    turn, wave = complex(np.cos(work.tau), np.sin(work.tau)), 1.0 + 0.0j
     for m in range(system.harmonics):
-        k = m + 1.0
-        work.line[m] = system.lines[m] * complex(np.cos(k * tau), np.sin(k * tau))
+        wave *= turn
+        work.line[m] = system.lines[m] * wave
     base_at(system, work, 0.0)
 
 
 @inner
+def bound_base(system: Any, work: Any) -> None:
+    """Bound the third to fifth derivative of the base; of a sampled one over its piece."""
+    for order in range(3):
+        work.crest[order] = 6.0 * abs(system.cubic[3]) if order == 0 and system.harmonics == 0 else 0.0
+    for m in range(system.harmonics):
+        k = m + 1.0
+        third = k * k * k * abs(system.lines[m])
+        work.crest[0] += third
+        work.crest[1] += k * third
+        work.crest[2] += k * k * third
+
+
+@inner
 def begin_motion(system: Any, work: Any, i: int) -> None:
-    """Write the motion of the phase in slot i from the state at hand on."""
-    base_at_time(system, work)
+    """Write the motion of the phase in slot i from the state at hand on; the base's is written."""
     constant_forces(system, work, i)
-    work.fastest = max(float(system.harmonics), 1e-3)
+    work.at, work.fastest = np.nan, max(float(system.harmonics), 1e-3)
     for j in range(work.phases.modes[i]):
         begin_mode(system, work, i, j)
 
@@ -173,7 +204,7 @@ def begin_mode(system: Any, work: Any, i: int, j: int) -> None:
     for a in range(system.masses):
         constant += phases.excite[i, j, a] * work.net[a]
         start += phases.entry[i, j, a] * work.q[a] + phases.entry[i, j, MASSES + a] * work.v[a]
-    work.fastest = max(work.fastest, abs(rate))
+    work.fastest = max(work.fastest, modulus(rate))
     if system.harmonics == 0:
         work.steady[j], work.start[j] = constant, start
         _cubic_force(system, work, i, j)
@@ -205,29 +236,33 @@ def modes_at(system: Any, work: Any, i: int, t: float) -> None:
 
     Growth is not a difference of values: motions that are small beside the drive keep their digits.
     """
+    if t == work.at:
+        return
     phases, w = work.phases, work.w
     work.left -= 1.0
+    work.at = t
     base_at(system, work, t)
     for j in range(phases.modes[i]):
         rate = phases.rate[i, j]
+        change = growth(rate * t)
+        work.lasting[j] = change / rate
         if system.harmonics == 0:
-            _mode_under_cubic(work, rate, j, t)
+            _mode_under_cubic(work, rate, change, j, t)
             continue
-        grown = work.start[j] * growth(rate * t)
+        grown = work.start[j] * change
         free, square = work.start[j] + grown, rate * rate
         w[0, j], w[1, j], w[2, j] = grown, rate * free, square * free
         w[3, j], w[4, j] = square * rate * free, square * square * free
         for m in range(system.harmonics):
             k = m + 1.0
-            change = work.line[m] * growth(complex(0.0, k * t))
-            wave = work.line[m] + change
+            wave = work.line[m] + work.grown[m]
             back, fore = phases.back[i, j, m] * wave.conjugate(), phases.fore[i, j, m] * wave
-            w[0, j] += phases.back[i, j, m] * change.conjugate()
+            w[0, j] += phases.back[i, j, m] * work.grown[m].conjugate()
             if phases.near[i, j, m] == 1:
                 _add_near(w, j, fore, phases.fore[i, j, m] * work.line[m], rate, k, t)
                 fore = 0.0j
             else:
-                w[0, j] += phases.fore[i, j, m] * change
+                w[0, j] += phases.fore[i, j, m] * work.grown[m]
             w[1, j] += complex(0.0, k) * (fore - back)
             w[2, j] -= k * k * (fore + back)
             w[3, j] -= complex(0.0, k * k * k) * (fore - back)
@@ -254,11 +289,11 @@ def _add_near(w: ComplexArray, j: int, force: complex, line: complex, rate: comp
 
 
 @inner
-def _mode_under_cubic(work: Any, rate: complex, j: int, t: float) -> None:
-    """Write a mode under a cubic force: ``e^x start + sum_k t^(k+1) phi_(k+1)(x) p_k``, x = rate t."""
+def _mode_under_cubic(work: Any, rate: complex, change: complex, j: int, t: float) -> None:
+    """Write a mode under a cubic force: ``e^x start + sum_k t^(k+1) phi_(k+1)(x) p_k``, x = rate t; change: e^x - 1."""
     w, p = work.w, work.forced
     x = rate * t
-    value = work.start[j] * growth(x)
+    value = work.start[j] * change
     if abs(x) < 0.7:
         for k in range(4):
             # phi_(k+1)(x) t^(k+1) = t^(k+1) sum x^m / (m + k + 1)!
@@ -271,7 +306,7 @@ def _mode_under_cubic(work: Any, rate: complex, j: int, t: float) -> None:
                 total += term
             value += total * p[j, k]
     else:
-        phi, power, factorial = (np.exp(x) - 1.0) / x, complex(t), 1.0
+        phi, power, factorial = change / x, complex(t), 1.0
         for k in range(4):
             value += power * phi * p[j, k]
             factorial *= k + 1.0
@@ -293,44 +328,27 @@ def bound_modes(system: Any, work: Any, i: int, t: float, span: float) -> None:
     phases = work.phases
     for j in range(phases.modes[i]):
         rate = phases.rate[i, j]
-        size, growth = abs(rate), np.exp(max(0.0, rate.real) * span)
+        size, growth = modulus(rate), np.exp(max(0.0, rate.real) * span)
         if system.harmonics == 0:
-            fourth = (abs(work.w[4, j]) + size * span * abs(work.forced[j, 3])) * np.exp(size * span)
-            work.bound[0, j] = abs(work.w[3, j]) + span * fourth
+            fourth = (modulus(work.w[4, j]) + size * span * modulus(work.forced[j, 3])) * np.exp(size * span)
+            work.bound[0, j] = modulus(work.w[3, j]) + span * fourth
             work.bound[1, j] = fourth
             continue
-        free = abs(work.start[j]) * np.exp(rate.real * t) * growth
+        free = modulus(work.start[j]) * np.exp(rate.real * t) * growth
         third, fourth = size**3 * free, size**4 * free
         for m in range(system.harmonics):
             k = m + 1.0
-            both = (abs(phases.back[i, j, m]) + (0.0 if phases.near[i, j, m] else abs(phases.fore[i, j, m]))) * abs(
-                work.line[m]
-            )
+            near, line = phases.near[i, j, m], modulus(work.line[m])
+            fore, back = line * modulus(phases.fore[i, j, m]), line * modulus(phases.back[i, j, m])
+            both = back + (0.0 if near else fore)
             third += k**3 * both
             fourth += k**4 * both
-            if phases.near[i, j, m]:
-                most, force = max(size, k), abs(phases.fore[i, j, m] * work.line[m])
+            if near:
+                most = max(size, k)
                 reach = (t + span) * max(1.0, growth)
-                third += force * most**2 * (most * reach + 3.0)
-                fourth += force * most**3 * (most * reach + 4.0)
+                third += fore * most**2 * (most * reach + 3.0)
+                fourth += fore * most**3 * (most * reach + 4.0)
         work.bound[0, j], work.bound[1, j] = third, fourth
-
-
-@inner
-def base_bound(system: Any, order: int) -> float:
-    """Bound a derivative (0 to 5) of the base; of a sampled base over the piece, that of order 3."""
-    if system.harmonics == 0:
-        return 6.0 * abs(system.cubic[3]) if order == 3 else 0.0
-    total = 0.0
-    for m in range(system.harmonics):
-        total += (m + 1.0) ** order * abs(system.lines[m])
-    return total
-
-
-@inner
-def speed_of(system: Any, v: FloatArray, c: int, rate: float) -> float:
-    """Return the speed of a contact, the base's being `rate`."""
-    return place_of(system, v, c, rate)
 
 
 @inner
@@ -338,7 +356,7 @@ def contact_force(system: Any, work: Any, i: int, c: int) -> float:
     """Return the force of a contact on its mass, its dashpot in it, at the time for which `modes_at` was called."""
     if work.kappa[c] == np.inf:
         return held_force(system, work, i, c, work.now_q, work.now_v)
-    place, speed = place_of(system, work.now_q, c, work.f[0]), speed_of(system, work.now_v, c, work.f[1])
+    place, speed = place_of(system, work.now_q, c, work.f[0]), place_of(system, work.now_v, c, work.f[1])
     return work.kappa[c] * place + work.offset[c] + system.dashpot[c] * speed
 
 
@@ -365,8 +383,8 @@ def force_on(system: Any, work: Any, a: int, q: FloatArray, v: FloatArray) -> fl
 
 
 @inner
-def flow_over(system: Any, work: Any, i: int, span: float) -> None:
-    """Write the derivative of (q, v) after a span by (q, v) and the contacts' constant forces at the begin."""
+def flow_over(system: Any, work: Any, i: int) -> None:
+    """Write the derivative of (q, v) at the time of `modes_at` by (q, v) and the contacts' constant forces before."""
     phases, flow = work.phases, work.flow
     n, contacts = system.masses, system.contacts
     for a in range(2 * n):
@@ -378,14 +396,14 @@ def flow_over(system: Any, work: Any, i: int, span: float) -> None:
                 flow[a, b] += phases.carried[i, a, c] * system.row[c, b] if work.kappa[c] == np.inf else 0.0
     for j in range(phases.modes[i]):
         rate = phases.rate[i, j]
-        grown, lasting = np.exp(rate * span), quotient(rate, 0.0j, span)
-        later = rate * lasting + 1.0  # of the constant force, in w'
+        lasting = work.lasting[j]
+        grown = rate * lasting + 1.0
         for b in range(2 * n + contacts):
             by_start = 0.0j
             if b < 2 * n:
                 by_start = phases.entry[i, j, b if b < n else MASSES + b - n]
             by_force = pushed_by(system, work, i, j, b)
-            w, dw = grown * by_start + lasting * by_force, rate * grown * by_start + later * by_force
+            w, dw = grown * by_start + lasting * by_force, grown * (rate * by_start + by_force)
             for a in range(n):
                 flow[a, b] += (phases.outward[i, a, j] * w).real
                 flow[n + a, b] += (phases.outward[i, a, j] * dw).real

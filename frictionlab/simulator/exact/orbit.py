@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import inner
+from frictionlab.simulator.exact.account import ACCOUNT
+from frictionlab.simulator.exact.flow import RUNNER
 from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED
 from frictionlab.simulator.row import CHATTERED, COSTLY, NOT_FOUND, PARTING, PERIODIC, PULLING, RUNAWAY, STUCK, UPCOMING
 
 TURN = 2.0 * pi
 STEPS = 60  # of Newton's method to the only orbit
-FEW_STEPS = 8  # to one of several
+FEW_STEPS = 8  # beside a motion
 ROUNDED = -1.0
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
 SECTIONS = 4  # phases of the drive from which the only orbit is tried
@@ -40,12 +42,13 @@ LEG = np.dtype([("tau", "f8"), ("span", "f8"), ("turns", "i8"), ("sign", "f8")])
 
 
 class Carrier(NamedTuple):
-    """What carries a motion: `flow.runner`, what it carries, where it writes."""
+    """What carries a motion: what is carried, where it writes, and the addresses of `run` and `account`."""
 
-    run: Any
-    systems: Any  # one record of SYSTEM
+    systems: Any  # records of SYSTEM, the first is carried
     works: Any  # one record of WORK
     pieces: FloatArray
+    run: Any = RUNNER
+    account: Any = ACCOUNT
 
 
 @inner
@@ -60,6 +63,16 @@ def put(system: Any, work: Any, y: FloatArray, tau: float) -> None:
 
 
 @inner
+def write_image(system: Any, work: Any, leg: Any, image: FloatArray) -> None:
+    """Write the image that the run last carried has come to."""
+    n = system.masses
+    for a in range(n):
+        image[a], image[n + a] = leg.sign * work.q[a], leg.sign * work.v[a]
+    for i in range(system.sliders):
+        image[2 * n + i] = leg.sign * work.anchor[i]
+
+
+@inner
 def carry(flow: Any, leg: Any, y: FloatArray, image: FloatArray, tangent: bool) -> int:
     """Write the image of a state under the map of a leg; return how the run ended."""
     system, work = flow.systems[0], flow.works[0]
@@ -71,10 +84,7 @@ def carry(flow: Any, leg: Any, y: FloatArray, image: FloatArray, tangent: bool) 
         code = flow.run(flow.systems, flow.works, flow.pieces, leg.span, tangent, turn == 0)
         if code != DONE:
             return code
-    for a in range(n):
-        image[a], image[n + a] = leg.sign * work.q[a], leg.sign * work.v[a]
-    for i in range(system.sliders):
-        image[2 * n + i] = leg.sign * work.anchor[i]
+    write_image(system, work, leg, image)
     if tangent and leg.sign != 1.0:
         for a in range(2 * n + system.sliders):
             for b in range(2 * n + system.sliders):
@@ -116,8 +126,8 @@ def drive_size(system: Any) -> float:
 
 
 @inner
-def solve_linear(matrix: FloatArray, size: int) -> bool:
-    """Solve linear equations in place, the right side in the last column; False where they have no one solution.
+def solve_linear(matrix: Any, size: int, least: float) -> bool:
+    """Solve linear equations in place, the right side in the last column; False where no pivot is more than `least`.
 
     Two or three equations most of the time: LAPACK's call alone would take ten times as long.
     """
@@ -126,7 +136,7 @@ def solve_linear(matrix: FloatArray, size: int) -> bool:
         for i in range(k + 1, size):
             if abs(matrix[i, k]) > abs(matrix[best, k]):
                 best = i
-        if matrix[best, k] == 0.0:
+        if abs(matrix[best, k]) <= least:
             return False
         if best != k:
             for j in range(size + 1):
@@ -142,19 +152,18 @@ def solve_linear(matrix: FloatArray, size: int) -> bool:
 
 
 @inner
-def unknowns(system: Any, work: Any, leg: Any) -> NDArray[np.int64]:
-    """Return which entries of a state Newton's method changes: anchors of sliders that never slip stay.
+def unknowns(system: Any, work: Any, sign: float) -> NDArray[np.int64]:
+    """Return which entries of a state a map changes: anchors of sliders that have not slipped in the run stay.
 
-    Under a mirrored map they are unknowns too: mirrored they must be themselves.
+    Under a mirrored map (sign -1) they are unknowns too: mirrored they must be themselves.
     """
-    n = system.masses
-    which = np.empty(2 * n + system.sliders, np.int64)
-    count = 2 * n
-    for a in range(2 * n):
+    count = 2 * system.masses
+    which = np.empty(count + system.sliders, np.int64)
+    for a in range(count):
         which[a] = a
     for i in range(system.sliders):
-        if leg.sign < 0.0 or work.slipped[i]:
-            which[count] = 2 * n + i
+        if sign < 0.0 or work.slipped[i]:
+            which[count] = 2 * system.masses + i
             count += 1
     return which[:count]
 
@@ -162,14 +171,14 @@ def unknowns(system: Any, work: Any, leg: Any) -> NDArray[np.int64]:
 @inner
 def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatArray, target: FloatArray) -> bool:
     """Write where Newton's method expects the fixed point; False if it cannot say."""
-    which = unknowns(system, work, leg)
+    which = unknowns(system, work, leg.sign)
     size = len(which)
     matrix = np.empty((size, size + 1))
     for i in range(size):
         for j in range(size):
             matrix[i, j] = (1.0 if i == j else 0.0) - work.jacobian[which[i], which[j]]
         matrix[i, size] = image[which[i]] - y[which[i]]
-    if not solve_linear(matrix, size):
+    if not solve_linear(matrix, size, 0.0):
         return False
     for k in range(len(y)):
         target[k] = y[k]
@@ -181,7 +190,7 @@ def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatA
 
 
 @inner
-def shoot(flow: Any, leg: Any, y: FloatArray, steps: int, patience: int) -> tuple[float, int]:
+def shoot(flow: Any, leg: Any, y: FloatArray, patience: float) -> tuple[float, int]:
     """Move a state to the fixed point of a leg's map nearby; return its miss and how the last run ended.
 
     Newton's steps are shortened until the miss shrinks; where none helps, the map itself is applied: once, then twice,
@@ -191,14 +200,16 @@ def shoot(flow: Any, leg: Any, y: FloatArray, steps: int, patience: int) -> tupl
     image, turns = np.empty(len(y)), 1
     code = carry(flow, leg, y, image, True)
     miss = distance(system, y, image)
-    for _ in range(steps):
+    for _ in range(STEPS):
         if code != DONE or miss <= 2e-16 * size_of(system, work, y):
             break
         less = stepped(flow, leg, y, image, miss)
         if ROUNDED < less < miss:
             miss = less
             continue
-        if less == ROUNDED or patience <= 0:  # only rounding is left, or no step helps
+        if less == ROUNDED:  # only rounding is left
+            break
+        if patience <= 0.0:
             return miss, carry(flow, leg, y, image, True)
         for _ in range(turns):
             for k in range(len(y)):
@@ -214,13 +225,15 @@ def shoot(flow: Any, leg: Any, y: FloatArray, steps: int, patience: int) -> tupl
 def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float) -> float:
     """Move a state and its image by the longest share of Newton's step that helps; return the miss then.
 
-    ROUNDED: what is left is rounding; infinite: no share helps, and the state stays.
+    ROUNDED: what is left is rounding, and the run last carried is that from the state; infinite: no share helps.
     """
     system, work, size = flow.systems[0], flow.works[0], len(y)
     target, trial, ahead = np.empty(size), np.empty(size), np.empty(size)
     extent = size_of(system, work, y)
     if not newton_target(system, work, leg, y, image, target):
         return inf
+    if distance(system, y, target) <= 4e-15 * extent:
+        return ROUNDED
     share = 1.0
     while share > 0.01:
         for k in range(size):
@@ -232,6 +245,7 @@ def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float) 
             return less
         share *= 0.25
         if miss <= 1e-13 * extent + 1e-15 * drive_size(system):
+            carry(flow, leg, y, image, True)
             return ROUNDED
     return inf
 
@@ -242,14 +256,8 @@ def multiplier(system: Any, work: Any) -> float:
 
     Anchors of sliders that never slip, and speeds of what holds, are left out: they have none.
     """
-    n, size = system.masses, 2 * system.masses
-    which = np.empty(2 * n + system.sliders, np.int64)
-    for a in range(2 * n):
-        which[a] = a
-    for i in range(system.sliders):
-        if work.slipped[i]:
-            which[size] = 2 * n + i
-            size += 1
+    which = unknowns(system, work, 1.0)
+    size = len(which)
     if size == 2:
         half = 0.5 * (work.jacobian[0, 0] + work.jacobian[1, 1])
         det = work.jacobian[0, 0] * work.jacobian[1, 1] - work.jacobian[0, 1] * work.jacobian[1, 0]
@@ -263,76 +271,71 @@ def multiplier(system: Any, work: Any) -> float:
             first[i, j] = power[i, j] = work.jacobian[which[i], which[j]]
     grown, weight = 0.0, 1.0
     for _ in range(SQUARINGS):  # the 2^m-th root is what remains of the norm
-        norm = np.abs(power).max()
+        norm = largest(power.ravel())
         if norm == 0.0:
             return 0.0
         grown += weight * log(norm)
         weight *= 0.5
-        power = product(power / norm, power / norm)
+        power = squared(power, 1.0 / norm)
     return exp(grown) * sign_of(first, power, exp(grown))
 
 
 @inner
-def product(left: FloatArray, right: FloatArray) -> FloatArray:
-    """Return the product of two square matrices: without a library that takes seconds to compile in."""
-    size, out = len(left), np.zeros((len(left), len(left)))
+def squared(matrix: FloatArray, share: float) -> FloatArray:
+    """Return the square of a share of a matrix: without a library that takes seconds to compile in."""
+    size, out = len(matrix), np.zeros((len(matrix), len(matrix)))
     for i in range(size):
         for k in range(size):
-            if left[i, k] != 0.0:
+            if matrix[i, k] != 0.0:
                 for j in range(size):
-                    out[i, j] += left[i, k] * right[k, j]
+                    out[i, j] += (share * matrix[i, k]) * (share * matrix[k, j])
     return out
+
+
+@inner
+def largest(values: FloatArray) -> float:
+    """Return the largest size of some numbers."""
+    found = 0.0
+    for value in values:
+        found = max(found, abs(value))
+    return found
 
 
 @inner
 def sign_of(first: FloatArray, power: FloatArray, radius: float) -> float:
     """Return -1 where the eigenvalue that a power of a matrix is left with is negative, else 1."""
-    size, best, away = len(first), 0, 0.0
-    for j in range(size):
-        if np.abs(power[:, j]).max() > np.abs(power[:, best]).max():
-            best = j
+    size, best, away, most = len(first), 0, 0.0, largest(power.ravel())
+    while best < size - 1 and largest(power[:, best].copy()) < most:
+        best += 1
     for i in range(size):
         image = radius * power[i, best]
         for j in range(size):
             image += first[i, j] * power[j, best]
         away = max(away, abs(image))
-    return -1.0 if away <= 1e-6 * radius * np.abs(power[:, best]).max() else 1.0
+    return -1.0 if away <= 1e-6 * radius * most else 1.0
 
 
 @inner
 def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[float, int]:
-    """Find the one orbit of a problem whose motions only draw nearer, from the best of some starts (k, size).
+    """Find the one orbit of a problem whose motions only draw nearer, from rest or another of some starts (k, size).
 
     The map has a kink where a contact comes to rest just at the section, and Newton's method may stall there: then the
     section is shifted.
     """
     system, work = flow.systems[0], flow.works[0]
-    size, image = len(y), np.empty(len(y))
-    miss, code = inf, DONE
-    state = np.zeros(size)
-    for section in range(SECTIONS):
-        leg.tau = 0.7 * section
-        least = inf
-        for k in range(len(starts)):
-            for j in range(size):
-                state[j] = starts[k, j] if section == 0 or k == 0 else 0.0
-            if k == 0 or section > 0:
-                for _ in range(2):
-                    carry(flow, leg, state, image, False)
-                    for j in range(size):
-                        state[j] = image[j]
-            code = carry(flow, leg, state, image, False)
-            away = distance(system, state, image) if code == DONE else inf
-            if away < least:
-                least = away
-                for j in range(size):
-                    y[j] = state[j]
-            if section > 0:
-                break
-        miss, code = shoot(flow, leg, y, STEPS, 1000000)
+    image, miss, code = np.empty(len(y)), inf, DONE
+    for attempt in range(len(starts) + SECTIONS - 1):
+        leg.tau = 0.7 * max(0, attempt + 1 - len(starts))
+        for k in range(len(y)):
+            y[k] = starts[attempt if attempt < len(starts) else 0, k]
+        for _ in range(2 if attempt == 0 or attempt >= len(starts) else 0):
+            carry(flow, leg, y, image, False)
+            for k in range(len(y)):
+                y[k] = image[k]
+        miss, code = shoot(flow, leg, y, inf)
         if code != DONE or miss <= 1e-12 * size_of(system, work, y) + 1e-14 * drive_size(system):
             return miss, code
-    if code == DONE and system.masses == 1 and system.sliders == 0:
+    if system.masses == 1 and system.sliders == 0:
         return continued(flow, leg, y)
     return miss, code
 
@@ -352,10 +355,10 @@ def continued(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
         y[k] = 0.0
     while more > 0.0:
         system.limit[0] = limit * (1.0 + more)
-        shoot(flow, leg, y, STEPS if more == 0.03 else 2 * FEW_STEPS, 1000000)
+        shoot(flow, leg, y, inf)
         more = 0.2 * more if more > 1e-17 else 0.0
     system.limit[0] = limit
-    return shoot(flow, leg, y, 2 * FEW_STEPS, 1000000)
+    return shoot(flow, leg, y, inf)
 
 
 @inner
@@ -437,7 +440,7 @@ def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
             code = carry(flow, leg, y, image, True)
             less = distance(system, y, image)
             if code == DONE and less <= 1e-9 * size_of(system, work, y):
-                return shoot(flow, leg, y, FEW_STEPS, 0)[0]
+                return shoot(flow, leg, y, 0.0)[0]
     leg.turns = turns
     carry(flow, leg, y, image, True)
     return miss
@@ -501,7 +504,7 @@ def any_stable(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, in
         whole(leg, maps * (1 if each == 1 or maps == 1 else 2), each)
         for k in range(len(y)):
             orbit[k] = y[k]
-        miss, code = shoot(flow, leg, orbit, 4 * FEW_STEPS, 0)
+        miss, code = shoot(flow, leg, orbit, 0.0)
         near = miss <= 1e-12 * size_of(system, work, orbit) + 1e-14 * drive_size(system)
         if code == DONE and near and abs(multiplier(system, work)) <= 1.0 + 1e-9:
             for k in range(len(y)):
@@ -579,42 +582,3 @@ def verdict_of(code: int) -> int:
     if code == TIRED:
         return COSTLY
     return RUNAWAY if code == STEEP else CHATTERED
-
-
-@inner
-def find(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, mirror: bool, alone: bool) -> tuple[int, float]:
-    """Find the orbit that rest settles on; return an outcome and its miss. `y` and `leg` are its state and map.
-
-    Parameters
-    ----------
-    system, work, leg
-        Records of SYSTEM, WORK and LEG.
-    pieces : ndarray
-        The run's pieces are recorded as far as there is space.
-    starts : ndarray of shape (k, size)
-        Where a search may begin; the first is at rest.
-    y : ndarray of shape (size,)
-    mirror : bool
-        Whether the problem is its own mirror image half a cycle later.
-    alone : bool
-        Whether motions only draw nearer to each other, so that there is one orbit.
-    """
-    system, work = flow.systems[0], flow.works[0]
-    each, smooth = 2 if mirror else 1, True
-    whole(leg, 1, each)
-    for c in range(system.contacts):
-        smooth = smooth and system.up[c] == 1.0 and system.down[c] == 1.0
-    if smooth:
-        miss, code = only_orbit(flow, leg, starts, y)
-        floor, extent = 1e-14 * drive_size(system), size_of(system, work, y)
-        if code == TIRED or (code != DONE and alone):
-            return verdict_of(code), miss
-        if alone:
-            return PERIODIC if miss <= 1e-9 * extent + floor else NOT_FOUND, miss
-        close = code == DONE and miss <= 1e-12 * extent + floor
-        if close and abs(multiplier(system, work)) <= 1.0 + 1e-9 and system.sliders <= 1:
-            return PERIODIC, miss
-    for k in range(len(y)):
-        y[k] = starts[0, k]
-    miss, outcome = settle_from(flow, leg, y, each)
-    return outcome, miss

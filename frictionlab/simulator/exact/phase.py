@@ -18,7 +18,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.compiled import entry, inner
 
-SLOTS = 96  # phases remembered
+SLOTS = 97  # phases remembered: odd, so that fields of one do not meet in one line of the processor's cache
 DONE, CHATTER, PULLS, TIRED, STEEP, MISSING = range(6)  # how a run ended; MISSING: a phase is to be made
 CRITICAL = 2e-10  # over the squared frequency: two rates nearer than this are parted by it (zeta moved by 1e-10)
 NEAR = 0.02  # a harmonic nearer to a rate than this is taken by its divided difference
@@ -60,8 +60,7 @@ PHASES = np.dtype(
     [
         ("count", "i8"),  # slots in use
         ("next", "i8"),  # slot to write
-        ("missing", "i8"),  # 1: a phase of several masses was wanted that is not there
-        ("wanted", "f8", (_C,)),  # the one that is made next
+        ("missing", "i8"),  # 1 and the slot of a phase of several masses that is to be made
         ("kappa", "f8", (_P, _C)),  # which phase it is
         ("modes", "i8", (_P,)),  # modes
         ("rate", "c16", (_P, _D)),
@@ -71,6 +70,7 @@ PHASES = np.dtype(
         ("fore", "c16", (_P, _D, _H)),  # half the response to e^(i k tau), or half the force where `near`
         ("back", "c16", (_P, _D, _H)),  # half the response to e^(-i k tau)
         ("near", "i8", (_P, _D, _H)),  # 1 next to resonance
+        ("close", "i8", (_P,)),  # 1: a harmonic is, or two rates are next to each other
         ("along", "f8", (_P, _N)),  # what held contacts carry along with the base
         ("carried", "f8", (_P, _N, _C)),  # masses by displacements of held contacts
         ("stiffness", "f8", (_P, _N, _N)),
@@ -94,37 +94,28 @@ def slot_of(system: Any, phases: Any, kappa: FloatArray) -> int:
     -STEEP: a direction has no stiffness left.
     """
     contacts, held = system.contacts, False
+    if phases.missing:
+        return -MISSING
     for i in range(phases.count):
         c = 0
         while c < contacts and phases.kappa[i, c] == kappa[c]:
             c += 1
         if c == contacts:
             return i
+    i = phases.next
+    phases.count, phases.next = max(phases.count, i + 1), (i + 1) % SLOTS
     for c in range(contacts):
-        phases.wanted[c] = kappa[c]
+        phases.kappa[i, c] = kappa[c]
         held = held or kappa[c] == inf
     if system.masses > 1:
-        phases.missing = 1
+        phases.missing = 1 + i
         return -MISSING
-    i = _next_slot(system, phases)
     _constrain_one(system, phases, i)
     phases.modes[i] = 0
     if not held and not _modes_of_one(system, phases, i):
         phases.count, phases.next = 0, 0
         return -STEEP
-    _contact_rows(system, phases, i)
-    _responses(system, phases, i)
-    return i
-
-
-@inner
-def _next_slot(system: Any, phases: Any) -> int:
-    """Return the slot that the phase wanted is written to."""
-    i = phases.next
-    phases.count = max(phases.count, i + 1)
-    phases.next = (i + 1) % SLOTS
-    for c in range(system.contacts):
-        phases.kappa[i, c] = phases.wanted[c]
+    _complete(system, phases, i)
     return i
 
 
@@ -156,24 +147,23 @@ def make_phase(systems: Any, works: Any) -> None:
     """
     system, phases = systems[0], works[0]["phases"]
     n, c = int(system["masses"]), int(system["contacts"])
+    i = int(phases["missing"]) - 1
     phases["missing"] = 0
-    kappa, row = phases["wanted"][:c].copy(), system["row"][:c, :n]
-    i = int(phases["next"])
-    phases["count"], phases["next"] = max(int(phases["count"]), i + 1), (i + 1) % SLOTS
+    kappa, row = phases["kappa"][i, :c], system["row"][:c, :n]
     held = np.isinf(kappa)
     free_kappa, rows = np.where(held, 0.0, kappa), row[held]
     stiffness = system["stiffness"][:n, :n] + row.T @ (free_kappa[:, None] * row)
     free, carried, grip = np.eye(n), np.zeros((n, c)), np.zeros((c, n))
     bind = np.zeros(c)
     if len(rows) and np.linalg.matrix_rank(rows) < len(rows):  # on wall and base at once: the base moves
-        phases["kappa"][i, :c], phases["modes"][i] = kappa, -1
+        phases["modes"][i] = -1
         return
     if len(rows):
         free = np.linalg.svd(rows)[2][len(rows) :].T
         carried[:, held] = np.linalg.pinv(rows)
         compliance = np.linalg.inv(rows @ system["mobility"][:n, :n] @ rows.T)
         grip[held], bind[held] = compliance @ rows @ system["mobility"][:n, :n], compliance @ system["follow"][:c][held]
-    phases["kappa"][i, :c], phases["stiffness"][i, :n, :n] = kappa, stiffness
+    phases["stiffness"][i, :n, :n] = stiffness
     phases["carried"][i, :n, :c], phases["grip"][i, :c, :n], phases["bind"][i, :c] = carried, grip, bind
     phases["along"][i, :n] = carried @ system["follow"][:c]
     phases["by_f"][i, :n] = system["push"][:n, 0] + row.T @ (free_kappa * system["follow"][:c])
@@ -215,8 +205,7 @@ def _write_modes(system: Any, phases: Any, i: int, free: FloatArray, stiffness: 
 @entry
 def complete(systems: Any, works: Any, i: int) -> None:
     """Write what follows from the modes of a phase."""
-    _contact_rows(systems[0], works[0].phases, i)
-    _responses(systems[0], works[0].phases, i)
+    _complete(systems[0], works[0].phases, i)
 
 
 @inner
@@ -297,15 +286,23 @@ def mode_force(system: Any, phases: Any, i: int, j: int, f: complex, df: complex
 
 
 @inner
-def _responses(system: Any, phases: Any, i: int) -> None:
-    """Write each mode's response to each harmonic of the base."""
+def _complete(system: Any, phases: Any, i: int) -> None:
+    """Write what follows from the modes of a phase: its contacts', and each mode's response to each harmonic."""
+    _contact_rows(system, phases, i)
+    phases.close[i] = 0
     for j in range(phases.modes[i]):
+        rate = phases.rate[i, j]
+        if 0.0 < abs(rate.imag) < NEAR * abs(rate):
+            phases.close[i] = 1
+        for k in range(j):
+            if abs(phases.rate[i, k] - rate) < NEAR * abs(rate):
+                phases.close[i] = 1
         for m in range(system.harmonics):
             turn = complex(0.0, m + 1.0)
             fore = 0.5 * mode_force(system, phases, i, j, 1.0 + 0.0j, turn, turn * turn)
             back = 0.5 * mode_force(system, phases, i, j, 1.0 + 0.0j, -turn, turn * turn)
-            away = turn - phases.rate[i, j]
-            near = abs(away) < NEAR
+            near = abs(turn - rate) < NEAR
             phases.near[i, j, m] = 1 if near else 0
-            phases.fore[i, j, m] = fore if near else fore / away
-            phases.back[i, j, m] = back / (-turn - phases.rate[i, j])
+            phases.close[i] = 1 if near else phases.close[i]
+            phases.fore[i, j, m] = fore if near else fore / (turn - rate)
+            phases.back[i, j, m] = back / (-turn - rate)

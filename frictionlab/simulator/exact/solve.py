@@ -1,6 +1,7 @@
 """The exact flow as Python calls it: steady states and motions of one mass or many, by linear phases between events."""
 
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from math import ceil, inf, nan, pi
@@ -15,7 +16,6 @@ from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import announce, record_of
 from frictionlab.simulator.exact import answer, orbit
 from frictionlab.simulator.exact.account import NUMBERS, evaluate_all
-from frictionlab.simulator.exact.flow import RUNNER
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import (
     CHATTER,
@@ -41,7 +41,9 @@ announce("frictionlab.simulator.exact.answer")
 
 TURN = 2.0 * pi
 TOUCH = 1e-13  # rad: a shorter stick is no stop
-MOST_PIECES = 1 << 22  # recorded
+PIECES = 512  # recorded at first
+MOST_PIECES = 1 << 22
+_OWN = threading.local()
 CLOSED = {"auto": answer.AUTO, "closed-form": answer.CLOSED_ONLY, "exact": answer.NEVER_CLOSED}
 
 
@@ -84,10 +86,16 @@ def iwan_sliders(stiffness: float, beta: float, count: int, chi: float) -> tuple
 
 def sliders_of(contact: Problem | Contact) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return stiffness and friction force of a contact's elastic sliders; none: it is rigid."""
-    stiffness = contact.parameter("stiffness_ratio")
-    if contact.law.has("iwan"):
-        return iwan_sliders(stiffness, contact.beta, round(contact.parameter("sliders")), contact.parameter("chi"))
-    return ((stiffness,), (contact.beta,)) if contact.law.has("compliance") else ((), ())
+    return _sliders(dict(zip((p.name for p in contact.law.parameters), contact.numbers, strict=True)))
+
+
+def _sliders(numbers: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    stiffness, beta = numbers.get("stiffness_ratio"), numbers["beta"]
+    if stiffness is None:
+        return (), ()
+    if "sliders" in numbers:
+        return iwan_sliders(stiffness, beta, round(numbers["sliders"]), numbers["chi"])
+    return (stiffness,), (beta,)
 
 
 def system_of(structure: Structure) -> Any:
@@ -105,7 +113,9 @@ def system_of(structure: Structure) -> Any:
     systems = record_of(SYSTEM)
     system = systems[0]
     _set_contacts(system, contacts)
-    _set_base(system, structure.base)
+    _refuse_more("harmonics of the base", structure.base.harmonics, HARMONICS)
+    system["harmonics"] = structure.base.harmonics
+    system["lines"][: structure.base.harmonics] = structure.base.lines
     dashpot = np.array([2.0 * r * contact.parameter("contact_damping_ratio") for contact in contacts])
     rigid = [i for i, contact in enumerate(contacts) if not sliders_of(contact)[0]]
     bound = np.column_stack((rows, follow))[rigid]
@@ -127,27 +137,14 @@ def system_of(structure: Structure) -> Any:
     return systems
 
 
-def _set_contacts(system: Any, contacts: tuple[Contact | Problem, ...]) -> None:
+def _set_contacts(system: Any, contacts: tuple[Contact, ...]) -> None:
     """Write the numbers of contacts and their sliders into a record."""
     _refuse_more("contacts", len(contacts), CONTACTS)
     system["contacts"] = len(contacts)
-    first = 0
     for number, contact in enumerate(contacts):
-        springs, strengths = sliders_of(contact)
-        last = first + len(springs)
-        _refuse_more("sliders", last, SLIDERS)
-        system["spring"][first:last], system["strength"][first:last] = springs, strengths
-        system["first"][number], system["first"][number + 1] = first, last
+        _set_sliders(system, number, *sliders_of(contact))
         system["limit"][number], system["gradient"][number] = contact.beta, contact.parameter("gradient")
         system["up"][number], system["down"][number] = contact.static_ratios
-        first = last
-    system["sliders"] = first
-
-
-def _set_base(system: Any, base: Base) -> None:
-    _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
-    system["harmonics"] = base.harmonics
-    system["lines"][: base.harmonics] = base.lines
 
 
 def _refuse_more(name: str, count: int, most: int) -> None:
@@ -157,23 +154,47 @@ def _refuse_more(name: str, count: int, most: int) -> None:
 
 def system_of_one(problem: Problem) -> Any:
     """Return a problem as the compiled flow takes it: one mass, one contact."""
-    systems = record_of(SYSTEM)
-    system, r = systems[0], problem.r
-    _set_contacts(system, (problem,))
-    _set_base(system, problem.base)
-    set_masses(systems, r, problem.zeta, problem.frame_damping_ratio, moves=problem.wall == "base")
+    values = problem.parameters | {"r": problem.r}
+    return systems_of({name: np.array([value]) for name, value in values.items()}, problem.wall, problem.base)
+
+
+def systems_of(values: Mapping[str, FloatArray], wall: str, base: Base) -> Any:
+    """Return problems of one law, whose numbers (k,) are given by name, as the compiled flow takes them (k,)."""
+    r, beta = values["r"], values["beta"]
+    systems, moves = record_of(SYSTEM, len(r)), wall == "base"
+    contact = values.get("contact_damping_ratio", 0.0)
+    frame = values.get("frame_damping_ratio", 0.0)
+    systems["masses"], systems["contacts"], systems["r"] = 1, 1, r
+    systems["row"][:, 0, 0], systems["follow"][:, 0] = 1.0, float(moves)
+    systems["dashpot"][:, 0] = 2.0 * contact * r
+    systems["inertia"][:, 0, 0], systems["mobility"][:, 0, 0] = r * r, 1.0 / (r * r)
+    systems["damping"][:, 0, 0] = 2.0 * (contact + frame) * r
+    systems["stiffness"][:, 0, 0], systems["push"][:, 0, 0] = 1.0, 1.0
+    systems["push"][:, 0, 1] = 2.0 * (frame + (contact if moves else 0.0)) * r
+    systems["limit"][:, 0] = beta
+    for field, name, otherwise in (
+        ("gradient", "gradient", 0.0),
+        ("up", "static_ratio_up", 1.0),
+        ("down", "static_ratio_down", 1.0),
+    ):
+        systems[field][:, 0] = values.get(name, otherwise)
+    _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
+    systems["harmonics"] = base.harmonics
+    systems["lines"][:, : base.harmonics] = base.lines
+    if "stiffness_ratio" in values:
+        for k in range(len(r)):
+            springs, strengths = _sliders({name: float(numbers[k]) for name, numbers in values.items()})
+            _set_sliders(systems[k], 0, springs, strengths)
     return systems
 
 
-def set_masses(systems: Any, r: Any, contact_zeta: Any, frame_zeta: Any, *, moves: bool) -> None:
-    """Write the one mass of records of systems, of numbers or arrays: ``r^2 x'' + 2 zeta_f r (x' - f') + x - f``."""
-    systems["masses"], systems["r"] = 1, r
-    systems["row"][:, 0, 0], systems["follow"][:, 0] = 1.0, float(moves)
-    systems["dashpot"][:, 0] = 2.0 * np.asarray(contact_zeta) * r
-    systems["inertia"][:, 0, 0], systems["mobility"][:, 0, 0] = r * r, 1.0 / (r * r)
-    systems["damping"][:, 0, 0] = 2.0 * (np.asarray(contact_zeta) + frame_zeta) * r
-    systems["stiffness"][:, 0, 0], systems["push"][:, 0, 0] = 1.0, 1.0
-    systems["push"][:, 0, 1] = 2.0 * (np.asarray(frame_zeta) + (contact_zeta if moves else 0.0)) * r
+def _set_sliders(system: Any, contact: int, springs: Sequence[float], strengths: Sequence[float]) -> None:
+    """Write the sliders of a contact, after those of the contacts before it."""
+    first = int(system["first"][contact])
+    last = first + len(springs)
+    _refuse_more("sliders", last, SLIDERS)
+    system["spring"][first:last], system["strength"][first:last] = springs, strengths
+    system["first"][contact + 1] = system["sliders"] = last
 
 
 @dataclass(frozen=True)
@@ -220,7 +241,7 @@ class Pieces:
         """Return the same at times within the pieces of an index."""
         n, c = int(self.systems[0]["masses"]), int(self.systems[0]["contacts"])
         found = np.empty((len(index), 2 * n + c))
-        works, numbers = record_of(WORK), np.asarray(index, np.int64)
+        works, numbers = workspace(), np.asarray(index, np.int64)
         evaluate_all(self.systems, works, self.rows, numbers, within, found)
         while works[0]["phases"]["missing"]:
             make_phase(self.systems, works)
@@ -301,38 +322,58 @@ def solved(systems: Any, closed: int = answer.AUTO, start: FloatArray | None = N
 
     `left`: evaluations that the search may take, if those are fewer than its own share.
     """
-    system, works, legs, numbers = systems[0], record_of(WORK), record_of(orbit.LEG), record_of(NUMBERS)
-    n, c, size = int(system["masses"]), int(system["contacts"]), int(2 * system["masses"] + system["sliders"])
-    row, count, made = np.empty(places.ROW), 512, 0
+    works, legs, numbers = workspace(), record_of(orbit.LEG), record_of(NUMBERS)
+    n, c, size = (int(systems[0][name]) for name in ("masses", "contacts", "sliders"))
+    rows, count, made, spent = np.empty((1, places.ROW)), PIECES, 0, 0.0
+    search = answer.solve if start is None else answer.wait_for
     while True:
         pieces = np.empty((count, 2 + 2 * n + 3 * c))
-        y = np.full(size, nan) if start is None else start.copy()
-        works[0]["left"] = left
-        answer.solve_one(orbit.Carrier(RUNNER, systems, works, pieces), legs, y, closed, numbers, row)
-        spent = float(works[0]["spent"])
-        if row[places.OUTCOME] == places.LACKING:
+        ys = np.full((1, 2 * n + size), nan) if start is None else start[np.newaxis].copy()
+        search(orbit.Carrier(systems, works, pieces), legs, ys, closed, numbers, rows, left)
+        code, spent = rows[0, places.OUTCOME], float(works[0]["spent"])
+        if code == places.LACKING:
             made = _made(systems, works, made)
-            continue
-        if row[places.OUTCOME] != places.OVERFULL:
+        elif code == places.AWAITED:
+            search = answer.wait_for
+        elif code != places.OVERFULL:
             break
-        count = int(works[0]["count"])
-        if count > MOST_PIECES:
-            raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got {count}")
-    leg, found = legs[0], row[places.OUTCOME] in (places.PERIODIC, places.STUCK)
+        else:
+            count = int(works[0]["count"])
+            if count > MOST_PIECES:
+                raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got {count}")
+    leg, found = legs[0], code in (places.PERIODIC, places.STUCK)
     kept, mirror = pieces[: int(works[0]["count"])], bool(leg["sign"] < 0.0)
     record = partial(Pieces.of_record, systems, kept, periodic=True, mirror=mirror) if found else None
-    return Solved(row, numbers[0], record, float(leg["span"] * leg["turns"]) / TURN, spent)
+    return Solved(rows[0], numbers[0], record, float(leg["span"] * leg["turns"]) / TURN, spent)
 
 
-def rows_of(problems: Sequence[Problem]) -> FloatArray:
-    """Return the rows (k, ROW) of the steady states of many problems: the same bits as one by one."""
-    parts = [system_of_one(problem) for problem in problems]
-    systems, rows = np.concatenate(parts) if parts else record_of(SYSTEM)[:0], np.empty((len(problems), places.ROW))
-    works, legs, numbers, count = record_of(WORK), record_of(orbit.LEG), record_of(NUMBERS), 512
-    flow = orbit.Carrier(RUNNER, record_of(SYSTEM), works, np.empty((count, 7)))
-    answer.solve_many(systems, flow, legs, answer.AUTO, numbers, rows)
+def workspace() -> Any:
+    """Return where the runs of this thread write, with no phase in it: mapping its memory would take longer than a run.
+
+    A run leaves nothing in it that the next one reads.
+    """
+    works = getattr(_OWN, "works", None)
+    if works is None:
+        works = _OWN.works = record_of(WORK)
+    phases = works[0]["phases"]
+    phases["count"] = phases["next"] = phases["missing"] = 0
+    return works
+
+
+def rows_of(systems: Any) -> FloatArray:
+    """Return the rows (k, ROW) of the steady states of systems of one mass: the same bits as one by one."""
+    rows, sizes = np.empty((len(systems), places.ROW)), 2 + int(systems["sliders"].max(initial=0))
+    flow = orbit.Carrier(systems, workspace(), np.empty((PIECES, 7)))
+    legs, numbers = record_of(orbit.LEG), record_of(NUMBERS)
+    answer.solve(flow, legs, np.full((len(rows), sizes), nan), answer.AUTO, numbers, rows, inf)
+    awaited = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED)
+    if awaited.size:
+        found, starts = np.empty((len(awaited), places.ROW)), np.full((len(awaited), sizes), nan)
+        flow = flow._replace(systems=systems[awaited])
+        answer.wait_for(flow, legs, starts, answer.AUTO, numbers, found, inf)
+        rows[awaited] = found
     for k in np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL):
-        rows[k] = solved(parts[k]).row
+        rows[k] = solved(systems[k : k + 1]).row
     return rows
 
 
@@ -344,7 +385,7 @@ def followed(systems: Any, start: FloatArray, cycles: int, keep: int, tau: float
     SimulationError
         Events do not end, or the gradient is so steep that friction would turn into a pull.
     """
-    system, works, legs = systems[0], record_of(WORK), record_of(orbit.LEG)
+    system, works, legs = systems[0], workspace(), record_of(orbit.LEG)
     n, c = int(system["masses"]), int(system["contacts"])
     works[0]["left"] = inf
     legs[0]["tau"], legs[0]["span"], legs[0]["sign"] = tau, TURN, 1.0
@@ -371,7 +412,7 @@ def _carried(systems: Any, works: Any, pieces: FloatArray, legs: Any, y: FloatAr
     """Carry a state over a leg, with phases made as they are met."""
     code, made = MISSING, 0
     while code == MISSING:
-        code = int(answer.carry_on(orbit.Carrier(RUNNER, systems, works, pieces), legs, y, image, False))
+        code = int(answer.carry_on(orbit.Carrier(systems, works, pieces), legs, y, image, False))
         if code == MISSING:
             made = _made(systems, works, made)
     _refuse(systems, code, image)

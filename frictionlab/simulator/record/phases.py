@@ -8,7 +8,6 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.compiled import record_of
-from frictionlab.simulator.exact.flow import RUNNER
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.orbit import Carrier
 from frictionlab.simulator.exact.solve import TOUCH, system_of_one
@@ -37,7 +36,7 @@ def carried(problem: Problem, base: BaseRecord, x0: float, v0: float) -> Carried
     start, count = works.copy(), 256 + len(time) + len(time) // 8
     while True:
         pieces = np.empty((count, 7))
-        reached = travel(Carrier(RUNNER, systems, works, pieces), time, cubics, samples)
+        reached = travel(Carrier(systems, works, pieces), time, cubics, samples)
         if reached >= 0:
             raise _stranded(problem, float(time[reached]), float(work["q"][0] - system["follow"][0] * work["f"][0]))
         if work["count"] <= count:
