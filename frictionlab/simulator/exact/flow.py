@@ -308,25 +308,29 @@ def third_bound(system: Any, work: Any, slot: int, c: int, which: int) -> float:
 
 
 @inner
+def parabola_zero(value: float, slope: float, curve: float) -> float:
+    """Return when ``value + slope h - curve h^2 / 2`` falls to zero first."""
+    inside = slope * slope + 2.0 * curve * value
+    if inside < 0.0 or curve <= 0.0 <= slope:
+        return inf
+    root = sqrt(inside)
+    if slope > 0.0:
+        return (slope + root) / curve
+    return 2.0 * value / (root - slope) if root > slope else inf
+
+
+@inner
 def safe_step(value: float, slope: float, bend: float, bound: float, reach: float) -> float:
     """Return h up to which ``value + slope h + bend h^2 / 2 - bound h^3 / 6`` stays positive, at most reach.
 
-    Within H the cubic is no less than the parabola that has the third part of bound H against its bend.
+    Within H the cubic is no less than the parabola that has the third part of bound H against its bend, and it is zero
+    before the parabola without that.
     """
     if value <= 0.0 and slope <= 0.0:
         return min(reach, 2.9 * bend / bound) if bend > 0.0 else 0.0
-    within, step = reach, 0.0
+    within, step = min(reach, parabola_zero(value, slope, -bend)), 0.0
     for _ in range(6):
-        curve = bound * within / 3.0 - bend
-        inside = slope * slope + 2.0 * curve * value
-        least = within
-        if inside >= 0.0 and not (curve <= 0.0 <= slope):
-            root = sqrt(inside)
-            if slope > 0.0:
-                least = (slope + root) / curve if curve > 0.0 else within
-            else:
-                least = 2.0 * value / (root - slope) if root > slope else within
-        step = max(step, min(within, least))
+        step = max(step, min(within, parabola_zero(value, slope, bound * within / 3.0 - bend)))
         if 2.0 * step >= within:
             break
         within = sqrt(within * step)
@@ -386,7 +390,7 @@ def nearest_event(system: Any, work: Any, slot: int, t: float, reach: float) -> 
             if step < least:
                 least, contact, how = step, c, which
                 ahead = abs(slope + bend * step)  # a step whose cubic error is none in time ends at the event
-                work.sure = 1 if lead == 0 and bound * step**3 <= 1e-15 * ahead else 0
+                work.sure = 1 if lead == 0 and bound * step * step * step <= 1e-15 * ahead else 0
     return least, contact, how
 
 
