@@ -238,20 +238,20 @@ def dynamic_stiffness(system: Any, work: Any, m: int, matrix: ComplexArray) -> N
 
 @inner
 def fill_starts(system: Any, work: Any, starts: FloatArray) -> None:
-    """Write where a search may begin (3, size): at rest, forced without friction, forced with elastic contacts held."""
+    """Write where a search may begin (3, size): at rest, forced with elastic contacts held, forced without friction."""
     n = system.masses
     work.tau = 0.0
     base_at_time(system, work)
     f = work.f[0]
-    for kind in range(len(starts)):
-        if kind == 0 or not start_from(system, work, starts[kind], kind == 2):
+    for kind in range(3):
+        if kind == 0 or not start_from(system, work, starts[kind], kind == 1):
             for k in range(2 * n + system.sliders):
                 starts[kind, k] = 0.0
             if n == 1 and system.contacts == 1:  # at rest on its wall
                 starts[kind, 0], starts[kind, 1] = system.follow[0] * f, system.follow[0] * work.f[1]
         for c in range(system.contacts):
             for i in range(system.first[c], system.first[c + 1]):
-                starts[kind, 2 * n + i] = 0.0 if kind == 2 else place_of(system, starts[kind], c, f)
+                starts[kind, 2 * n + i] = 0.0 if kind == 1 else place_of(system, starts[kind], c, f)
 
 
 @inner
@@ -371,7 +371,7 @@ def wait(flow: Any, leg: Any, y: FloatArray, closed: int, row: FloatArray) -> in
     `y[0]` not a number: from rest.
     """
     system, work, given = flow.systems[0], flow.works[0], not isnan(y[0])
-    starts = np.empty((2, len(y)))
+    starts = np.empty((3, len(y)))
     if not given:
         fill_starts(system, work, starts)
         for k in range(len(y)):
@@ -386,7 +386,7 @@ def wait(flow: Any, leg: Any, y: FloatArray, closed: int, row: FloatArray) -> in
     if not closed_form(flow, leg, y):
         whole(leg, 1, 1)
         for k in range(len(y)):
-            y[k] = starts[1, k]
+            y[k] = starts[2, k]
     row[places.MISS], code = shoot(flow, leg, y, 64.0)
     stable = code == DONE and abs(multiplier(system, work)) <= 1.0 + 1e-9
     return UPCOMING if stable and row[places.MISS] <= 1e-9 * size_of(system, work, y) else NOT_FOUND

@@ -323,7 +323,9 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
     section is shifted.
     """
     system, work = flow.systems[0], flow.works[0]
-    image, miss, code = np.empty(len(y)), inf, DONE
+    image, miss, code, rubs = np.empty(len(y)), inf, DONE, False
+    for c in range(system.contacts):
+        rubs = rubs or system.limit[c] > 0.0
     for attempt in range(len(starts) + SECTIONS - 1):
         leg.tau = 0.7 * max(0, attempt + 1 - len(starts))
         for k in range(len(y)):
@@ -333,7 +335,8 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
             for k in range(len(y)):
                 y[k] = image[k]
         miss, code = shoot(flow, leg, y, inf)
-        if code != DONE or miss <= 1e-12 * size_of(system, work, y) + 1e-14 * drive_size(system):
+        idle = attempt == 0 and (not rubs or (system.sliders > 0 and work.path == 0.0))  # the next start is the orbit
+        if code != DONE or (miss <= 1e-12 * size_of(system, work, y) + 1e-14 * drive_size(system) and not idle):
             return miss, code
     if system.masses == 1 and system.sliders == 0:
         return continued(flow, leg, y)
