@@ -390,7 +390,7 @@ def nearest_event(system: Any, work: Any, slot: int, t: float, reach: float) -> 
             if step < least:
                 least, contact, how = step, c, which
                 ahead = abs(slope + bend * step)  # a step whose cubic error is none in time ends at the event
-                work.sure = 1 if lead == 0 and bound * step * step * step <= 1e-15 * ahead else 0
+                work.sure = 1 if lead == 0 and bound * step * step * step <= 1e-17 * ahead else 0
     return least, contact, how
 
 

@@ -335,7 +335,7 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
             for k in range(len(y)):
                 y[k] = image[k]
         miss, code = shoot(flow, leg, y, inf)
-        idle = attempt == 0 and (not rubs or (system.sliders > 0 and work.path == 0.0))  # the next start is the orbit
+        idle = attempt == 0 and not rubs and distance(system, starts[0], starts[1]) > 0.0  # the next start is the orbit
         if code != DONE or (miss <= 1e-12 * size_of(system, work, y) + 1e-14 * drive_size(system) and not idle):
             return miss, code
     if system.masses == 1 and system.sliders == 0:
