@@ -213,7 +213,7 @@ def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
         start[k] = 0.0
     for m in range(system.harmonics):
         dynamic_stiffness(system, work, m, matrix)
-        if not solve_linear(matrix, n, 1e-13):
+        if not solve_linear(matrix, n, 1e-15):
             return False
         for a in range(n):
             start[a] += matrix[a, n].real

@@ -99,9 +99,9 @@ def quotient(a: complex, b: complex, t: float) -> complex:
 @inner
 def growth(x: complex) -> complex:
     """Return e^x - 1, to rounding also where it is small."""
-    sine, cosine = np.sin(0.5 * x.imag), np.cos(0.5 * x.imag)
-    less, grown = 2.0 * sine * sine, np.expm1(x.real) if x.real != 0.0 else 0.0
-    return complex(grown * (1.0 - less) - less, (grown + 1.0) * 2.0 * sine * cosine)
+    half, grown = np.sin(0.5 * x.imag), np.expm1(x.real) if x.real != 0.0 else 0.0
+    less = 2.0 * half * half
+    return complex(grown * (1.0 - less) - less, (grown + 1.0) * np.sin(x.imag))
 
 
 @inner
