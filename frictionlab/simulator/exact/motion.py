@@ -14,6 +14,7 @@ from frictionlab.simulator.compiled import inner
 from frictionlab.simulator.exact.phase import CONTACTS, HARMONICS, MASSES, MODES, PHASES, SLIDERS, mode_force
 
 ORDERS = 5  # values and four derivatives
+LONG = 4.0  # rad: over longer spans the sine itself is taken, lest roundings of the half angle's add up over cycles
 
 
 _N, _C, _D, _S, _H = MASSES, CONTACTS, MODES, SLIDERS, HARMONICS
@@ -101,7 +102,9 @@ def growth(x: complex) -> complex:
     """Return e^x - 1, to rounding also where it is small."""
     half, grown = np.sin(0.5 * x.imag), np.expm1(x.real) if x.real != 0.0 else 0.0
     less = 2.0 * half * half
-    return complex(grown * (1.0 - less) - less, (grown + 1.0) * np.sin(x.imag))
+    if abs(x.imag) > LONG:
+        return complex(grown * (1.0 - less) - less, (grown + 1.0) * np.sin(x.imag))
+    return complex(grown * (1.0 - less) - less, (grown + 1.0) * 2.0 * half * np.cos(0.5 * x.imag))
 
 
 @inner
