@@ -70,7 +70,7 @@ def facts_of(scene: Scene, log: Path) -> Facts:
             if before != value:
                 warnings.append(f"{key}: {source} says {value}, {origin} says {before}: {value} is taken")
             found[key] = value, source
-    if len(sources) > 1:
+    if len(sources) > 1 and not any("its facts are not known" in said for said in warnings):
         warnings += [f"{key} of this test is not known" for key in ("material", "normal_force_n") if key not in found]
     return Facts({key: value for key, (value, _) in found.items()}, tuple(warnings))
 

@@ -253,6 +253,7 @@ def test_the_law_is_that_of_the_other_commands(quake: Path) -> None:
         (("--beta", "0.4"), "expected --r R (a steady state) or --base-motion FILE"),
         (("--beta", "0.4", "--r", "0.5", "--unit", "mm"), "--unit: belongs to --base-motion"),
         (("--beta", "0.4", "--r", "0.5", "--base-motion", "a.csv"), "got both"),
+        (("--coefficient", "0.3", "--base-motion", "a.csv"), "with --base-motion expected --beta BETA"),
         (("--beta", "0.4", "--cycles", "3", "--base-motion", "a.csv"), "--cycles: a recorded base is followed once"),
         (("--beta", "0.4", "--base-motion", "a.csv", "-o", "a.xlsx"), "expected a recording, a name ending in .h5"),
     ],

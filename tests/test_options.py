@@ -9,7 +9,9 @@ from typer.testing import CliRunner
 
 import frictionlab as fl
 from frictionlab.cli import app
-from frictionlab.cli.options import ANALYSIS, LOG, Settings
+from frictionlab.cli.options import ANALYSIS, LOG, Settings, values_of
+from frictionlab.cli.screen import short_names
+from frictionlab.errors import UsageError
 from frictionlab.simulator.laws import TERMS
 
 LINES = "\n".join(f"{4000 * i}|{1.5 + 0.001 * (i % 7):.3f}|{2.25 + 0.001 * (i % 5):.3f}" for i in range(100))
@@ -86,3 +88,13 @@ def test_laws_are_listed_with_parameters_and_one_is_drawn(tmp_path: Path) -> Non
     assert (done.exit_code, figure.exists()) == (0, True)
     assert done.stdout.splitlines()[2].startswith("place: friction varying along the path: ")
     assert CliRunner().invoke(app, ["laws", "coulomb+nothing"]).exit_code == 2
+
+
+def test_a_step_beyond_its_range_is_refused_not_one_value() -> None:
+    with pytest.raises(UsageError, match="--r: expected START:STOP:STEP; got a step of 20, more than all"):
+        values_of("0.1:2:20", "--r")
+    assert values_of("0.5:0.5:0.1", "--r") == [0.5]
+
+
+def test_the_name_of_a_test_is_cut_at_a_suffix_alone() -> None:
+    assert short_names(["r = 0.5", "a/steel_r0.3", "b/frame.csv.gz"]) == ["r = 0.5", "steel_r0.3", "frame"]

@@ -188,7 +188,8 @@ class JointFit:
             value, spread, known = (factor * u.sd * x for x in (off, error, u.known_to))
             parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
             if abs(off) > STRAINED * u.known_to:
-                far.append(f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {u.key} declares")
+                against = f"{u.key} declares" if math.isinf(u.tail) else f"is assumed where {u.key} is not declared"
+                far.append(f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}")
         return (FOUND.format("; ".join(parts)), *far) if parts and len(self.posterior.tests) > 1 else ()
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, fields
 from functools import partial
-from math import pi
+from math import hypot, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -51,7 +51,8 @@ MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before
 TAPPED = (
     *(word("tap", "tap", 9), known("f [Hz]", "natural_frequency_hz", 9, "se")),
     *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", 1e6)),
-    *(word("F [N]", "friction_n", 5, ".4g"), word("half-cycles", "half_cycles", 4)),
+    Shown("F [N]", lambda row: with_error(row.get("friction_n"), row.get("_friction_n_se")), 5),
+    word("half-cycles", "half_cycles", 4),
     Shown("shape", lambda row: " ".join(f"{mass:+.3f}" for mass in _each(row.get("shape"))) or "-", 5),
 )
 
@@ -138,9 +139,13 @@ def compare_numeric(
 def _compared(_: Path, file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
     from frictionlab.verbs.one_test import analyze, compare, frequency_table_given
 
-    shown = {}
+    shown: dict[str, object] = {}
     if asked["whole"] or asked["fit"] == "whole" or frequency_table_given(file, scene) is not None:
         found = compare(file, scene, **asked)
+        contact, errors = found.contact, found.budget.get("energy_per_cycle")
+        if contact is not None and contact.unit_n is not None and errors and found.energy_per_cycle is not None:
+            joules = found.energy_per_cycle * contact.unit_n * contact.unit_m
+            shown = {"_energy_per_cycle_j": joules, "_energy_per_cycle_u": hypot(*errors.values())}
     else:
         measurement = analyze(file, scene)
         found = compare(measurement, scene, **asked)
@@ -281,7 +286,9 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
     for number, numbers in enumerate(_each(row.get("modes") or row["taps"]), 1):
         line = {"source": row["source"], "status": "ok", "reason": None, "tap": number, **numbers}
         if "taps" in row:
-            line["friction_n"] = numbers["friction_m"] * stiffness if isinstance(stiffness, float) else None
+            for key, length in (("friction_n", "friction_m"), ("_friction_n_se", "friction_m_se")):
+                known_m = isinstance(stiffness, float) and numbers[length] is not None
+                line[key] = stiffness * numbers[length] if known_m else None
         yield line
 
 

@@ -12,7 +12,7 @@ import typer
 
 from frictionlab.cli import printable
 from frictionlab.cli.options import Inputs, LogSettings, number_of, on_disk
-from frictionlab.cli.screen import Shown, count, exit_status, paragraph, print_tests, print_warnings, word
+from frictionlab.cli.screen import Shown, count, counted, exit_status, paragraph, print_tests, print_warnings, word
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs
 from frictionlab.tables.texts import with_error
@@ -189,9 +189,9 @@ def _fact(key: str, said: str) -> tuple[str, object]:
 
 def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
     """What was found, what is still to be filled in, and the one next command."""
-    counts = {"tests": found.tests, "taps": found.taps, "not read": found.unread}
-    if any(counts.values()):
-        typer.echo(", ".join(f"{len(logs)} {kind}" for kind, logs in counts.items() if logs))
+    counts = [counted(len(logs), noun) for logs, noun in ((found.tests, "test"), (found.taps, "tap")) if logs]
+    counts += [f"{len(found.unread)} not read"] if found.unread else []
+    typer.echo(", ".join(counts) or printable(f"no logs in {path.parent} yet"))
     for log, reason in found.unread.items():
         paragraph(f"not read: {log.name}: {reason}", indent="    ")
     if found.frame:

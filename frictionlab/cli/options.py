@@ -404,10 +404,13 @@ def values_of(text: str, option: str) -> list[float]:
         goes_up = (0 < start <= stop and step > 1) if is_factor else step > 0
         steps = (stop * (1 + NEARLY) / start).ln() / step.ln() if goes_up and is_factor else (stop - start) / step
         number = math.floor(steps) + 1
+        beyond = not is_factor and goes_up and 0 < stop - start < step
     except (ArithmeticError, ValueError) as error:
         raise UsageError(
             f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP or START:STOP:xFACTOR; got {text!r}"
         ) from error
+    if beyond:
+        raise UsageError(f"{option}: expected START:STOP:STEP; got a step of {by}, more than all of {first} to {last}")
     if not (goes_up and 0 < number <= MOST_VALUES):
         raise UsageError(f"{option}: expected 1 to {MOST_VALUES} values going up; got {number} from {text!r}")
     return [float(start * step**i if is_factor else start + i * step) for i in range(number)]

@@ -7,7 +7,7 @@ import typer
 
 from frictionlab.cli import LostOutputError, complain
 from frictionlab.cli.options import Results, named_values, scene_of, values_of
-from frictionlab.cli.screen import count, paragraph, print_table, print_warnings
+from frictionlab.cli.screen import count, counted, paragraph, print_table, print_warnings
 from frictionlab.errors import UsageError
 from frictionlab.schema import PREDICTIONS, STEADY_STATES
 from frictionlab.tables import Row, check_output, json_line, write_rows
@@ -96,7 +96,8 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
     apart = "" if found.against is None else f" against {found.against}"
     count = len({tuple(getattr(test, key) for key in SETTING) for test in found.tests})
     typer.echo(
-        f"law {found.law}{apart}: {len(found.tests)} tests, of {count + len(found.others)} candidates, best first"
+        f"law {found.law}{apart}: {counted(len(found.tests), 'test')}, of {count + len(found.others)} candidates,"
+        " best first"
     )
     rows: list[Row] = []
     for row in map(_flat, listed):  # repeats of a setting are one row, with what is known after the last

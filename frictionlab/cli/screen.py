@@ -155,10 +155,21 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) ->
             typer.echo(_joined([cut, *(texts[c][number] for c in filled)], [first, *widths]))
 
 
+def counted(number: int, noun: str) -> str:
+    """A number of things.
+
+    Examples
+    --------
+    >>> counted(1, "tap"), counted(3, "tap")
+    ('1 tap', '3 taps')
+    """
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def short_names(sources: Sequence[str]) -> list[str]:
     """The names of files without folder and suffix, where that tells them apart; else as they are."""
     stems = [printable(Path(source).name.removesuffix(".gz")) for source in sources]
-    stems = [Path(stem).stem if Path(stem).suffix else stem for stem in stems]
+    stems = [Path(stem).stem if Path(stem).suffix[1:2].isalpha() else stem for stem in stems]  # r = 0.5 has none
     return stems if len(set(stems)) == len(set(sources)) else [printable(source) for source in sources]
 
 

@@ -82,6 +82,11 @@ def simulate(
             raise UsageError("expected --r R or --base-motion FILE; got both: a recorded base has its own times")
         if given:
             raise UsageError(f"{given[0]}: a recorded base is followed once, by its law's own solver: leave it out")
+        if rubbing.beta is None:
+            raise UsageError(
+                "friction: with --base-motion expected --beta BETA, the friction force over k times the largest"
+                " displacement of the base from its first value"
+            )
         problem, _ = _posed(1.0, rubbing, known, dimensionless=True)
         _follow(problem, base_motion, scene, settings, highpass, to)
         return
@@ -256,7 +261,7 @@ def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) 
     print_turned(map(_numbers_of, rows), MOTIONS)
     for row, verdict in zip(rows, verdicts, strict=True):
         share = row.get("basin_share")
-        typer.echo(f"{share:.3g} of the starts: {verdict}" if isinstance(share, float) else verdict)
+        typer.echo(f"{100.0 * share:.3g} % of the starts: {verdict}" if isinstance(share, float) else verdict)
     for row in rows:
         amplitudes, contacts = row.get("response_amplitudes"), row.get("contacts")
         if isinstance(amplitudes, list) and isinstance(contacts, list) and max(len(amplitudes), len(contacts)) > 1:

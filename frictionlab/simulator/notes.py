@@ -105,7 +105,7 @@ def notes_of(asked: Asked, row: Any) -> Any:
     static = asked.mu > 1.0
     taken = row[places.CONTACT_ENERGY] + row[places.FRAME_ENERGY]
     left = row[places.CLOSURE] - ROUNDING * asked.drive * row[places.AMPLITUDE]
-    lasts = (LOOSE * (1.0 - abs(multiplier)) < ROUNDED) & _not(free)
+    lasts = moves & (LOOSE * (1.0 - abs(multiplier)) < ROUNDED) & _not(free)
     lasts |= free & moves & (LOOSE * away_from_resonance(asked.r) < ROUNDED)
     small = moves & asked.rigid & (LOOSE * row[places.AMPLITUDE] < EPSILON)  # beside the drive, whose rounding it has
     loose = (((left > LOOSE * taken) & (taken > 0.0)) | lasts | small) & _not(many)

@@ -298,18 +298,38 @@ def names_in_json(path: Path) -> tuple[str, ...]:
 
 
 def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, ...]]]:
-    """Group warnings (source, sentence) by cause: sentences that differ in their numbers alone are one; grave first.
+    """Group warnings (source, sentence) by cause, grave ones first.
+
+    Sentences that differ in their numbers alone are one, with the least and the largest of each number.
 
     Examples
     --------
     >>> kinds_of([("a", "lag: 3 s"), ("b", "no unit"), ("c", "lag: 4.5e-3 s")])
-    [('lag: 3 s', ('a', 'c')), ('no unit', ('b',))]
+    [('lag: 4.5e-3 to 3 s', ('a', 'c')), ('no unit', ('b',))]
     """
     found: dict[str, list[tuple[str, str]]] = {}
     for source, sentence in warnings:
         found.setdefault(_DIGITS.sub("0", sentence), []).append((source, sentence))
-    kinds = [(alike[0][1], tuple(dict.fromkeys(source for source, _ in alike))) for alike in found.values()]
+    kinds = [
+        (_in_one(list(dict.fromkeys(said for _, said in alike))), tuple(dict.fromkeys(source for source, _ in alike)))
+        for alike in found.values()
+    ]
     return sorted(kinds, key=lambda kind: (not GRAVE.search(kind[0]), -len(kind[1])))
+
+
+def _in_one(sentences: Sequence[str]) -> str:
+    """One sentence for some that differ in their numbers alone: ``3 to 5`` where these differ."""
+    words, each = _DIGITS.split(sentences[0]), zip(*map(_DIGITS.findall, sentences), strict=True)
+    said = [words[0]]
+    for before, after, numbers in zip(words, words[1:], each, strict=False):
+        low, high = (pick(numbers, key=_size) for pick in (min, max))
+        sign = "-" if before.endswith((" -", "(-")) else ""
+        said += [low if _size(low) == _size(high) else f"{low} to {sign}{high}", after]
+    return "".join(said)
+
+
+def _size(number: str) -> float:
+    return float(number) if _NUMBER.fullmatch(number) else 0.0
 
 
 def with_error(value: object, error: object, times: float = 1.0, *, sign: str = "+-") -> str:

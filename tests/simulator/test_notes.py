@@ -68,6 +68,10 @@ def test_an_orbit_that_rounding_nearly_hides_is_said() -> None:
     assert any("numbers are good to about" in said for said in state.warnings)
 
 
+def test_a_mass_that_never_moves_loses_no_digits() -> None:
+    assert steady_state(Problem(0.5, 1.4)).warnings == ()
+
+
 @pytest.mark.parametrize(("miss", "residual"), [(np.inf, None), (0.01, 0.01)])
 def test_a_search_given_up_before_it_came_anywhere_has_no_residual(miss: float, residual: float | None) -> None:
     """A file of a map says not known by NaN; it had infinity there."""
