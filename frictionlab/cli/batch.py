@@ -256,7 +256,7 @@ def _print_campaign(result: "Campaign") -> None:
     for criterion in dict.fromkeys(rank.criterion for rank in placed):
         names = [f"{rank.rank} {rank.material}" for rank in placed if rank.criterion == criterion]
         paragraph(f"by {criterion}: {', '.join(names)}", indent="  ")
-    said = [(fit.material, str(fit.note)) for fit in result.fits if fit.note]
+    said = [(f"{fit.material} at {fit.normal_force_n:.4g} N", str(fit.note)) for fit in result.fits if fit.note]
     doubts = [f"{note} ({', '.join(where)})" for note, where in kinds_of(said)]
     doubts += [note for note in result.notes if GRAVE.search(note)]
     for sentence in (*(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)):

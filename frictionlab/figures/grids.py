@@ -65,6 +65,11 @@ def varies(campaign: Campaign, known: Callable[[Trial], float | None]) -> bool:
     return any(one.values.size > 1 and np.isfinite(one.values).any() for one in maps)
 
 
+def has_map(campaign: Campaign) -> bool:
+    """Whether a material varies in both frequency ratio and normal force: else there are lines in place of maps."""
+    return any(not _map_of(campaign, material, lambda _: 0.0).is_line for material in campaign.materials)
+
+
 def irregularity(campaign: Campaign) -> Figure:
     """Irregularity index of the short tests.
 

@@ -57,6 +57,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
         for label, values in lines.items():
             loop.plot(values, base, **LINES[label])
         loop.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
+        loop.locator_params(nbins=6)  # -0.75 beside -0.50 would touch
         loop.set_title(f"energy {comparison.energy_per_cycle:.4g}{versus} kY²")
     return figure
 
@@ -187,7 +188,7 @@ def _draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
 
 def draw_evidence(ax: Axes, names: Sequence[str], evidence: Sequence[float], required: str | None) -> None:
     """Evidence of laws, one below the other, less that of the law required, which is red."""
-    draw_rungs(ax, names, evidence, required, "{:+.0f}")
+    draw_rungs(ax, names, evidence, required, "{:+z.0f}")
     ax.set_xscale("symlog", linthresh=10.0)
     least, most = min(-20.0, 3.0 * min(evidence)), max(evidence)
     ticks = [*(FAR if least < FAR[0] / 3.0 else NEAR), *((100.0,) if most > ABOVE else ())]

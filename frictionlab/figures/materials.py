@@ -206,6 +206,12 @@ def _residual(verdict: Verdict) -> list[tuple[float, float]]:
     return [(100.0 * verdict.residual, 100.0 * NORMAL * (1.0 + verdict.residual) * se / mean if mean > 0.0 else 0.0)]
 
 
+def has_open_points(campaign: Campaign) -> bool:
+    """Whether a short test is left out of the fits, or so many are drawn that some may lie beyond their panel."""
+    short = [v for f in campaign.fits for v in f.verdicts if not v.trial.is_long]
+    return len(short) > 100 / (100 - MOST_USED) or any(v.excluded is not None for v in short)
+
+
 def over_force(campaign: Campaign) -> bool:
     """Whether tests are drawn over the normal force: all have one frequency ratio, but several forces."""
     tests = [t for t in campaign.trials if not t.failed]
@@ -226,7 +232,7 @@ def _draw_energies(
 ) -> None:
     """Measured energies of some groups, and what Coulomb's law predicts of them.
 
-    The axes show all that was measured; a prediction near resonance may leave them at the top.
+    The axes show all that was measured; over r, a prediction near resonance may leave them at the top.
     """
     groups = zip(fits, labels, colours, cycle(style.MARKERS), strict=False)
     for fit, label, colour, marker in groups:
@@ -240,6 +246,8 @@ def _draw_energies(
                 if (curve.material, curve.normal_force_n) == (fit.material, fit.normal_force_n):
                     ax.plot(curve.r, curve.energy, color=colour, linewidth=0.9)
     energies = [v.trial.mean[0] for f in fits for v in f.verdicts if not v.trial.is_long]
+    if over_force(campaign):  # near resonance, over r, predictions have no bound
+        energies += [v.predicted.energy_per_cycle or 0.0 for f in fits for v in f.used if v.predicted]
     _set_across(ax, campaign)
     ax.set(ylabel=ENERGY, ylim=(0, 1.12 * max(energies, default=1.0) or 1.0))
 

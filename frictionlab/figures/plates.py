@@ -125,19 +125,22 @@ KINDS: Mapping[str, tuple[Callable[..., Figure], Callable[[Campaign], Sequence[s
 
 The first line of what draws it is the figure's title, the rest its caption.
 """
-HAS_RIGHT: Mapping[str, Callable[[Campaign], bool]] = {
-    "friction": materials.has_several_forces,
-    "law_": lambda c: bool(c.laws),
+LAST: Mapping[str, tuple[str, Callable[[Campaign], bool]]] = {
+    "friction": ("Right:", materials.has_several_forces),
+    "law_": ("Right:", lambda c: bool(c.laws)),
+    "irregularity": ("Between", grids.has_map),
+    "stops": ("Blank:", grids.has_map),
+    "residuals": ("Open:", materials.has_open_points),
 }
-"""Figures whose panel on the right, where the caption ends, is there for some campaigns only."""
+"""Figures whose caption ends, from this word on, with what is there for some campaigns only."""
 
 
 def _found(campaign: Campaign) -> Iterator[Plate]:
     for kind, (draw, each) in KINDS.items():
         title, _, words = (inspect.getdoc(draw) or "").partition(".")
         caption = " ".join(words.split())
-        if kind in HAS_RIGHT and not HAS_RIGHT[kind](campaign):
-            caption = caption.partition(" Right:")[0]
+        last, is_there = LAST.get(kind, ("", bool))
+        caption = caption if not last or is_there(campaign) else caption.partition(f" {last}")[0]
         for thing in each(campaign):
             own = () if thing == "" else (thing,)
             word = thing if isinstance(thing, str) else f"{thing:.3g}"

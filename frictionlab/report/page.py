@@ -210,7 +210,7 @@ def _doubts(campaign: Campaign) -> list[str]:
     failed = len(campaign.failures)
     said = [f"{failed} of {len(campaign.trials)} tests failed; see Failures."] if failed else []
     said += [note for note in campaign.notes if GRAVE.search(note)]
-    said += grouped(kinds_of((fit.material, fit.note) for fit in campaign.fits if fit.note))
+    said += grouped(kinds_of((f"{f.material} at {f.normal_force_n:.4g} N", f.note) for f in campaign.fits if f.note))
     said += _warnings(campaign)
     rest = len(said) - MOST_DOUBTS
     return said[:MOST_DOUBTS] + ([f"{rest} more kinds of warnings; see Warnings."] if rest > 0 else [])

@@ -1,5 +1,6 @@
 """A page of one test: its motion, its loop, the force of its contact, its cycles, and what is to be warned of."""
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -100,13 +101,18 @@ def sheet_page(sheet: PageOfTest, *, back: str | None = None) -> str:
     """The page's text; whatever stood in a log is escaped by the template."""
     trial, stiffness = sheet.trial, sheet.scene.rig.stiffness
     base = Estimate(trial.base_amplitude_m)
+    means = [
+        mean.with_u(math.hypot(mean.se or 0.0, share * (mean.value or 0.0))) if share else mean
+        for mean, share in zip(trial.means, trial.systematic, strict=False)
+    ]
     joules = None if stiffness is None or base.value is None else stiffness * base.value**2
     return TEMPLATES.get_template("sheet.html").render(
         sheet=sheet,
         back=back,
         force=Estimate(trial.normal_force_n),
         base=base.scaled(1e3),
-        joules=trial.means[0].scaled(1e3 * joules) if joules else None,
+        means=means,
+        joules=means[0].scaled(1e3 * joules) if joules else None,
         compared={words: value for key, words in COMPARED.items() if (value := (sheet.comparison or {}).get(key))},
         charts=[(title, svg, words) for title, svg, words in _charts(sheet) if svg],
         silent=NO_RECORDING if sheet.measurement is None and not sheet.trial.failed else "",

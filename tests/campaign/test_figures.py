@@ -87,6 +87,11 @@ def test_tests_of_one_frequency_ratio_are_drawn_over_normal_force_with_space_aro
     for name in ("energy_steel", "residuals"):
         assert drawn[name].get_xlabel() == "normal force [N]"
         assert drawn[name].get_xlim() == pytest.approx((0.0, 2.2))
+    captions = " ".join(plate.caption for plate in plates(campaign))
+    assert not any(word in captions for word in ("dotted lines", "Blank", "at an edge"))
+    predicted = [line for line in drawn["energy_steel"].lines if line.get_marker() == "_"]
+    assert len(predicted) == 3
+    assert max(line.get_ydata()[0] for line in predicted) < drawn["energy_steel"].get_ylim()[1]
     text = page(campaign, [], {})
     assert "energy per cycle [kY²] over normal force [N]" in text
     low, *_, high = re.findall(r'<circle class="group0" cx="([0-9.]+)"', text)
