@@ -63,7 +63,7 @@ def test_warnings_are_printed_once_for_each_cause_and_grave_ones_first(capsys: p
     print_warnings(rows, notes=["a note"])
     assert capsys.readouterr().err.splitlines() == [
         "frictionlab: warning (1): not settled: at 3 s",
-        "frictionlab: warning (3 tests): short: 0 s",
+        "frictionlab: warning (3 tests): short: 0 to 2 s",
         "frictionlab: warning (2 tests): hum",
         "frictionlab: note: a note",
     ]

@@ -100,7 +100,7 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     (logs / "broken.csv").write_text("nothing")
     done = run("init", "logs")
     assert done.exit_code == 0, done.stderr
-    assert done.stdout.splitlines()[0] == "2 tests, 1 taps, 1 not read"
+    assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 1 not read"
     assert "natural frequency 3.13" in done.stdout
     assert done.stdout.splitlines()[-1] == "next: frictionlab batch logs --campaign"
     scene = read_scene(logs / "frictionlab.toml")

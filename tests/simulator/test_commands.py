@@ -118,7 +118,7 @@ def test_all_steady_states_are_told_with_their_shares(tmp_path: Path) -> None:
     assert len(path.read_text().splitlines()) == 3
     alone = run("simulate", "--r", "0.5", "--beta", "0.4", "--all", "--plot", tmp_path / "all.png").stdout
     assert (tmp_path / "all.png").stat().st_size > 10_000
-    assert "1 of the starts: The motion repeats every cycle" in alone
+    assert "100 % of the starts: The motion repeats every cycle" in alone
     for more in (["--cycles", "3"], ["--plot", "x.txt"], ["--solver", "exact"], ["-o", str(tmp_path / "all.h5")]):
         assert run("simulate", "--r", "0.5", "--beta", "0.4", "--all", *more).exit_code == 2
 
