@@ -91,7 +91,10 @@ def test_tests_of_one_frequency_ratio_are_drawn_over_normal_force_with_space_aro
     assert not any(word in captions for word in ("dotted lines", "Blank", "at an edge"))
     predicted = [line for line in drawn["energy_steel"].lines if line.get_marker() == "_"]
     assert len(predicted) == 3
-    assert max(line.get_ydata()[0] for line in predicted) < drawn["energy_steel"].get_ylim()[1]
+    assert (
+        max(float(np.asarray(line.get_ydata(), dtype=float)[0]) for line in predicted)
+        < drawn["energy_steel"].get_ylim()[1]
+    )
     text = page(campaign, [], {})
     assert "energy per cycle [kY²] over normal force [N]" in text
     low, *_, high = re.findall(r'<circle class="group0" cx="([0-9.]+)"', text)
