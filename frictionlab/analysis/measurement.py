@@ -100,7 +100,7 @@ class Measurement(Result):
 
     Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``); each has flat names too, which
     are the contract's keys: ``energy_per_cycle``, ``energy_per_cycle_se``, ``energy_per_cycle_u``. All of them
-    are told in `frictionlab.schema`.
+    are described in `frictionlab.schema`.
 
     ``drive`` Hz; ``ratio``: drive over natural frequency; ``base_amplitude`` m; ``energy``, ``amplitude`` by the energy
     rule, ``steady_energy``, ``steady_amplitude`` over all settled cycles; ``energy_trend`` (k Y^2 per hour): long tests

@@ -183,7 +183,7 @@ def growing_map(path: Path, layout: MapLayout, *, resume: bool = False, force: b
     UsageError
         An unfinished map stands there and neither is said, or it is of other values or another version.
     OutputError
-        Another process works on it, or the disk has no room for all of it.
+        Another process works on it, or the disk has no space for all of it.
     """
     path = Path(os.path.realpath(path))
     try:
@@ -252,7 +252,7 @@ def _continued(path: Path, file: BinaryIO, layout: MapLayout, *, resume: bool, f
 
 
 def _begun(path: Path, file: BinaryIO, layout: MapLayout) -> GrowingMap:
-    """A new journal, where the disk has room for it and for the file that is made of it."""
+    """A new journal, where the disk has space for it and for the file that is made of it."""
     head = json.dumps({"identity": layout.identity, "frictionlab_version": __version__}).encode() + b"\n"
     os.ftruncate(file.fileno(), 0)
     file.seek(0)

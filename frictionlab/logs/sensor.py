@@ -175,10 +175,10 @@ def _flag_held(channel: Sensed, role: str) -> None:
 def _cut_off(values: NDArray[np.float64], start: int, stop: int, step: float) -> bool:
     """Whether the motion comes into a run of one value and leaves it at speed."""
     sides = (values[max(0, start - _NEAR) : start][::-1], values[stop : stop + _NEAR])
-    told = [_is_corner(np.abs(some - values[start]), step) for side in sides if len(some := side[np.isfinite(side)])]
-    if None in told or not told:
-        return bool(told) and _in_leaps(values, start, stop)
-    return all(told)
+    corners = [_is_corner(np.abs(some - values[start]), step) for side in sides if len(some := side[np.isfinite(side)])]
+    if None in corners or not corners:
+        return bool(corners) and _in_leaps(values, start, stop)
+    return all(corners)
 
 
 def _in_leaps(values: NDArray[np.float64], start: int, stop: int) -> bool:
