@@ -29,10 +29,12 @@ from frictionlab.inference.record import fit_record, observe_record, record_of
 from frictionlab.inference.table import UNIT, TableObservation, observe_table
 from frictionlab.inference.unknowns import STRONGEST, Unknown
 from frictionlab.inference.verdict import (
+    UNSETTLED,
     base_words,
     doubts,
     friction_of,
     model_words,
+    never_settles,
     on_the_rungs,
     verdict_in_words,
     verdict_of,
@@ -271,11 +273,17 @@ def compared(
     nrmse = None if predicted is None else observation.left(predicted, found.values())
     misfit = None if nrmse is None else nrmse / observation.floor
     diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
-    found = diagnosis.posterior
+    found, restless = diagnosis.posterior, never_settles(state, measurement.cycles, observation.floor)
     verdict = verdict_of(misfit, strained=diagnosis.strained, answered=diagnosis.answered)
+    if restless and verdict is not None:
+        verdict, own = "strained" if verdict == "strained" else "misfit", np.zeros(len(found.unknowns))
+        for k in [k for k, u in enumerate(found.unknowns) if u.name == "beta"]:
+            own[k] = found.values()["beta"] / found.slope(k)
+        found = found.with_shift(UNSETTLED, own)
     error = "standard error of the measured mean cycle"
     said = [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]
     said += doubts(found, verdict, misfit, ladder, what="cycle", of=error)
+    said += [restless] if restless else []
     said += [f"no prediction: {state.outcome}"] if predicted is None else []
     rows, left = _rows(ladder, nrmse), None if predicted is None else measurement.cycle.mass - predicted
     words = f"{observation.law.name}{verdict_in_words(nrmse, misfit, verdict)}"

@@ -211,12 +211,7 @@ def observe_record(
         The natural frequency is not known; without steady cycles: base or mass do not move, or the record is shorter
         than four periods of the frame.
     """
-    natural = scene.rig.natural_frequency
-    if natural is None:
-        raise AnalysisError(
-            "record: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or mass_kg and"
-            " stiffness_n_per_m (--natural-frequency); the fit corrects it, `frictionlab free-vibration` measures it"
-        )
+    natural = _natural_frequency_of(scene)
     part, said = sound_base(recording)
     step = 1.0 / part.sampling_rate_hz
     mass, base = (
@@ -275,6 +270,15 @@ def observe_record(
         middle=0.5 * float(mass[steady].max() + mass[steady].min()),
     )
     return observation, tuple(s for s in said if s not in part.source.warnings)
+
+
+def _natural_frequency_of(scene: Scene) -> float:
+    if scene.rig.natural_frequency is None:
+        raise AnalysisError(
+            "record: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or mass_kg and"
+            " stiffness_n_per_m (--natural-frequency); the fit corrects it, `frictionlab free-vibration` measures it"
+        )
+    return scene.rig.natural_frequency
 
 
 def _largest(base: FloatArray, rms: float, penalty: float) -> tuple[float, float, float]:

@@ -9,11 +9,15 @@ from frictionlab.inference.comparison import Verdict
 from frictionlab.inference.ladder import NUMERIC, Ladder, Rung
 from frictionlab.inference.posterior import EXPLAINED, Posterior, limits_in_words
 from frictionlab.scene import Scene
+from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import Law
 from frictionlab.uncertainty import unit_uncertainty
 
 FAINT = 0.1  # error of the measured cycle over its size from which nearly any law explains it
 VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
+RESTLESS = 0.02  # error of the measured cycle over its size that steady motions do not have
+OUTLASTS = 100.0  # times the cycles measured: what disturbs a motion so long has not died out in them
+UNSETTLED = "motion that is not steady"
 
 
 def verdict_of(misfit: float | None, *, strained: bool, answered: bool = False) -> Verdict | None:
@@ -26,6 +30,22 @@ def verdict_of(misfit: float | None, *, strained: bool, answered: bool = False) 
     if misfit > EXPLAINED:
         return "strained" if answered else "misfit"
     return "strained" if strained else "explained"
+
+
+def never_settles(state: SteadyState, cycles: int, floor: float) -> str | None:
+    """Say that cycles which differ cannot have become a steady state whose disturbances outlast them by far.
+
+    ``floor``: error of the measured mean cycle over its rms.
+    """
+    kept = abs(state.floquet_multiplier or 0.0) ** (1.0 / max(state.period_cycles or 1, 1))
+    lasts = math.inf if kept >= 1.0 else -1.0 / math.log(kept) if kept > 0.0 else 0.0
+    if floor < RESTLESS or lasts < OUTLASTS * cycles:
+        return None
+    return (
+        f"verdict: the motion is not steady (its mean cycle is known to {100 * floor:.2g} %) and cannot have become so:"
+        f" a disturbance of the steady state lasts {lasts:.2g} cycles, {cycles} were measured; the error of the"
+        " friction ratio is as large as itself; do: measure farther from resonance, or give rig.damping_ratio"
+    )
 
 
 def verdict_in_words(nrmse: float | None, misfit: float | None, verdict: Verdict | None) -> str:

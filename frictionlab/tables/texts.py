@@ -266,8 +266,9 @@ def fitting(
     """A row of cells that fit their columns, each the value of (name, cell, column)."""
     try:
         return {encodable(name): value(cell, column) for name, cell, column in cells}
-    except CellError as error:
-        raise UsageError(f"{where}: {error}: correct it, or make the file again") from error
+    except (CellError, RecursionError) as error:
+        said = f"nested too deep, {MOST_DEPTH} levels at most" if isinstance(error, RecursionError) else error
+        raise UsageError(f"{where}: {said}: correct it, or make the file again") from error
 
 
 def _text_of(path: Path) -> str:

@@ -50,6 +50,7 @@ def test_a_motion_that_grows_without_bound_is_not_taken_for_a_steady_one() -> No
     assert found.friction_ratio_u is not None
     assert found.friction_ratio_u > 0.5 * found.friction_ratio
     assert any(w.startswith("response_amplitude: drifts by") for w in found.warnings)
+    assert any(w.startswith("verdict: the motion is not steady") for w in found.warnings)
 
 
 def test_a_misfit_by_asymmetry_is_named_a_misfit_and_not_a_response_that_tells_little() -> None:

@@ -175,7 +175,7 @@ def test_two_laws_are_told_apart_on_the_command_line(tmp_path: Path) -> None:
     assert list(told)[: len(LINE)] == LINE
     assert told["log_bayes_after"] == pytest.approx(min(told["log_bayes"], told["log_bayes_against"]), rel=0.05)
     said = CliRunner().invoke(app, asked).stdout
-    assert "law coulomb+place against coulomb+speed: 1 tests, of 2 candidates" in said
+    assert "law coulomb+place against coulomb+speed: 1 test, of 2 candidates" in said
     assert "Set a normal force of 1 N." in said
     refused = CliRunner().invoke(app, [*asked, "--for", "nothing"])
     assert refused.exit_code == 2

@@ -184,7 +184,7 @@ def _stand(system: Any, work: Any) -> int:
         count += 1 if work.resting[c] else 0
     for _ in range(3 if count > 1 else count):  # one after the other, and again: they may share a mass
         for c in range(system.contacts):
-            if not work.resting[c]:
+            if not work.resting[c] or system.limit[c] == 0.0:  # without friction it only turns
                 continue
             if n == 1:
                 work.v[0] = system.follow[c] * work.f[1] / system.row[c, 0]
