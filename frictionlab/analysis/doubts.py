@@ -11,7 +11,7 @@ import numpy as np
 from frictionlab.analysis import steadiness, stops
 from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.cycles import first_harmonic
-from frictionlab.analysis.energy import Friction
+from frictionlab.analysis.energy import MeasuredFriction
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.response import Response, smoothed, smoother
 from frictionlab.analysis.spectrum import LEAST, mains_of
@@ -296,7 +296,7 @@ def of_the_filter(cut: float, amplitude: float, channel: SensorChannel) -> Itera
         )
 
 
-def of_the_load_cell(friction: Friction, loop: Estimate, scale: float | None, taken: float) -> Iterator[str]:
+def of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float | None, taken: float) -> Iterator[str]:
     """Say where the loop of force and that of the motion do not agree.
 
     ``scale``: k Y^2 in J, where known; ``taken``: by the frame's dashpot (k Y^2).

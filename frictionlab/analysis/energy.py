@@ -84,7 +84,7 @@ def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: fl
 
 
 @dataclass(frozen=True)
-class Friction:
+class MeasuredFriction:
     """What the load cell says: energy of a cycle (J), friction force (N), coefficient, the mean cycle of force (p,) N.
 
     ``cycle`` starts at tau = 0; ``turned``: the cell counts the other way.
@@ -107,7 +107,7 @@ def by_load_cell(
     normal_force_n: float | None,
     inertia_kg: float,
     wall_moves: bool,
-) -> Friction | None:
+) -> MeasuredFriction | None:
     """Measure friction by the channel of force or torque; None where there is none.
 
     ``normal_force_n``: of this test, where no channel tells it; ``inertia_kg``: mass between sensor and contact;
@@ -146,7 +146,7 @@ def by_load_cell(
     omega = 2.0 * math.pi * layout.drive.frequency
     cycle = cycle - inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
     energy = mean_over(each, used, period=layout.foreign.period)
-    return Friction(
+    return MeasuredFriction(
         name=name,
         energy=energy.with_relative(math.hypot(gain, sources.mass_gain)),
         force=over(way).with_relative(gain),

@@ -30,7 +30,7 @@ from frictionlab.campaign.files import (
     recording_path,
     rows_of,
 )
-from frictionlab.campaign.friction import NO_STEADY_CYCLE, Cause, FrictionFit, Screened, Verdict, friction_of, screen
+from frictionlab.campaign.friction import NO_STEADY_CYCLE, FrictionFit, Reason, Screened, Verdict, friction_of, screen
 from frictionlab.campaign.joint_fit import FAULTS, JointFit, fit_cycles, fit_rows
 from frictionlab.campaign.laws import (
     AmontonsTest,
@@ -293,7 +293,7 @@ def _with_laws(campaign: Campaign, joint: JointFit) -> Campaign:
     found = {test.source: test for test in left_out(joint.posterior)}
     for t in campaign.trials:
         excluded = verdicts[t.source].excluded if t.source in verdicts else None
-        reason = t.reason or (excluded or Cause.NO_CYCLE).sentence
+        reason = t.reason or (excluded or Reason.NO_CYCLE).sentence
         found.setdefault(t.source, LeftOutTest(t.source, t.material, reason=reason))
     return replace(
         campaign,

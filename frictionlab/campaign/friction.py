@@ -29,7 +29,7 @@ NORMAL = 1.959964
 RIG = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests share that counts in `shares`
 
 
-class Cause(Enum):
+class Reason(Enum):
     """Why a test is left out; the value is the code in ``measurements.csv``, ``sentence`` the words."""
 
     LONG = "long", "a long test: in drift.csv"
@@ -54,7 +54,7 @@ class Cause(Enum):
 
     sentence: str
 
-    def __new__(cls, code: str, sentence: str) -> "Cause":
+    def __new__(cls, code: str, sentence: str) -> "Reason":
         """Take the code for the value."""
         cause = object.__new__(cls)
         cause._value_ = code
@@ -66,11 +66,11 @@ class Cause(Enum):
         return LeftOut(self, self.sentence.format(*numbers))
 
 
-SOFT = frozenset({Cause.UNSTEADY, Cause.ASYMMETRIC, Cause.UNSETTLED})
+SOFT = frozenset({Reason.UNSTEADY, Reason.ASYMMETRIC, Reason.UNSETTLED})
 """Such a test is left out for what it is like, and could still say something where there is no other."""
-TRANSIENT = frozenset({Cause.UNSETTLED, Cause.NEAR_RESONANCE})
+TRANSIENT = frozenset({Reason.UNSETTLED, Reason.NEAR_RESONANCE})
 """A transient still decays: that is the frame's doing, not the material's."""
-NO_STEADY_CYCLE = frozenset({Cause.LONG, Cause.STUCK, Cause.UNSTEADY, Cause.UNSETTLED})
+NO_STEADY_CYCLE = frozenset({Reason.LONG, Reason.STUCK, Reason.UNSTEADY, Reason.UNSETTLED})
 """Such a test has no steady cycle that a law could be fitted to."""
 BADLY_EXPLAINED = "rests on tests that Coulomb's law explains badly, for there are no others"
 
@@ -79,7 +79,7 @@ BADLY_EXPLAINED = "rests on tests that Coulomb's law explains badly, for there a
 class LeftOut:
     """One test left out: the ``cause`` to compare, the ``sentence`` to read, with this test's numbers."""
 
-    cause: Cause
+    cause: Reason
     sentence: str
 
     def __str__(self) -> str:
@@ -228,12 +228,12 @@ def screen(trials: Sequence[Trial], model: Model) -> Screened:
     for trial in moving:
         state = predict(model, trial.r, betas[trial.source])
         if state is None:
-            out[trial.source] = Cause.NEAR_RESONANCE.because()
+            out[trial.source] = Reason.NEAR_RESONANCE.because()
             continue
         memory = memory_of(state)
         not_unique |= {trial.source} if memory >= KEPT else set()
         if memory**trial.cycles_before > UNSETTLED and trial.settled_s is None:
-            out.setdefault(trial.source, Cause.UNSETTLED.because(memory**trial.cycles_before))
+            out.setdefault(trial.source, Reason.UNSETTLED.because(memory**trial.cycles_before))
     kept = {source: why for source, why in out.items() if why.cause not in SOFT}
     alone = len(kept) < len(out) == len(trials)
     return Screened(kept if alone else out, betas, units, frozenset(not_unique), BADLY_EXPLAINED if alone else "")
@@ -242,13 +242,13 @@ def screen(trials: Sequence[Trial], model: Model) -> Screened:
 def _by_its_row(trial: Trial, *, leave_long: bool) -> LeftOut | None:
     """Why a test says nothing of one friction ratio, by what its measurement tells."""
     if trial.is_long and leave_long:
-        return Cause.LONG.because()
+        return Reason.LONG.because()
     if trial.regime == "stuck" or not min(trial.mean) > NOTHING:
-        return Cause.STUCK.because()
+        return Reason.STUCK.because()
     excess = trial.excess_irregularity
     if excess is not None and excess > UNSTEADY:
-        return Cause.UNSTEADY.because(excess)
-    return Cause.ASYMMETRIC.because(trial.asymmetry) if trial.asymmetry > ASYMMETRIC else None
+        return Reason.UNSTEADY.because(excess)
+    return Reason.ASYMMETRIC.because(trial.asymmetry) if trial.asymmetry > ASYMMETRIC else None
 
 
 def reach_of(number: Estimate, freedom: int) -> float:
@@ -290,7 +290,7 @@ def friction_of(
     tests = [] if joint is None else joint.tests(material, force)
     ratio = NOT_KNOWN if joint is None or not tests else joint.friction(material, force)
     if joint is None or ratio.value is None:
-        verdicts = tuple(Verdict(t, screened.left_out.get(t.source) or Cause.UNPREDICTED.because()) for t in trials)
+        verdicts = tuple(Verdict(t, screened.left_out.get(t.source) or Reason.UNPREDICTED.because()) for t in trials)
         kinds = sorted({v.excluded.cause.value for v in verdicts if v.excluded is not None})
         note = f"no friction ratio: every test was left out ({', '.join(kinds)})"
         return FrictionFit(material, force, verdicts, note=note)
@@ -332,13 +332,13 @@ def _verdict(trial: Trial, screened: Screened, joint: JointFit, model: Model, so
     source, i, posterior = trial.source, joint.place.get(trial.source), joint.posterior
     excluded = None
     if source in joint.out:
-        excluded = Cause.UNEXPLAINED.because(*joint.out[source])
+        excluded = Reason.UNEXPLAINED.because(*joint.out[source])
     elif i is None:
-        other = Cause.NOT_UNIQUE if source in screened.not_unique else Cause.NO_CYCLE
+        other = Reason.NOT_UNIQUE if source in screened.not_unique else Reason.NO_CYCLE
         excluded = screened.left_out.get(source)
         if excluded is None or (joint.of_cycles and excluded.cause not in NO_STEADY_CYCLE):
             excluded = other.because()  # a law for cycles may be asymmetric
-    if source not in screened.betas or (excluded is not None and excluded.cause in (Cause.LONG, Cause.STUCK)):
+    if source not in screened.betas or (excluded is not None and excluded.cause in (Reason.LONG, Reason.STUCK)):
         return Verdict(trial, excluded)
     observation = None if i is None else posterior.observations[i]
     cycle = observation if isinstance(observation, CycleObservation) else None

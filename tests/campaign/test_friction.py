@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.campaign import Model, Trial, evaluate, trial_of
-from frictionlab.campaign.friction import Cause
+from frictionlab.campaign.friction import Reason
 from frictionlab.campaign.prediction import observe_row
 from frictionlab.campaign.ranking import rank_all
 from frictionlab.estimate import Estimate, scatter_beyond
@@ -127,7 +127,7 @@ def test_a_transient_that_coulomb_would_keep_is_left_out_unless_the_motion_was_s
     rows = [{**row("steel", 0.3, r, TRUE, noise=0.0), "source": f"{r}"} for r in (0.7, 1.2, 1.6)]
     slow = {**row("steel", 0.3, 0.5, TRUE), "source": "slow"}
     found = fit([trial_of(r) for r in (*rows, slow)])
-    assert [v.trial.source for v in found.verdicts if v.excluded and v.excluded.cause is Cause.UNSETTLED] == ["slow"]
+    assert [v.trial.source for v in found.verdicts if v.excluded and v.excluded.cause is Reason.UNSETTLED] == ["slow"]
     settled = fit([trial_of(r) for r in (*rows, {**slow, "settled_s": 5.0})])
     assert all(v.excluded is None for v in settled.verdicts)
 
@@ -171,7 +171,7 @@ def mixed() -> list[Trial]:
 
 def test_rewording_every_sentence_changes_no_number(monkeypatch: pytest.MonkeyPatch) -> None:
     before = fit(mixed())
-    for cause in Cause:
+    for cause in Reason:
         monkeypatch.setattr(cause, "sentence", f"stuck near a long test, unsteady or unsettled ({cause.name})")
     after = fit(mixed())
     assert rank_all([after], [], ["steel"]) == rank_all([before], [], ["steel"])
@@ -182,8 +182,8 @@ def test_rewording_every_sentence_changes_no_number(monkeypatch: pytest.MonkeyPa
     assert [str(v.excluded) for v in after.verdicts] != [str(v.excluded) for v in before.verdicts]
 
 
-@pytest.mark.parametrize("cause", Cause)
-def test_a_sentence_begins_with_what_it_is_about(cause: Cause) -> None:
+@pytest.mark.parametrize("cause", Reason)
+def test_a_sentence_begins_with_what_it_is_about(cause: Reason) -> None:
     said = cause.because(*(0.4, 0.3)[: cause.sentence.count("{")])
     assert (said.cause, str(said)) == (cause, said.sentence)
     assert cause.value in said.sentence

@@ -15,7 +15,7 @@ from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.motion import Timeline
 from frictionlab.simulator.numeric import radau
 from frictionlab.simulator.numeric.motion import NumericMotion
-from frictionlab.simulator.numeric.radau import COUNT, STAGES, WIDTH, Forcing, Rig, Work
+from frictionlab.simulator.numeric.radau import COUNT, STAGES, WIDTH, Forcing, Oscillator, Work
 from frictionlab.simulator.problem import Problem
 
 TURN = 2.0 * pi
@@ -172,7 +172,7 @@ def _compiled(contact: ContactForce) -> Any:
     return callback(contact, numba.types.UniTuple(number, 16)(number[::1], *(number,) * 6))
 
 
-def _rig(problem: Problem, rtol: float) -> tuple[Any, Rig]:
+def _rig(problem: Problem, rtol: float) -> tuple[Any, Oscillator]:
     """A law's formula, compiled, and the numbers of a problem; without friction every law is none."""
     r, p, terms = problem.r, problem.parameters, problem.law.terms
     term = next((term for term in terms if term.kind in ("smooth", "inner") and problem.beta > 0.0), TERMS["coulomb"])
@@ -186,7 +186,7 @@ def _rig(problem: Problem, rtol: float) -> tuple[Any, Rig]:
     scale = np.array([reach, reach / min(1.0, r), problem.beta / bend or 1.0, 1.0])
     dashpots = 2.0 * problem.zeta * r, 2.0 * problem.frame_damping_ratio * r
     numbers = (r, problem.beta, problem.parameter("gradient"), *dashpots, *problem.static_ratios, term.narrow(p))
-    return _compiled(term.contact), Rig(own, *numbers, 2 + term.states, rtol, scale)
+    return _compiled(term.contact), Oscillator(own, *numbers, 2 + term.states, rtol, scale)
 
 
 def warm_up() -> None:

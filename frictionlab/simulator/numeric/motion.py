@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.motion import Motion, Nodes, Timeline, bisected
-from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS, WIDTH, Rig, contacts
+from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS, WIDTH, Oscillator, contacts
 from frictionlab.simulator.problem import Base, Problem
 
 STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the contact always creeps
@@ -49,7 +49,7 @@ def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> 
     return np.column_stack((spans[begins, 0], spans[ends, 1]))
 
 
-def contact_along(law: Any, rig: Rig, side: FloatArray, values: FloatArray) -> FloatArray:
+def contact_along(law: Any, rig: Oscillator, side: FloatArray, values: FloatArray) -> FloatArray:
     """Force of the contact on the mass, and its slip (2, ...): of states (n, 4) or (n, 4, 8), a side each of n.
 
     At rest, side 0, neither is known from the state: both are 0 here.
@@ -74,7 +74,7 @@ class NumericMotion(Motion):
         Sign of the phase that each step belongs to; 0: the mass rests.
     values : ndarray of shape (n, 4, 8)
         z, v and the inner states at the nodes of each step.
-    rig : (callable, Rig)
+    rig : (callable, Oscillator)
         The law's formula, compiled, and the problem's numbers.
     """
 
@@ -82,7 +82,7 @@ class NumericMotion(Motion):
     timeline: Timeline
     side: FloatArray
     values: FloatArray
-    rig: tuple[Any, Rig]
+    rig: tuple[Any, Oscillator]
 
     @cached_property
     def times(self) -> FloatArray:

@@ -69,7 +69,7 @@ NODES, MATRIX, WEIGHTS, BERNSTEIN = tableau()
 announce(__name__)
 
 
-class Rig(NamedTuple):
+class Oscillator(NamedTuple):
     """The numbers of a problem; its law's formula, compiled, goes beside it."""
 
     own: FloatArray  # parameters of the law's formula
@@ -135,13 +135,13 @@ def drive_at(drive: Forcing, t: float) -> tuple[float, float]:
 
 
 @inlined
-def contact_at(law: Any, rig: Rig, side: float, z: float, v: float, w: float, age: float) -> Any:
+def contact_at(law: Any, rig: Oscillator, side: float, z: float, v: float, w: float, age: float) -> Any:
     """Return what the contact does (`Contact`), its dashpot apart."""
     return law(rig.own, side, rig.beta * (1.0 + rig.gradient * z), z, v, w, age)
 
 
 @compiled
-def contacts(law: Any, rig: Rig, sides: FloatArray, states: FloatArray, found: FloatArray) -> None:
+def contacts(law: Any, rig: Oscillator, sides: FloatArray, states: FloatArray, found: FloatArray) -> None:
     """Write the contact's force, its dashpot's in it, and its slip (2, m) at many states; at rest (side 0) neither."""
     for i in range(len(sides)):
         if sides[i] != 0.0:
@@ -150,7 +150,7 @@ def contacts(law: Any, rig: Rig, sides: FloatArray, states: FloatArray, found: F
 
 
 @inlined
-def rates(law: Any, rig: Rig, work: Work, side: float) -> None:
+def rates(law: Any, rig: Oscillator, work: Work, side: float) -> None:
     """Write the rates of the trial's states at the stages, and their slopes."""
     x, rate, slopes, pull, own = work.trial, work.rate, work.slopes, work.pull, rig.own
     mass, rise, damping = 1.0 / (rig.r * rig.r), rig.beta * rig.gradient, rig.lead + rig.dashpot
@@ -241,7 +241,7 @@ def solve_stages(work: Work, h: float, size: int) -> None:
 
 
 @inlined
-def correct(law: Any, rig: Rig, work: Work, side: float, h: float, fresh: int) -> float:
+def correct(law: Any, rig: Oscillator, work: Work, side: float, h: float, fresh: int) -> float:
     """Correct the stages once by Newton's method; return its size over the scale, or FAILED if there is none."""
     trial, right, worst = work.trial, work.right, 0.0
     rates(law, rig, work, side)
@@ -263,7 +263,7 @@ def correct(law: Any, rig: Rig, work: Work, side: float, h: float, fresh: int) -
 
 
 @compiled
-def step(law: Any, rig: Rig, drive: Forcing, work: Work, side: float, t: float, h: float) -> bool:
+def step(law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, t: float, h: float) -> bool:
     """Solve one step from the state at t over h, from the guess in `trial`; False if Newton's method fails."""
     work.clock.tried += 1
     work.trial[:, 0] = work.state
@@ -317,7 +317,7 @@ def predict(work: Work, size: int, offset: float, ratio: float) -> None:
 
 
 @compiled
-def error_of(rig: Rig, work: Work) -> float:
+def error_of(rig: Oscillator, work: Work) -> float:
     """Return the size of the trial step's error over the tolerance; more than 1 if it is too long.
 
     A Stribeck curve that falls within nu may stand between two nodes unseen, and the polynomial looks perfect. So near
@@ -352,7 +352,7 @@ def least_between(curve: FloatArray, part: FloatArray, begin: float, end: float)
 
 
 @compiled
-def first_crossing(rig: Rig, work: Work, side: float, k: int) -> float:
+def first_crossing(rig: Oscillator, work: Work, side: float, k: int) -> float:
     """Return the share of the trial step at which component k first falls below zero; 2 if it is proven not to."""
     trial, curve, part = work.trial, work.curve[0], work.curve[1]
     tiny = -TINY * rig.scale[k]
@@ -375,7 +375,7 @@ def first_crossing(rig: Rig, work: Work, side: float, k: int) -> float:
 
 @compiled
 def land(
-    law: Any, rig: Rig, drive: Forcing, work: Work, side: float, k: int, t: float, h: float, theta: float
+    law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, k: int, t: float, h: float, theta: float
 ) -> float:
     """Make the trial step again so that it ends where component k falls through zero; -1 if it does not.
 
@@ -415,7 +415,7 @@ def record(work: Work, t: float, h: float, side: float) -> None:
 
 @compiled
 def advance(
-    law: Any, rig: Rig, drive: Forcing, work: Work, side: float, t: float, end: float, tangent: int, watched: int
+    law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, t: float, end: float, tangent: int, watched: int
 ) -> tuple[float, bool]:
     """Take one step from t, up to `end` at most: the time reached, and whether component `watched` ends the phase.
 
@@ -457,7 +457,7 @@ def advance(
 
 
 @compiled
-def release(law: Any, rig: Rig, drive: Forcing, z: float, t: float, end: float) -> tuple[float, float]:
+def release(law: Any, rig: Oscillator, drive: Forcing, z: float, t: float, end: float) -> tuple[float, float]:
     """Return when and to which side a mass at rest at z breaks away: the first time after t, and before `end`."""
     up = rig.up * contact_at(law, rig, 1.0, z, 0.0, 0.0, 0.0)[0]
     down, bound = -rig.down * contact_at(law, rig, -1.0, z, 0.0, 0.0, 0.0)[0], drive.bounds[1]
@@ -477,13 +477,15 @@ def release(law: Any, rig: Rig, drive: Forcing, z: float, t: float, end: float) 
 
 
 @compiled
-def acceleration(law: Any, rig: Rig, side: float, pull: float, z: float) -> Any:
+def acceleration(law: Any, rig: Oscillator, side: float, pull: float, z: float) -> Any:
     """Return the acceleration of a mass at rest under the force `pull`, about to slide."""
     return (pull - z - contact_at(law, rig, side, z, 0.0, 0.0, 0.0)[0]) / (rig.r * rig.r)
 
 
 @compiled
-def rest(law: Any, rig: Rig, drive: Forcing, work: Work, t: float, end: float, before: float) -> tuple[float, float]:
+def rest(
+    law: Any, rig: Oscillator, drive: Forcing, work: Work, t: float, end: float, before: float
+) -> tuple[float, float]:
     """Let a mass at rest stay until it is released or the end comes; return when it goes, and to which side.
 
     `before` is the acceleration with which it came to rest (0: it began there); it says how slopes are carried on.
@@ -510,7 +512,7 @@ def rest(law: Any, rig: Rig, drive: Forcing, work: Work, t: float, end: float, b
 
 
 @compiled
-def choose_side(law: Any, rig: Rig, drive: Forcing, x: FloatArray, ending: int, t: float) -> float:
+def choose_side(law: Any, rig: Oscillator, drive: Forcing, x: FloatArray, ending: int, t: float) -> float:
     """Return the sign of the component that ends a phase, or of its rate where it is zero."""
     if x[ending] != 0.0:
         return 1.0 if x[ending] > 0.0 else -1.0
@@ -522,7 +524,7 @@ def choose_side(law: Any, rig: Rig, drive: Forcing, x: FloatArray, ending: int, 
 
 
 @compiled
-def carry(law: Any, rig: Rig, drive: Forcing, work: Work, t: float, span: float, tangent: int) -> int:
+def carry(law: Any, rig: Oscillator, drive: Forcing, work: Work, t: float, span: float, tangent: int) -> int:
     """Carry the state, and if asked for its slopes, from t over a span of time; return how it ended."""
     state, clock, end, ending = work.state, work.clock, t + span, 2 if rig.size == WIDTH else 1
     smooth, side, before, quick = rig.size == 2, 0.0, 0.0, 0
@@ -556,7 +558,7 @@ def carry(law: Any, rig: Rig, drive: Forcing, work: Work, t: float, span: float,
 @compiled
 def travel(
     law: Any,
-    rig: Rig,
+    rig: Oscillator,
     drive: Forcing,
     work: Work,
     lengths: FloatArray,
