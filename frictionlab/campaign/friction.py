@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import chdtrc, stdtrit
 
 from frictionlab.campaign.joint_fit import FAULTS, JointFit, fit_rows
-from frictionlab.campaign.prediction import Model, elasticity, loop_ratio, memory_of, observe_row, predict
+from frictionlab.campaign.prediction import Model, elasticity, loop_ratio, observe_row, predict
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.inference.observations import CycleObservation
@@ -230,10 +230,9 @@ def screen(trials: Sequence[Trial], model: Model) -> Screened:
         if state is None:
             out[trial.source] = Reason.NEAR_RESONANCE.because()
             continue
-        memory = memory_of(state)
-        not_unique |= {trial.source} if memory >= KEPT else set()
-        if memory**trial.cycles_before > UNSETTLED and trial.settled_s is None:
-            out.setdefault(trial.source, Reason.UNSETTLED.because(memory**trial.cycles_before))
+        not_unique |= {trial.source} if state.memory >= KEPT else set()
+        if state.memory**trial.cycles_before > UNSETTLED and trial.settled_s is None:
+            out.setdefault(trial.source, Reason.UNSETTLED.because(state.memory**trial.cycles_before))
     kept = {source: why for source, why in out.items() if why.cause not in SOFT}
     alone = len(kept) < len(out) == len(trials)
     return Screened(kept if alone else out, betas, units, frozenset(not_unique), BADLY_EXPLAINED if alone else "")

@@ -115,11 +115,6 @@ def _state(problem: Problem, solver: Solver) -> SteadyState | None:
     return None if state.energy_per_cycle is None or state.response_amplitude is None else state
 
 
-def memory_of(state: SteadyState) -> float:
-    """What is left of a disturbance after one cycle: the modulus of the Floquet multiplier; 1: it never dies."""
-    return float(abs(state.floquet_multiplier or 0.0) ** (1.0 / max(state.period_cycles or 1, 1)))
-
-
 def elasticity(model: Model, r: float, beta: float, base: Base = COSINE) -> float:
     """Relative change of the energy over that of beta, d ln E / d ln beta; nan where there is no steady state."""
     states = [predict(model, r, beta * times, base) for times in (1.0 - STEP, 1.0, 1.0 + STEP)]

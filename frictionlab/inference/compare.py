@@ -274,15 +274,14 @@ def compared(
     misfit = None if nrmse is None else nrmse / observation.floor
     diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
     found, restless = diagnosis.posterior, never_settles(state, measurement.cycles, observation.floor)
-    verdict = verdict_of(misfit, strained=diagnosis.strained, answered=diagnosis.answered)
-    if restless and verdict is not None:
-        verdict, own = "strained" if verdict == "strained" else "misfit", np.zeros(len(found.unknowns))
-        for k in [k for k, u in enumerate(found.unknowns) if u.name == "beta"]:
-            own[k] = found.values()["beta"] / found.slope(k)
-        found = found.with_shift(UNSETTLED, own)
-    error = "standard error of the measured mean cycle"
+    unsettled, beta = restless is not None, found.fit.find("beta")
+    verdict = verdict_of(misfit, strained=diagnosis.strained, answered=diagnosis.answered, unsettled=unsettled)
+    if unsettled and beta is not None:
+        shift = np.zeros(len(found.unknowns))
+        shift[beta] = found.values()["beta"] / found.slope(beta)
+        found = found.with_shift(UNSETTLED, shift)
     said = [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]
-    said += doubts(found, verdict, misfit, ladder, what="cycle", of=error)
+    said += doubts(found, verdict, misfit, ladder, what="cycle", of="standard error of the measured mean cycle")
     said += [restless] if restless else []
     said += [f"no prediction: {state.outcome}"] if predicted is None else []
     rows, left = _rows(ladder, nrmse), None if predicted is None else measurement.cycle.mass - predicted

@@ -20,16 +20,19 @@ OUTLASTS = 100.0  # times the cycles measured: what disturbs a motion so long ha
 UNSETTLED = "motion that is not steady"
 
 
-def verdict_of(misfit: float | None, *, strained: bool, answered: bool = False) -> Verdict | None:
+def verdict_of(
+    misfit: float | None, *, strained: bool, answered: bool = False, unsettled: bool = False
+) -> Verdict | None:
     """Return whether a law explains a test: strained, where only sensors or rig unlike what is declared make it do so.
 
-    ``answered``: whether another cause than the law explains what the law does not.
+    ``answered``: whether another cause than the law explains what the law does not; ``unsettled``: whether the motion
+    cannot have become the steady state predicted, so that the law alone explains nothing.
     """
     if misfit is None:
         return None
     if misfit > EXPLAINED:
         return "strained" if answered else "misfit"
-    return "strained" if strained else "explained"
+    return "strained" if strained else "misfit" if unsettled else "explained"
 
 
 def never_settles(state: SteadyState, cycles: int, floor: float) -> str | None:
@@ -37,8 +40,7 @@ def never_settles(state: SteadyState, cycles: int, floor: float) -> str | None:
 
     ``floor``: error of the measured mean cycle over its rms.
     """
-    kept = abs(state.floquet_multiplier or 0.0) ** (1.0 / max(state.period_cycles or 1, 1))
-    lasts = math.inf if kept >= 1.0 else -1.0 / math.log(kept) if kept > 0.0 else 0.0
+    lasts = math.inf if state.memory >= 1.0 else -1.0 / math.log(max(state.memory, 1e-300))
     if floor < RESTLESS or lasts < OUTLASTS * cycles:
         return None
     return (

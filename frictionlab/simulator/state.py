@@ -126,6 +126,11 @@ class SteadyState:
         """What the frame's dashpot takes per cycle, over k Y^2."""
         return self.energies and self.energies.frame
 
+    @property
+    def memory(self) -> float:
+        """Share of a disturbance that is left after one cycle, by the Floquet multiplier; 1: it never dies out."""
+        return float(abs(self.floquet_multiplier or 0.0) ** (1.0 / max(self.period_cycles or 1, 1)))
+
     def __repr__(self) -> str:
         return f"<SteadyState r = {self.problem.r:g}, {self.problem.law.name}: {self.verdict}>"
 
