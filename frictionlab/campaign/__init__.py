@@ -80,7 +80,10 @@ NO_STIFFNESS = (
     "The scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency): friction ratios are known,"
     " forces and coefficients are not."
 )
-NO_RECORDINGS = "The recordings are not at hand at the measurements' sources: no example responses are drawn."
+NO_RECORDINGS = (
+    "The recordings are not at hand at the measurements' sources: no example responses are drawn, and friction rests on"
+    " energy and amplitude by Coulomb's law: nothing shows whether this law holds, and no error counts that it may not."
+)
 NOT_OPENED = (
     "{} tests name recordings outside the folders of their tables and the working folder (such as {}): these are not"
     " opened. If they are yours, start from a folder above them, or copy them beside the table."

@@ -18,10 +18,11 @@ from frictionlab.arrays import FloatArray
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.errors import FrictionlabError
 from frictionlab.estimate import NOT_KNOWN, Estimate
+from frictionlab.inference.diagnose import varied_friction
 from frictionlab.inference.fit import Fit, fit_from, tempered, with_scatter
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import Posterior, infer, model_of, posterior_of
+from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, infer, model_of, posterior_of
 from frictionlab.inference.unknowns import STRAINED
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
@@ -33,6 +34,10 @@ MOST_CLIMBED = 16  # tests of a material that climb the ladder: spread over r an
 FAULTS = (FrictionlabError, ArithmeticError, np.linalg.LinAlgError)
 BY_TWO_NUMBERS = (
     "{}: friction from two numbers of each test (energy and amplitude), for no law could be fitted to their cycles: {}"
+)
+VARIES = (
+    "{}: {} does not explain all cycles; its friction coefficient would be {:.3g} times as large if friction may vary with"
+    " place and speed, and its error holds the difference: --law auto finds the law that the tests require"
 )
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 
@@ -239,24 +244,47 @@ def fit_cycles(
     if not chosen:
         return None, notes
     near = next(iter(ladders.values())).posterior.values() if ladders and len(chosen) == 1 else None
+    out: Mapping[str, tuple[float, float]] = {}
     try:
         posterior = infer(chosen, near=near)
-        joint = JointFit(posterior, at_each_force(posterior), ladders)
-        if out := joint.standing_out():  # made again without those that stand out
+        if out := JointFit(posterior, posterior).standing_out():  # made again without those that stand out
             kept = [o for o in chosen if o.measurement.source not in out]
             posterior = infer(kept, near=posterior.values())
-            joint = JointFit(posterior, at_each_force(posterior), ladders, out)
+        posterior, said = _against_richer_laws(posterior)
+        joint = JointFit(posterior, at_each_force(posterior), ladders, out)
     except FAULTS as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
-    return joint, notes
+    return joint, [*notes, *said]
+
+
+def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:
+    """The posterior whose errors hold what place and speed would say, of each material whose law leaves a misfit."""
+    said = []
+    joint = JointFit(posterior, posterior)
+    for material in joint.materials:
+        tests = joint.tests(material)
+        k = posterior.fit.find("beta", tests[0])
+        missed = [posterior.observations[i].nrmse(posterior.fit.residual(i)) for i in tests]
+        floors = [posterior.observations[i].floor for i in tests]
+        if k is None or all(m <= EXPLAINED * f for m, f in zip(missed, floors, strict=True)):
+            continue
+        some = [joint.place[o.measurement.source] for o in _spread_out([posterior.observations[i] for i in tests])]
+        varied = varied_friction(posterior, some)
+        if varied is None:
+            continue
+        own, slope = posterior.shared(k, some[0])
+        shift = np.zeros(len(posterior.unknowns))
+        shift[k] = (varied[0] - own) / slope
+        posterior = posterior.with_shift(MISSED, shift)
+        said.append(VARIES.format(material, posterior.law(tests[0]).name, varied[0] / own))
+    return posterior, said
 
 
 def _spread_out(observations: Sequence[CycleObservation]) -> list[CycleObservation]:
     """At most `MOST_CLIMBED` tests, spread evenly over normal force and frequency ratio."""
-    ordered = sorted(observations, key=lambda o: (o.normal_force or 0.0, o.r))
-    if len(ordered) <= MOST_CLIMBED:
-        return ordered
-    return [ordered[int(i)] for i in np.linspace(0, len(ordered) - 1, MOST_CLIMBED).round()]
+    order = sorted(range(len(observations)), key=lambda i: (observations[i].normal_force or 0.0, observations[i].r))
+    places = np.linspace(0, len(order) - 1, min(len(order), MOST_CLIMBED)).round()
+    return [observations[order[int(place)]] for place in places]
 
 
 def fit_rows(observations: Sequence[RowObservation]) -> JointFit:

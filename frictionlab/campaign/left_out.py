@@ -99,6 +99,7 @@ def _expected(posterior: Posterior, i: int, others: int) -> _Expected:
         return _Expected(model, i, *posterior.left_out(i), model.scatter[index], others)
     tests = tuple(replace(t, observation=t.observation.missing(0.0)) for j, t in enumerate(model.tests) if j != i)
     rest = of_several(fit_from(replace(model, tests=tests, scatter=0.0 * model.scatter), [posterior.fit.point]))
+    rest = replace(rest, shifts=posterior.shifts)  # of what the law misses the others know no more
     mean, scatter = rest.fit.point[index], rest.fit.model.scatter[index]
     if others == 1:  # one test tells no scatter: what is assumed of it before any
         scatter = np.array([scatter_scale(model.unknowns[k], float(rest.fit.point[k])) for k in index])

@@ -6,7 +6,7 @@ from the measured motion itself: its force is what the frame's stretch makes it,
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, weighed
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of
-from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, model_of
+from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, infer, model_of
 from frictionlab.inference.starts import loop_friction_ratio, point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown
 from frictionlab.scene import Scene
@@ -30,6 +30,7 @@ OF_THE_SPRING = ("spring_cubic",)  # always tried: friction bends to it and expl
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
 BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law explains as well and nothing strains
 AS_LIKELY = -3.0  # the same from which what it moves belongs to u
+BETTER = 0.7  # of what a law misses: a richer one that leaves less was right to be asked
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
 OTHER_CAUSE = "another cause than the law"
 STEPS, WORK = 25, 1.5e5  # of the fit with a cause let free, and what all of them may cost
@@ -281,6 +282,40 @@ def _named(cause: Cause, other: Fit, found: Posterior, scene: Scene) -> str:
     return f"rig: {cause.unknown.words}: {asks}{declared}{moves}; its error holds the difference"
 
 
+def varied_friction(found: Posterior, tests: Sequence[int]) -> tuple[float, float] | None:
+    """Return what the friction ratio would be if friction could vary with place and speed, and what that law leaves.
+
+    ``tests``: of one material, fitted together; the ratio is that of the first, what is left the rms of their nrmse.
+    None where the law takes no such term, has no motion with it, or misses hardly less (`BETTER`).
+    """
+    observation = cycle_of(found.tests[tests[0]])
+    more = [term for term in RICHER if not observation.law.has(term)]
+    if not more or observation.law.kind != "rigid":
+        return None
+    richer, values = law_of("+".join((observation.law.name, *more))), found.values(tests[0])
+    free = [cycle_of(found.tests[i]).under(richer).metered(Meter(0.5 * WORK * len(tests))) for i in tests]
+    try:
+        if len(free) > 1:
+            fit = infer(free, near=values | {"gradient": 0.05}).fit
+        else:
+            model = model_of(free)
+            fit = fit_from(model, [point_at(model, values | {"gradient": g}) for g in (0.05, -0.05)])
+    except NO_MOTION:
+        return None
+    k, test = fit.find("beta"), fit.model.tests[0]
+    if k is None:
+        return None
+    shared = fit.model.unknowns[k].value(float(fit.point[k])) * test.factor(k)
+    before, leaves = _missed(found.fit, tests), _missed(fit, range(len(free)))
+    return (shared, leaves) if leaves < BETTER * before else None
+
+
+def _missed(fit: Fit, tests: Sequence[int]) -> float:
+    """Return the rms of what a fit misses of some tests, over that of each."""
+    missed = [fit.model.tests[i].observation.nrmse(fit.residual(i)) for i in tests]
+    return math.sqrt(float(np.mean(np.square(missed))))
+
+
 def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
     """The posterior whose errors hold what place and speed in the law, or the energy of the loop, say instead.
 
@@ -291,23 +326,13 @@ def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
     if beta is None:
         return found, []
     observation = cycle_of(found.tests[0])
-    own, left = found.values()["beta"], observation.nrmse(found.fit.residual())
-    said, apart, leaves = "", 0.0, 0.0
-    more = [term for term in RICHER if not observation.law.has(term)]
-    if more:
-        richer = observation.under(law_of("+".join((observation.law.name, *more)))).metered(Meter(0.5 * WORK))
-        model = model_of([richer])
-        try:
-            fit = fit_from(model, [point_at(model, found.values() | {"gradient": g}) for g in (0.05, -0.05)])
-            leaves, friction = fit.model.tests[0].observation.nrmse(fit.residual()), fit.values()["beta"]
-        except NO_MOTION:
-            leaves = 0.0  # no motion under the richer law
-        else:
-            if leaves < 0.7 * left:
-                apart = friction
-                said = f"{own:.4g} under this law, {apart:.4g} if friction may vary with place and speed"
+    own, said, apart, leaves = found.values()["beta"], "", 0.0, 0.0
+    varied = varied_friction(found, [0])
+    if varied is not None:
+        apart, leaves = varied
+        said = f"{own:.4g} under this law, {apart:.4g} if friction may vary with place and speed"
     loop_tells = observation.single and not observation.law.has("speed")
-    if loop_tells and (not apart or leaves > 2 * observation.floor):
+    if loop_tells and (not apart or leaves > EXPLAINED * observation.floor):
         energy = loop_friction_ratio(observation.measurement, observation.wall)
         if abs(energy - own) > abs(apart - own if apart else 0.0) and abs(energy / own - 1.0) > 0.01:
             apart, said = energy, f"{own:.4g} under this law, {energy:.4g} by the energy of the loop over its path"

@@ -1,21 +1,27 @@
 """What is fitted: the scene's whole [model], or it is refused by name; and the law that a material requires."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from frictionlab.analysis.measure import measure
 from frictionlab.campaign import FrictionFit, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
+from frictionlab.campaign.joint_fit import fit_cycles
 from frictionlab.errors import ParameterError, UsageError
 from frictionlab.hdf5 import write_recording
+from frictionlab.inference.observations import observe
+from frictionlab.inference.posterior import infer
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.tables import write_rows
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row
 from tests.campaign.recorded import steady_recording
+from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded
 
 TRUE, FORCE = 0.4, 1.5
 BETA = TRUE * FORCE / (STIFFNESS * AMPLITUDE)
@@ -122,6 +128,28 @@ def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene
     assert law is not None
     assert law.name == "coulomb"
     assert len(found.laws) > 1
+
+
+def test_the_coefficient_under_a_law_that_misses_the_cycles_holds_what_a_richer_one_says() -> None:
+    """A dashpot that Coulomb's law lacks is taken for friction in every test alike: their scatter does not show it."""
+    known = scene_with({"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": STIFFNESS, "damping_ratio": 0.0})
+    observations = []
+    for i, newtons in enumerate((2.5, 3.5, 4.5)):
+        beta, own = TRUE * newtons / (STIFFNESS * BASE_M), {"gradient": 0.05 * (-1) ** i, "contact_damping_ratio": 0.05}
+        problem = Problem(0.5, beta, law="coulomb+place+speed", parameters=own)
+        measured = measure(recorded(problem, np.random.default_rng(i)), known)
+        facts = {"source": f"{newtons} N", "material": "brass", "normal_force_n": newtons}
+        observations.append(observe(replace(measured, **facts), known))
+    joint, notes = fit_cycles({"brass": observations}, {}, "balanced")
+    assert joint is not None
+    bare = replace(joint, posterior=infer(observations)).coefficient("brass", STIFFNESS)
+    found = joint.coefficient("brass", STIFFNESS)
+    assert found.value == bare.value
+    assert bare.u is not None
+    assert found.u is not None
+    assert abs(found.value - TRUE) > 1.5 * bare.u
+    assert abs(found.value - TRUE) < found.u
+    assert any("if friction may vary with place and speed" in note for note in notes)
 
 
 def test_a_law_that_does_not_exist_is_refused_by_name(scene: Scene) -> None:
