@@ -36,8 +36,8 @@ BY_TWO_NUMBERS = (
     "{}: friction from two numbers of each test (energy and amplitude), for no law could be fitted to their cycles: {}"
 )
 VARIES = (
-    "{}: {} does not explain all cycles; its friction coefficient would be {:.3g} times as large if friction may vary with"
-    " place and speed, and its error holds the difference: --law auto finds the law that the tests require"
+    "{}: {} does not explain all cycles; its friction coefficient would be {:.3g} times as large if friction may vary"
+    " with place and speed, and its error holds the difference: --law auto finds the law that the tests require"
 )
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 

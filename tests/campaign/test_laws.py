@@ -138,12 +138,13 @@ def test_the_coefficient_under_a_law_that_misses_the_cycles_holds_what_a_richer_
         beta, own = TRUE * newtons / (STIFFNESS * BASE_M), {"gradient": 0.05 * (-1) ** i, "contact_damping_ratio": 0.05}
         problem = Problem(0.5, beta, law="coulomb+place+speed", parameters=own)
         measured = measure(recorded(problem, np.random.default_rng(i)), known)
-        facts = {"source": f"{newtons} N", "material": "brass", "normal_force_n": newtons}
-        observations.append(observe(replace(measured, **facts), known))
+        measured = replace(measured, source=f"{newtons} N", material="brass", normal_force_n=newtons)
+        observations.append(observe(measured, known))
     joint, notes = fit_cycles({"brass": observations}, {}, "balanced")
     assert joint is not None
     bare = replace(joint, posterior=infer(observations)).coefficient("brass", STIFFNESS)
     found = joint.coefficient("brass", STIFFNESS)
+    assert found.value is not None
     assert found.value == bare.value
     assert bare.u is not None
     assert found.u is not None
