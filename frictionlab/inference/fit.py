@@ -529,10 +529,13 @@ def log_evidence(found: Fit) -> float:
 def log_orthant(mean: FloatArray, covariance: FloatArray) -> FloatArray:
     """Return the logarithm of the probability that no coordinate of a normal distribution is negative.
 
-    ``mean`` (..., n), ``covariance`` (n, n). The first coordinate is integrated by Gauss's rule over its own
-    distribution above zero, the others given it [Genz, J. Comput. Graph. Stat. 1 (1992) 141].
+    ``mean`` (..., n), ``covariance`` (n, n). The coordinate that is least likely above zero is integrated by Gauss's
+    rule over its own distribution there, the others given it [Genz, J. Comput. Graph. Stat. 1 (1992) 141]: another
+    one's nodes would miss the few values that it leaves where the two are correlated.
     """
-    sd = math.sqrt(max(covariance[0, 0], 1e-300))
+    sds = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    order = np.argsort((mean / sds).reshape(-1, mean.shape[-1]).mean(axis=0))
+    mean, covariance, sd = mean[..., order], covariance[np.ix_(order, order)], float(sds[order[0]])
     first = np.asarray(log_ndtr(mean[..., 0] / sd))
     if mean.shape[-1] == 1:
         return first

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
-from frictionlab.inference.fit import log_evidence
+from frictionlab.inference.fit import followed, log_evidence
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.inference.posterior import Posterior, infer
 from frictionlab.planning.candidates import Candidate, Laboratory, VirtualTest, laboratory, together, virtual_test
@@ -360,7 +360,8 @@ def _after(
 def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float | None:
     """Return the logarithm of the Bayes factor to expect for the laboratory's law over another, of one test.
 
-    None where the test says nothing, the two laws are one, or the other has no steady state near.
+    None where the test says nothing, the two laws are one, or the other has no steady state near. Each at its peak:
+    values with sensors and rig as they are known, which a posterior may give, have another evidence.
     """
     law = law_of(other)
     if test.observation is None or test.posterior is None or law.name == lab.law.name:
@@ -371,7 +372,7 @@ def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float | Non
         rival = infer([test.observation.under(law, {})], near=near, most=MOST_STEPS)
     except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
         return None
-    return log_evidence(test.posterior.fit) - log_evidence(rival.fit)
+    return log_evidence(test.posterior.fit) - log_evidence(followed(rival.fit))
 
 
 @dataclass(frozen=True)

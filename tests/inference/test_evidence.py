@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.special import logsumexp, ndtr
-from scipy.stats import multivariate_t, norm
+from scipy.stats import multivariate_normal, multivariate_t, norm
 from scipy.stats import t as student
 
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.inference.fit import Fit, fit_from, log_evidence
+from frictionlab.inference.fit import Fit, fit_from, log_evidence, log_orthant
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import model_of
 from frictionlab.inference.starts import starting_points
@@ -101,3 +101,15 @@ def test_two_parameters_at_their_bounds_are_integrated_together() -> None:
     found = fitted(measurement, known, "coulomb+place+speed")
     whole, _ = weighed(found, 3 * DRAWS, np.random.default_rng(1))
     assert log_evidence(found) == pytest.approx(whole, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("mean", "correlation"),
+    [([10.8, -4.81], -0.9986), ([-4.81, 10.8], -0.9986), ([0.5, 0.5], -0.9), ([2.0, -3.0], 0.99), ([-1.0, -2.0], 0.3)],
+)
+def test_two_bounds_are_met_however_their_parameters_are_correlated(mean: list[float], correlation: float) -> None:
+    """The dashpots of contact and frame take each other's place: what is left of both may lie far out in one's tail."""
+    sd = np.array([0.1, 1.0])
+    covariance = np.array([[1.0, correlation], [correlation, 1.0]]) * np.outer(sd, sd)
+    expected = multivariate_normal.logcdf(np.array(mean) * sd, np.zeros(2), covariance, abseps=1e-14, releps=1e-10)
+    assert float(log_orthant(np.array(mean) * sd, covariance)) == pytest.approx(expected, abs=0.02)
