@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.cli.screen import MEASURED, print_tests, print_warnings
+from frictionlab.cli.screen import COMPARED, MEASURED, print_tests, print_warnings
 from frictionlab.errors import LogError, UsageError
 from frictionlab.tables import Row
 from frictionlab.units import split_unit
@@ -88,6 +88,13 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.Ca
     assert lines[2].split() == ["steel_250g", "0.320", "4.471", "+-", "0.019", "2", "stuck"]
     assert lines[3].startswith("b\\x1b[31m.csv  failed: empty \\x1b[2J and long")
     assert max(map(len, lines)) <= 80
+    law = {"status": "ok", "law": "coulomb+place+speed+breakaway", "verdict": "strained", "friction_coefficient": 0.31}
+    judged: Row = {**good, **law, "friction_coefficient_u": 0.03, "friction_force_n": 0.77, "friction_ratio": 0.2}
+    print_tests([judged], COMPARED, "1 of 1 logs")
+    head, line = capsys.readouterr().out.splitlines()[1:]
+    assert len(line) <= 80
+    assert head.split()[-3:] == ["mu", "law", "verdict"]
+    assert "coulomb+place+speed+breakaway" in line
     print_tests([bad], MEASURED, "0 of 1")
     told = capsys.readouterr()
     assert (told.out, len(told.err.splitlines())) == ("", 1)

@@ -108,15 +108,15 @@ def _millimetres(row: Row) -> float | None:
     return 1e3 * base if isinstance(base, float) else None
 
 
-_R, _ENERGY = word("r", "frequency_ratio", 9, ".3f"), _scaled("mJ", "E", "energy_per_cycle", _millijoules, 9)
+_R, _ENERGY = word("r", "frequency_ratio", 7, ".3f"), _scaled("mJ", "E", "energy_per_cycle", _millijoules, 6)
 MEASURED = (
-    *(_R, *_ENERGY, *_scaled("mm", "X", "response_amplitude", _millimetres, 7)),
-    *(word("stops", "stops_per_cycle", 5), word("regime", "regime", 8)),
+    *(_R, *_ENERGY, *_scaled("mm", "X", "response_amplitude", _millimetres, 5)),
+    *(word("stops", "stops_per_cycle", 4), word("regime", "regime", 5)),
 )
 COMPARED = (
     *(_R, *_ENERGY, known("beta", "friction_ratio", 4)),
     *(known("F [N]", "friction_force_n", 5), known("mu", "friction_coefficient", 8)),
-    *(word("law", "law", 6), word("verdict", "verdict", 9)),
+    *(word("law", "law", 9), word("verdict", "verdict", 9)),
 )
 
 

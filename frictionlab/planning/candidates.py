@@ -132,12 +132,17 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[
     UsageError
         The law cannot be.
     """
-    frequency, stiffness = scene.rig.natural_frequency, scene.rig.stiffness
+    frequency, stiffness, plan = scene.rig.natural_frequency, scene.rig.stiffness, scene.plan
+    forces = tuple(plan.normal_forces_n) or tuple(f for f in [scene.experiment.normal_force_n] if f is not None)
+    lists = {"frequency_ratios": plan.frequency_ratios, "normal_forces_n": forces}
+    lists["base_amplitudes_m"] = plan.base_amplitudes_m
+    none = [name for name, values in lists.items() if not values]
+    lacking = [f"plan.{name}: expected at least one value; got none: list what the rig can set" for name in none]
     if frequency is None or stiffness is None:
-        raise SceneError(
-            "rig: a plan needs natural frequency and stiffness: give two of natural_frequency_hz, mass_kg and"
-            " stiffness_n_per_m"
-        )
+        two = "two of natural_frequency_hz, mass_kg and stiffness_n_per_m"
+        raise SceneError("\n".join([f"rig: a plan needs natural frequency and stiffness: give {two}", *lacking]))
+    if lacking:
+        raise SceneError("\n".join(lacking))
     chosen, held = law_and_held(scene, law)
     given = scene.plan.friction_coefficient
     value, error = (given[0], given[1]) if given is not None else ASSUMED_COEFFICIENT
@@ -146,7 +151,7 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[
     if "friction_coefficient" in known:
         value, notes = known["friction_coefficient"].value, ()
     expected |= {name: known[name].value for name in expected if name in known and name not in held}
-    possible = _candidates(scene)
+    possible = _candidates(scene, forces)
     middle = Candidate(*(
         math.sqrt(min(column) * max(column)) for column in zip(*(vars(c).values() for c in possible), strict=True)
     ))  # fmt: skip
@@ -214,18 +219,9 @@ def measured_before(rows: Sequence[Mapping[str, object]], repeatability: float =
     return found
 
 
-def _candidates(scene: Scene) -> tuple[Candidate, ...]:
+def _candidates(scene: Scene, forces: Sequence[float]) -> tuple[Candidate, ...]:
     """All tests of a plan's ranges that are outside the band to avoid."""
     plan, transient = scene.plan, scene.analysis.planned_transient_s
-    forces = plan.normal_forces_n or ([f] if (f := scene.experiment.normal_force_n) is not None else [])
-    ranges = {
-        "frequency_ratios": plan.frequency_ratios,
-        "normal_forces_n": forces,
-        "base_amplitudes_m": plan.base_amplitudes_m,
-    }
-    for name, values in ranges.items():
-        if not values:
-            raise SceneError(f"plan.{name}: expected at least one value; got none: list what the rig can set")
     durations = plan.durations_s or [plan.duration_s]
     if max(durations) <= transient:
         key = "durations_s" if plan.durations_s else "duration_s"

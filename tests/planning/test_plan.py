@@ -126,8 +126,12 @@ def test_a_plan_that_cannot_be_is_refused_by_name(
     error = SceneError if fault.startswith("plan") else UsageError
     with pytest.raises(error, match=fault):
         plan_tests(scene(**change), **options)  # type: ignore[arg-type]
-    with pytest.raises(SceneError, match="a plan needs natural frequency and stiffness"):
-        plan_tests(Scene())
+
+
+def test_all_that_a_plan_lacks_is_named_at_once() -> None:
+    lacking = r"(?s)a plan needs natural frequency and stiffness.*plan\.normal_forces_n: expected.*plan\.base_amp"
+    with pytest.raises(SceneError, match=lacking):
+        plan_tests(Scene.model_validate({"plan": {"base_amplitudes_m": []}}))
 
 
 TOML = f"""
