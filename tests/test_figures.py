@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 
 from frictionlab.figures.simulated import draw_motion
 from frictionlab.figures.style import drawing, new_figure, plain_numbers, save
-from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator import Problem, last_cycle, steady_state
 
 
 def test_what_warns_of_a_number_stands_below_its_figure() -> None:
@@ -33,6 +34,13 @@ def test_a_stop_that_goes_on_into_the_next_period_is_shaded_in_both(law: str, pa
     for place in (0.02, 1.98, 2.02, 3.98):  # the mass stands where the base turns
         assert any(box.x0 < place < box.x1 for box in shaded)
     assert ax.get_xlim() == pytest.approx((0.0, 4.0))
+
+
+def test_cycles_from_rest_are_all_drawn() -> None:
+    state = last_cycle(Problem(0.95, 0.1), cycles=7)
+    ax = draw_motion(state, new_figure().subplots())
+    assert ax.get_xlim() == pytest.approx((0.0, 14.0))
+    assert np.asarray(ax.lines[1].get_ydata())[0] == pytest.approx(0.0)  # the mass begins at rest
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])

@@ -209,7 +209,7 @@ def _settle(
         check_output(to.output, MOTIONS, force=to.force)
         if every and is_tree:
             raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
-    figure = to.figure("coexisting" if every else "motion")
+    figure = to.figure("motion")
     start = time.perf_counter()
     found = coexisting(problem) if every and isinstance(problem, Problem) else ()
     states: list[SteadyState] = [each.state for each in found] or [solve(problem, cycles=cycles, solver=solver)]
@@ -229,7 +229,7 @@ def _settle(
     if figure is not None:
         from frictionlab.verbs.presenting import plot
 
-        plot(found if every else states[0], figure, force=to.force)
+        plot(states[0], figure, force=to.force)  # of all states the most visited
 
 
 def _row(state: "SteadyState", units: Units | None, seconds: float) -> Row:

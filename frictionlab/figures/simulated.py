@@ -1,4 +1,4 @@
-"""What was simulated: a steady motion, all motions of one oscillator, the response to a recorded base."""
+"""What was simulated: a steady motion, cycles from rest, the response to a recorded base."""
 
 from typing import TYPE_CHECKING
 
@@ -7,23 +7,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionlab.arrays import FloatArray
-from frictionlab.figures.style import MOST_POINTS, PALETTE, PREDICTED, drawing, over_time, shades, thinned
+from frictionlab.figures.style import MOST_POINTS, PREDICTED, TURN, drawing, over_time, shades, thinned
+from frictionlab.simulator import simulate as run_from_rest
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from frictionlab.base_motion import RecordResponse
-    from frictionlab.simulator import Attractor, SteadyState
+    from frictionlab.simulator import Motion, SteadyState
     from frictionlab.simulator.several import StructureState
 
 SAMPLES = 2000  # per cycle: smooth in print
-MOST_MOTIONS = len(PALETTE)  # motions drawn, the most visited first
+MOST_CYCLES = 200  # from rest, the last ones
 MOST_STOPS = 200  # shaded one by one
 PHASE, OVER = "phase of the drive τ/π", "displacement over Y"
 
 
 def motion_figure(state: "SteadyState") -> Figure:
-    """Displacement over the period beside the hysteresis loop, and the contact's force; the state has an orbit."""
+    """Displacement over two periods, or over all cycles from rest; the hysteresis loop, and the contact's force."""
     with drawing(5.0, state.verdict, state.warnings) as figure:
         grid = figure.add_gridspec(2, 4)
         draw_motion(state, figure.add_subplot(grid[0, :3]))
@@ -56,71 +55,49 @@ def structure_figure(state: "StructureState") -> Figure:
     return figure
 
 
-def draw_motion(state: "SteadyState", ax: Axes, color: str = PREDICTED, periods: int = 2) -> Axes:
-    """Displacement of mass and base over so many periods; stops are shaded."""
-    tau, x, _ = _sampled(state, periods)
-    stops: list[tuple[float, float]] = []
-    if state.orbit is not None:
-        period = state.orbit.end - state.orbit.start
-        shown = range(-1, periods) if state.orbit.timeline.periodic else range(1)  # -1: a stop that was begun before
-        stops = [((a + n * period) / np.pi, (b + n * period) / np.pi) for n in shown for a, b in state.orbit.stops]
-    lines = {"base y/Y": state.problem.base.at(tau), "mass x/Y": x}
-    return over_time(ax, tau / np.pi, lines, (color,), stops=stops, xlabel=PHASE, ylabel=OVER)
+def draw_motion(state: "SteadyState", ax: Axes) -> Axes:
+    """Displacement of mass and base over two periods, or over all cycles from rest; stops are shaded."""
+    motion = _orbit(state)
+    period, tau = motion.end - motion.start, np.linspace(motion.start, motion.end, _samples(state))
+    begins = [-period, 0.0, period]  # a stop may have begun in the period before
+    if motion.timeline.periodic:
+        tau = np.concatenate([tau, tau[1:] + period])
+    else:
+        cycles = min(round(motion.end / TURN), MOST_CYCLES)
+        motion = run_from_rest(state.problem, cycles=round(motion.end / TURN), keep=cycles)
+        tau, begins = np.linspace(motion.start, motion.end, cycles * (_samples(state) - 1) + 1), [0.0]
+    stops = [((a + begin) / np.pi, (b + begin) / np.pi) for begin in begins for a, b in motion.stops]
+    lines = {"base y/Y": state.problem.base.at(tau), "mass x/Y": motion.at(tau)[0]}
+    shaded = stops if len(stops) <= MOST_STOPS else ()
+    return over_time(ax, tau / np.pi, lines, (PREDICTED,), stops=shaded, xlabel=PHASE, ylabel=OVER)
 
 
 def draw_contact_force(state: "SteadyState", ax: Axes, color: str = PREDICTED, *, over_speed: bool = False) -> Axes:
     """Draw the contact's force over the mass's displacement, or its speed, over one period."""
-    if state.orbit is None:
-        return ax
     tau, x, v = _sampled(state)
     if state.problem.wall == "base":
         x, v = x - state.problem.base.at(tau), v - state.problem.base.rate_at(tau)
-    ax.plot(v if over_speed else x, state.orbit.force(tau), color=color)
+    ax.plot(v if over_speed else x, _orbit(state).force(tau), color=color)
     way = "speed relative to the wall over ωY" if over_speed else "mass relative to the wall z/Y"
     ax.set(xlabel=way, ylabel="contact's force over kY")
     return ax
 
 
-def _sampled(state: "SteadyState", periods: int = 1) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Phase, displacement and speed of the mass over a number of periods; one only where the motion does not repeat."""
+def _orbit(state: "SteadyState") -> "Motion":
     if state.orbit is None:
         raise ValueError("this steady state has no motion to draw")
-    begin, end = state.orbit.start, state.orbit.end
-    count = periods if state.orbit.timeline.periodic else 1
-    tau = np.linspace(begin, begin + count * (end - begin), count * SAMPLES * (state.period_cycles or 1) + 1)
-    tau = np.minimum(tau, end) if count == 1 else tau  # a motion that does not repeat is known up to its end
-    return (tau, *state.orbit.at(tau)[:2])
+    return state.orbit
 
 
-def coexisting_figure(found: "Sequence[Attractor]") -> Figure:
-    """A row for each motion, with its share: displacement over its period beside speed over displacement.
-
-    A dot stands where each cycle begins.
-    """
-    drawn = [attractor for attractor in found if attractor.state.orbit is not None][:MOST_MOTIONS]
-    problem = found[0].state.problem
-    values = ", ".join(f"{name} {value:g}" for name, value in problem.parameters.items())
-    title = f"all steady motions found: r {problem.r:g}, {problem.law.name}: {values}"
-    said = [_words(attractor) for attractor in found if attractor not in drawn]
-    said += [sentence for attractor in drawn for sentence in attractor.state.warnings]
-    with drawing(0.6 + 1.7 * max(1, len(drawn)), title, tuple(dict.fromkeys(said))) as figure:
-        rows = figure.subplots(len(drawn), 2, squeeze=False, width_ratios=(3, 1)) if drawn else ()
-        for (left, right), attractor, color in zip(rows, drawn, PALETTE, strict=False):
-            draw_motion(attractor.state, left, color, periods=1).set_title(_words(attractor))
-            _, x, v = _sampled(attractor.state)
-            right.plot(x, v, color=color)
-            right.plot(x[:-1:SAMPLES], v[:-1:SAMPLES], ".", color="black", markersize=4.0)
-            right.set(xlabel="displacement / Y", ylabel="speed / ωY")
-    return figure
+def _samples(state: "SteadyState") -> int:
+    return SAMPLES * (state.period_cycles or 1) + 1
 
 
-def _words(attractor: "Attractor") -> str:
-    state = attractor.state
-    share = f"{100.0 * attractor.share:.3g} % of the starts"
-    if state.outcome != "periodic":
-        return f"{share}: {state.outcome}"
-    cycles = "every cycle" if state.period_cycles == 1 else f"after {state.period_cycles} cycles"
-    return f"{share}: repeats {cycles}, {state.energy_per_cycle:.4g} kY² per cycle"
+def _sampled(state: "SteadyState") -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Phase, displacement and speed of the mass over a period, or the last cycle."""
+    motion = _orbit(state)
+    tau = np.linspace(motion.start, motion.end, _samples(state))
+    return (tau, *motion.at(tau))
 
 
 def response_figure(answer: "RecordResponse") -> Figure:
