@@ -55,7 +55,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "base_motion": {"analysis", "errors", "recording", "simulator"},
     "figures": {
         *("analysis", "base_motion", "campaign", "errors", "files", "inference", "planning", "simulator"),
-        *("recording", "tradeoff"),
+        "recording",
     },
     "verbs": {
         *(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 from frictionlab.cli import complain, printable
-from frictionlab.cli.options import PAGE, AnalysisSettings, Judged, ManyInputs, check_law
+from frictionlab.cli.options import AnalysisSettings, Judged, ManyInputs, check_law
 from frictionlab.cli.screen import (
     COMPARED,
     MEASURED,
@@ -26,7 +26,7 @@ from frictionlab.cli.screen import (
 from frictionlab.schema import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS, RECORD_LAWS
 from frictionlab.tables import Row
 from frictionlab.tables.texts import with_error
-from frictionlab.verbs.inputs import files_of, names_of, recordings_in
+from frictionlab.verbs.inputs import files_of, recordings_in
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
@@ -65,7 +65,6 @@ def analyze(
     recordings: list[Path],
     *,
     settings: AnalysisSettings,
-    report: Path | None = None,
     work: Judged,
 ) -> None:
     """Measure recordings: drive, response, energy per cycle, irregularity, stops, regime, each with its error.
@@ -74,15 +73,9 @@ def analyze(
     """
     scene = work.scene_for(recordings[0], settings, ("analysis", "rig"))
     inputs = files_of(recordings, recordings_in)
-    places = {
-        path: dict(figures) for path, figures in work.places(inputs, scene, MEASUREMENTS, ("measurement",)).items()
-    }
-    for path, name in ({} if report is None else names_of(inputs)).items():
-        places.setdefault(path, {})[PAGE] = (report or path) / f"{name}.html"
+    places = work.places(inputs, scene, MEASUREMENTS, ("measurement",))
     is_tree = work.output is not None and work.output.suffix == ".h5"
-    rows = work.rows(
-        inputs, partial(_measured, scene=scene, with_series=is_tree), "analyze", scene, places, force=work.force
-    )
+    rows = work.rows(inputs, partial(_measured, scene=scene, with_series=is_tree), "analyze", places, force=work.force)
     series = {str(number): row["_series"] for number, row in enumerate(rows) if "_series" in row}
     work.write(rows, inputs, scene, MEASUREMENTS, series=series)
     work.show(rows, MEASUREMENTS, MEASURED, scene, noun="recordings measured")
@@ -96,7 +89,7 @@ def _measured(_: Path, file: Path, *, scene: "Scene", with_series: bool) -> Made
     from frictionlab.verbs.one_test import analyze
 
     found = analyze(file, scene)
-    row, drawn = found.row(), {"measurement": found, PAGE: found}
+    row, drawn = found.row(), {"measurement": found}
     if not with_series:
         return row, drawn
     series: dict[str, object] = {f.name: np.asarray(getattr(found.series, f.name), float) for f in fields(found.series)}
@@ -128,7 +121,7 @@ def compare_numeric(
     kinds = ("record", "comparison", "contact") if fit == "whole" else ("comparison", "contact", *("record",) * whole)
     places = work.places(inputs, scene, COMPARISONS, kinds)
     asked = {"law": law, "law_file": law_file, "friction_ratio": beta, "whole": whole, "fit": fit}
-    rows = work.rows(inputs, partial(_compared, scene=scene, asked=asked), "compare", scene, places, force=work.force)
+    rows = work.rows(inputs, partial(_compared, scene=scene, asked=asked), "compare", places, force=work.force)
     work.write(rows, inputs, scene, COMPARISONS)
     good = work.show(rows, COMPARISONS, COMPARED, scene, noun="recordings compared")
     if work.wide:
@@ -184,7 +177,7 @@ def explain(recordings: list[Path], *, settings: AnalysisSettings, work: Judged)
     scene = work.scene_for(recordings[0], settings, ("model", "analysis", "rig"))
     inputs = files_of(recordings, recordings_in)
     places = work.places(inputs, scene, COMPARISONS, ("contact",))
-    rows = work.rows(inputs, partial(_explained, scene=scene), "explain", scene, places, force=work.force)
+    rows = work.rows(inputs, partial(_explained, scene=scene), "explain", places, force=work.force)
     work.write(rows, inputs, scene, COMPARISONS)
     for number, row in enumerate(() if work.as_json else rows):
         text, short = _each(row.get("text")), _each(row.get("_short"))
@@ -217,9 +210,7 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     scene = work.scene_for(inputs[0], {}, ())
     paths = files_of(inputs, recordings_in)
     places = work.places(paths, scene, FREE_VIBRATIONS, ("free_vibration",))
-    rows = work.rows(
-        paths, partial(_tapped, scene=scene), "free vibration", scene, places, force=work.force, silent=True
-    )
+    rows = work.rows(paths, partial(_tapped, scene=scene), "free vibration", places, force=work.force, silent=True)
     means = _means([tap for row in rows for tap in _each(row.get("_taps"))])  # before the first line of --json
     if work.as_json:
         over_all = {f"mean_{name}": value for name, value in _numbers(means, spread=True).items()}

@@ -62,7 +62,7 @@ def ingest(
         refuse_inputs(outputs.values(), [*inputs, *([] if base_log is None else [base_log]), *scene.files])
     base, alone = None if base_log is None else on_disk(base_log), len(inputs) == 1 and not (work.quiet or work.as_json)
     job = partial(_ingested, scene=scene, base=base, outputs=outputs, force=force, alone=alone)
-    rows = work.rows(inputs, job, "ingest", scene, watched=not alone)
+    rows = work.rows(inputs, job, "ingest", watched=not alone)
     if not work.as_json:
         good = [row for row in rows if row["status"] == "ok"]
         print_tests(rows, FOUND, f"{len(good)} of {len(rows)} logs {'read' if dry_run else 'ingested'}")

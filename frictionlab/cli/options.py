@@ -183,7 +183,6 @@ Job = Callable[[Path, Path], tuple[Row, Mapping[str, object]]]
 """Of an input, and the file that holds it, the row and by kind of figure what is drawn of it."""
 Places = Mapping[Path, Mapping[str, Path]]
 """Input -> kind of figure -> its file."""
-PAGE = "page"  # kind of the page of a test, beside the kinds of figures
 _COPIES: list[tempfile.TemporaryDirectory[str]] = []  # of standard input; removed when this process ends
 
 
@@ -200,18 +199,15 @@ def on_disk(path: Path) -> Path:
     return file.rename(file.with_suffix(".h5")) if is_recording else file
 
 
-def _done(path: Path, *, job: Job, files: Mapping[Path, Path], places: Places, scene: "Scene", force: bool) -> Row:
+def _done(path: Path, *, job: Job, files: Mapping[Path, Path], places: Places, force: bool) -> Row:
     """Do the job on one input, here or where a worker is, and draw what is to be drawn of it."""
     row, drawn = job(path, files[path])
     for kind, place in places.get(path, {}).items():
         result: Any = drawn.get(kind)
         if result is not None:
-            from frictionlab.verbs.presenting import plot, sheet
+            from frictionlab.verbs.presenting import plot
 
-            if kind == PAGE:
-                sheet(result, files[path], place, scene, force=force)
-            else:
-                plot(result, place, title=path.name, force=force)
+            plot(result, place, title=path.name, force=force)
     return {**row, "source": str(path)}
 
 
@@ -237,7 +233,6 @@ class Inputs:
         inputs: Sequence[Path],
         job: Job,
         title: str,
-        scene: "Scene",
         places: Places | None = None,
         *,
         force: bool = False,
@@ -252,7 +247,7 @@ class Inputs:
         from frictionlab.verbs.inputs import rows_of
 
         files = {path: on_disk(path) for path in inputs}
-        one = partial(_done, job=job, files=files, places=places or {}, scene=scene, force=force)
+        one = partial(_done, job=job, files=files, places=places or {}, force=force)
         made = rows_of(inputs, one, workers=self.workers, scheduler=self.scheduler)
         quiet = self.quiet or self.as_json or not watched
         watching = track(made, total=len(inputs), title=title, quiet=quiet)

@@ -3,7 +3,6 @@
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
@@ -15,9 +14,6 @@ from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of
 from frictionlab.tables import Row, check_output, has_rows, json_line, read_rows, write_rows
 from frictionlab.tables.texts import kinds_of
-
-if TYPE_CHECKING:
-    from frictionlab.tradeoff import Setting
 
 MOST = 100  # rows on a terminal
 LOOP = (0.3, 0.6)  # frequency and friction ratio of the loop of a law
@@ -160,18 +156,14 @@ def tradeoff(
 
     Example: frictionlab tradeoff -o build/tradeoff
     """
-    from frictionlab.figures import check_figures
     from frictionlab.tradeoff import FAMILIES, measure_trade
 
     if output is not None:
         make_folder(output)
         check_output(output / "tradeoff.csv", TRADES, force=force)
-        check_figures([output / f"tradeoff_{family}.png" for family in FAMILIES], force=force)
-    families: dict[str, list[tuple[Setting, ...]]] = {family: [] for family in FAMILIES}
     total = sum(len(knobs) for knobs in FAMILIES.values())
     rows: list[Row] = []
-    for family, settings in track(measure_trade(), total=total, title="tradeoff", quiet=quiet or as_json):
-        families[family].append(settings)
+    for _, settings in track(measure_trade(), total=total, title="tradeoff", quiet=quiet or as_json):
         rows += [setting.row() for setting in settings]
         for setting in settings if as_json else ():
             typer.echo(json_line(setting.row()))
@@ -179,8 +171,3 @@ def tradeoff(
         print_table(rows, TRADES)
     if output is not None:
         write_rows(rows, output / "tradeoff.csv", TRADES, force=force)
-        from frictionlab.figures.planned import family_figure
-        from frictionlab.figures.style import save
-
-        for family, knobs in families.items():
-            save(family_figure(knobs), output / f"tradeoff_{family}.png", force=force)

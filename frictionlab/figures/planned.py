@@ -1,9 +1,7 @@
-"""Tests to be made: what each possible one says, and what a law predicts of them; what accuracy costs."""
+"""Tests to be made: what each possible one says, and what a law predicts of them."""
 
-import math
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator
 from functools import partial
-from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +14,6 @@ from frictionlab.planning import Plan, PlannedTest
 
 if TYPE_CHECKING:
     from frictionlab.inference.predictive import Prediction
-    from frictionlab.tradeoff import Setting
 
 MOST = 4  # parameters drawn
 MARK = 40.0  # points squared
@@ -26,8 +23,6 @@ Place = tuple[float, float]  # frequency ratio and normal force
 CURVES = {"response_amplitude_m": "amplitude [mm]", "energy_per_cycle_j": "energy per cycle [mJ]"}
 BAND: dict[str, Any] = {"color": style.PREDICTED, "alpha": 0.25, "linewidth": 0.0}  # of 95 of 100 tests
 FEW = 20  # points of a curve that are marked
-FLOOR = 1e-16  # an error of zero is drawn here
-PLACES = ((5, 4), (5, -8), (5, 12))  # of a label beside its point, in turn: neighbours often lie on one spot
 
 
 def plan_figure(plan: Plan) -> Figure:
@@ -130,35 +125,3 @@ def prediction_figure(prediction: "Prediction") -> Figure:
                 ax.set(xlabel="frequency ratio r", ylabel=label)
                 ax.set_ylim(bottom=0.0)
     return figure
-
-
-def family_figure(knobs: Sequence[Sequence["Setting"]]) -> Figure:
-    """One panel for each knob of a family: its settings as points, the default as a ring.
-
-    The line is the Pareto front: it joins those that none beats.
-    """
-    from frictionlab.tradeoff import pareto_front  # noqa: PLC0415 - the package is heavy
-
-    with style.drawing(2.6 * math.ceil(len(knobs) / 2)) as figure:
-        for settings, ax in zip(knobs, style.panels(figure, len(knobs)), strict=True):
-            front = falling(pareto_front(settings))
-            ax.plot(
-                [s.seconds for s in front], [max(s.error, FLOOR) for s in front], color=style.BLUE, lw=0.8, zorder=1
-            )
-            for s, place in zip(settings, cycle(PLACES), strict=False):
-                at = (s.seconds, max(s.error, FLOOR))
-                ax.plot(*at, "o", markersize=4.0, color=style.GREY if s.dominated else style.BLUE, zorder=2)
-                if s.default:
-                    ax.plot(*at, "o", markersize=9.0, markerfacecolor="none", color=style.VERMILION, zorder=3)
-                ax.annotate(s.setting, at, place, textcoords="offset points", fontsize=5.5)
-            ax.set(xscale="log", yscale="log", xlabel="time [s]", title=f"{settings[0].knob} (ring: default)")
-            ax.margins(x=0.25, y=0.15)
-            ax.set_ylabel(f"relative error of {settings[0].quantity}", fontsize=6.5)
-            style.plain_numbers(ax.xaxis)
-            style.plain_numbers(ax.yaxis)
-    return figure
-
-
-def falling(front: Sequence["Setting"]) -> list["Setting"]:
-    """Those of a front, from the fastest on, that err less than all faster ones."""
-    return [s for i, s in enumerate(front) if all(s.error < faster.error for faster in front[:i])]

@@ -10,7 +10,7 @@ import gc
 import math
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache, partial
 from pathlib import Path
@@ -91,12 +91,6 @@ def marked(settings: Sequence[Setting]) -> tuple[Setting, ...]:
     [True, False]
     """
     return tuple(replace(s, dominated=any(beats(other, s) for other in settings)) for s in settings)
-
-
-def pareto_front(settings: Iterable[Setting]) -> tuple[Setting, ...]:
-    """The settings that none beats, from the fastest on."""
-    kept = [s for s in settings if not s.dominated]
-    return tuple(sorted(kept, key=lambda s: (s.seconds, s.error)))
 
 
 def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Run]) -> tuple[Setting, ...]:

@@ -1,4 +1,4 @@
-"""What is shown: a result as a figure, a test as a page, a campaign as tables, figures and report."""
+"""What is shown: a result as a figure, a campaign as tables, figures and report."""
 
 import contextlib
 from dataclasses import replace
@@ -9,18 +9,15 @@ from typing import TYPE_CHECKING, Any, overload
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.figures import FORMATS, check_figures
 from frictionlab.files import make_folder
-from frictionlab.verbs.inputs import AnyScene, FilePath, names_of, scene_given
-from frictionlab.verbs.one_test import recording_given
+from frictionlab.verbs.inputs import FilePath, names_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from matplotlib.figure import Figure
 
-    from frictionlab.analysis.measurement import Measurement
     from frictionlab.campaign import Campaign
     from frictionlab.figures.plates import Plate
-    from frictionlab.recording import Recording
 
 FIGURES = {
     "Recording": "recorded.recording_figure",
@@ -34,7 +31,6 @@ FIGURES = {
     "Plan": "planned.plan_figure",
     "Prediction": "planned.prediction_figure",
     "FreeVibration": "recorded.free_vibration_figure",
-    "Attractor": "simulated.coexisting_figure",
     "StateMapDrawing": "grids.map_figure",
     "Campaign": "plates.campaign_figure",
 }
@@ -141,44 +137,6 @@ def _check(files: "Sequence[Path]", inputs: "Sequence[Path]" = (), *, force: boo
             expected = "a figure ending in .pdf, .svg or .png, or a folder"
             raise UsageError(f"{file}: expected {expected}; got {file.suffix!r}")
     check_figures(files, force=force, inputs=inputs)
-
-
-def sheet(
-    measurement: "Measurement",
-    what: "Recording | FilePath",
-    path: FilePath,
-    scene: AnyScene = None,
-    *,
-    force: bool = False,
-) -> Path:
-    """Write the page of one test: its numbers, time response, loop, contact force, cycles, warnings.
-
-    Parameters
-    ----------
-    measurement : Measurement
-    what : Recording, str or Path
-        What it was measured from.
-    path : str or Path
-        Ends in ``.html``; its folder is made if it is not there.
-    scene : Scene, str, Path or None
-        ``[rig]`` gives the stiffness, for newtons and joules.
-    force : bool
-        Replace a file of this name that is no page of this tool.
-
-    Raises
-    ------
-    OutputError
-        The file cannot be written or replaced.
-    """
-    from frictionlab.campaign import trial_of
-    from frictionlab.report.page_of_test import PageOfTest, write_sheet
-
-    known, place = scene_given(scene, {}, ()), Path(path)
-    trial = replace(trial_of(measurement.row()), reason=None)  # a page needs no facts that a campaign needs
-    make_folder(place.parent)
-    page = PageOfTest(trial, known, measurement=measurement, recording=recording_given(what, known))
-    write_sheet(page, place, force=force)
-    return place
 
 
 def publish(

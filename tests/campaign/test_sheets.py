@@ -4,12 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from frictionlab.analysis.measure import measure
 from frictionlab.campaign import Campaign, evaluate, trial_of
-from frictionlab.cli import app
-from frictionlab.hdf5 import write_recording
 from frictionlab.report import page
 from frictionlab.report.charts import ChartLine, chart
 from frictionlab.report.page_of_test import PageOfTest, sheet_name, sheet_page, sheets_of, write_sheet
@@ -86,14 +83,3 @@ def test_the_recording_is_drawn(scene: Scene) -> None:
         "friction force [N]",
     ):
         assert words in text
-
-
-def test_analyze_writes_the_page_of_a_single_recording(tmp_path: Path) -> None:
-    write_recording(steady_recording(), tmp_path / "one.h5")
-    words = ["analyze", str(tmp_path / "one.h5"), "--natural-frequency", "3.13", "--report", str(tmp_path / "pages")]
-    done = CliRunner().invoke(app, words)
-    assert done.exit_code == 0, done.output
-    text = (tmp_path / "pages" / "one.html").read_text(encoding="utf-8")
-    assert text.count("<svg") == 5
-    assert "Failed" not in text
-    assert "friction force [k Y]" in text

@@ -13,12 +13,11 @@ from hypothesis import strategies as st
 
 from frictionlab import tradeoff
 from frictionlab.errors import UsageError
-from frictionlab.figures.planned import falling
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Problem
 from frictionlab.simulator.numeric import NumericMotion, steady
-from frictionlab.tradeoff import Setting, marked, pareto_front
+from frictionlab.tradeoff import Setting, marked
 from tests.simulator.numeric_oracle import cycle
 
 ROOT = Path(__file__).parents[2]
@@ -80,15 +79,10 @@ POSITIVE = st.floats(1e-12, 1e3)
 @given(st.lists(st.tuples(POSITIVE, POSITIVE), min_size=1, max_size=12))
 def test_of_any_settings_the_fastest_and_the_most_accurate_are_never_beaten(pairs: list[tuple[float, float]]) -> None:
     settings = marked([Setting("k", str(i), "q", error, seconds) for i, (error, seconds) in enumerate(pairs)])
-    front = pareto_front(settings)
+    front = [s for s in settings if not s.dominated]
     assert min(settings, key=lambda s: (s.seconds, s.error)) in front
     assert min(settings, key=lambda s: (s.error, s.seconds)) in front
     assert all(any(tradeoff.beats(other, s) for other in settings) == s.dominated for s in settings)
-
-
-def test_the_front_that_is_drawn_falls() -> None:
-    front = [Setting("k", str(i), "q", error, 1.0 + 0.1 * i) for i, error in enumerate((1e-3, 1e-2, 1e-5, 1e-4))]
-    assert [s.setting for s in falling(pareto_front(front))] == ["0", "2"]
 
 
 def test_a_level_of_accuracy_is_its_knobs() -> None:
