@@ -108,12 +108,12 @@ def first_harmonic(rows: FloatArray, turn: FloatArray) -> ComplexArray:
     return np.asarray(cosine - 1j * sine)
 
 
-def cut(base: FloatArray, frequency: float, *, noise: float, follow: bool = True) -> Cut:
+def cut(base: FloatArray, frequency: float, *, noise: float) -> Cut:
     """Cut a stretch into cycles by the phase of the base motion's fundamental.
 
     The phase of each cycle is the angle of its first Fourier coefficient; harmonics and offset do not enter. A
     straight line through the phases gives the mean frequency. Where the drive wanders by more than the sensor's noise
-    explains, the cut follows it from cycle to cycle; else, and without ``follow``, the line is the cut.
+    explains, the cut follows it from cycle to cycle; else the line is the cut.
 
     ``base`` (m,): of one stretch, evenly sampled; ``frequency``: first guess in cycles per sample, good to a quarter of
     a period over neighbouring cycles; ``noise``: rms of the sensor's white noise, for the standard error.
@@ -124,7 +124,7 @@ def cut(base: FloatArray, frequency: float, *, noise: float, follow: bool = True
     for _ in range(1 if track.count > 2 else FEW_PASSES):  # a period that is off lets offset and harmonics leak
         frequency += track.slope
         track = _phase_track(base, frequency)
-    found = _boundaries(track, frequency + track.slope, noise, len(base), follow=follow)
+    found = _boundaries(track, frequency + track.slope, noise, len(base))
     if not found.drifts or len(found) < 3:
         return found
     # the phase again, in cycles of the length that each one has: no offset or harmonic leaks into it
@@ -133,7 +133,7 @@ def cut(base: FloatArray, frequency: float, *, noise: float, follow: bool = True
     centre, turns = 0.5 * (found.start + found.end), np.arange(len(found)) + 0.25 + late
     size = 2.0 * float(np.mean(np.abs(lines)))
     track = _Track(len(found), centre, turns, 0.0, line(centre, turns)[1], size)
-    return _boundaries(track, found.frequency, noise, len(base), follow=follow)
+    return _boundaries(track, found.frequency, noise, len(base))
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ def _fundamentals(signal: FloatArray, start: FloatArray, end: FloatArray, points
     return np.asarray(lines - np.pad(rise / (width * (width + 1)), width, mode="edge") * ramp)
 
 
-def _boundaries(track: _Track, frequency: float, noise: float, length: int, *, follow: bool) -> Cut:
+def _boundaries(track: _Track, frequency: float, noise: float, length: int) -> Cut:
     """The cycles of a phase; the error of their frequency is the sensor's, or that of the phase's scatter if larger."""
     n, count = len(track.centre), track.count
     if n == 0 or track.amplitude == 0.0:
@@ -199,7 +199,7 @@ def _boundaries(track: _Track, frequency: float, noise: float, length: int, *, f
     expected = math.sqrt(2.0 * frequency) * noise / track.amplitude / (2.0 * math.pi)
     square = float(np.dot(track.residual, track.residual))
     rms = math.sqrt(square / max(1, count - 2))
-    drifts = follow and count > 4 and rms > max(3.0 * expected, 1e-6)
+    drifts = count > 4 and rms > max(3.0 * expected, 1e-6)
     even = track.turns.mean() + frequency * (track.centre - track.centre.mean())
     edges = _crossings(track.centre, track.turns if drifts else even, frequency, length)
     error = math.nan

@@ -8,13 +8,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from frictionlab.analysis import steadiness, stops
+from frictionlab.analysis import steadiness
 from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.cycles import first_harmonic
 from frictionlab.analysis.energy import MeasuredFriction
 from frictionlab.analysis.layout import Layout
-from frictionlab.analysis.response import Response, smoothed, smoother
+from frictionlab.analysis.response import Response
 from frictionlab.analysis.spectrum import LEAST, mains_of
+from frictionlab.analysis.stops import TURN
 from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate
 
@@ -25,10 +26,9 @@ FEW_STEPS = 2.5  # a motion over fewer steps is not told from its sensor's
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
 DISTORTED = 0.05
 USUAL_RATIOS = (0.02, 5.0)
-RESONANCE, GROWS = 0.05, 1.05  # |r - 1|, and last over first quarter of the amplitudes
 WHOLE, SAME_SIZE = 0.2, 0.02  # of a sample; of the amplitude: a jump of the clock, not of the motion
 GROWTH, LONG_S = 0.005, 300.0  # relative; longer tests have a trend of their own
-UNEVEN = 2 * math.pi * 0.002  # rms wander of the drive's phase, rad
+UNEVEN = TURN * 0.002  # rms wander of the drive's phase, rad
 SAME_COUNT, MIRRORED = 0.05, 0.01  # of a stop; asymmetry of a motion whose halves are alike
 OFTEN = 0.4  # of the cycles: a pause that may be a stop
 MANY = 6  # times named in one sentence
@@ -53,19 +53,20 @@ def warnings(
     the recording's start; ``loop``: energy per cycle (k Y^2); ``r``: frequency ratio, where known; ``wall_moves``: the
     wall goes with the base; ``prescribed``: the motion of the mass is given, and stands in the base's place.
     """
+    moves = not answer.is_stuck
     return [
         *(() if prescribed else _of_the_channels(layout, answer, loop, r, wall_moves=wall_moves)),
         *_of_the_drive(layout, r),
-        *_of_the_cycles(layout),
-        *(() if prescribed else _of_the_sensors(layout, answer)),
-        *_of_settling(layout, answer, settled, transient, r),
-        *(() if answer.is_stuck else _of_the_motion(layout, answer)),
+        *_of_lines(layout),
+        *_of_the_sampling(layout, answer, prescribed=prescribed),
+        *(_of_settling(layout, settled, transient) if moves else ()),
+        *(_of_changes(layout, answer) if moves else ()),
+        *(_of_stops(answer) if moves else ()),
     ]
 
 
 def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
-    drive, foreign = layout.drive, layout.foreign
-    unit = drive.amplitude
+    drive = layout.drive
     if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
         yield (
             f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}, where a rig of this"
@@ -75,9 +76,9 @@ def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
     distortion = float(np.linalg.norm(drive.harmonics[1:]))
     if distortion > DISTORTED:
         yield f"base_distortion: the base motion's harmonics 2-9 are {100 * distortion:.2g} % of its fundamental"
-    if drive.drifts and drive.wander > UNEVEN and layout.foreign.period == 1:
+    if drive.drifts and drive.wander > UNEVEN:
         yield (
-            f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / stops.TURN:.2g} of a"
+            f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a"
             " cycle (rms) about a constant frequency, and the cycles follow it"
         )
     if drive.growth:
@@ -85,24 +86,27 @@ def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
             f"base_amplitude_m: the base's amplitude drifts by {100 * drive.growth:+.2g} % from the first cycle to the"
             " last: the motor's stroke or the sensor's gain changes: all numbers over Y hold that in their errors"
         )
-    if drive.frequency_se is None:
-        yield "drive_frequency_hz_se: fewer than 3 cycles, so the frequency has no standard error"
-    lines = [(role, line) for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base))
-             for line in found[:MANY] if line.removed and line.amplitude > LEAST * unit]  # fmt: skip
-    for role, line in lines:
-        yield (
-            f"{role}: a line at {line.frequency:.5g} Hz, {100.0 * line.amplitude / unit:.2g} % of the base's amplitude,"
-            f" {mains_of(line) or 'no harmonic of the drive'}: it is taken out: look for its source (earthing, cables,"
-            " a bearing)"
-        )
+
+
+def _of_lines(layout: Layout) -> Iterator[str]:
+    """Of lines that are no harmonics of the drive, and of hum that may stand on one."""
+    foreign, unit, hz = layout.foreign, layout.drive.amplitude, layout.drive.frequency
+    for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base)):
+        for line in found[:MANY]:
+            if line.removed and line.amplitude > LEAST * unit:
+                yield (
+                    f"{role}: a line at {line.frequency:.5g} Hz, {100.0 * line.amplitude / unit:.2g} % of the base's"
+                    f" amplitude, {mains_of(line) or 'no harmonic of the drive'}: it is taken out: look for its source"
+                    " (earthing, cables, a bearing)"
+                )
     for line in foreign.on_harmonics[:MANY]:
         hum = mains_of(line)
         cause = f"perhaps {hum}" if hum else "a line from outside, or a contact that rings"
         yield (
-            f"response_amplitude: harmonic {round(line.frequency / drive.frequency)} of the drive, at"
-            f" {line.frequency:.5g} Hz, is {100.0 * line.amplitude / unit:.2g} % of the base's amplitude and stands out"
-            f" of those beside it: {cause}; so near a harmonic it cannot be told from the motion: amplitude (its error"
-            " holds it) and stops_per_cycle may be wrong by it: drive a little faster or slower"
+            f"response_amplitude: harmonic {round(line.frequency / hz)} of the drive, at {line.frequency:.5g} Hz, is"
+            f" {100.0 * line.amplitude / unit:.2g} % of the base's amplitude and stands out of those beside it:"
+            f" {cause}; so near a harmonic it cannot be told from the motion: amplitude (its error holds it) and"
+            " stops_per_cycle may be wrong by it: drive a little faster or slower"
         )
     if foreign.masked > LEAST * unit and not foreign.on_harmonics:
         yield (
@@ -110,24 +114,19 @@ def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
             f" {100.0 * foreign.masked / unit:.2g} % of the base's amplitude could not be told from it, and is in the"
             " uncertainty: drive a little faster or slower"
         )
-
-
-def _of_the_cycles(layout: Layout) -> Iterator[str]:
-    drive, foreign = layout.drive, layout.foreign
     low = [line for line in (*foreign.mass, *foreign.base) if not line.removed]
-    if foreign.period > 1:
-        yield (
-            f"cycles: the motion repeats every {foreign.period} cycles of the drive, not every one: energy, amplitude"
-            f' and stops are means over whole periods of {foreign.period} cycles, also with cycles = "last" (--cycles)'
-        )
-    elif low:
+    if low:
         line = low[0]
-        beat = abs(line.frequency - max(round(line.frequency / drive.frequency), 1) * drive.frequency)
+        beat = abs(line.frequency - max(round(line.frequency / hz), 1) * hz)
         yield (
             f"response_amplitude: beats: a second motion at {line.frequency:.5g} Hz of"
-            f" {100.0 * line.amplitude / drive.amplitude:.2g} % of the base's amplitude comes and goes every"
-            f" {1.0 / beat:.3g} s: one cycle is not all of it: take many beats (--cycles all)"
+            f" {100.0 * line.amplitude / unit:.2g} % of the base's amplitude comes and goes every {1.0 / beat:.3g} s"
+            f" ({hz / beat:.3g} cycles): one cycle is not all of it: take many beats (--cycles all)"
         )
+
+
+def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> Iterator[str]:
+    """Of few cycles and samples, and of a sensor that clips, is coarse, or too noisy to show a stop."""
     if len(layout) < FEW_CYCLES:
         yield (
             f"cycles: only {len(layout)} full cycles after the transient, where {FEW_CYCLES} would tell their scatter:"
@@ -138,16 +137,9 @@ def _of_the_cycles(layout: Layout) -> Iterator[str]:
             f"sampling_rate_hz: {layout.samples:.3g} samples a cycle; energy and stops ask for {FEW_SAMPLES}: sample"
             " faster"
         )
-
-
-def _is_blurred(answer: Response) -> bool:
-    """Whether no stop can be told: how long the mass stands is not known then, and 0 is no finding."""
-    return answer.shortest_stop >= 1.0
-
-
-def _of_the_sensors(layout: Layout, answer: Response) -> Iterator[str]:
-    of_mass, of_base = layout.of_mass, layout.of_base
-    signals = [("base_amplitude_m", layout.base, of_base, False)]
+    if prescribed:
+        return
+    of_mass, signals = layout.of_mass, [("base_amplitude_m", layout.base, layout.of_base, False)]
     if not answer.is_stuck:
         # a mass that slows or stops on its way up has steep flanks everywhere, and no corner tells a clipping sensor
         speed = np.abs(answer.how.cycle(1024)[1])
@@ -180,44 +172,35 @@ def _of_the_sensors(layout: Layout, answer: Response) -> Iterator[str]:
         )
 
 
-def _of_settling(
-    layout: Layout, answer: Response, settled: float | None, transient: float, r: float | None
-) -> Iterator[str]:
-    if not answer.is_stuck and len(layout) >= FEW_CYCLES:
-        if settled is None:
-            yield (
-                "transient_s: the motion had not settled by the end of the recording; the numbers are of a passing"
-                " state: record longer"
-            )
-        elif settled > transient + 1.0 / layout.drive.frequency:
-            yield (
-                f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s:"
-                f" --transient {settled:.3g} cuts there"
-            )
-    part = max(1, len(answer.amplitude) // 4)
-    first, last = (float(some.mean()) for some in (answer.amplitude[:part], answer.amplitude[-part:]))
-    if settled is None and r is not None and abs(r - 1.0) < RESONANCE and last > GROWS * first:
-        yield (  # [Den Hartog 1931]
-            f"response_amplitude: it still grows ({first:.3g} to {last:.3g} Y) at the frequency ratio {r:.4g}: at"
-            " resonance a friction force below pi/4 kY does not bound the motion: these are no numbers of a steady"
-            " state: raise the normal force or leave resonance"
+def _is_blurred(answer: Response) -> bool:
+    """Whether no stop can be told: how long the mass stands is not known then, and 0 is no finding."""
+    return answer.shortest_stop >= 1.0
+
+
+def _of_settling(layout: Layout, settled: float | None, transient: float) -> Iterator[str]:
+    if len(layout) < FEW_CYCLES:
+        return
+    if settled is None:
+        yield (
+            "transient_s: the motion had not settled by the end of the recording; the numbers are of a passing"
+            " state: record longer"
+        )
+    elif settled > transient + 1.0 / layout.drive.frequency:
+        yield (
+            f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s:"
+            f" --transient {settled:.3g} cuts there"
         )
 
 
-def _of_the_motion(layout: Layout, answer: Response) -> Iterator[str]:
-    drive, size, few = layout.drive, answer.size, len(layout) < FEW_CYCLES
+def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
+    """Of a mass that does not follow the drive, drifts, jumps, or whose channel loses samples."""
+    drive, size = layout.drive, answer.size
     power = float(np.einsum("ij,ij->", layout.mass, layout.mass)) / layout.mass.size  # about a mean of 0
     share = float(np.var(layout.mass.mean(axis=0))) / power
-    if share < 0.5 and not few:
+    if share < 0.5 and len(layout) >= FEW_CYCLES:
         yield (
             f"drive_frequency_hz: the mass does not answer at the drive's frequency: only {100 * share:.2g} % of its"
             " power repeats with the drive"
-        )
-    beat = steadiness.beating(answer.amplitude, noise=answer.amplitude_noise)
-    if beat is not None:
-        yield (
-            f"response_amplitude: the response beats with a period of {beat[0] / drive.frequency:.3g} s"
-            f" ({100 * beat[1]:.2g} % of the amplitude)"
         )
     growth = steadiness.growth(answer.amplitude, least=GROWTH)
     if growth and len(layout) / drive.frequency < LONG_S:
@@ -227,14 +210,12 @@ def _of_the_motion(layout: Layout, answer: Response) -> Iterator[str]:
         )
     # a sample lost in one channel moves all that follows against the other
     stride, points = max(1, layout.mass.shape[1] // 64), layout.mass.shape[1]
-    rows = layout.mass[:, ::stride]
-    turn = stops.TURN * stride * np.arange(rows.shape[1]) / points
-    a_sample = stops.TURN / layout.samples
+    rows, a_sample = layout.mass[:, ::stride], TURN / layout.samples
+    turn = TURN * stride * np.arange(rows.shape[1]) / points
     late = np.unwrap(-np.angle(first_harmonic(rows, turn))) / a_sample
     noise = math.hypot(layout.of_mass.noise / max(size, 1e-300), layout.of_base.noise)
     rough = noise * math.sqrt(2.0 / rows.shape[1]) / a_sample
-    found = steadiness.jumps(late, noise=rough, least=0.5).tolist() if layout.foreign.period == 1 else []
-    for j in found:
+    for j in steadiness.jumps(late, noise=rough, least=0.5).tolist():
         by = float(np.median(late[j : j + 5]) - np.median(late[max(0, j - 5) : j]))
         change = np.ptp(answer.amplitude[max(0, j - 5) : j + 5]) / size
         if abs(by - round(by)) < WHOLE and change < SAME_SIZE:
@@ -250,10 +231,9 @@ def _of_the_motion(layout: Layout, answer: Response) -> Iterator[str]:
             times = ", ".join(f"{layout.time[j]:.4g} s" for j in found[:MANY])
             more = f" and {len(found) - MANY} more" if len(found) > MANY else ""
             yield f"response_amplitude: the {name} of the response jumps at {times}{more}"
-    yield from _of_stops(layout, answer)
 
 
-def _of_stops(layout: Layout, answer: Response) -> Iterator[str]:
+def _of_stops(answer: Response) -> Iterator[str]:
     """Which may be none or two; one of a motion whose halves mirror each other has a twin."""
     often, length = answer.doubtful
     if often >= OFTEN and not _is_blurred(answer):
@@ -270,18 +250,16 @@ def _of_stops(layout: Layout, answer: Response) -> Iterator[str]:
             " tell which, and the count may be off by it"
         )
     count = round(answer.stops_per_cycle)
-    is_odd = count % 2 == 1 and abs(answer.stops_per_cycle - count) < SAME_COUNT
-    if is_odd and answer.asymmetry < MIRRORED and layout.foreign.period == 1:
+    if count % 2 == 1 and abs(answer.stops_per_cycle - count) < SAME_COUNT and answer.asymmetry < MIRRORED:
         yield (
             f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
             f" {100.0 * answer.asymmetry:.2g} %) and stops come in pairs: one of them was too short to be seen, or is"
             " a slow passage"
         )
-    counts, period = answer.stops, layout.foreign.period
-    if any(np.ptp(counts[j::period]) > 0.0 for j in range(min(period, len(counts)))):
+    if np.ptp(answer.stops) > 0.0:
         yield (
-            f"stops_per_cycle: not the same in all cycles: {counts.min():g} to {counts.max():g}; stops shorter than"
-            f" {100 * answer.shortest_stop:.2g} % of a cycle cannot be told from a slow passage here"
+            f"stops_per_cycle: not the same in all cycles: {answer.stops.min():g} to {answer.stops.max():g}; stops"
+            f" shorter than {100 * answer.shortest_stop:.2g} % of a cycle cannot be told from a slow passage here"
         )
 
 
@@ -327,11 +305,10 @@ SURE = 5.0  # standard errors
 CLEANER = 0.3  # harmonics of the mass over those of the base: friction makes harmonics, a motor fewer
 HARMONICS = 0.02  # of a base that has some
 NOISIER = 10.0  # noise of a mass that stands, over the base's
-STANDS = 0.05  # of a cycle that the mass would stand if the column were relative
-SLOW = 0.05  # of the highest speed: 3 % of a cosine is slower
+STANDS, SLOW = 0.08, 0.05  # of a cycle slower than that share of the highest speed: a cosine is for 3 %
+MOVES = 0.05  # rms of what may stand, over the base's
 OFF, FITS, CLEARER = 0.1, 0.3, 2.0  # what friction leaves of the force where the mass never stops, one over the other
 DETUNED = np.linspace(-0.015, 0.015, 7)  # relative: how far the natural frequency may be from what is known of it
-SIZE_MATTERS = 0.01  # relative difference of the two amplitudes
 
 
 def _of_the_channels(
@@ -350,76 +327,50 @@ def _of_the_channels(
     noise = math.hypot(of_mass.noise, of_base.noise) / math.sqrt(len(layout))
     noise = math.hypot(noise, of_mass.shared, of_base.shared)
     apart = math.sqrt(max(float(np.var(mass - base)) - noise * noise, 0.0)) / float(np.std(base))
+    energy = loop.value or 0.0
     if apart < ALIKE:
         yield (
             f"mass: its channel repeats the base's (they differ by {100.0 * apart:.2g} % of the base's motion): energy,"
             " amplitude and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
         )
-        return
-    energy = loop.value or 0.0
-    if energy <= -max(SURE * (loop.se or 0.0), GIVES):
-        said = f"energy_per_cycle: {energy:.3g} kY^2: a contact takes energy, this one would give it: "
+    elif energy <= -max(SURE * (loop.se or 0.0), GIVES):
         size = [np.abs(np.fft.rfft(cycle)[1:10]) for cycle in (mass, base)]
         of_m, of_b = (float(np.linalg.norm(lines[1:]) / max(float(lines[0]), 1e-300)) for lines in size)
+        cause = (
+            "one of the sensors counts the other way (turn the sign of its column), or mass and base are swapped"
+            " (--mass and --base, [log])"
+        )
         if of_b > HARMONICS and of_m < CLEANER * of_b:
-            yield (
-                f"{said}mass and base look swapped (harmonics of the base {100.0 * of_b:.2g} %, of the mass"
+            cause = (
+                f"mass and base look swapped (harmonics of the base {100.0 * of_b:.2g} %, of the mass"
                 f" {100.0 * of_m:.2g} %): exchange --mass and --base ([log]), or turn the sign of one column"
             )
-        else:
-            yield (
-                f"{said}one of the sensors counts the other way (turn the sign of its column), or mass and base are"
-                " swapped (--mass and --base, [log])"
-            )
-        return
-    if not wall_moves and not _is_blurred(answer):
-        how = (noise, layout.samples, answer.stuck_fraction, r)
-        yield from [said for sign in (1.0, -1.0) if (said := _relative(mass, base, sign, *how))][:1]
+        yield f"energy_per_cycle: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
+    elif r is not None and not wall_moves and not _is_blurred(answer):
+        yield from _relative(mass, base, answer.stuck_fraction, r)
 
 
-def _relative(
-    mass: FloatArray, base: FloatArray, sign: float, noise: float, samples: float, stuck: float, r: float | None
-) -> str:
-    """Say that a mean cycle of the mass (p,) looks relative to the base, as x - y (sign 1) or y - x.
+def _relative(mass: FloatArray, base: FloatArray, stuck: float, r: float) -> Iterator[str]:
+    """Say that a mean cycle of the mass (p,) looks relative to the base, as x - y or y - x.
 
-    Either the sum (or difference) stands still where the column itself moves; or, where nothing stands, the column
-    breaks the equation of motion and the sum (or difference) keeps it. ``noise``: rms in a point of the sum; ``stuck``:
-    fraction of a cycle that the column stands; ``r``: where known.
+    It breaks the equation of motion, and the sum (or difference) keeps it, or stands still where the column, which
+    stands for the fraction ``stuck``, moves.
     """
-    other, least, word = base + sign * mass, max(STANDS, 4.0 * stuck), "+" if sign > 0.0 else "-"
-    own, others = (1.0, 1.0) if r is None or stuck else (_left(mass, base, r), _left(other, base, r))
-    width = max(1, len(other) // 128)
-    speed = np.abs(other[width:] - other[:-width])
-    may_stand = np.count_nonzero(speed < SLOW * speed.max()) > least * len(speed)  # quick
-    stands = _stuck(other, noise, samples) if may_stand else 0.0
-    why = ""
-    if stands > least and float(np.std(other)) > 0.05 * float(np.std(base)):
-        why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
-    elif others < FITS and own > max(OFF, CLEARER * others):
-        why = f"mass {word} base fits the equation of motion"
-    if why:
-        return (
-            f"response_amplitude: the mass's column looks like the displacement relative to the base ({why}): the"
-            f" energy is the same, amplitude and stops are not: give the mass's own displacement, mass {word} base"
-        )
-    size = 0.5 * float(np.ptp(other))
-    if CLEARER * own > others < FITS and abs(size / (0.5 * float(np.ptp(mass))) - 1.0) > SIZE_MATTERS:
-        return (
-            "response_amplitude: so near resonance the motion does not tell whether the mass's column is its own"
-            f" displacement or that relative to the base, whose own would be {size:.3g} Y (mass {word} base): the"
-            " energy is the same, the amplitude is not: check what the sensor stands on"
-        )
-    return ""
-
-
-def _stuck(cycle: FloatArray, noise: float, samples: float) -> float:
-    """Fraction of a single cycle that it stands."""
-    rows = (cycle - cycle.mean())[None]
-    how = smoother(rows, noise=noise, samples=samples)
-    limits = stops.Thresholds.of(how.v_noise, how.resolution)
-    ((_, _, v),) = smoothed(rows, how, len(cycle))
-    found, _ = stops.stops_of(stops.pauses(v, limits.still), limits, len(cycle))
-    return float(np.sum(found[1] - found[0])) / stops.TURN
+    own, width = _left(mass, base, r), max(1, len(mass) // 128)
+    for word, other in (("+", base + mass), ("-", base - mass)):
+        others, speed = _left(other, base, r), np.abs(other[width:] - other[:-width])
+        stands = float(np.mean(speed < SLOW * speed.max())) if np.std(other) > MOVES * np.std(base) else 0.0
+        why = ""
+        if own > FITS and stands > max(STANDS, 4.0 * stuck):
+            why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
+        elif others < FITS and own > max(OFF, CLEARER * others) and stuck == 0.0:
+            why = f"mass {word} base fits the equation of motion"
+        if why:
+            yield (
+                f"response_amplitude: the mass's column looks like the displacement relative to the base ({why}): the"
+                f" energy is the same, amplitude and stops are not: give the mass's own displacement, mass {word} base"
+            )
+            return
 
 
 def _left(mass: FloatArray, base: FloatArray, r: float) -> float:

@@ -63,18 +63,15 @@ def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_
     return 2.0 * math.pi * math.sqrt(variance / samples)
 
 
-def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: float = 0.0, period: int = 1) -> Estimate:
+def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: float = 0.0) -> Estimate:
     """Mean of a per-cycle series over the cycles used, with its standard error; a steady drift is no scatter.
 
     ``values`` (n,): of all steady cycles, whose scatter tells how far one may be from the steady mean; ``noise``:
     standard error of one value from sensor noise alone, below which no error is stated; ``shared``: standard error that
-    all cycles have in common; ``period``: cycles after which the motion repeats: whole periods are compared.
+    all cycles have in common.
     """
-    count, mean, drift = used.stop - used.start, float(values[used].mean()), steadiness.growth(values)
-    if period > 1 and len(values) >= 2 * period:
-        values = values[len(values) % period :].reshape(-1, period).mean(axis=1)
-        used, noise = slice(len(values) - max(1, count // period), len(values)), noise / math.sqrt(period)
-    part = values[used]
+    part, drift = values[used], steadiness.growth(values)
+    mean = float(part.mean())
     some = part if len(part) >= FEW else values
     square = noise * noise / len(part)
     if len(some) > 2 and float(some.var(ddof=1)) > noise * noise * (1.0 + CLEAR * math.sqrt(2.0 / (len(some) - 1))):
@@ -119,7 +116,7 @@ def by_load_cell(
     unit, points = layout.drive.amplitude, layout.mass.shape[1]
     slid = layout.mass - layout.base if wall_moves else layout.mass
     spectrum = np.fft.rfft(slid[used].mean(axis=0))
-    if not wall_moves and answer.how.period == 1:
+    if not wall_moves:
         spectrum = answer.how.mean * points
     k = np.arange(len(spectrum))
     speed = np.abs(np.fft.irfft(1j * k * spectrum, points))
@@ -140,12 +137,12 @@ def by_load_cell(
         if name == "torque" or not mean > 0.0:
             return Estimate()
         ratio = float(each[used].mean()) / mean
-        return mean_over(ratio + (each - ratio * size) / mean, used, period=layout.foreign.period)
+        return mean_over(ratio + (each - ratio * size) / mean, used)
 
     cycle = rows[used].mean(axis=0)
     omega = 2.0 * math.pi * layout.drive.frequency
     cycle = cycle - inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
-    energy = mean_over(each, used, period=layout.foreign.period)
+    energy = mean_over(each, used)
     return MeasuredFriction(
         name=name,
         energy=energy.with_relative(math.hypot(gain, sources.mass_gain)),

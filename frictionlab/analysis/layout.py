@@ -44,7 +44,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Foreign:
-    """Lines that are no harmonics of the drive, by channel (m), and after how many cycles of the drive all repeats.
+    """Lines that are no harmonics of the drive, by channel (m).
 
     ``faintest``: amplitude of the faintest line that would be found in the mass's channel above the frame's reach (m);
     ``on_harmonics``: harmonics of the mass that stand out of those beside them; ``masked``: amplitude of hum that a
@@ -53,7 +53,6 @@ class Foreign:
 
     mass: tuple[Line, ...] = ()
     base: tuple[Line, ...] = ()
-    period: int = 1
     faintest: float = 0.0
     on_harmonics: tuple[Line, ...] = ()
     masked: float = 0.0
@@ -91,14 +90,13 @@ class Layout:
 
     @property
     def left(self) -> float:
-        """Sum of the amplitudes of the mass's lines that were left in and make no beat or period, over Y.
+        """Sum of the amplitudes, over Y, of the mass's lines that were left in and make no beat.
 
         Harmonics that stand out of those beside them are among them.
         """
         low = 2.0 * self.drive.frequency
         some = [line.amplitude for line in self.foreign.mass if not line.removed and line.frequency > low]
-        some += [line.amplitude for line in self.foreign.on_harmonics]
-        return sum(some) / self.drive.amplitude if self.foreign.period == 1 else 0.0
+        return sum(some + [line.amplitude for line in self.foreign.on_harmonics]) / self.drive.amplitude
 
     @property
     def hidden(self) -> float:
@@ -136,7 +134,7 @@ def lay_out(
         Sensor.of(signal, float(np.ptp(rows.mean(axis=0))), 1.0 / cut.frequency)
         for signal, rows in ((longest.mass, mass), (longest.base, base))
     )
-    drive, wander = _drive(base, blocks, cut, longest.step, of_base, foreign.period)
+    drive, wander = _drive(base, blocks, cut, longest.step, of_base)
     unit, offset = drive.amplitude, float(mass.mean())
     mass -= offset  # in place: a second copy of a long recording would be dear
     mass /= unit
@@ -174,29 +172,12 @@ def _cleaned(
     base = _lines_of(longest.base, base_lines, drive)
     base_lines = base_lines.up_to(SHOWN * drive.frequency)  # the rest of a long recording's is dear
     mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
-    mass, resolution = _lines_of(longest.mass, mass_lines, drive), mass_lines.resolution
-    period = spectrum.period_of((*mass, *base), drive.frequency, resolution) if len(stretches) == 1 else 1
-    foreign = Foreign(mass, base, period, spectrum.faintest(mass_lines, drive))
-    if period == 1:
-        out, masked = spectrum.on_harmonics(mass_lines, drive, mass)
-        foreign = replace(foreign, on_harmonics=out, masked=masked)
-    else:  # high lines of that period are the motion's
-        part = drive.frequency / period
-        mass, base = (
-            tuple(
-                line
-                for line in found
-                if not line.removed or abs(line.frequency - round(line.frequency / part) * part) > resolution
-            )
-            for found in (mass, base)
-        )
-        foreign = replace(foreign, mass=mass, base=base)
+    mass = _lines_of(longest.mass, mass_lines, drive)
+    foreign = Foreign(mass, base, spectrum.faintest(mass_lines, drive), *spectrum.on_harmonics(mass_lines, drive, mass))
     stretches = [
         replace(s, mass=_without(s.mass, s.step, mass, c), base=_without(s.base, s.step, base, c))
         for s, c in zip(stretches, cuts, strict=True)
     ]
-    if period > 1 and cut.drifts:  # what it follows is the motion's own change from cycle to cycle
-        cuts = [cycles.cut(stretches[0].base, cut.frequency, noise=white_noise(longest.base), follow=False)]
     return stretches, cuts, foreign, base_lines, mass_lines.up_to(SHOWN * drive.frequency)
 
 
@@ -271,17 +252,11 @@ def _folded(signals: list[FloatArray], cuts: list[Cut], points: int) -> FloatArr
 
 
 def _drive(
-    base: FloatArray, blocks: tuple[slice, ...], cut: Cut, step: float, sensor: Sensor, period: int
+    base: FloatArray, blocks: tuple[slice, ...], cut: Cut, step: float, sensor: Sensor
 ) -> tuple[Drive, FloatArray]:
-    """The base motion from its mean cycle over whole periods, and the slow wander (p,) that was taken off that."""
+    """The base motion from its mean cycle, and the slow wander (p,) that was taken off that."""
     white, points = math.hypot(sensor.noise, sensor.shared * math.sqrt(len(base))), base.shape[1]
-    if 1 < period <= len(base):
-        base = base[len(base) % period :]
-        rows = base.reshape(-1, period * points)
-        means, blocks = rows.mean(axis=1), (slice(0, len(rows)),)
-        wander = slow_wander(means, period * points, blocks).reshape(period, -1).mean(axis=0)
-    else:
-        wander = slow_wander(base.mean(axis=1), points, blocks)[0]
+    wander = slow_wander(base.mean(axis=1), points, blocks)[0]
     order = np.arange(1, HARMONICS + 1)
     turn = 2.0 * np.pi * np.arange(points) / points - 0.5 * np.pi  # rows start at the rise through zero
     mean = base.mean(axis=0) - wander

@@ -84,13 +84,15 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     r, rate = layout.drive.frequency / natural if natural else None, 1.0 / parts[0].step
     joules = scene.rig.stiffness * unit**2 if scene.rig.stiffness else None  # k Y^2
     answer = response.response(layout, wall_moves=wall_moves)
-    used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles, period=layout.foreign.period)
+    used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
     settled = (transient if has_settled else None) if given is None else _settled(layout, parts[0])
     cycle = _mean_cycle(layout, answer, used, of_mass)
     steady_from = float(recording.time[0]) + (settled or 0.0)
     estimates: dict[str, Any] = _estimates(layout, answer, used, steady_from, natural, prescribed=prescribed)
     sources, loop = sources_of_test(recording, scene, rate), estimates["energy"]
-    cut = 0.0 if answer.is_stuck else _cut_away(layout, answer.size, cycle, loop, of_mass, r or 1.0)
+    cut, slides = 0.0, abs(loop.value or 0.0) / (4.0 * max(answer.size, 1e-12))
+    if not answer.is_stuck:
+        cut = channels.cut_away(cycle.mass_smooth, layout.drive.frequency, of_mass, friction=slides, r=r or 1.0)
     budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
     estimates |= {BUDGETED[key]: estimates[BUDGETED[key]].with_u(combined(budget[key])) for key in budget}
     friction = energy.by_load_cell(
@@ -263,12 +265,11 @@ def _settled(layout: Layout, first: Stretch) -> float | None:
 # 4, 5. Cycles, their means, and their errors -------------------------------------------------------------------------
 
 
-def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
+def used_cycles(end_time: FloatArray, rule: str) -> slice:
     """Which cycles a rule uses: ``last``, ``all``, or ``window:S`` (those that lie in the last S seconds).
 
-    ``end_time`` (n + 1,): start of each cycle and the end of the last, s. A motion that repeats every ``period`` cycles
-    is taken in whole periods, one at least where there is one. Another rule is a `UsageError`, a window shorter than a
-    cycle an `AnalysisError`.
+    ``end_time`` (n + 1,): start of each cycle and the end of the last, s. Another rule is a `UsageError`, a window
+    shorter than a cycle an `AnalysisError`.
     """
     n = len(end_time) - 1
     try:
@@ -281,8 +282,7 @@ def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
     if first >= n:
         length = end_time[-1] - end_time[-2]
         raise AnalysisError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
-    count = max(n - first, min(period, n))
-    return slice(n - max(count // period * period, min(count, period)), n)
+    return slice(first, n)
 
 
 def _estimates(
@@ -290,35 +290,21 @@ def _estimates(
 ) -> dict[str, Estimate]:
     """All numbers that have errors, by the names of the measurement's fields; from a time [s] on cycles are steady."""
     first = int(np.searchsorted(layout.time, steady_from - 1e-9))
-    steady = slice(min(first, len(layout) - 1), len(layout))
-
-    def mean_energy(some: slice) -> Estimate:
-        noise, shared, period = answer.energy_noise, answer.energy_shared, layout.foreign.period
-        return energy.mean_over(answer.energy, some, noise=noise, shared=shared, period=period)
-
-    def mean_amplitude(some: slice) -> Estimate:
-        mean = energy.mean_over(answer.amplitude, some, period=layout.foreign.period)
-        return Estimate(mean.value, math.hypot(mean.se or 0.0, answer.amplitude_noise))
-
     frequency = Estimate(layout.drive.frequency, layout.drive.frequency_se)
     found = {
         "drive": frequency,
         "ratio": frequency.over(natural),
         "base_amplitude": Estimate(layout.drive.amplitude, layout.drive.amplitude_se),
-        "energy": mean_energy(used),
-        "amplitude": mean_amplitude(used),
-        "steady_energy": mean_energy(steady),
-        "steady_amplitude": mean_amplitude(steady),
     }
+    for kind, some in (("", used), ("steady_", slice(min(first, len(layout) - 1), len(layout)))):
+        found[f"{kind}energy"] = energy.mean_over(
+            answer.energy, some, noise=answer.energy_noise, shared=answer.energy_shared
+        )
+        mean = energy.mean_over(answer.amplitude, some)
+        found[f"{kind}amplitude"] = Estimate(mean.value, math.hypot(mean.se or 0.0, answer.amplitude_noise))
     by_force = ("force_energy", "force_energy_j", "measured_force", "measured_coefficient")
     unknown = (*by_force, "ratio", "energy", "steady_energy") if prescribed else by_force
     return found | dict.fromkeys(unknown, Estimate())  # a mass that drives itself has no loop and no ratio
-
-
-def _cut_away(layout: Layout, size: float, cycle: Cycle, loop: Estimate, of_mass: SensorChannel, r: float) -> float:
-    """What the mass's filter may have cut away of the amplitude, by the friction that the loop shows."""
-    friction = abs(loop.value or 0.0) / (4.0 * max(size, 1e-12))
-    return channels.cut_away(cycle.mass_smooth, layout.drive.frequency, of_mass, friction=friction, r=r)
 
 
 def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorChannel) -> Cycle:
@@ -349,7 +335,7 @@ def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorCh
     others = [layout.more[name] / layout.drive.amplitude for name in channels.other_masses(layout.more)]
     return Cycle(
         tau=2.0 * math.pi * np.arange(points) / points,
-        mass=mean_of(layout.mass, wander_of(answer.position) if layout.foreign.period == 1 else 0.0),
+        mass=mean_of(layout.mass, wander_of(answer.position)),
         base=mean_of(layout.base, layout.base_wander),
         mass_smooth=smooth - smooth.mean(),
         mass_velocity=velocity,

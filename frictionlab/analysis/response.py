@@ -7,7 +7,6 @@ smoothed over all its cycles and an irregular one cycle by cycle, without anythi
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,7 +35,7 @@ class Smoother:
     ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
     what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the error left in one point of
     x and v (v: with the harmonics given up); ``x_tail``: what the harmonics that drown in noise may add to an extreme;
-    ``resolution``: the shortest time that can be told apart, in radians of tau; ``period``: cycles that ``mean`` is of.
+    ``resolution``: the shortest time that can be told apart, in radians of tau.
     """
 
     mean: ComplexArray
@@ -45,7 +44,6 @@ class Smoother:
     v_noise: float
     x_tail: float
     resolution: float
-    period: int = 1
 
     def cycle(self, points: int) -> tuple[FloatArray, FloatArray]:
         """The smoothed mean cycle on so many points, and its derivative by the phase."""
@@ -53,14 +51,12 @@ class Smoother:
         return fft.irfft(lines, points), fft.irfft(1j * np.arange(len(lines)) * lines, points)
 
 
-def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0, period: int = 1) -> Smoother:
+def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0) -> Smoother:
     """Decide how to smooth cycles (n, points), points even, one a row.
 
     ``noise``: rms of the white noise of one of the ``samples`` that the sensor took of a cycle (a row may have more
-    points); ``shared``: the same of noise that cycles share, for rounding without noise follows the place; ``period``:
-    cycles after which the motion repeats: what they have in common is looked for in whole periods.
+    points); ``shared``: the same of noise that cycles share, for rounding without noise follows the place.
     """
-    rows, samples = _in_periods(rows, period), samples * period
     n, points = rows.shape
     mean_cycle = rows.mean(axis=0)
     lines = fft.rfft(mean_cycle) / points
@@ -91,16 +87,10 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
         mean=lines * mean_gain,
         own_gain=own_gain,
         x_noise=math.sqrt(float(left.sum())),
-        v_noise=v_noise / period,
+        v_noise=v_noise,
         x_tail=0.5 * highest * drowned,  # all of them in phase at an extreme
-        resolution=math.pi / highest * period,
-        period=period,
+        resolution=math.pi / highest,
     )
-
-
-def _in_periods(rows: FloatArray, period: int) -> FloatArray:
-    """Whole periods as rows; the first cycles, which make none, are left out."""
-    return rows[len(rows) % period :].reshape(-1, period * rows.shape[1])
 
 
 def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
@@ -120,40 +110,31 @@ def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
     return gain
 
 
-def smoothed(rows: FloatArray, how: Smoother, points: int) -> Iterator[tuple[slice, FloatArray, FloatArray]]:
-    """Smooth cycles block by block: which they are, x and its derivative by tau on ``points`` each, (n, points).
+def smoothed(rows: FloatArray, how: Smoother, points: int) -> tuple[FloatArray, FloatArray]:
+    """Smooth cycles: x and its derivative by tau on ``points`` each, (n, points).
 
     ``rows`` (n, p): those of the smoother, p <= points, points even. A cycle need not close: deviations from the mean
-    are smoothed as one signal, reflected at both ends. First cycles that make no whole period are as those a period
-    later.
+    are smoothed as one signal, reflected at both ends.
     """
-    spare, period, size = len(rows) % how.period, how.period, points * how.period
-    rows = _in_periods(rows, period)
-    mean, mean_cycle = how.cycle(size), rows.mean(axis=0)
-    for some in chunks(len(rows), size, _BLOCK):
-        n = some.stop - some.start
-        x, v = (np.broadcast_to(each, (n, size)) for each in mean)
-        if how.own_gain.any():
-            flat = (rows[some] - mean_cycle).ravel()
-            lines = fft.rfft(np.concatenate([flat, flat[::-1]])) / len(flat)
-            harmonic = np.arange(len(lines)) / (2.0 * n)
-            lines *= np.interp(harmonic, np.arange(1, len(how.own_gain)), how.own_gain[1:]) * (n * size)
-            x, v = (
-                each + fft.irfft(factor * lines, 2 * n * size)[: n * size].reshape(n, size)
-                for each, factor in ((x, 1.0), (v, 1j * harmonic))
-            )
-        x, v = x.reshape(-1, points), v.reshape(-1, points) / period
-        if some.start == 0 and spare:
-            yield slice(0, spare), x[period - spare : period], v[period - spare : period]
-        yield slice(spare + some.start * period, spare + some.stop * period), x, v
+    mean_cycle, both = rows.mean(axis=0), np.empty((2, len(rows), points))
+    both[:] = np.stack(how.cycle(points))[:, None]
+    for some in chunks(len(rows), points, _BLOCK) if how.own_gain.any() else ():
+        n, flat = some.stop - some.start, (rows[some] - mean_cycle).ravel()
+        lines = fft.rfft(np.concatenate([flat, flat[::-1]])) / len(flat)
+        harmonic = np.arange(len(lines)) / (2.0 * n)
+        lines *= np.interp(harmonic, np.arange(1, len(how.own_gain)), how.own_gain[1:]) * (n * points)
+        for signal, factor in zip(both, (1.0, 1j * harmonic), strict=True):
+            signal[some] += fft.irfft(factor * lines, 2 * n * points)[: n * points].reshape(n, points)
+    return both[0], both[1]
 
 
 @dataclass(frozen=True)
 class Response:
-    """Per cycle (n,): ``energy`` (k Y^2), ``amplitude`` (Y), ``position`` (Y), ``stops``, ``stuck`` (fraction).
+    """How the mass answers: what is known of each cycle (n,), and of all.
 
-    ``found``: each stop; ``energy_noise``, ``amplitude_noise``: standard error of one cycle's value from sensor noise
-    alone; ``energy_shared``: standard error that all cycles have in common; ``stops_per_cycle``, ``stuck_fraction``,
+    ``energy`` (k Y^2), ``amplitude`` (Y), ``position`` (Y), ``stops``, ``stuck`` (fraction): of each cycle; ``found``:
+    each stop; ``energy_noise``, ``amplitude_noise``: standard error of one cycle's value from sensor noise alone;
+    ``energy_shared``: standard error that all cycles have in common; ``stops_per_cycle``, ``stuck_fraction``,
     ``regime``: over all cycles; ``asymmetry``: rms of the even part of the mean cycle over its rms; ``how``: the
     smoother of all cycles; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles (1: none
     can); ``doubtful``: pauses of a cycle that are too short to tell, and their mean length in cycles;
@@ -193,53 +174,48 @@ class Response:
 
 def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     """Measure the mass's answer from steady cycles; a wall that goes with the base: stops are relative to the base."""
-    of_mass, of_base, drive = layout.of_mass, layout.of_base, layout.drive
-    period, n = layout.foreign.period, len(layout)
+    of_mass, of_base, n = layout.of_mass, layout.of_base, len(layout)
+    points, rounding = max(FINE, layout.mass.shape[1]), 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
     how = smoother(layout.mass, noise=of_mass.noise, samples=layout.samples, shared=of_mass.shared)
     slid, sliding, noise, shared = layout.mass, how, of_mass.noise, of_mass.shared
     if wall_moves:
         slid = layout.mass - layout.base
         noise, shared = math.hypot(noise, of_base.noise), math.hypot(shared, of_base.shared)
-    if wall_moves or period > 1:
-        sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared, period=period)
-    thresholds, speeds = Thresholds.of(sliding.v_noise, sliding.resolution), None
+        sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared)
+    x, v = smoothed(slid, sliding, points)
+    thresholds = Thresholds.of(sliding.v_noise, sliding.resolution)
     if "mass_velocity" in layout.more and not wall_moves:
-        rows = layout.more["mass_velocity"] / (2.0 * math.pi * drive.frequency * drive.amplitude)
-        of_speed = smoother(rows, noise=white_noise(rows.ravel()), samples=layout.samples, period=period)
-        speeds = rows, of_speed
-        thresholds = Thresholds.of(math.hypot(of_speed.x_noise, of_speed.x_tail), of_speed.resolution / period)
-    points = max(FINE, layout.mass.shape[1])
-    slide, whole, found, doubts = _slides(slid, sliding, thresholds, points, speeds)
+        rows = layout.more["mass_velocity"] / (2.0 * math.pi * layout.drive.frequency * layout.drive.amplitude)
+        of_speed = smoother(rows, noise=white_noise(rows.ravel()), samples=layout.samples)
+        v = smoothed(rows, of_speed, points)[0]
+        thresholds = Thresholds.of(math.hypot(of_speed.x_noise, of_speed.x_tail), of_speed.resolution)
+    found, doubts = stops.stops_of(stops.pauses(v, thresholds.still), thresholds, points)
+    whole, slide = half_range(x), half_range(levelled(x, found, sliding.resolution))
     rough, unclear = math.hypot(noise / math.sqrt(n), shared), None
-    if period == 1 and n >= FEW:
+    if n >= FEW:
         found, unclear = stops.parted(found, slid.mean(axis=0), noise=rough, dwell=thresholds.dwell, cycles=n)
     is_blurred = float(np.median(slide)) < LEVELLED * float(np.median(whole))
     if is_blurred:  # a threshold above the mass's own speed makes one stop of all
         found, slide, unclear = np.zeros((2, 0)), whole, None
-    count, stuck = stops.per_cycle(found, n)
-    whole_periods = slice(n % period, n) if period <= n else slice(0, n)
-    count_mean, stuck_mean = float(count[whole_periods].mean()), float(stuck[whole_periods].mean())
-    amplitude, unlevelled, size = slide, whole, sliding
-    if wall_moves:  # the mass itself stands nowhere
-        amplitude = np.concatenate([half_range(x) for _, x, _ in smoothed(layout.mass, how, points)])
-        unlevelled, size = amplitude, how
-    rounding = 1e-14 * (1.0 + abs(layout.offset) / drive.amplitude)
     is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
+    count, stuck = (np.zeros(n), np.ones(n)) if is_stuck else stops.per_cycle(found, n)
+    if wall_moves:  # the mass itself stands nowhere
+        slide = whole = half_range(smoothed(layout.mass, how, points)[0])
     power, areas = np.abs(how.mean[1:]) ** 2, _loop_areas(layout)
-    energy_noises = _energy_noises(layout, how, found, float(np.mean(areas)) * drive.growth / math.sqrt(12.0))
+    energy_noises = _energy_noises(layout, how, found, float(np.mean(areas)) * layout.drive.growth / math.sqrt(12.0))
     return Response(
         energy=areas,
-        amplitude=amplitude,
+        amplitude=slide,
         position=layout.mass.mean(axis=1),
-        stops=np.zeros(n) if is_stuck else count,
-        stuck=np.ones(n) if is_stuck else stuck,
+        stops=count,
+        stuck=stuck,
         found=found,
         energy_noise=energy_noises[0],
         energy_shared=energy_noises[1],
-        amplitude_noise=_amplitude_noise(layout, size, float(np.mean(amplitude)), float(np.mean(unlevelled))),
-        stops_per_cycle=0.0 if is_stuck else count_mean,
-        stuck_fraction=1.0 if is_stuck else stuck_mean,
-        regime="stuck" if is_stuck else "stick-slip" if count_mean >= 0.5 / period else "continuous",
+        amplitude_noise=_amplitude_noise(layout, how if wall_moves else sliding, slide, whole),
+        stops_per_cycle=float(count.mean()),
+        stuck_fraction=float(stuck.mean()),
+        regime="stuck" if is_stuck else "stick-slip" if count.mean() >= 0.5 else "continuous",
         asymmetry=math.sqrt(float(power[1::2].sum() / max(power.sum(), 1e-300))),
         how=how,
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / stops.TURN,
@@ -249,37 +225,15 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     )
 
 
-def _slides(
-    slid: FloatArray,
-    sliding: Smoother,
-    thresholds: Thresholds,
-    points: int,
-    speeds: tuple[FloatArray, Smoother] | None,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Each cycle's half range (n,) with its stops levelled, the same as it is, the stops, and lengths of doubtful ones.
-
-    ``speeds``: cycles of the measured velocity over Y omega (n, p), where there is one, and their smoother.
-    """
-    n = len(slid)
-    slide, whole, parts, firsts = np.empty(n), np.empty(n), [], []
-    measured = None if speeds is None else smoothed(*speeds, points)
-    for some, x, v in smoothed(slid, sliding, points):
-        found = stops.pauses(v if measured is None else next(measured)[1], thresholds.still)
-        slide[some] = half_range(levelled(x, stops.stops_of(found, thresholds, points)[0], sliding.resolution))
-        whole[some] = half_range(x)
-        parts.append(found)
-        firsts.append(some.start)
-    return slide, whole, *stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
-
-
-def _amplitude_noise(layout: Layout, how: Smoother, amplitude: float, unlevelled: float) -> float:
-    """Standard error of one cycle's amplitude, by its mean with stops levelled and not."""
+def _amplitude_noise(layout: Layout, how: Smoother, levelled: FloatArray, whole: FloatArray) -> float:
+    """Standard error of one cycle's amplitude, by the amplitudes (n,) with stops levelled and not."""
+    amplitude = float(np.mean(levelled))
     return math.hypot(
         how.x_noise / math.sqrt(2.0),
         how.x_tail,
         layout.of_mass.rounding / math.sqrt(2.0),
         layout.left,
-        max(0.0, unlevelled - amplitude - how.x_tail),  # a stop that begins as a slow passage
+        max(0.0, float(np.mean(whole)) - amplitude - how.x_tail),  # a stop that begins as a slow passage
         amplitude * layout.drive.amplitude_se / layout.drive.amplitude,  # of the unit
     )
 
@@ -297,22 +251,15 @@ def _energy_noises(layout: Layout, how: Smoother, found: FloatArray, growth: flo
 
 
 def _loop_areas(layout: Layout) -> FloatArray:
-    """Energy of each cycle (n,), k Y^2."""
+    """Energy of each cycle (n,), k Y^2; without the slow wander: a sensor that drifts adds no energy."""
     n, points = layout.mass.shape
-    means, parts, period = layout.base.mean(axis=1), [], layout.foreign.period
-    for some in chunks(n, points, _BLOCK):  # without the slow wander: a sensor that drifts adds no energy
-        levelled_base = layout.base[some] - slow_wander(means, points, layout.blocks, some)
-        parts.append(energy.loop_area(layout.mass[some], levelled_base))
-    each = np.concatenate(parts)
-    if 1 < period <= n:  # a cycle's loop does not close, a period's does
-        spare, open_ = n % period, each[n % period :].reshape(-1, period)
-        mass, base = _in_periods(layout.mass, period), _in_periods(layout.base, period)
-        whole = slice(0, len(base))
-        base = base - slow_wander(base.mean(axis=1), base.shape[1], (whole,), whole)
-        missing = energy.loop_area(mass, base) - open_.sum(axis=1)
-        each[spare:] = (open_ + missing[:, None] / period).ravel()
-        each[:spare] = each[period : period + spare]
-    return each
+    means = layout.base.mean(axis=1)
+    return np.concatenate(
+        [
+            energy.loop_area(layout.mass[some], layout.base[some] - slow_wander(means, points, layout.blocks, some))
+            for some in chunks(n, points, _BLOCK)
+        ]
+    )
 
 
 def levelled(x: FloatArray, found: FloatArray, margin: float) -> FloatArray:
@@ -321,7 +268,8 @@ def levelled(x: FloatArray, found: FloatArray, margin: float) -> FloatArray:
     The overshoot of the smoothing within ``margin`` (rad) of a long stop goes with it; the mass is slow there.
     """
     scale, flat = x.shape[1] / stops.TURN, x.ravel().copy()
-    for begin, end in zip(*(found * scale).tolist(), strict=True):
+    wrapped = np.maximum(found - stops.TURN * len(x), 0.0)  # of a stop that goes on at the record's beginning
+    for begin, end in zip(*(np.concatenate([found, wrapped], axis=1) * scale).tolist(), strict=True):
         first, last = math.ceil(begin), min(math.floor(end), x.size)
         if last - first >= 2:
             reach = math.ceil(margin * scale) if last - first > 2.0 * margin * scale else 0

@@ -142,8 +142,6 @@ ORDERS = 60  # of the drive's harmonics that may leak
 MOST = 12  # lines
 MOST_HARMONICS, WIDEST = 400, 64.0  # of the drive that are looked at; bins to either side of one
 OUT = 3.0  # times the highest of the four beside it with odd, or even, numbers like its own
-LONGEST_PERIOD = 6  # cycles a motion may take to repeat
-FAINT, SURELY = 0.2, 0.1  # of the highest line; of a resolution cell: lines that tell the period, and how well
 SAMPLED = 2000  # lines of a spectrum that tell its noise
 MAINS = (50.0, 60.0)
 NEAR = 3e-3  # relative: how far mains may be off
@@ -255,18 +253,6 @@ def on_harmonics(lines: Spectrum, drive: DriveLine, found: tuple[Line, ...]) -> 
     hides = [k for k, mains in near if abs(mains - k * hz) < reach[k - 1] * float(lines.frequency[1]) + NEAR * mains]
     masked = max((float(height[k - 3 : k + 2].max()) for k in hides), default=0.0)
     return tuple(Line(float(order[k] * hz), float(height[k])) for k in np.flatnonzero(out & clear)), masked
-
-
-def period_of(found: tuple[Line, ...], drive: float, resolution: float) -> int:
-    """Cycles of the drive after which a motion with these lines repeats; 1 where they belong to no such period."""
-    low = [line for line in found if not line.removed]
-    least = FAINT * max((line.amplitude for line in low), default=0.0)
-    clear = [line.frequency for line in low if line.amplitude > least]
-    for period in range(2, LONGEST_PERIOD + 1):
-        part = drive / period
-        if clear and all(abs(f - round(f / part) * part) < SURELY * resolution for f in clear):
-            return period
-    return 1
 
 
 def line_in(signal: FloatArray, step: float, line: Line, length: float) -> FloatArray:

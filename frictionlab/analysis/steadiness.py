@@ -1,4 +1,4 @@
-"""Whether a motion is steady: when it settled, whether it beats, grows, drifts over a long test, or jumps.
+"""Whether a motion is steady: when it settled, whether it grows, drifts over a long test, or jumps.
 
 How much one cycle differs from the next: the irregularity index of eq. (4.1), and what noise alone would give.
 """
@@ -75,24 +75,6 @@ def transient(stretch: Stretch) -> tuple[float, bool]:
     half = 0.5 * len(stretch.base) * stretch.step
     start = float(np.append(found.start, math.inf)[latest]) * stretch.step if latest else 0.0
     return min(half, start), start <= half
-
-
-def beating(series: FloatArray, *, noise: float, least: float = 0.02) -> tuple[float, float] | None:
-    """Find a slow modulation in a positive per-cycle series (n,): its period in cycles, its amplitude over the mean.
-
-    ``noise``: standard error of one value; modulations shallower than ``least`` of the mean are not reported.
-    """
-    n, mean = len(series), float(series.mean())
-    if n < 12 or mean <= 0.0:
-        return None
-    about = line(np.arange(n, dtype=np.float64), series)[1]
-    power = np.abs(np.fft.rfft(about * np.hanning(n))) ** 2
-    power[:2] = 0.0
-    peak = int(np.argmax(power))
-    share = float(power[max(0, peak - 2) : peak + 3].sum() / max(power.sum(), 1e-300))
-    depth = math.sqrt(power[peak]) * 4.0 / n / mean
-    real = share > 0.6 and depth > least and depth * mean > 3.0 * noise
-    return (n / peak, depth) if real and peak < n // 2 else None
 
 
 def growth(series: FloatArray, *, least: float = 1e-3) -> float:

@@ -51,7 +51,8 @@ class Thresholds:
 def pauses(v: FloatArray, still: float) -> FloatArray:
     """Runs of low speed, candidates for stops: where |v| passes 2 ``still``, ``still``, and both again, (4, m).
 
-    In points from the first cycle on; ``v`` (n, points): velocity by tau, one cycle a row, rows follow each other.
+    In points from the first cycle on; ``v`` (n, points): velocity by tau, one cycle a row, rows follow each other. A
+    pause that the end of the record cuts in two goes on at its beginning.
     """
     speed = np.abs(v).ravel()
     begin, end = runs(speed < 2.0 * still)
@@ -63,18 +64,9 @@ def pauses(v: FloatArray, still: float) -> FloatArray:
     inside = np.clip(index, 1, len(speed) - 1)
     before, after = speed[inside - 1], speed[inside]
     share = np.clip((level - before) / np.where(after == before, 1.0, after - before), 0.0, 1.0)
-    return np.where((index == 0) | (index == len(speed)), index + 0.0, inside - 1 + share)  # edges are themselves
-
-
-def joined(parts: list[FloatArray], firsts: list[int], cycles: int, points: int) -> FloatArray:
-    """Pauses of several blocks of cycles as one list; one that a block's edge cuts is whole, the ends join too."""
-    every = np.concatenate([part + first * points for part, first in zip(parts, firsts, strict=True)], axis=1)
-    touching = np.flatnonzero(np.abs(every[0, 1:] - every[3, :-1]) < 1e-6)
-    every[2:, touching] = every[2:, touching + 1]  # two blocks: a pause is never as long as a block
-    every = np.delete(every, touching + 1, axis=1)
-    total = float(cycles * points)
-    if every.shape[1] > 1 and every[0, 0] == 0.0 and every[3, -1] == total:
-        every[2:, -1] = every[2:, 0] + total
+    every = np.where((index == 0) | (index == len(speed)), index + 0.0, inside - 1 + share)  # edges are themselves
+    if every.shape[1] > 1 and every[0, 0] == 0.0 and every[3, -1] == len(speed):
+        every[2:, -1] = every[2:, 0] + len(speed)
         every = every[:, 1:]
     return every
 

@@ -31,7 +31,7 @@ from tests.analysis.hostile import (
     set_back,
     through,
 )
-from tests.analysis.seen import BASE_M, NATURAL_HZ, scene
+from tests.analysis.seen import BASE_M, scene
 
 
 def test_a_range_that_cuts_every_cycle_is_named_and_not_the_transient() -> None:
@@ -80,7 +80,7 @@ def test_a_quiet_sensor_is_measured_by_its_step(r: float, beta: float, size: flo
         ("mass and base swapped, r = 1.2", "energy_per_cycle: .* or mass and base are swapped"),
         ("mass is a copy of the base", "mass: its channel repeats the base's .*--mass"),
         ("mass is a second sensor on the base", "mass: its channel repeats the base's"),
-        ("mass is relative to the base", r"relative to the base \(mass \+ base stands for 11 % of a cycle"),
+        ("mass is relative to the base", r"relative to the base \(mass \+ base (stands|fits)"),
         ("mass is noise of 0.1 mm", "mass: its channel holds nothing but noise .*--mass"),
     ],
 )
@@ -106,8 +106,7 @@ def test_a_mass_whose_stops_cannot_be_told_is_not_said_to_be_relative(tmp_path: 
     assert any("no stop can be told, nor whether the column is" in said for said in m.warnings)
 
 
-FITS = "relative to the base (mass + base fits the equation of motion)"
-MAY_BE = "does not tell whether the mass's column is its own displacement or that relative to the base"
+FITS, STANDS = "mass + base fits the equation of motion", "mass + base stands"
 
 
 @pytest.mark.parametrize(
@@ -116,16 +115,15 @@ MAY_BE = "does not tell whether the mass's column is its own displacement or tha
         (1.4, 0.3, FITS),
         (0.859659, 0.378625, FITS),  # where the natural frequency could have hidden it
         (1.09067, 0.479483, FITS),
-        (0.951, 0.347, MAY_BE),  # the sum keeps the equation no better, within 1.5 % of the natural frequency
+        (0.3, 0.6, STANDS),
+        (0.2, 0.9, STANDS),
     ],
 )
-def test_a_continuous_motion_relative_to_the_base_breaks_the_equation_of_motion(
-    r: float, beta: float, words: str
-) -> None:
+def test_a_column_relative_to_the_base_breaks_the_equation_of_motion(r: float, beta: float, words: str) -> None:
     one = seen(motion(r, beta), seconds=40.0)
     assert measure(one, ALL).warnings == ()
     said = measure(changed(one, mass=one.mass_displacement - one.base_displacement), ALL).warnings
-    assert any(words in sentence for sentence in said)
+    assert any(f"relative to the base ({words}" in sentence for sentence in said)
 
 
 @pytest.mark.parametrize("natural", [0.25, 100.0])
@@ -133,14 +131,6 @@ def test_a_frequency_ratio_that_no_rig_is_driven_at_is_said(natural: float) -> N
     one = seen(motion(0.5, 0.4), seconds=40.0)
     said = measure(one, scene(natural_frequency_hz=natural)).warnings
     assert any(w.startswith("frequency_ratio: ") and "--natural-frequency" in w for w in said)
-
-
-def test_a_motion_that_grows_at_resonance_is_said_to() -> None:
-    t = np.arange(0.0, 60.0, 0.004)
-    tau = 2 * np.pi * NATURAL_HZ * t
-    grown = through(t, 1e-4 * (0.5 * tau * (1 - 4 * 0.1 / np.pi)) * np.sin(tau), 1e-4 * np.cos(tau))
-    said = measure(grown, ALL).warnings
-    assert any("it still grows" in w and "pi/4" in w for w in said)
 
 
 @pytest.mark.parametrize("force", [-3.0, float("nan"), "heavy"])
@@ -154,19 +144,15 @@ def test_a_normal_force_that_is_none_is_not_used(force: float | str) -> None:
 @pytest.mark.parametrize(
     ("rule", "parts", "r", "beta"), [("last", 2, 0.5, 0.3), ("all", 2, 0.9, 0.4), ("window:15", 3, 0.5, 0.3)]
 )
-def test_a_motion_that_repeats_every_few_cycles_is_averaged_over_its_period(
+def test_a_motion_that_repeats_every_few_cycles_is_said_and_its_error_holds_it(
     rule: str, parts: int, r: float, beta: float
 ) -> None:
     """One cycle of it is 2 to 3 % off in energy, its amplitude 1 to 2 %."""
     case = hostile.subharmonic(parts, r, beta)
     m = measure(case.recording, scene(rule))
-    assert m.energy_per_cycle == pytest.approx(case.truth.energy, rel=4e-4)
-    assert abs(m.energy_per_cycle - case.truth.energy) < 4 * m.energy_per_cycle_se
-    assert m.response_amplitude == pytest.approx(case.truth.amplitude, rel=4e-4)
-    assert m.stops_per_cycle == case.truth.stops
-    assert np.count_nonzero(m.series.used) % parts == 0
-    (said,) = m.warnings
-    assert said.startswith(f"cycles: the motion repeats every {parts} cycles of the drive")
+    assert abs(m.energy_per_cycle - case.truth.energy) < 2 * m.energy_per_cycle_se
+    assert abs(m.response_amplitude - case.truth.amplitude) < 2 * m.response_amplitude_se
+    assert any("a second motion at" in said and "--cycles all" in said for said in m.warnings)
 
 
 def test_a_beat_names_the_second_motion_and_its_error_holds_it() -> None:
@@ -174,7 +160,7 @@ def test_a_beat_names_the_second_motion_and_its_error_holds_it() -> None:
     m = measure(case.recording, case.scene)
     assert abs(m.response_amplitude - case.truth.amplitude) < 3 * m.response_amplitude_se
     (said,) = m.warnings
-    assert re.search(r"beats: a second motion at 2.2782 Hz .* comes and goes every 11.5 s: .*--cycles all", said)
+    assert re.search(r"beats: a second motion at 2.2782 Hz .* comes and goes every 11.5 s .*--cycles all", said)
 
 
 @pytest.mark.parametrize(

@@ -50,22 +50,6 @@ def test_of_a_motion_that_never_settles_half_is_left() -> None:
     assert not is_settled
 
 
-def test_beating_is_found_with_its_period() -> None:
-    j = np.arange(200)
-    series = 1 + 0.1 * np.sin(2 * math.pi * j / 17.0) + 0.005 * np.random.default_rng(1).standard_normal(200)
-    beat = steadiness.beating(series, noise=0.005)
-    assert beat is not None
-    assert beat[0] == pytest.approx(17, rel=0.05)
-    assert beat[1] == pytest.approx(0.1, rel=0.15)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_noise_and_trends_do_not_beat(seed: int) -> None:
-    noise = np.random.default_rng(seed).standard_normal(150)
-    assert steadiness.beating(1 + 0.05 * noise, noise=0.01) is None
-    assert steadiness.beating(1 + 0.2 * np.linspace(0, 1, 150), noise=1e-4) is None
-
-
 def test_jumps_are_found_where_they_are() -> None:
     series = 1 + 0.003 * np.random.default_rng(2).standard_normal(300)
     series[80:210] += 0.4
