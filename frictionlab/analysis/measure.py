@@ -72,10 +72,8 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     0.250000 1.570796 0.5000 continuous
     """
     parts, warnings = even_stretches(recording, scene)
-    given, (found, has_settled) = scene.analysis.transient_s, (0.0, True)
-    if given is None and parts:
-        found, has_settled = steadiness.transient(parts[0])
-    transient = found if given is None else given
+    found, settled = steadiness.transient(parts[0]) if parts else (0.0, None)
+    transient = found if scene.analysis.transient_s is None else scene.analysis.transient_s
     layout = _laid_out(parts, transient, recording, scene)
     of_mass, of_base = channels_of(scene)
     channels.check_drive(layout.drive.frequency, (of_mass, of_base))
@@ -85,7 +83,6 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     joules = scene.rig.stiffness * unit**2 if scene.rig.stiffness else None  # k Y^2
     answer = response.response(layout, wall_moves=wall_moves)
     used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
-    settled = (transient if has_settled else None) if given is None else _settled(layout, parts[0])
     cycle = _mean_cycle(layout, answer, used, of_mass)
     steady_from = float(recording.time[0]) + (settled or 0.0)
     estimates: dict[str, Any] = _estimates(layout, answer, used, steady_from, natural, prescribed=prescribed)
@@ -240,26 +237,6 @@ def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scen
             f"analysis: {held} values are held at the end of a sensor's range, and between them no cycle is whole: move"
             f" the sensor or enlarge its range, and test again ({error})"
         ) from error
-
-
-def _settled(layout: Layout, first: Stretch) -> float | None:
-    """When the motion had settled [s from the recording's start], from all cycles of the first stretch.
-
-    Those before the transient's end are cut at the steady period.
-    """
-    if layout.time[0] > first.time + len(first.mass) * first.step:
-        return None
-    period = 1.0 / layout.drive.frequency
-    count = max(0, math.floor((layout.time[0] - first.time) / period - 2.0 / layout.samples))
-    time = layout.time[0] - period * np.arange(count, 0, -1)
-    start = (time - first.time) / first.step
-    early = cycles.fold(first.mass, start, start + period / first.step, layout.mass.shape[1])
-    final = layout.mass[-max(4, len(layout) // 4) :].mean(axis=0)
-    size = max(float(final.std()), 1e-300)
-    rows = ((early - layout.offset) / layout.drive.amplitude, layout.mass)
-    distance = np.concatenate([steadiness.distance(some, final) for some in rows]) / size
-    settled = steadiness.settled_at(distance, floor=2.0 * layout.of_mass.noise / size)
-    return None if settled is None else float(np.append(time, layout.time)[settled] - first.time)
 
 
 # 4, 5. Cycles, their means, and their errors -------------------------------------------------------------------------

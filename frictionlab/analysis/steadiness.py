@@ -18,46 +18,27 @@ IRREGULAR = 0.02  # of the cycles after the transient may be farther off
 INTERVAL_S = 10.0  # one cycle so often tells the trend of a long test (thesis 4.4.3)
 
 
-def settled_at(distance: FloatArray, *, floor: float, least: float = 0.02) -> int | None:
-    """Index of the first cycle from which the motion stays as near its final cycle as it ever comes.
-
-    None where the last quarter itself is not settled (fewer than four cycles in it, or it still moves). ``distance``
-    (n,): of each cycle from the mean of the last ones (rms over rms); ``floor``: what sensor noise alone gives;
-    ``least``: below it a cycle counts as the final one.
-    """
-    n = len(distance)
-    tail = distance[n - max(4, n // 4) :]
-    if n < 8:
-        return None
-    least = max(3.0 * floor, least)
-    earlier, later = (float(np.median(part)) for part in np.array_split(tail, 2))
-    if earlier > max(2.0 * later, least):
-        return None
-    outside = np.flatnonzero(distance > max(3.0 * float(np.median(tail)), least))
-    first = int(outside[-1]) + 1 if len(outside) else 0
-    return first if first < n - len(tail) // 2 else None
-
-
 def distance(rows: FloatArray, final: FloatArray) -> FloatArray:
     """Rms distance (n,) of cycles from a final one."""
     parts = cycles.chunks(*rows.shape)
     return np.concatenate([np.sqrt(np.mean((rows[some] - final) ** 2, axis=1)) for some in parts])
 
 
-def transient(stretch: Stretch) -> tuple[float, bool]:
-    """How long after its start the motion of a stretch has settled [s]: mass and base repeat from cycle to cycle.
+def transient(stretch: Stretch) -> tuple[float, float | None]:
+    """How much to cut from the start of a stretch, and when its motion has settled [s]; None: it has not.
 
-    Cycles of the whole stretch are compared on a coarse grid with the mean of the last quarter; medians of five, so
-    that single irregular cycles are no transient. At most half of the stretch is cut, and so much where the motion has
-    not settled by then; whether it has comes with the time.
+    Mass and base repeat from cycle to cycle then: cycles of the whole stretch are compared on a coarse grid with the
+    mean of the last quarter; medians of five, so that single irregular cycles are no transient. At most half is cut;
+    what repeats in the last third alone has not settled.
     """
     if len(stretch.base) < 64 or not float(np.ptp(stretch.base)) > 0.0:
-        return 0.0, True
+        return 0.0, 0.0
     later = spectrum.amplitude_spectrum(stretch.base[len(stretch.base) // 2 :], 1.0)
     frequency = spectrum.strongest_tone(later).frequency
     found = cycles.cut(stretch.base, frequency, noise=white_noise(stretch.base))
     if len(found) < 8:
-        return 0.0 if len(found) < 4 else float(found.start[1]) * stretch.step, True
+        start = 0.0 if len(found) < 4 else float(found.start[1]) * stretch.step
+        return start, start
     latest = 0
     for signal in (stretch.mass, stretch.base):
         rows = cycles.fold(signal, found.start, found.end, COARSE_POINTS)
@@ -74,7 +55,7 @@ def transient(stretch: Stretch) -> tuple[float, bool]:
         latest = max(latest, int(settled[0]) if len(settled) else len(found))
     half = 0.5 * len(stretch.base) * stretch.step
     start = float(np.append(found.start, math.inf)[latest]) * stretch.step if latest else 0.0
-    return min(half, start), start <= half
+    return min(half, start), start if 3 * latest <= 2 * len(found) else None
 
 
 def growth(series: FloatArray, *, least: float = 1e-3) -> float:
