@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.columns import candidates
-from frictionlab.logs.dialect import date, month_or_day, plain
+from frictionlab.logs.dialect import moment, plain
 from frictionlab.logs.table import LogTable
 from frictionlab.recording import LATEST_S, Fact, Quality
 from frictionlab.sampling import sampling_interval, step_range
@@ -31,7 +30,6 @@ _LOW_HZ, _HIGH_HZ = 10.0, 10_000.0
 """Sampling rates that a rig of this kind is logged at; three decades, so that of s, ms and us one fits."""
 _EPOCH_S = (1e8, 1e10)
 """Stamps between these [s] count from 1970 (1973 to 2286)."""
-_SAME_RATE = 1e-3
 _FRACTION = re.compile(r"[.,](\d+)\s*(?:Z|[AaPp]\.?[Mm]\.?)?$")
 
 
@@ -174,11 +172,9 @@ def clock_of(table: LogTable, options: LogOptions) -> Clock:
         cells, start_s = table.log.layout.dialect.example, first
         if first < 172800.0:  # they show no date: it may stand in a column, and midnight passes
             values = values + 86400.0 * np.cumsum(np.append(False, np.diff(values) < -43200.0))
-            start_s += next(filter(None, map(date, cells)), 0.0)
+            start_s += next(filter(None, (moment(f"{plain(cell)} 0:00") for cell in cells)), 0.0)
         evidence = ["the time column holds clock times: the first one is 0 in the recording"]
         unit, stamps = "clock time", values - first
-        if doubtful := next(filter(month_or_day, cells), None):
-            warnings.append(f"the date in {plain(doubtful)!r} may have its day or its month first: the month is taken")
     else:
         unit, evidence, warnings = _unit(table, values, options)
         if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
@@ -239,24 +235,8 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start
     bridge = max(options.bridge_s, _SHORTEST_BRIDGE * interval)
     return Clock(
         *(time, np.zeros(len(time), np.uint8), none, interval, bridge),
-        warnings=_contradicting(table, rate) if rate is not None else [],
         written=False,
         start_s=start_s,
         facts={"time_unit": "counted"},
         evidence=(f"time is counted: samples {said}",),
     )
-
-
-def _contradicting(table: LogTable, rate: float) -> list[str]:
-    """Say so where a time column tells another rate than the one given; in the unit said, or in any that could be."""
-    numbers = [c for c in table.log.layout.columns if table.log.layout.dialect.kinds[c.index] == "n"]
-    for column in candidates(numbers, "time"):
-        values = table.log.beginning(column.index)
-        step = float(np.median(np.diff(values))) if len(values) > 1 else 0.0
-        units = [column.unit] if column.unit in TIME else ["s", "ms", "us", "ns"]
-        rates = [TIME[unit] / step for unit in units] if step > 0.0 else []
-        if rates and all(abs(found / rate - 1.0) > _SAME_RATE for found in rates):
-            nearest = min(rates, key=lambda found: abs(np.log(found / rate)))
-            said = f"the time column {column} says {nearest:.6g} Hz, --sampling-rate says {rate:g} Hz: {rate:g} Hz is"
-            return [f"{said} taken; leave the option out if the column is right"]
-    return []

@@ -26,18 +26,12 @@ _NO_VALUE = re.compile(
     r"|[-‒–—]+|[-+]?nan|#?n/?a|#(?:div/0|num|value|ref)!|null|none|[-+]?inf(?:inity)?|[-+]?∞|x{3,}|[-+]?f{4,}|-?1\.#\w+|overflow|over|error|#+",
     re.IGNORECASE,
 )
-_DAY = (
-    r"(?:(?P<y>\d{4})[-/.](?P<m>\d{1,2})[-/.](?P<d>\d{1,2})|(?P<D>\d{1,2})\.(?P<N>\d{1,2})\.(?P<Y>\d{4})"
-    r"|(?P<a>\d{1,2})/(?P<b>\d{1,2})/(?P<c>\d{4}))"
+_MOMENT = re.compile(
+    r"(?:(?:(?P<y>\d{4})[-/.](?P<m>\d{1,2})[-/.](?P<d>\d{1,2})|(?P<a>\d{1,2})(?P<sign>[./])(?P<b>\d{1,2})[./](?P<c>\d{4}))"
+    r"(?:[T _]\s*|,\s*))?"
+    r"(?P<H>\d{1,4}):(?P<M>\d{2})(?::(?P<S>\d{2}(?:[.,]\d*)?))?\s*(?:Z|(?P<half>[AaPp])\.?[Mm]\.?)?",
+    re.ASCII,
 )
-_CLOCK = r"(?P<H>\d{1,4}):(?P<M>\d{2})(?::(?P<S>\d{2}(?:[.,]\d*)?))?\s*(?:Z|(?P<half>[AaPp])\.?[Mm]\.?)?"
-_MOMENT = re.compile(rf"(?:{_DAY}(?:[T _]\s*|,\s*))?{_CLOCK}", re.ASCII)
-_DATE = re.compile(_DAY, re.ASCII)
-_THOUSANDS = {
-    mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:(?:[{signs}]\d{{3}})+{re.escape(mark)}\d*|(?:[{signs}]\d{{3}}){{2,}})")
-    for mark, signs in ((".", ",'’ "), (",", ".'’ "))
-}
-_SIGNS = re.compile("[,.'’ ]")
 
 
 def plain(cell: str) -> str:
@@ -51,20 +45,14 @@ def plain(cell: str) -> str:
 def number(cell: str, decimal: str) -> float | None:
     """Read a plain decimal number as Python's ``float`` does; ``None`` if the cell is none.
 
-    Overflow gives infinity. Marks between thousands are passed over where nothing else can be meant: a decimal mark, or
-    a second of them, follows. Digits beyond ASCII and underscores are refused.
+    Overflow gives infinity; digits beyond ASCII, underscores and marks between thousands are refused.
 
     Examples
     --------
     >>> [number(cell, ",") for cell in ("1,5", "-2E3", " 7 ", "1.5", "1_0", "x")]
     [1.5, -2000.0, 7.0, None, None, None]
-    >>> [number(cell, ".") for cell in ("1,234.5", "1,234", "1,234,567", "0,123.5")]
-    [1234.5, None, 1234567.0, None]
     """
     text = plain(cell).replace("\u2212", "-")
-    if _THOUSANDS[decimal].fullmatch(text):
-        whole, mark, rest = text.partition(decimal)
-        text = _SIGNS.sub("", whole) + mark + rest
     if decimal != ".":
         if "." in text:
             return None
@@ -94,42 +82,20 @@ def moment(cell: str) -> float | None:
     match = _MOMENT.fullmatch(plain(cell))
     if match is None:
         return None
-    seconds = float((match["S"] or "0").replace(",", "."))
-    if int(match["M"]) > 59 or not seconds < 61.0:
+    hour, minute, seconds = int(match["H"]), int(match["M"]), float((match["S"] or "0").replace(",", "."))
+    if minute > 59 or not seconds < 61.0 or (match["half"] and not 1 <= hour <= 12):
         return None
-    hour = int(match["H"])
     if match["half"]:
-        if not 1 <= hour <= 12:
-            return None
         hour = hour % 12 + 12 * (match["half"] in "pP")
-    clock = hour * 3600 + int(match["M"]) * 60 + seconds
-    return clock if match["y"] is match["Y"] is match["c"] is None else _midnight(match, clock)
-
-
-def date(cell: str) -> float | None:
-    """Read a date without a clock time as seconds since 1970 UTC; else ``None``."""
-    match = _DATE.fullmatch(plain(cell))
-    return None if match is None else _midnight(match, 0.0)
-
-
-def month_or_day(cell: str) -> bool:
-    """Whether a date could have its day or its month first: 9/11/2024."""
-    match = _MOMENT.fullmatch(plain(cell)) or _DATE.fullmatch(plain(cell))
-    if match is None or match["a"] is None or match.groupdict().get("half"):
-        return False
-    return int(match["a"]) <= 12 and int(match["b"]) <= 12 and match["a"] != match["b"]
-
-
-def _midnight(match: re.Match[str], clock: float) -> float | None:
-    """Seconds since 1970 of a date found and a clock time [s] after its midnight; ``None`` for no such day."""
-    first, second = match["a"], match["b"]
-    if first is not None and int(first) > 12:
-        first, second = second, first
-    year, month = match["y"] or match["Y"] or match["c"], match["m"] or match["N"] or first
+    clock, year = hour * 3600 + minute * 60 + seconds, match["y"] or match["c"]
+    if year is None:
+        return clock
+    month, day = (match["m"], match["d"]) if match["y"] else (match["a"], match["b"])
+    if match["sign"] == "." or (match["sign"] and int(month) > 12):
+        month, day = day, month
     try:
-        day = datetime(int(year), int(month), int(match["d"] or match["D"] or second), tzinfo=UTC)
-        return day.timestamp() + clock
-    except ValueError:
+        return datetime(int(year), int(month), int(day), tzinfo=UTC).timestamp() + clock
+    except ValueError:  # no such day
         return None
 
 

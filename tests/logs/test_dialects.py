@@ -136,7 +136,7 @@ def test_overrides_by_name_and_by_number(tmp_path: Path) -> None:
         read_log(log, LogOptions(mass="2", base="2"))
 
 
-def test_a_sampling_rate_counts_the_time_and_is_doubted_where_a_column_contradicts(tmp_path: Path) -> None:
+def test_a_sampling_rate_counts_the_time(tmp_path: Path) -> None:
     rows = "\n".join(f"{x},{y}" for _, x, y in DATA.rows)
     log = write(tmp_path / "log.csv", f"mass [mm],base [mm]\n{rows}\n")
     with pytest.raises(LogError, match="no time column found: give --time, or --sampling-rate"):
@@ -145,8 +145,6 @@ def test_a_sampling_rate_counts_the_time_and_is_doubted_where_a_column_contradic
     log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [mm],base [mm]", ","))
     recording = read_log(log, LogOptions(sampling_rate_hz=500.0))
     assert recording.sampling_rate_hz == pytest.approx(500.0)
-    assert any("says 250 Hz, --sampling-rate says 500 Hz: 500 Hz is taken" in w for w in recording.source.warnings)
-    assert not read_log(log, LogOptions(sampling_rate_hz=250.0)).source.warnings
 
 
 def test_two_readings_that_fit_are_shown_both_unless_a_header_tells(tmp_path: Path) -> None:
