@@ -18,6 +18,8 @@ SEPARATORS = {
     ",": ",", "comma": ",", ";": ";", "semicolon": ";", "\t": "\t", "tab": "\t", "\\t": "\t", "|": "|", "pipe": "|",
     " ": " ", "space": " ", "whitespace": " ",
 }  # fmt: skip
+LASERS = ("mass", "base", "relative")
+"""Options that name the column of a displacement."""
 FURTHER = (
     *("contact_force", "normal_force", "torque", "angle", "mass_velocity", "base_velocity"),
     *("mass_acceleration", "base_acceleration"),
@@ -96,7 +98,7 @@ class LogOptions:
     angle: str | int | None = _column("Column of the angle.")
     unit: str | None = _unit("Unit of the displacements: m mm um nm cm in.", "displacement", LENGTH, ACCELERATION)
     units: Mapping[str, str] | str | None = _option(
-        *("Units of further columns, also of a volt: contact_force=kN,torque=0.5 Nm/V.", "NAME=UNIT,..."),
+        *("Units of columns, also of a volt: contact_force=kN,torque=0.5 Nm/V,mass=5 mm/V.", "NAME=UNIT,..."),
         *(lambda said: not _wrong_units(said), "the options that name columns, each with its unit, such as force=kN"),
     )
     time_unit: str | None = _unit("Unit of the time column: s ms us ns min h.", "time", TIME)
@@ -114,14 +116,6 @@ class LogOptions:
         *("Measuring range of the laser, where its step in the data does not show it.", "M"),
         *(lambda said: said > 0.0, "a positive number"),
     )
-    mass_metres_per_volt: float | None = _number(
-        "Calibration of the mass's sensor, for a log in volts.", "M/V", bool, "metres per volt, not 0"
-    )
-    base_metres_per_volt: float | None = _number(
-        "Calibration of the base's sensor, for a log in volts.", "M/V", bool, "metres per volt, not 0"
-    )
-    mass_offset_m: float = _number("Displacement of the mass at 0 V.", "M", math.isfinite, "a finite number", 0.0)
-    base_offset_m: float = _number("Displacement of the base at 0 V.", "M", math.isfinite, "a finite number", 0.0)
     lag_s: float | None = _number("Two logs: the base's clock minus the mass's.", "S", math.isfinite, "a finite number")
     lag_s_u: float | None = _number(
         *("Two logs: standard uncertainty of that lag.", "S"),
@@ -163,19 +157,14 @@ class LogOptions:
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         return {f.name: values[f.name] for f in fields(self) if values[f.name] != f.default}
 
-    def unit_of(self, role: str) -> tuple[str, float | None, float]:
-        """The unit said of a channel; where it stands for a volt, how many of it a volt is, and its value at 0 V."""
-        if role in ("mass", "base", "relative"):
-            per_volt = {"mass": self.mass_metres_per_volt, "base": self.base_metres_per_volt}.get(role)
-            if per_volt is None:
-                return self.unit or "", None, 0.0
-            return "m", per_volt, self.mass_offset_m if role == "mass" else self.base_offset_m
-        pairs = dict(_pairs(self.units or ""))
-        said = pairs.get(role) or (pairs.get("force", "") if role == "contact_force" else "")
+    def unit_of(self, role: str) -> tuple[str, float | None]:
+        """The unit said of a channel; where it stands for a volt, also how many of it a volt is."""
+        general = {"contact_force": dict(_pairs(self.units or "")).get("force")} | dict.fromkeys(LASERS, self.unit)
+        said = dict(_pairs(self.units or "")).get(role) or general.get(role) or ""
         match = _CALIBRATION.fullmatch(said)
         if match is None:
-            return known_unit(said), None, 0.0
-        return known_unit(match[2]), float(match[1]) * (1e3 if match[3] == "mV" else 1.0), 0.0
+            return known_unit(said), None
+        return known_unit(match[2]), float(match[1]) * (1e3 if match[3] == "mV" else 1.0)
 
 
 def _pairs(said: Mapping[str, str] | str) -> list[tuple[str, str]]:
@@ -190,7 +179,8 @@ def _wrong_units(said: Mapping[str, str] | str) -> list[str]:
     wrong = []
     for name, text in _pairs(said):
         match = _CALIBRATION.fullmatch(text)
-        if name not in (*FURTHER, "force") or not quantity_of(known_unit(match[2] if match else text)):
+        unit, per_volt = (match[2], match[1].strip("+-.0")) if match else (text, "1")
+        if name not in (*LASERS, *FURTHER, "force") or not quantity_of(known_unit(unit)) or not per_volt:
             wrong.append(name)
     return wrong
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.errors import LogError
-from frictionlab.log_options import FURTHER, LogOptions
+from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.units import LENGTH, TIME, VOLTS, known_unit, quantity_of, split_unit
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ _RELATIVE = re.compile(r"(.*[\W_])?(rel|relative|relativ)(\d*[\W_].*)?\d*|x ?[-â
 _NUMBERED = re.compile(r"(?:.*[\W_])?(?:mass|masse|massa|m|x)[ _-]?(\d{1,2})(?:[\W_].*)?", re.IGNORECASE)
 _NORMAL = re.compile(r"fn|fz|n|.*(normal|load|clamp|preload|anpress).*", re.IGNORECASE)
 _FRICTION = re.compile(r"f|ft|fx|fr|.*(friction|tangential|lateral|force|kraft|reib).*", re.IGNORECASE)
-_CALIBRATE = "; for volts give the sensors' calibration, mass_metres_per_volt and base_metres_per_volt, in [log]"
+_CALIBRATE = "; for volts say what one is, --units 'mass=5 mm/V,base=5 mm/V'"
 _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 
 
@@ -231,9 +231,8 @@ def possible(log: "OpenLog", options: LogOptions) -> list[LogColumn]:
 def _numeric(layout: "LogLayout", options: LogOptions) -> list[LogColumn]:
     """The columns of numbers; volts count as bare numbers where a calibration says what they mean."""
     columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
-    if options.mass_metres_per_volt is options.base_metres_per_volt is None:
-        return columns
-    return [replace(c, unit="") if c.unit in VOLTS else c for c in columns]
+    calibrated = any(options.unit_of(role)[1] for role in LASERS)
+    return [replace(c, unit="") if calibrated and c.unit in VOLTS else c for c in columns]
 
 
 def _time_by_values(columns: Sequence[LogColumn], log: "OpenLog") -> LogColumn | None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import LogError, RecordingError
-from frictionlab.log_options import FURTHER, LogOptions
+from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, possible
@@ -26,7 +26,6 @@ _ACCELERATION = re.compile(
     r"(.*[\W_])?(acc|accel|acceleration|accelerometer|beschleunigung)([\W_\d].*)?", re.IGNORECASE
 )
 _SENTINELS = (9999.0, 99999.0, 999999.0, 9999.9, 9999.99, 999.99)
-_DISPLACEMENTS = ("mass", "base", "relative")
 
 
 @dataclass(frozen=True)
@@ -233,29 +232,28 @@ def _examined(table: LogTable, options: LogOptions) -> SensorLog:
 
 def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     """A channel in SI units: by its calibration, its unit, or the step that shows which laser it is."""
-    column, values, is_laser = table.columns[role], table.values.pop(role), role in _DISPLACEMENTS
+    column, values, is_laser = table.columns[role], table.values.pop(role), role in LASERS
     quantity = "displacement" if is_laser else quantity_named(role)
     a = "a length" if quantity == "displacement" else f"a{'n' * (quantity[0] == 'a')} {quantity}"
-    said, per_volt, offset = options.unit_of(role)
+    said, per_volt = options.unit_of(role)
     written = "" if column.unit in ("-", "1") else column.unit
     unit = said or written or (options.unit or "" if quantity == "displacement" else "")
     warnings = _without_sentinels(values, role)
     if per_volt is not None:
         if written and written not in VOLTS:
-            source = f"{role}_metres_per_volt says" if is_laser else f"the units of {role} say"
             raise LogError(
-                f"{table.name}: column {column} is in {_named(written)}: expected volts, for which {source} "
-                f"{per_volt:g} {unit} each: leave that out"
+                f"{table.name}: column {column} is in {_named(written)}: expected volts, for which the units of {role} "
+                f"say {per_volt:g} {unit} each: leave that out"
             )
-        values = values * (per_volt / VOLTS.get(written, 1.0)) + offset
+        values = values * (per_volt / VOLTS.get(written, 1.0))
     # whoever names volts in another unit knows their sensor
     wrong = next((u for u in (unit, written) if u and quantity_of(u) != quantity and not (said and u in VOLTS)), "")
     if wrong:
-        example = f"{role}_metres_per_volt" if is_laser else f'{role} = "50 {UNIT[quantity]}/V"'
+        example = f'{role} = "{"5 mm" if is_laser else f"50 {UNIT[quantity]}"}/V"'
         raise LogError(
             f"{table.name}: column {column} is in {_named(wrong)}: expected {a}, one of "
             f"{', '.join(QUANTITIES[quantity])}: take another column by --{role.replace('_', '-')}"
-            + (f", or give what a volt is, such as {example} in [log]" if wrong in VOLTS else "")
+            + (f", or give what a volt is, such as {example} in [log.units]" if wrong in VOLTS else "")
         )
     if not unit and is_laser and (by_step := unit_by_step(values)) is not None:
         unit = by_step[0]
@@ -313,7 +311,7 @@ def _recording(sensors: SensorLog, options: LogOptions, still: str = "") -> Reco
     if still:
         values[still] = np.zeros(len(quality))
     columns = sensors.table.columns
-    more = [Channel(role, of, columns[role].title) for role, of in values.items() if role not in _DISPLACEMENTS]
+    more = [Channel(role, of, columns[role].title) for role, of in values.items() if role not in LASERS]
     arrays = sensors.clock.time, values.get("mass"), values.get("base"), quality
     return _made([sensors], _dialect_facts(sensors, options), options, arrays, channels=more)
 

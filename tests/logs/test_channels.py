@@ -78,7 +78,7 @@ def test_columns_are_named_by_options_and_their_units_said(tmp_path: Path) -> No
     np.testing.assert_allclose(recording.normal_force, 1e3 * FORCE, atol=1e-5)
     np.testing.assert_allclose(recording.mass_velocity, 1e-3 * X, atol=1e-11)
     table = LogOptions(units={"torque": "0.5 Nm/mV"})
-    assert table.unit_of("torque") == ("Nm", 500.0, 0.0)
+    assert table.unit_of("torque") == ("Nm", 500.0)
 
 
 WRONG: list[tuple[str, str, dict[str, object], str]] = [  # a column's title, in place of mass or beside; options; words
@@ -92,7 +92,12 @@ WRONG: list[tuple[str, str, dict[str, object], str]] = [  # a column's title, in
         for unit in ("kip", "uN", "kN", "lbf", "m/s", "mm/s", "g", "m/s^2", "deg", "rad", "rpm", "Nm", "bar", "kg", "s")
         for said in ({}, {"unit": "mm"})
     ),
-    ("mass", "mass [V]", {"mass": 2}, "expected a length, .*or give what a volt is, such as mass_metres_per_volt"),
+    (
+        "mass",
+        "mass [V]",
+        {"mass": 2},
+        r"expected a length, .*or give what a volt is, such as mass = .5 mm/V",
+    ),
     ("mass", "mass [parsec]", {"mass": 2}, r"the unit of column 2 .* is not said: expected a length: give --unit"),
     ("time", "time [mm]", {"time": 1}, r"time column 1 .* is in mm: give --time, or --time-unit"),
     ("F", "F [mm]", {"contact_force": "F"}, r"is in mm \(displacement\): expected a force, one of N, mN"),

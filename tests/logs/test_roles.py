@@ -88,25 +88,24 @@ def test_a_relative_displacement_is_not_taken_for_the_mass(tmp_path: Path) -> No
 @pytest.mark.parametrize("unit", ["V", "mV"])
 def test_volts_with_the_sensors_calibration(unit: str, tmp_path: Path) -> None:
     size = 1e3 if unit == "mV" else 1.0
-    volts = [shown(size * v, "{:.9f}") for v in (X / 5.0, (Y - 1.0) / -2.5)]
+    volts = [shown(size * v, "{:.9f}") for v in (X / 5.0, Y / -2.5)]
     path = log(tmp_path / "a.csv", f"time [s],mass [{unit}],base [{unit}]", shown(T), *volts)
-    with pytest.raises(LogError, match="for volts give the sensors' calibration, mass_metres_per_volt"):
+    with pytest.raises(LogError, match="for volts say what one is, --units 'mass=5 mm/V"):
         read_log(path)
-    known = LogOptions(mass_metres_per_volt=5e-3, base_metres_per_volt=-2.5e-3, base_offset_m=1e-3)
-    assert_is_the_motion(read_log(path, known))
-    with pytest.raises(UsageError, match="mass_metres_per_volt: expected metres per volt, not 0"):
-        LogOptions(mass_metres_per_volt=0.0)
+    assert_is_the_motion(read_log(path, LogOptions(units="mass=5 mm/V, base=-2.5 mm/V")))
+    with pytest.raises(UsageError, match="units: expected the options that name columns, each with its unit"):
+        LogOptions(units="mass=0.0 mm/V")
 
 
 def test_volts_of_one_sensor_and_millimetres_of_the_other(tmp_path: Path) -> None:
     mass = log(tmp_path / "m.csv", "time [s],mass [V]", shown(T), shown(X / 5.0, "{:.9f}"))
     base = log(tmp_path / "b.csv", "time [s],base [mm]", shown(T), shown(Y))
-    assert_is_the_motion(read_two_logs(mass, base, LogOptions(lag_s=0.0, mass_metres_per_volt=5e-3)))
+    assert_is_the_motion(read_two_logs(mass, base, LogOptions(lag_s=0.0, units={"mass": "5 mm/V"})))
     both = write(tmp_path / "both.csv", table(DATA, "time [s],mass [mm],base [mm]", ","))
     with pytest.raises(
-        LogError, match=r"is in mm \(displacement\): expected volts, for which mass_metres_per_volt says 0.005"
+        LogError, match=r"is in mm \(displacement\): expected volts, for which the units of mass say 5 mm"
     ):
-        read_log(both, LogOptions(mass_metres_per_volt=5e-3))
+        read_log(both, LogOptions(units="mass=5 mm/V"))
 
 
 def test_steps_that_are_no_sensors_betray_no_unit(tmp_path: Path) -> None:
