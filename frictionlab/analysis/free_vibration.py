@@ -30,15 +30,6 @@ _DOUBT = 3.0  # standard errors below 0
 
 
 @dataclass(frozen=True)
-class Swing:
-    """What was fitted: ``time`` (n,) s, ``measured`` and ``fitted`` displacement of the mass (n,) m."""
-
-    time: FloatArray
-    measured: FloatArray
-    fitted: FloatArray
-
-
-@dataclass(frozen=True)
 class FreeVibration:
     """One free decay.
 
@@ -48,7 +39,8 @@ class FreeVibration:
     first swing, ``amplitude_m``; ``_se``: standard errors, ``None`` for what came out negative and is held at 0, whose
     one-sided 95 % limit is its ``_upper``; ``half_cycles``: how many were fitted; ``misfit``: rms of what it leaves
     over the first swing; ``cubic_share``: share of the spring's force at the first swing that grows with its cube, 0
-    (``_se`` ``None``) where none shows: frequency, damping and friction are of small swings then.
+    (``_se`` ``None``) where none shows: frequency, damping and friction are of small swings then. What was fitted:
+    ``time`` (n,) s, ``measured`` and ``fitted`` displacement of the mass (n,) m.
     """
 
     start_s: float
@@ -68,7 +60,9 @@ class FreeVibration:
     cubic_share: float
     cubic_share_se: float | None
     warnings: tuple[str, ...]
-    swing: Swing
+    time: FloatArray
+    measured: FloatArray
+    fitted: FloatArray
 
     def __repr__(self) -> str:
         frequency = Estimate(self.natural_frequency_hz, self.natural_frequency_hz_se)
@@ -124,7 +118,32 @@ def free_vibrations(
             )
         guess = first_guess(when, height, pendulum=pendulum)
         t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
-        found.append(_found(fit_decay(t, seen, guess), t, seen, len(when) - 1, share))
+        fit = fit_decay(t, seen, guess)
+        decay, se = fit.decay, fit.se
+        found.append(
+            FreeVibration(
+                start_s=decay.start,
+                natural_frequency_hz=decay.omega / (2.0 * math.pi),
+                natural_frequency_hz_se=se.omega / (2.0 * math.pi),
+                damped_frequency_hz=0.5 / decay.half_period,
+                damping_ratio=decay.zeta,
+                damping_ratio_se=None if "zeta" in fit.held else se.zeta,
+                damping_ratio_upper=fit.limits.get("zeta"),
+                friction_m=decay.friction,
+                friction_m_se=None if "friction" in fit.held else se.friction,
+                friction_m_upper=fit.limits.get("friction"),
+                friction_over_swing=decay.friction / abs(decay.swing),
+                amplitude_m=abs(decay.swing),
+                half_cycles=len(when) - 1,
+                misfit=fit.misfit,
+                cubic_share=decay.cubic * decay.swing**2,
+                cubic_share_se=se.cubic * decay.swing**2 if decay.cubic else None,
+                warnings=tuple(_warnings(fit, share)),
+                time=t,
+                measured=seen,
+                fitted=seen - fit.residual,
+            )
+        )
     good = tuple(tap for tap in found if tap.misfit <= _NO_DECAY)
     if not good:
         raise AnalysisError(
@@ -146,30 +165,6 @@ def _thinned(time: FloatArray, x: FloatArray, half_period: float, rest: float) -
     angle = 0.5 * math.pi * step / half_period
     kept = math.sin(size * angle) / (size * math.sin(angle))
     return t, rest + (mean - rest) / kept
-
-
-def _found(fit: DecayFit, time: FloatArray, seen: FloatArray, half_cycles: int, base_share: float) -> FreeVibration:
-    decay, se = fit.decay, fit.se
-    return FreeVibration(
-        start_s=decay.start,
-        natural_frequency_hz=decay.omega / (2.0 * math.pi),
-        natural_frequency_hz_se=se.omega / (2.0 * math.pi),
-        damped_frequency_hz=0.5 / decay.half_period,
-        damping_ratio=decay.zeta,
-        damping_ratio_se=None if "zeta" in fit.held else se.zeta,
-        damping_ratio_upper=fit.limits.get("zeta"),
-        friction_m=decay.friction,
-        friction_m_se=None if "friction" in fit.held else se.friction,
-        friction_m_upper=fit.limits.get("friction"),
-        friction_over_swing=decay.friction / abs(decay.swing),
-        amplitude_m=abs(decay.swing),
-        half_cycles=half_cycles,
-        misfit=fit.misfit,
-        cubic_share=decay.cubic * decay.swing**2,
-        cubic_share_se=se.cubic * decay.swing**2 if decay.cubic else None,
-        warnings=tuple(_warnings(fit, base_share)),
-        swing=Swing(time, seen, seen - fit.residual),
-    )
 
 
 def _warnings(fit: DecayFit, base_share: float) -> list[str]:

@@ -95,7 +95,7 @@ def free_vibration_figure(taps: Sequence[FreeVibration], name: str = "") -> Figu
     with style.drawing(4.6, name) as figure:
         above, below = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
         for number, tap in enumerate(taps):
-            time, measured, fitted = tap.swing.time, 1e3 * tap.swing.measured, 1e3 * tap.swing.fitted
+            time, measured, fitted = tap.time, 1e3 * tap.measured, 1e3 * tap.fitted
             above.plot(time, measured, color=style.MEASURED, label=None if number else "measured")
             above.plot(time, fitted, color=style.PREDICTED, lw=0.8, ls="--", label=None if number else "fitted")
             below.plot(time, 1e3 * (measured - fitted), color=style.MEASURED, lw=0.5)
