@@ -29,7 +29,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "sampling": {"errors"},
     "recording": {"errors", "sampling", "units"},
     "units": set(),
-    "log_options": {"errors", "units"},
+    "log_options": {"units"},
     "scene": {"errors", "files", "log_options", "simulator"},
     "experiment": {"errors", "files", "scene"},
     "hdf5": {"__init__", "errors", "files", "recording", "schema", "units"},

@@ -136,7 +136,7 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
         (["a.h5"], "never replaces an input"),
         (["a.csv", "--decimal", ";"], "decimal mark"),
         (["a.csv", "--unit", "parsec"], "unit of displacement"),
-        (["a.csv", "--sampling-rate", "-5"], "sampling_rate_hz: expected a positive number"),
+        (["a.csv", "--sampling-rate", "-5"], "sampling_rate_hz: expected more than 0"),
         (["a.csv", "--scene", "none.toml"], "scene none.toml: cannot be read"),
     ],
 )

@@ -1,7 +1,6 @@
 """The reader's options have one home: said in a scene, on the command line or in a notebook they mean the same."""
 
 import json
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -63,7 +62,7 @@ def test_every_key_of_a_table_is_an_option_with_its_words(command: str, settings
         assert f" {words.flags} {words.takes} " in helped
         assert words.words in helped
     assert set(named.split()) <= {words.flags for _, words in settings.values()}
-    assert settings is ANALYSIS or list(settings) == [f.name for f in fields(fl.LogOptions)]
+    assert settings is ANALYSIS or list(settings) == list(fl.LogOptions.model_fields)
 
 
 def test_a_wrong_option_is_one_line_that_names_it(log: Path) -> None:

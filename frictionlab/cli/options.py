@@ -83,12 +83,12 @@ FEW = ("mass", "base", "contact_force", "units", "variable", "test")  # options 
 def _log_settings() -> dict[str, tuple[type, Words]]:
     """All of ``[log]``: an option is the key without its unit, ``sampling_rate_hz`` is ``--sampling-rate``."""
     found: dict[str, tuple[type, Words]] = {}
-    for f in fields(LogOptions):
-        metavar = f.metadata["metavar"]
-        stem = f.name.removesuffix(f"_{metavar.lower()}") if metavar in ("HZ", "S", "M") else f.name
-        flag = f"--{stem.replace('_', '-')}"
-        kind = float if "float" in str(f.type) else str
-        found[f.name] = (kind, Words(flag, metavar, "", f.name not in FEW, f.metadata["words"]))
+    for name, field in LogOptions.model_fields.items():
+        extra: Any = field.json_schema_extra
+        takes, words = extra["takes"], field.description or ""
+        stem = name.removesuffix(f"_{takes.lower()}") if takes in ("HZ", "S", "M") else name
+        kind = float if "float" in str(field.annotation) else str
+        found[name] = (kind, Words(f"--{stem.replace('_', '-')}", takes, "", name not in FEW, words))
     return found
 
 

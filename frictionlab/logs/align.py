@@ -7,7 +7,6 @@ whole record. Whatever the way, ``lag_s_u`` says how well the lag is known: ener
 """
 
 import math
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -50,7 +49,7 @@ def align(
     same_stamps = written and no_start and np.array_equal(mass[0].time, base[0].time)
     one_clock = one_clock or same_stamps
     if one_clock:
-        options = replace(options, lag_s=options.lag_s or 0.0, clock_drift=options.clock_drift or 0.0)
+        options = options.but(lag_s=options.lag_s or 0.0, clock_drift=options.clock_drift or 0.0)
     how, lag, unsure, warnings = ("equal stamps", 0.0, 0.0, []) if same_stamps else _lag(mass, base, options)
     facts: dict[str, Fact] = {"alignment": how, "lag_s": lag}
     unsure = unsure if options.lag_s_u is None else options.lag_s_u

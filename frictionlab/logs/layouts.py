@@ -242,8 +242,8 @@ def labview(text: Text, options: LogOptions) -> LogLayout | None:
     said = {_key(line): line for line in text.lines[:names]}
     separator = _SEPARATORS.get(said.get("Separator", "").removeprefix("Separator").strip("\t ,;").lower(), "\t")
     mark = said.get("Decimal_Separator", "").removeprefix("Decimal_Separator").strip("\t ")
-    options = replace(options, separator=options.separator or separator)
-    options = replace(options, decimal=options.decimal or (mark if mark in (".", ",") else None))
+    mark = options.decimal or (mark if mark in (".", ",") else "")
+    options = options.but(separator=options.separator or separator, decimal=mark or None)
     found = find_dialect(text.lines[names + 1 :], options, text.path.name)
     dialect = replace(found, first=found.first + names + 1)
 

@@ -122,7 +122,7 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
     log = open_log(path, options)
     if len(possible(log, options)) > 1 or any(getattr(options, role) is not None for role in FURTHER):
         return _read(log, options)
-    sensors = _examined(read_table(log, replace(options, base=None), ("mass",)), options)
+    sensors = _examined(read_table(log, options.but(base=None), ("mass",)), options)
     return _recording(sensors, options, still="base")
 
 
@@ -136,7 +136,7 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
     column = _acceleration_in(log, options)
     if column is not None:
         units = f"base_acceleration={options.unit}" if options.unit else options.units
-        alone = replace(options, base=None, base_acceleration=column.index + 1, unit=None, units=units)
+        alone = options.but(base=None, base_acceleration=column.index + 1, unit=None, units=units)
         sensors = _examined(read_table(log, alone, (), further=True), alone)
     elif options.base is None and len(possible(log, options)) > 1:
         return _read(log, options)
@@ -188,7 +188,7 @@ def read_two_logs(
         As `read_log`, and if the logs do not overlap.
     """
     options = options or LogOptions()
-    only = {"mass": replace(options, base=None), "base": replace(options, mass=None)}
+    only = {"mass": options.but(base=None), "base": options.but(mass=None)}
     mass, base = (
         _examined(read_table(open_log(path, only[role]), only[role], (role,), progress), only[role])
         for path, role in ((mass_log, "mass"), (base_log, "base"))

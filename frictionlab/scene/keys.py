@@ -9,22 +9,12 @@ import difflib
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import Field as Option
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, Self, get_args, get_type_hints
+from typing import Annotated, Any, Literal, Self, get_args
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    Field,
-    PrivateAttr,
-    ValidationError,
-    create_model,
-    field_validator,
-    model_validator,
-)
+from pydantic import BaseModel, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.log_options import LogOptions
@@ -230,21 +220,6 @@ class PlanTable(SceneTable):
     avoid_frequency_ratios: Pair | None = key("Frequency ratios to keep away from: [low, high].")
 
 
-def _log_key(option: Option[Any]) -> tuple[Any, Any]:
-    """Type and default of a key of ``[log]``, from the option that it is."""
-
-    def check(value: Any) -> Any:
-        if value is not None and not option.metadata["check"](value):
-            raise ValueError(f"expected {option.metadata['expected']}; got {value!r}")
-        return value
-
-    return Annotated[get_type_hints(LogOptions)[option.name], AfterValidator(check)], option.default
-
-
-_LOG_KEYS: dict[str, Any] = {option.name: _log_key(option) for option in fields(LogOptions)}
-_LogTable = create_model("_LogTable", __base__=SceneTable, **_LOG_KEYS)
-
-
 @dataclass(frozen=True)
 class Origin:
     """Where a scene stands, and the file it was read from; the same scene from another file is the same scene."""
@@ -333,11 +308,6 @@ class Scene(SceneTable):
             raise UsageError(f"accuracy: expected one of {', '.join(LEVELS)}; got {level!r}")
         return self.model_copy(update={"analysis": self.analysis.model_copy(update=dict(LEVELS[level]))})
 
-    @field_validator("log", mode="before")
-    @classmethod
-    def _log_options(cls, table: object) -> object:
-        return LogOptions(**_LogTable.model_validate(table).model_dump()) if isinstance(table, Mapping) else table
-
     @model_validator(mode="after")
     def _damping_is_known(self) -> Self:
         if self.model.damping and self.rig.damping is None:
@@ -392,11 +362,11 @@ def refusal(
 def _sentence(path: tuple[str, ...], fault: Mapping[str, Any], root: type[BaseModel]) -> str:
     text = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
-        table: type = root
+        table = root
         for part in path[:-1]:  # the model of the table at that path
-            field = table.model_fields.get(part) if issubclass(table, BaseModel) else None
+            field = table.model_fields.get(part)
             table = table if field is None else next(tables_in(field.annotation), table)
-        known = keys_of(table)
+        known = list(table.model_fields)
         near = [name for name in known if name.startswith(f"{path[-1]}_")]
         near = near or difflib.get_close_matches(path[-1], known, n=1)
         return f"unknown key; {f'did you mean {near[0]}? ' if near else ''}expected one of {', '.join(known)}"
@@ -406,16 +376,9 @@ def _sentence(path: tuple[str, ...], fault: Mapping[str, Any], root: type[BaseMo
     return f"{text[0].lower()}{text[1:]}{got}"
 
 
-def keys_of(table: type) -> list[str]:
-    """The keys of a table: of a model its fields, of a dataclass too."""
-    if issubclass(table, BaseModel):
-        return list(table.model_fields)
-    return [f.name for f in fields(table)] if is_dataclass(table) else []
-
-
-def tables_in(annotation: Any) -> Iterator[type]:
-    """The tables that a key may hold, by its annotation: models and dataclasses, in lists too."""
-    if isinstance(annotation, type) and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):
+def tables_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    """The tables that a key may hold, by its annotation, in lists too."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         yield annotation
     for inner in get_args(annotation):
         yield from tables_in(inner)

@@ -4,7 +4,6 @@ import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
 from os import PathLike
 from pathlib import Path
 from textwrap import TextWrapper
@@ -156,18 +155,14 @@ def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) ->
         for table in tables_in(field.annotation):
             where = ".".join((*path, name))
             head = f"[{where}]" if isinstance(field.get_default(), table) else f"[[{where}]]"
-            if is_dataclass(table):
-                options = (Key(f.name, f.metadata["words"], f.default) for f in fields(table))
-                yield TableOfKeys(head, "What a log is, where that is not to be found in it.", tuple(options))
-            elif issubclass(table, BaseModel):
-                words = (table.__doc__ or "").partition("\n")[0].partition(": ")[2]
-                keys = (
-                    Key(key, one.description or "", None if one.is_required() else one.get_default())
-                    for key, one in table.model_fields.items()
-                    if not list(tables_in(one.annotation))
-                )
-                yield TableOfKeys(head, words[:1].upper() + words[1:], tuple(keys))
-                yield from tables_of_keys(table, (*path, name))
+            words = (table.__doc__ or "").partition("\n")[0].partition(": ")[2]
+            keys = (
+                Key(key, one.description or "", None if one.is_required() else one.get_default())
+                for key, one in table.model_fields.items()
+                if not list(tables_in(one.annotation))
+            )
+            yield TableOfKeys(head, words[:1].upper() + words[1:], tuple(keys))
+            yield from tables_of_keys(table, (*path, name))
 
 
 def template() -> str:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.files import PACKED, as_disks_see, stem_of
-from frictionlab.scene import Scene, keys_of, read_scene
+from frictionlab.scene import Scene, read_scene
 from frictionlab.tables import SUFFIXES, Row
 from frictionlab.workers import Lost, run_each
 
@@ -60,7 +60,7 @@ def scene_given(scene: AnyScene, settings: Mapping[str, object] | None = None, t
     said = {key: value for key, value in (settings or {}).items() if value is not None}
     if not said:
         return known
-    places = {key: table for table in reversed(tables) for key in keys_of(type(getattr(known, table)))}
+    places = {key: table for table in reversed(tables) for key in type(getattr(known, table)).model_fields}
     changes: dict[str, dict[str, object]] = {}
     for key, value in said.items():
         if key not in places:
