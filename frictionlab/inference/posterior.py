@@ -18,7 +18,7 @@ from scipy.special import gammaincinv, ndtr, ndtri, stdtrit
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.fit import Fit, Model, Test, excess_of, fit_from, start_place, tempered, with_scatter
-from frictionlab.inference.observation import Observation, Reached
+from frictionlab.inference.observation import Observation, Reached, at_least
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor
@@ -132,8 +132,20 @@ class Posterior:
 
     @cached_property
     def _of_data(self) -> FloatArray:
-        """Covariance (m, m) of the coordinates by the data's own errors."""
-        return np.asarray(self.plain @ self._eliminated[0] @ self.plain)
+        """Covariance (m, m) of the coordinates by the data's own errors; of many tests at least what these show.
+
+        How the scores of more tests than unknowns scatter holds, whatever each test assumes of its own noise
+        [K.-Y. Liang and S. L. Zeger, Biometrika 73 (1986) 13].
+        """
+        of_each = np.asarray(self.plain @ self._eliminated[0] @ self.plain)
+        tests, m = len(self.tests), len(self.unknowns)
+        if tests <= m:
+            return of_each
+        inverse, scores = np.linalg.inv(self.fit.precision), np.zeros((tests, m))
+        for score, test, (_, pull) in zip(scores, self.tests, self.fit.reduced.each, strict=True):
+            score[test.index] = pull
+        moved = scores @ inverse
+        return at_least(of_each, (moved**2).sum(axis=0) * tests / (tests - m))
 
     @cached_property
     def covariance(self) -> FloatArray:
@@ -258,13 +270,13 @@ class Posterior:
         One linear step from the fit of all: without test i the normal equations lack its pull and its information.
         """
         test, model = self.tests[i], self.fit.model
-        total, each = self._eliminated
-        without = total + np.diag(model.holds(self.fit.point))
-        without[np.ix_(test.index, test.index)] -= each[i]
-        covariance: FloatArray = np.asarray(np.linalg.inv(without))
-        pull = np.zeros(len(self.unknowns))
+        curvature, pull = self.fit.precision.copy(), np.zeros(len(self.unknowns))
+        curvature[np.ix_(test.index, test.index)] -= self.fit.reduced.each[i][0]
         pull[test.index] = self.fit.reduced.each[i][1]
-        moved = self.fit.point - covariance @ pull
+        moved = self.fit.point - np.linalg.solve(curvature, pull)
+        without = self._eliminated[0] + np.diag(model.holds(self.fit.point))
+        without[np.ix_(test.index, test.index)] -= self._eliminated[1][i]
+        covariance = at_least(np.asarray(np.linalg.inv(without)), np.diag(self.covariance))
         s = model.scatter[test.index]
         return np.clip(moved, *model.bounds)[test.index], covariance[np.ix_(test.index, test.index)] + np.diag(s**2)
 

@@ -1,6 +1,7 @@
 """Values of laws found again, errors that hold, and what a test does not tell."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,12 +14,12 @@ from frictionlab.inference import compare, predict
 from frictionlab.inference.comparison import contact_force
 from frictionlab.inference.fit import inside, log_orthant
 from frictionlab.inference.observations import observe
-from frictionlab.inference.posterior import model_of
+from frictionlab.inference.posterior import infer, model_of
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.simulator import Base, Problem
 from tests.benchmarks.uncertainty_coverage import scores_of
-from tests.inference.contacts import recorded, scene
+from tests.inference.contacts import BASE_M, recorded, scene
 
 
 def test_the_values_of_a_law_are_found_within_their_errors() -> None:
@@ -156,6 +157,22 @@ def test_the_error_of_a_wrong_law_holds_what_a_richer_law_would_say() -> None:
     shares = found.budget["friction_ratio"]
     assert math.sqrt(sum(s**2 for s in shares.values())) == pytest.approx(found.friction_ratio_u, rel=0.02)
     assert any("if friction may vary with place and speed" in warning for warning in found.warnings)
+
+
+def test_many_tests_know_a_friction_ratio_no_better_than_all_their_cycles_scatter() -> None:
+    """Whatever each test says of its own noise: the mean of n cycles has the scatter of one over the root of n."""
+    scatter, generator, known, observations = 0.004, np.random.default_rng(2), scene(), []
+    for i, r in enumerate((0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 1.15, 1.24, 1.33, 1.42, 1.51, 1.6) * 2):
+        measured = measure(recorded(Problem(r, 0.3), generator, scatter=scatter, seconds=40.0), known)
+        measured = replace(measured, source=str(i), material="steel", normal_force_n=1.0)
+        observations.append(observe(measured, known))
+    found = infer(observations)
+    value, slope = found.shared(0, 0)
+    u = slope * math.sqrt(found.covariance[0, 0])
+    cycles = sum(o.cycles.used for o in observations)
+    assert u > 0.8 * value * scatter / math.sqrt(cycles)
+    assert u < 2.0 * value * scatter / math.sqrt(cycles)
+    assert value * observations[0].unit == pytest.approx(0.3 * BASE_M, abs=2.0 * u * observations[0].unit)
 
 
 def test_a_prior_with_tails_is_a_density_and_its_strain_is_what_it_loses() -> None:
