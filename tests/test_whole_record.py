@@ -167,7 +167,7 @@ def test_a_record_climbs_as_far_as_it_must(
     for name, value in ({"beta": 0.4 * Y / over} | {n: v * over / Y for n, v in truth.items()}).items():
         told = found.parameters[name]
         assert abs(told["value"] - value) < 3.0 * told["u"] + 1e-3 * value
-    assert any("not stribeck, logarithm" in sentence for sentence in found.warnings)
+    assert not any("not tried" in sentence for sentence in found.warnings), "only noise is left to explain"
 
 
 def test_the_command_gives_the_keys_and_the_figure(tmp_path: Path) -> None:

@@ -10,7 +10,6 @@
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -31,7 +30,7 @@ from frictionlab.campaign.files import (
     rows_of,
 )
 from frictionlab.campaign.friction import NO_STEADY_CYCLE, FrictionFit, Reason, Screened, Verdict, friction_of, screen
-from frictionlab.campaign.joint_fit import FAULTS, JointFit, fit_cycles, fit_rows
+from frictionlab.campaign.joint_fit import JointFit, fit_together
 from frictionlab.campaign.laws import (
     AmontonsTest,
     LawEvidence,
@@ -201,9 +200,11 @@ def evaluate(
     screened = {group: screen(own, model.first) for group, own in groups.items()}
     sources = {group: _sources(own, scene) for group, own in groups.items()}
     laws = _laws(groups, comparisons) if find_law else {}
-    joint, unfitted = fit_cycles(_cycles(groups, screened, observations), laws, scene.accuracy)
+    joint, unfitted = fit_together(_cycles(groups, screened, observations), laws, scene.accuracy)
     joints = {} if joint is None else {group: joint for group in groups if joint.tests(*group)}
-    joints |= _by_rows({g: own for g, own in groups.items() if g not in joints}, screened, model.first, sources)
+    rest = {g: own for g, own in groups.items() if g not in joints}
+    by_rows, _ = fit_together(_rows(rest, screened, model.first, sources), {}, scene.accuracy)
+    joints |= {} if by_rows is None else {g: by_rows for g in rest if by_rows.tests(*g)}
     models = {g: joints[g].model(g[0], model) if g in joints else model.first for g in groups}
     stiffness, fits = scene.rig.stiffness, list[FrictionFit]()
     for g in watch(sorted(groups)):
@@ -254,27 +255,21 @@ def _cycles(
     return found
 
 
-def _by_rows(
+def _rows(
     groups: Mapping[Setting, Sequence[Trial]],
     screened: Mapping[Setting, Screened],
     model: Model,
     sources: Mapping[Setting, Sources],
-) -> dict[Setting, JointFit]:
-    """The fit of each material by its rows, by group; none of a material that has no steady state in all its tests."""
+) -> dict[str, list[RowObservation]]:
+    """The rows of each material that tell its friction."""
     rows: dict[str, list[RowObservation]] = {}
     for group, trials in groups.items():
         known = screened[group]
-        rows.setdefault(group[0], []).extend(
-            observe_row(t, model, sources[group], known.betas[t.source], known.units[t.source])
-            for t in trials
-            if t.source not in known.left_out
-        )
-    found: dict[str, JointFit] = {}
-    for material, own in rows.items():
-        with suppress(*FAULTS):
-            if own:
-                found[material] = fit_rows(own)
-    return {g: found[g[0]] for g in groups if g[0] in found and found[g[0]].tests(*g)}
+        for t in trials:
+            if t.source not in known.left_out:
+                row = observe_row(t, model, sources[group], known.betas[t.source], known.units[t.source])
+                rows.setdefault(group[0], []).append(row)
+    return rows
 
 
 def _with_laws(campaign: Campaign, joint: JointFit) -> Campaign:

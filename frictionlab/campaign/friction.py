@@ -12,11 +12,12 @@ from enum import Enum
 import numpy as np
 from scipy.special import chdtrc, stdtrit
 
-from frictionlab.campaign.joint_fit import FAULTS, JointFit, fit_rows
+from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.campaign.prediction import Model, elasticity, loop_ratio, observe_row, predict
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.inference.observations import CycleObservation
+from frictionlab.inference.posterior import infer
 from frictionlab.simulator import COSINE, SteadyState
 from frictionlab.uncertainty import Sources, unit_uncertainty
 
@@ -353,7 +354,7 @@ def _verdict(trial: Trial, screened: Screened, joint: JointFit, model: Model, so
     if i is None or observation is None:
         try:
             row = observe_row(trial, model.first, sources, own, screened.units[source])
-            alone = fit_rows([row]).posterior.parameters()["beta"]
+            alone = infer([row]).parameters()["beta"]
         except FAULTS:
             return found
         return replace(found, alone=Estimate(alone.value, alone.se, alone.u))

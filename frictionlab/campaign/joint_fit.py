@@ -19,10 +19,10 @@ from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.errors import FrictionlabError
 from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.inference.diagnose import varied_friction
-from frictionlab.inference.fit import Fit, fit_from, tempered, with_scatter
+from frictionlab.inference.fit import Fit, weighed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, infer, model_of, posterior_of
+from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, infer, model_of
 from frictionlab.inference.unknowns import STRAINED
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
@@ -40,6 +40,7 @@ VARIES = (
     " with place and speed, and its error holds the difference: --law auto finds the law that the tests require"
 )
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
+Seen = CycleObservation | RowObservation
 
 
 @dataclass(frozen=True)
@@ -208,14 +209,14 @@ def _shared(posterior: Posterior, i: int) -> Estimate:
     return Estimate(value, slope * min(posterior.law_error(k), whole), slope * whole)
 
 
-def fit_cycles(
-    tests: Mapping[str, Sequence[CycleObservation]], laws: Mapping[str, Law | None], accuracy: str
+def fit_together(
+    tests: Mapping[str, Sequence[Seen]], laws: Mapping[str, Law | None], accuracy: str
 ) -> tuple[JointFit | None, list[str]]:
-    """Fit the mean cycles of all materials together.
+    """Fit the tests of all materials together, by their mean cycles or by their rows.
 
     Parameters
     ----------
-    tests : mapping of str to sequence of CycleObservation
+    tests : mapping of str to sequence of observations
         By material, under the scene's law.
     laws : mapping of str to Law or None
         Law by material, where it is not the scene's; None is found by climbing from plain Coulomb friction.
@@ -226,14 +227,14 @@ def fit_cycles(
     -------
     The joint fit (None where there is nothing to fit), and sentences of the materials that could not be fitted.
     """
-    chosen: list[CycleObservation] = []
+    chosen: list[Seen] = []
     ladders: dict[str, Ladder] = {}
     notes: list[str] = []
     for material, own in tests.items():
         try:
             law = laws.get(material, own[0].law)
             if law is None:
-                ladders[material] = climb(_spread_out(own), accuracy=accuracy)
+                ladders[material] = climb([o.under(law_of("coulomb")) for o in _spread_out(own)], accuracy=accuracy)
                 law = ladders[material].chosen.law
             under = [observation.under(law) for observation in own]
             infer(_spread_out(under)[:3])  # a material that cannot be fitted alone would end the fit of all
@@ -247,10 +248,16 @@ def fit_cycles(
     out: Mapping[str, tuple[float, float]] = {}
     try:
         posterior = infer(chosen, near=near)
-        if out := JointFit(posterior, posterior).standing_out():  # made again without those that stand out
+        of_cycles, none = isinstance(chosen[0], CycleObservation), np.zeros(len(posterior.unknowns))
+        bare = posterior
+        if not of_cycles:  # two numbers tell an outlier by their noise alone
+            bare = replace(posterior, fit=weighed(posterior.fit, np.zeros(len(chosen)), follows=False))
+        if out := JointFit(bare, bare).standing_out():  # made again without those that stand out
             kept = [o for o in chosen if o.measurement.source not in out]
             posterior = infer(kept, near=posterior.values())
-        posterior, said = _against_richer_laws(posterior)
+        if not of_cycles:  # their interval counts how badly few tests tell the scatter
+            posterior = replace(posterior, scatter_u=none)
+        posterior, said = _against_richer_laws(posterior) if of_cycles else (posterior, [])
         joint = JointFit(posterior, at_each_force(posterior), ladders, out)
     except FAULTS as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
@@ -280,38 +287,11 @@ def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:
     return posterior, said
 
 
-def _spread_out(observations: Sequence[CycleObservation]) -> list[CycleObservation]:
+def _spread_out(observations: Sequence[Seen]) -> list[Seen]:
     """At most `MOST_CLIMBED` tests, spread evenly over normal force and frequency ratio."""
     order = sorted(range(len(observations)), key=lambda i: (observations[i].normal_force or 0.0, observations[i].r))
     places = np.linspace(0, len(order) - 1, min(len(order), MOST_CLIMBED)).round()
     return [observations[order[int(place)]] for place in places]
-
-
-def fit_rows(observations: Sequence[RowObservation]) -> JointFit:
-    """Fit the rows of one material, without those that stand out by their noise alone.
-
-    Raises
-    ------
-    AnalysisError
-        No friction ratio has a steady state in all tests.
-    """
-
-    def likeliest(rows: Sequence[RowObservation]) -> Fit:
-        model = model_of(rows)
-        start = np.zeros(len(model.unknowns))
-        for k, u in enumerate(model.unknowns):
-            if u.name == "beta":
-                own = [o.guess / t.factor(k) for o, t in zip(rows, model.tests, strict=True) if k in t.index]
-                start[k] = u.at(float(np.median(own)))
-        return with_scatter(fit_from(model, [start], tempers=False))[0]
-
-    found = likeliest(observations)
-    first = posterior_of(found)
-    out = JointFit(first, first).standing_out()
-    if out:
-        found = likeliest([o for o in observations if o.measurement.source not in out])
-    posterior = posterior_of(tempered(found))
-    return JointFit(posterior, at_each_force(posterior), out=out)
 
 
 def at_each_force(posterior: Posterior) -> Posterior:

@@ -168,14 +168,11 @@ class RowObservation(Observation):
     measurement : Trial
     solver : str
         As a `Model` has it.
-    guess : float
-        About what its friction ratio is.
     rig : tuple of Unknown
     """
 
     measurement: Trial
     solver: Solver
-    guess: float
     rig: tuple[Unknown, ...]
     steps: ClassVar = (2e-4, -2e-4)  # of the flat prior's deviation: half a per cent of the friction ratio
     by_sensors: ClassVar = ("gain", "lag_s", "crosstalk")

@@ -23,7 +23,7 @@ from frictionlab.cli.screen import (
     report_rows,
     word,
 )
-from frictionlab.schema import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS, RECORD_LAWS
+from frictionlab.schema import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS
 from frictionlab.tables import Row
 from frictionlab.tables.texts import with_error
 from frictionlab.verbs.inputs import files_of, recordings_in
@@ -161,7 +161,7 @@ def _print_parts(rows: Iterable[Row]) -> None:
             (f"{law}", values, PARAMETERS),
             ("what the fit moved beside the law (natural frequency and gain: relative)", beside, MOVED),
             (f"laws in the order tried; the recording requires {required}", laws, LAWS),
-            (f"laws tried on the whole record, which requires {law}", _each(row.get("record_laws")), RECORD_LAWS),
+            (f"laws tried on the whole record, which requires {law}", _each(row.get("record_laws")), LAWS),
         )
         for title, lines, columns in parts:
             if lines:

@@ -19,13 +19,13 @@ from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
 from frictionlab.inference.diagnose import diagnose, strained_facts
 from frictionlab.inference.fit import Fit, Model, Place, Test, fit_from, start_place
-from frictionlab.inference.ladder import Ladder, Rung, climb, climb_record
+from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.material_law import MaterialLaw
 from frictionlab.inference.observation import Observation, as_kind
 from frictionlab.inference.observations import CycleObservation, cycle_of, law_and_held, observe, refuse_several
 from frictionlab.inference.over_time import follow
 from frictionlab.inference.posterior import EXPLAINED, Posterior, infer, model_of, posterior_of
-from frictionlab.inference.record import fit_record, observe_record, record_of
+from frictionlab.inference.record import RecordObservation, observe_record
 from frictionlab.inference.table import UNIT, TableObservation, observe_table
 from frictionlab.inference.unknowns import STRONGEST, Unknown
 from frictionlab.inference.verdict import (
@@ -35,7 +35,7 @@ from frictionlab.inference.verdict import (
     friction_of,
     model_words,
     never_settles,
-    on_the_rungs,
+    not_tried,
     verdict_in_words,
     verdict_of,
 )
@@ -46,10 +46,6 @@ from frictionlab.simulator.laws import law_of
 
 HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires
-SEARCH = (0.5, 0.7, 0.85, 1.2, 1.5, 2.0)  # friction ratios that a fit to a record tries, over the cycle's
-TRIED = tuple(np.geomspace(0.01, 2.0, 12).tolist())  # friction ratios to begin from without a cycle
-OFF = 0.003  # relative, of the natural frequency: what such a fit begins from, too
-FOLLOWED = 4  # starts, at most, without a cycle
 PERIODIC, EVEN = 0.1, 0.02  # irregularity of the base, scatter of its cycles' lengths, up to which it has a cycle
 OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
 MEASURED = (*("source", "frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime"),)
@@ -92,23 +88,19 @@ def compare(
     solver = solver or scene.model.solver
     comparison, cycle = compared(measurement, scene, found, ladder, solver), cycle_of(found.tests[0])
     observation, said = observe_record(recording, scene, cycle.law, cycle.held, measurement)
-    rungs = None
-    values = found.values() | observation.start
+    climbed = None
     if fit == "whole":
-        times = SEARCH if "beta" in found.values() else ()
-        starts = [values, *(values | {"beta": t * values["beta"]} for t in times)]
-        best, rungs = climb_record(observation, starts) if law == AUTO else (fit_record(observation, starts), None)
-        observation = record_of(best)
-        record = follow(observation, best.values(), fits_start=False)
-        posterior = _over_time(_as_cycle(cycle.under(observation.law), posterior_of(best)), record)
+        best, climbed = _found(observation, scene, law, None, near=found.values())
+        record = follow(_record_of(best), best.values(), fits_start=False)
+        posterior = _over_time(_as_cycle(cycle.under(best.law()), best), record)
         by_record = compared(measurement, scene, posterior, None, solver)
         comparison = replace(by_record, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
     else:
-        record = follow(observation, values, fits_start=True)
-    warnings = (*comparison.warnings, *said, *record.warnings, *on_the_rungs(rungs))
+        record = follow(observation, found.values() | observation.start, fits_start=True)
+    warnings = (*comparison.warnings, *said, *record.warnings, *not_tried(climbed))
     if comparison.contact is not None:
         comparison = replace(comparison, contact=replace(comparison.contact, warnings=warnings))
-    return replace(comparison, warnings=warnings, **_of_record(record, rungs))
+    return replace(comparison, warnings=warnings, **_of_record(record, climbed))
 
 
 def predict(
@@ -133,16 +125,21 @@ def identified(
 
 
 def _found(
-    observation: Observation, scene: Scene, law: str | None, friction_ratio: float | None
+    observation: Observation,
+    scene: Scene,
+    law: str | None,
+    friction_ratio: float | None,
+    near: Mapping[str, float] | None = None,
 ) -> tuple[Posterior, Ladder | None]:
     """The posterior of any observation, and the ladder if climbed; a law whose values are all given is not fitted."""
     if law == AUTO:
-        ladder = climb([observation.under(law_of("coulomb"))], accuracy=scene.accuracy)
+        first = observation if observation.shows_rig else observation.under(law_of("coulomb"))
+        ladder = climb([first], accuracy=scene.accuracy, near=near)
         return ladder.posterior, ladder
     if friction_ratio is not None:
         observation = observation.under(observation.law, {**observation.held, "beta": friction_ratio})
-    if any(p.name not in observation.held for p in observation.law.own if not p.whole):
-        return infer([observation]), None
+    if observation.shows_rig or any(p.name not in observation.held for p in observation.law.own if not p.whole):
+        return infer([observation], near=near), None
     model = model_of([observation], rig=False)
     try:
         place = start_place(model, np.zeros(len(model.unknowns)))
@@ -375,25 +372,23 @@ def _contact(found: Posterior, scene: Scene, state: SteadyState, residual: Any) 
 
 def _rows(ladder: Ladder | None, nrmse: float | None) -> tuple[dict[str, object], ...] | None:
     """The ladder's rows; ``nrmse``: of the law chosen, as it is reported."""
-    rows = []
+    rows: list[dict[str, object]] = []
     for rung in () if ladder is None else ladder.rungs:
         chosen = ladder is not None and rung.law.name == ladder.chosen.law.name
         posterior = ladder.posterior if ladder is not None and chosen else rung.posterior
         rows.append(
-            _row(
-                rung,
-                parameters={} if posterior is None else {n: asdict(e) for n, e in posterior.parameters().items()},
-                log_evidence=rung.log_evidence if math.isfinite(rung.log_evidence) else None,
-                response_nrmse=nrmse if chosen else rung.nrmse,
-                held_out_nrmse=rung.held_out_nrmse,
-            )
+            {
+                "law": rung.law.name,
+                "parameters": {} if posterior is None else {n: asdict(e) for n, e in posterior.parameters().items()},
+                "log_evidence": rung.log_evidence if math.isfinite(rung.log_evidence) else None,
+                "response_nrmse": nrmse if chosen else rung.nrmse,
+                "held_out_nrmse": rung.held_out_nrmse,
+                "required": rung.required,
+                "seconds": rung.seconds,
+                "note": rung.said or None,
+            }
         )
     return None if ladder is None else tuple(rows)
-
-
-def _row(rung: Rung, **numbers: object) -> dict[str, object]:
-    own = {"required": rung.required, "seconds": rung.seconds, "note": rung.said or None}
-    return {"law": rung.law.name, **numbers, **own}
 
 
 def _points(ladder: Ladder | None, rows: Any) -> dict[str, tuple[int, float, float]]:
@@ -437,21 +432,14 @@ def _without_cycle(
     chosen, held = law_and_held(scene, "coulomb" if law == AUTO else law)
     held |= {} if friction_ratio is None else {"beta": friction_ratio}
     observation, said = observe_record(recording, scene, chosen, held)
-    ratios = TRIED if "beta" not in held else (held["beta"],)
-    starts = [observation.start | {"beta": b, "natural_frequency": t * OFF} for b in ratios for t in (0.0, -1.0, 1.0)]
-    best, rungs = (
-        climb_record(observation, starts, tries=FOLLOWED)
-        if law == AUTO
-        else (fit_record(observation, starts, tries=FOLLOWED), None)
-    )
-    found, observation = posterior_of(best), record_of(best)
-    record, motion = follow(observation, best.values(), fits_start=False), observation.motion(best.values())
+    found, climbed = _found(observation, scene, law, None)
+    observation, values = _record_of(found), found.values()
+    record, motion = follow(observation, values, fits_start=False), observation.motion(values)
     if motion is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
     found, amplitude = _over_time(found, record), Estimate(observation.unit, 0.0)
     newtons = friction_of(found, scene, amplitude)
     if observation.unit_u:  # noise of Y changes the number that a force is expressed by, not the force
-        values = found.values()
         moved = [abs(values[u.name]) / found.slope(k) if u.law else 0.0 for k, u in enumerate(found.unknowns)]
         found = found.with_shift(LARGEST, observation.unit_u * np.array(moved))
     no_cycle = (
@@ -465,30 +453,27 @@ def _without_cycle(
         scene,
         amplitude=amplitude,
         source=source_of(recording),
-        warnings=(*told, *found.warnings, *record.warnings, *on_the_rungs(rungs)),
+        warnings=(*told, *found.warnings, *record.warnings, *not_tried(climbed)),
         model=f"{observation.law.words}, {observation.wall} wall, measured base",
         solver=motion.solver,
         closure_error=motion.closure_error,
-        **_of_record(record, rungs),
+        **_of_record(record, climbed),
     )
     budget = {**newtons["budget"], "friction_ratio": comparison.budget["friction_ratio"]}
     return replace(comparison, force=newtons["force"], coefficient=newtons["coefficient"], budget=budget)
 
 
-def _of_record(record: WholeRecord, rungs: tuple[Rung, ...] | None) -> dict[str, Any]:
+def _record_of(found: Posterior) -> RecordObservation:
+    return as_kind(found.tests[0].observation, RecordObservation)
+
+
+def _of_record(record: WholeRecord, climbed: Ladder | None) -> dict[str, Any]:
     """What a comparison holds of a whole record, and of its ladder."""
-    rows = []
-    for rung in rungs or ():
-        values = (
-            {} if rung.fit is None else {u.name: rung.fit.values()[u.name] for u in rung.fit.model.unknowns if u.law}
-        )
-        gain = rung.log_evidence if math.isfinite(rung.log_evidence) else None
-        rows.append(_row(rung, parameters=values, log_evidence_gain=gain, record_nrmse=rung.nrmse))
     return {
         "record_nrmse": record.nrmse,
         "record_energy_difference": record.energy_difference,
         "record": record,
-        "record_laws": None if rungs is None else tuple(rows),
+        "record_laws": _rows(climbed, record.nrmse),
     }
 
 

@@ -2,10 +2,9 @@
 
 A rung is required if its log evidence (the scatter from test to test marginalised) is more than 5 above that of every
 simpler law tried, and what was left out of the fit is predicted better by more than its error: single cycles of one
-test, rows of a table, whole tests of several. Sensors and rig stand beside every law, so that what a lag or a detuned
-frame explains is not taken for a property of the contact. Whatever happens to one rung, the others are kept, and its
-row says it. A whole record climbs the same way (`climb_record`): its evidence is that of samples weighed by what the
-richer law leaves, its parts are periods, and one of a term's parameters must lie 3.5 errors from where it does nothing.
+test, rows of a table, periods of a record, whole tests of several. Sensors and rig stand beside every law, so that what
+a lag or a detuned frame explains is not taken for a property of the contact. Whatever happens to one rung, the others
+are kept, and its row says it.
 """
 
 import math
@@ -29,13 +28,13 @@ from frictionlab.inference.fit import (
     log_evidence,
     missed_shares,
     scatter_scale,
+    tempered,
     weighed,
     with_scatter,
 )
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import Posterior, infer, misfit_is_noise, model_of, posterior_of
-from frictionlab.inference.record import RecordObservation, fit_record, record_of
 from frictionlab.inference.starts import FIRST_GUESSES, point_at, starting_points
 from frictionlab.simulator.laws import TERMS, Law, law_of
 from frictionlab.simulator.meter import Meter, OverspentError
@@ -46,7 +45,6 @@ NUMERIC = ("stribeck", "logarithm", "dahl", "bouc-wen")  # milliseconds a steady
 DEAR = ("lugre", "rate-state")  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
-RECORD_WORK = 4e5  # the same for all laws of a whole record that yield: four seconds
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
@@ -64,9 +62,8 @@ FAULTS = (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError)
 class Rung:
     """One law on the ladder.
 
-    ``log_evidence``: of a record what the law gains over the one below; ``held_out``: score of each part left out (a
-    sum of squares, smaller is better); ``required``: whether the tests require this law over the simpler ones;
-    ``said``: what happened, where it could not be fitted (fit is None then).
+    ``held_out``: score of each part left out (a sum of squares, smaller is better); ``required``: whether the tests
+    require this law over the simpler ones; ``said``: what happened, where it could not be fitted (fit is None then).
     """
 
     law: Law
@@ -104,19 +101,22 @@ class Ladder:
     left_out: Mapping[str, str] = field(default_factory=dict)
 
 
-def climb(observations: Sequence[Observation], *, accuracy: str = "balanced") -> Ladder:
-    """Return the ladder of the tests of one material: exact laws first, integrated ones where those leave a misfit.
+def climb(
+    observations: Sequence[Observation], *, accuracy: str = "balanced", near: Mapping[str, float] | None = None
+) -> Ladder:
+    """Return the ladder of the tests of one material, from their own law up: exact laws first, then integrated ones.
 
-    ``accuracy``: "fast": one term beside Coulomb friction, values less sharp; "exact": pairs of terms and integrated
-    laws even where a simpler law leaves nothing but noise.
+    These where those leave a misfit. ``accuracy``: "fast": one term beside the first law, values less sharp; "exact":
+    pairs of terms and integrated laws even where a simpler law leaves nothing but noise. ``near``: values of another
+    fit, at which that of a whole record begins.
 
     Raises
     ------
     AnalysisError
         The mass stands still, or not one law has a steady state here.
     """
-    ladder = _Climb(observations, accuracy)
-    bottom = ladder.tried("coulomb", None)
+    ladder = _Climb(observations, accuracy, near)
+    bottom = ladder.tried(observations[0].law.name, None)
     rigid = not all(observation.single for observation in observations)
     cycles = not rigid and all(isinstance(observation, CycleObservation) for observation in observations)
     top = ladder.upward(bottom, CHEAP if rigid or accuracy == "fast" else EXACT)
@@ -125,12 +125,14 @@ def climb(observations: Sequence[Observation], *, accuracy: str = "balanced") ->
             top = ladder.onto_numeric(bottom, top)
         else:
             why = "in a frame of several masses the contact that is fitted is rigid"
-            why = why if rigid else "a table over frequency is held against the exact laws alone; do: --law names one"
+            why = why if rigid else "a record or a table is held against the exact laws alone; do: --law names one"
             dear = tuple(term for term in (*EXACT, *NUMERIC, *DEAR) if term not in (CHEAP if rigid else EXACT))
             ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), f"not tried: {why}")
     if accuracy != "fast" and cycles and top.law.has("breakaway"):
         top = ladder.against_its_limit(top)
     rungs = tuple(replace(r, required=r.required or r.law is top.law) for r in ladder.rungs)
+    if top.fit is not None and observations[0].shows_rig:
+        return Ladder(rungs, top, posterior_of(top.fit), ladder.left_out)
     found = ladder.found_again(top)
     return Ladder(rungs, top, told_apart(found, top, rungs), ladder.left_out)
 
@@ -138,10 +140,12 @@ def climb(observations: Sequence[Observation], *, accuracy: str = "balanced") ->
 class _Climb:
     """The rungs of some tests as they come."""
 
-    def __init__(self, observations: Sequence[Observation], accuracy: str) -> None:
+    def __init__(
+        self, observations: Sequence[Observation], accuracy: str, near: Mapping[str, float] | None = None
+    ) -> None:
         self.work, self.kept = Meter(WORK * len(observations)), KEPT * WORK * len(observations)
         self.observations = [o.missing(0.0).metered(self.work) for o in observations]
-        self.accuracy = accuracy
+        self.accuracy, self.near = accuracy, near
         self.rungs: list[Rung] = []
         self.valleys: list[dict[str, float]] = []  # in which a contact rings as often: by the first law that yields
         self.left_out: dict[str, str] = {}
@@ -232,14 +236,22 @@ class _Climb:
         return made
 
     def _rung(self, law: Law, below: Rung | None) -> Rung:
-        model = model_of([o.under(law) for o in self.observations])
+        known = None if below is None else below.fit
+        tests = [o.under(law) for o in self.observations]
+        if known is not None:
+            tests = [o.missing(t.observation.missed) for o, t in zip(tests, known.model.tests, strict=True)]
+        model = model_of(tests)
         if self.accuracy == "fast":
             model = replace(model, tolerance=1e3)
-        if below is None or below.fit is None:
+        if known is not None:
+            fits = [followed(self._fitted(model, known, law))]
+        elif tests[0].shows_rig:
+            fits = [infer(tests, near=self.near).fit]
+        else:
             starts, local = starting_points(model)
             fits = [fit_from(model, [start], local, tempers=False) for start in starts]
-        else:
-            fits = [followed(self._fitted(model, below.fit, law))]
+        if tests[0].shows_rig:  # of samples so many, and autocorrelated, what a law misses counts from the first
+            fits = [tempered(f, np.array([t.observation.missed for t in f.model.tests])) for f in fits]
         found = with_scatter(min(fits, key=lambda f: f.cost))[0]
         made = Rung(law, found, log_evidence(found), *held_out(found))
         return replace(made, required=below is None or self._is_required(made, below))
@@ -323,60 +335,7 @@ class _Climb:
             if not log_evidence(both[1]) - log_evidence(both[0]) > REQUIRED:
                 return False
             scores = held_out(both[0])[0], held_out(both[1])[0]
-        return _is_better(*scores)
-
-
-class _RecordClimb(_Climb):
-    """The rungs of a whole record."""
-
-    def __init__(self, observation: RecordObservation, starts: Sequence[Mapping[str, float]], tries: int) -> None:
-        super().__init__([], "balanced")
-        self.work, self.kept = Meter(RECORD_WORK), 0.0
-        self.observation, self.starts, self.tries = observation, starts, tries
-
-    def is_noise(self, rung: Rung) -> bool:
-        """Whether a rung leaves nothing but noise."""
-        return rung.fit is not None and record_of(rung.fit).missed <= 0.0
-
-    def _rung(self, law: Law, below: Rung | None) -> Rung:
-        observation = self.observation.under(law)
-        observation = observation if below is None else observation.metered(self.work)
-        if below is None or below.fit is None:
-            return Rung(law, fit_record(observation, self.starts, tries=self.tries), required=True)
-        known = below.fit.values()
-        new = [p for p in law.own if p.name not in known]  # begun where it does something, of either sign
-        tried = {p.name: FIRST_GUESSES.get(p.name, p.usual[1] * (1.0 if p.neutral is None else 0.5)) for p in new}
-        turned = {p.name: (p.neutral or 0.0) - tried[p.name] if p.low < 0.0 else tried[p.name] for p in new}
-        found = fit_record(observation, [known | tried, *([known | turned] if turned != tried else [])])
-        test = replace(found.model.tests[0], observation=record_of(found).metered(Meter(math.inf)))
-        found = Fit(replace(found.model, tests=(test,)), found.place)  # what is told of it is not bounded
-        same = weighed(below.fit, np.array([record_of(found).missed]), follows=False)
-        squares = []
-        for fit in (same, found):
-            own = record_of(fit)
-            whole = max(len(own.data) // own.per_period, 1)
-            parts = np.array_split(own.gap(fit.residual())[: whole * own.per_period], whole)
-            squares.append(np.array([float(np.mean(part**2)) for part in parts]))
-        gain = log_evidence(found) - log_evidence(same) if _is_better(*squares) else -math.inf
-        return Rung(law, found, gain, required=gain > REQUIRED and _is_sure(found, known))
-
-    def _confirmed(self, here: Rung, good: list[Rung]) -> tuple[Rung, list[Rung]]:
-        return here, good
-
-
-def climb_record(
-    observation: RecordObservation, starts: Sequence[Mapping[str, float]], *, tries: int = 1
-) -> tuple[Fit, tuple[Rung, ...]]:
-    """Return the fit of the law that a whole record requires, from its own upward, and the rungs; exact laws alone.
-
-    ``starts``: values at which its own law begins, of which the best ``tries`` are followed. AnalysisError: its own law
-    has no motion at any of them.
-    """
-    ladder = _RecordClimb(observation, starts, tries)
-    top = ladder.upward(ladder.tried(observation.law.name, None), EXACT)
-    if top.fit is None:
-        raise AnalysisError(f"record: law {top.law.name}: {top.said}")
-    return top.fit, tuple(ladder.rungs)
+        return _is_better(*scores) and (not self.observations[0].shows_rig or _is_sure(rung, below.fit))
 
 
 def _is_better(below: FloatArray, above: FloatArray) -> bool:
@@ -387,16 +346,14 @@ def _is_better(below: FloatArray, above: FloatArray) -> bool:
     return float(better.mean()) > float(better.std(ddof=1)) / math.sqrt(len(better))
 
 
-def _is_sure(found: Fit, known: Mapping[str, float]) -> bool:
-    """Whether one of the new parameters of a record's law lies far enough from where its term does nothing."""
-    covariance, law = posterior_of(found).covariance, found.model.tests[0].observation.law
-    for k, u in enumerate(found.model.unknowns):
-        if not u.law or u.name in known:
-            continue
-        neutral = law.parameter(u.name).neutral
-        if neutral is None or not math.isfinite(neutral):
+def _is_sure(rung: Rung, below: Fit) -> bool:
+    """Whether one of a term's parameters lies far enough from where it does nothing; many samples please any term."""
+    found, known = rung.posterior, below.values()
+    for p in rung.law.own if found is not None else ():
+        e = None if p.name in known else found.parameters()[p.name]  # type: ignore[union-attr]
+        if e is not None and (p.neutral is None or not math.isfinite(p.neutral)):
             return True  # no value of it does nothing: its evidence alone decides
-        if abs(float(found.point[k]) - u.at(neutral)) > SURE * math.sqrt(covariance[k, k]):
+        if e is not None and abs(e.value - (p.neutral or 0.0)) > SURE * (e.u or math.inf):
             return True
     return False
 

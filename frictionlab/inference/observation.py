@@ -58,7 +58,8 @@ class Observation(ABC):
     ``data`` (N,): what is fitted; ``directions`` (N, N): independent directions of the noise, as columns, None where
     the data themselves are; ``variances`` (N,) of the noise along them; ``powers`` (N,): mean square of what a share is
     missed of; ``missed``: share of the test's power that the law cannot explain, which counts beside the noise;
-    ``floor``: the nrmse that noise alone leaves; ``work``: what its motions may still cost.
+    ``floor``: the nrmse that noise alone leaves; ``guess``: about what the friction ratio is, None where the loop or a
+    search says it; ``work``: what its motions may still cost.
     """
 
     law: Law
@@ -78,6 +79,7 @@ class Observation(ABC):
     directions: FloatArray | None = None
     distorted: bool = False
     missed: float = 0.0
+    guess: float | None = None
     work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
     steps: ClassVar[tuple[float, ...]]
     """Of a prior's standard deviation, one after the other where there is no motion: differences of the simulation."""
@@ -87,6 +89,8 @@ class Observation(ABC):
     """Unknowns that are fitted even where sensors and rig are held as they are known."""
     single: ClassVar[bool] = True
     """One mass with one contact: the loop's energy is its contact's, and a spring stands between mass and base."""
+    shows_rig: ClassVar[bool] = False
+    """Its start and its transient show sensors and rig: these are fitted from the first, not held as they are known."""
 
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
@@ -114,6 +118,14 @@ class Observation(ABC):
     @abstractmethod
     def problem(self, values: Values) -> Problem:
         """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
+
+    def tried(self, near: Values) -> list[dict[str, float]]:  # noqa: ARG002 - by kind
+        """Return values at which a fit is tried, about those of another fit; none: by the loop of a cycle."""
+        return []
+
+    def begun(self, values: Values) -> Self:  # noqa: ARG002 - by kind
+        """Return the test as the first descent from some values weighs it."""
+        return self
 
     def settled(self, values: Values) -> Self:  # noqa: ARG002 - most know their noise before
         """Return the test with what the values of a first fit tell of its noise."""

@@ -303,6 +303,9 @@ def limits_in_words(lower: float | None, upper: float | None) -> str:
 
 def misfit_is_noise(fit: Fit, i: int = 0) -> bool:
     """Whether what a fit leaves of test i is no more than noise would leave."""
+    share = fit.model.tests[i].observation.share_missed(fit.residual(i), fit.values(i))
+    if share is not None:
+        return share <= 0.0
     points = len(fit.place.residual[i])
     return excess_of(fit, i) <= 2.0 * float(gammaincinv(0.5 * points, 1.0 - NOISE_LEVEL)) / points
 
@@ -417,24 +420,34 @@ def infer(
     model = model_of(observations)
     model = model if most is None else replace(model, most=most)
     starts, local = starting_points(model, near)
-    law = [k for k, u in enumerate(model.unknowns) if u.law or u.name in observations[0].free]
+    first = observations[0]
+    law = [k for k, u in enumerate(model.unknowns) if u.law or u.name in first.free]
     held = None
-    if len(observations) == 1:
+    if len(observations) == 1 and not first.shows_rig:
         held, model, starts = _held(model, starts, law)
     fits: list[Fit] = []
-    missed: AnalysisError | None = None
+    missed = AnalysisError(f"law {first.law.name} has no motion at the values tried")
     for start in starts:
         try:
-            fit = fit_from(model, [start], local, tempers=False)
+            fit = _weighed_by_start(model, start) if first.shows_rig else fit_from(model, [start], local, tempers=False)
         except AnalysisError as fault:
             missed = fault  # no steady state there; another start may have one
             continue
-        if not fits or fit.cost <= 4.0 * min(f.cost for f in fits) + RIVAL:
+        if first.shows_rig or not fits or fit.cost <= 4.0 * min(f.cost for f in fits) + RIVAL:
             fits.append(fit)
-    if not fits and missed is not None:
+        if first.shows_rig and misfit_is_noise(fit):
+            break
+    if not fits:
         raise missed
-    moved = sorted((tempered(f) for f in fits), key=lambda f: f.chi_square)
+    moved = sorted((f if first.shows_rig else tempered(f) for f in fits), key=lambda f: f.chi_square)
     return of_several(moved[0]) if len(observations) > 1 else _of_one(held, moved, law)
+
+
+def _weighed_by_start(model: Model, start: FloatArray) -> Fit:
+    """The fit of one test from a start, which weighs it by what that leaves, then by what the law misses."""
+    begun = model.tests[0].observation.begun(model.values(0, start))
+    there = replace(model, tests=(replace(model.tests[0], observation=begun),))
+    return tempered(fit_from(there, [start], tempers=False), np.array([begun.missed]))
 
 
 def _held(model: Model, starts: list[FloatArray], law: list[int]) -> tuple[Fit | None, Model, list[FloatArray]]:

@@ -1,9 +1,8 @@
 """A whole record as an observation: the measured mass, driven by the measured base without its noise."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from frictionlab.analysis.signals import student, variance_inflation, white_nois
 from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.fit import Fit, fit_from, tempered
 from frictionlab.inference.observation import (
     BENDS,
     NO_MOTION,
@@ -22,11 +20,9 @@ from frictionlab.inference.observation import (
     Observation,
     Reached,
     Values,
-    as_kind,
     at_least,
     of_few,
 )
-from frictionlab.inference.posterior import model_of
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
@@ -40,7 +36,9 @@ FEWEST, FEWEST_PERIODS = 64, 4.0  # samples, and periods of the frame, that a re
 ROUGHER = 10.0  # the penalty's share: noise is left up to a frequency 1.3 times as high
 REST = 5.0  # times its sensor's noise from its first value: the base moves
 MOVES = 5.0  # times its sensor's noise is a motion
-MOST_STEPS = 40
+SEARCH = (1.0, 0.5, 0.7, 0.85, 1.2, 1.5, 2.0)  # friction ratios that a fit tries, over the cycle's
+TRIED = tuple(np.geomspace(0.01, 2.0, 12).tolist())  # friction ratios to begin from without a cycle, ...
+OFF = 0.003  # ... and what its natural frequency begins off by, relative
 SHAKES, FEW_SHAKES = 30, 6  # simulated with noise on the base: errors are known to a seventh
 FEW_PERIODS = 4  # below so many they say nothing of their scatter
 YIELDING = 2.0  # steps of integration that a sample costs under a contact that yields, about
@@ -76,6 +74,7 @@ class RecordObservation(Observation):
     middle: float
     steps: ClassVar = (STEP, -STEP)
     by_sensors: ClassVar = (*SENSORS, "offset")
+    shows_rig: ClassVar = True
 
     @property
     def rms(self) -> float:
@@ -102,6 +101,20 @@ class RecordObservation(Observation):
             "offset": "zero of the mass's sensor, over Y",
         }
         return (*super().rig_unknowns, *(Unknown(name, said, "test", sd=width) for name, said in words.items()))
+
+    def tried(self, near: Values) -> list[dict[str, float]]:
+        """Return values to begin at: friction about that of a cycle, or any, with a frame that is a little off."""
+        known, free = self.start | dict(near), "beta" not in self.held
+        if near:
+            return [known | {"beta": times * known["beta"]} for times in SEARCH] if free else [known]
+        betas, sides = TRIED if free else (self.held["beta"],), (0.0, -1.0, 1.0)
+        return [known | {"beta": b, "natural_frequency": side * OFF} for b in betas for side in sides]
+
+    def begun(self, values: Values) -> Self:
+        """Return the record with what some values leave counted beside its noise, in all samples alike."""
+        predicted = self.predict(values)
+        left = math.inf if predicted is None else float(np.var(self.data - predicted))  # the offset is free
+        return self.missing(max(left - self.noise**2, 0.0) / self.rms**2)
 
     @property
     def start(self) -> dict[str, float]:
@@ -175,6 +188,13 @@ class RecordObservation(Observation):
         changes = self.shaken(values, FEW_SHAKES)
         by_base = float(np.mean(changes**2, axis=1).max()) if len(changes) else 0.0
         return (spread_of(self.gap(residual), self.noise, by_base) ** 2 - self.noise**2) / self.rms**2
+
+    def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
+        """Return the mean square of what a fit leaves in each period, and the nrmse: many samples tell few values."""
+        del slopes, gain
+        whole = max(len(self.data) // self.per_period, 1)
+        parts = np.array_split(self.gap(residual)[: whole * self.per_period], whole)
+        return np.array([float(np.mean(part**2)) for part in parts]), self.nrmse(residual)
 
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (m, m) that noise, misfit and the base's noise leave in the coordinates of a fit."""
@@ -304,39 +324,6 @@ def _refuse(part: Recording, channels: dict[str, tuple[FloatArray, float]], natu
                 f"record: the {name} does not move: its {1e6 * float(np.std(channel)):.3g} um rms are its sensor's"
                 f" noise: check the {name} column (--{name})"
             )
-
-
-def record_of(found: Fit) -> RecordObservation:
-    """Return the observation of a fit to a record; TypeError where it is of another kind."""
-    return as_kind(found.model.tests[0].observation, RecordObservation)
-
-
-def fit_record(observation: RecordObservation, starts: Sequence[Values], *, tries: int = 1) -> Fit:
-    """Return the best fit of a law to a record, by the solver of cycles.
-
-    All samples count alike with what a start leaves, then with the noise, or with what the law misses. ``tries``: so
-    many of the best starts are followed, until one leaves nothing but noise.
-    """
-    model = replace(model_of([observation]), most=MOST_STEPS)
-    begun: list[tuple[float, FloatArray]] = []
-    for start in starts:
-        point = np.array([u.at(start[u.name]) if u.name in start else 0.0 for u in model.unknowns])
-        point = np.clip(point, *model.bounds)
-        predicted = observation.predict(model.values(0, point))
-        if predicted is not None:
-            begun.append((float(np.var(observation.data - predicted)), point))  # the offset is free
-    best: Fit | None = None
-    for cost, point in sorted(begun, key=lambda one: one[0])[:tries]:
-        share = max(cost - observation.noise**2, 0.0) / observation.rms**2
-        test = replace(model.tests[0], observation=observation.missing(share))
-        found = tempered(fit_from(replace(model, tests=(test,)), [point], tempers=False), np.array([share]))
-        if best is None or record_of(found).missed < record_of(best).missed:
-            best = found
-        if record_of(found).missed <= 0.0:
-            break
-    if best is None:
-        raise AnalysisError(f"record: law {observation.law.name} has no motion at the values tried")
-    return best
 
 
 def spread_of(residual: FloatArray, noise: float, shaken: float = 0.0) -> float:

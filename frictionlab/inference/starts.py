@@ -17,13 +17,12 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.fit import Model, cost
 from frictionlab.inference.observations import cycle_of
-from frictionlab.inference.table import TableObservation
 from frictionlab.simulator.problem import Wall
 
 LARGEST = 4.0  # friction ratio at which a contact that hardly slips is still looked for
 TRIED = 256  # friction ratios on either side of the one that takes in most
 SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's
-TABLE_SEARCH = np.geomspace(0.02, 2.0, 14)  # friction ratios to begin from with a table over frequency
+OF_RECORD = 4  # starts, at most, of a whole record without a cycle
 LAGS = np.linspace(-3.0, 3.0, 25)  # standard deviations of its prior at which an undeclared lag is tried
 ROOTS = (1.0, 31.0)  # of the stiffness: a contact rings by it; beyond, it is rigid
 RING_STEP, ROOT_STEP = 0.5, 0.6  # between roots tried: times r, at most
@@ -39,11 +38,16 @@ def starting_points(model: Model, near: Mapping[str, float] | None = None) -> tu
     ``near``: values of the first test that a fit begins at too.
     """
     zero = [np.zeros(len(t.index)) for t in model.tests]
-    names = [u.name for u in model.unknowns]
+    names, first = [u.name for u in model.unknowns], model.tests[0].observation
     close = [] if near is None else [point_at(model, near)]
-    if isinstance(model.tests[0].observation, TableObservation) and "beta" in names:
-        tried = [point_at(model, {**(near or {}), "beta": beta}) for beta in TABLE_SEARCH]
+    if tried := [point_at(model, values) for values in first.tried(near or {})]:
+        if first.shows_rig:
+            left = np.array([first.begun(model.values(0, point)).missed for point in tried])
+            order = np.argsort(left)[: int(np.isfinite(left).sum())]
+            return [tried[j] for j in order[: 1 if near else OF_RECORD]], zero
         return [*(tried[j] for j in minima(np.array([cost(model, point) for point in tried]))[:2]), *close], zero
+    if first.guess is not None:
+        return [_by_guess(model), *close], zero
     if "stiffness_ratio" in names and len(model.tests) == 1:
         return [*_over_stiffness(model, near or {}), *close], zero
     if "beta" in names:
@@ -59,6 +63,15 @@ def point_at(model: Model, values: Mapping[str, float]) -> FloatArray:
     for k, u in enumerate(model.unknowns):
         if u.name in given:
             point[k] = u.at(given[u.name] / factors.get(k, 1.0))
+    return np.clip(point, *model.bounds)
+
+
+def _by_guess(model: Model) -> FloatArray:
+    """The point at which each material's friction is the median of what its tests guess."""
+    point = np.zeros(len(model.unknowns))
+    for k, u in enumerate(model.unknowns):
+        own = [t.observation.guess / t.factor(k) for t in model.tests if k in t.index and t.observation.guess]
+        point[k] = u.at(float(np.median(own))) if u.name == "beta" else 0.0
     return np.clip(point, *model.bounds)
 
 

@@ -25,6 +25,7 @@ SEEN = ("natural_frequency", "gain", "lag_s", "frame_damping_ratio")  # what a t
 UNIT = "base_amplitude"
 POINTS = 128  # of a simulated cycle
 STEP = 1e-4  # of a prior's standard deviation: finite differences
+SEARCH = tuple(np.geomspace(0.02, 2.0, 14).tolist())  # friction ratios to begin from
 LEAST = 1e-6  # of an amplitude, or rad: the error of a number whose error is not stated, before the scatter is known
 CURVE = 200  # points of the predicted curve
 ALONE = 1e12  # Hz: a table has no sampling interval, so no lag that nobody declared
@@ -51,6 +52,10 @@ class TableObservation(Observation):
     is_stated: bool
     steps: ClassVar = (STEP, -STEP)
     free: ClassVar = (UNIT,)
+
+    def tried(self, near: Values) -> list[dict[str, float]]:
+        """Return values at which a fit is tried: friction ratios."""
+        return [] if "beta" in self.held else [{**near, "beta": beta} for beta in SEARCH]
 
     @property
     def reference(self) -> int:

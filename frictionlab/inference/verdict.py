@@ -6,7 +6,7 @@ from typing import Any
 
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import Verdict
-from frictionlab.inference.ladder import NUMERIC, Ladder, Rung
+from frictionlab.inference.ladder import Ladder
 from frictionlab.inference.posterior import EXPLAINED, Posterior, limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.simulator import SteadyState
@@ -109,17 +109,12 @@ def doubts(
                 " much of it there is it does not tell, for errors of sensors and rig do nearly the same: declare them"
                 " in [sensors], [rig]"
             )
+    yield from not_tried(ladder)
+
+
+def not_tried(ladder: Ladder | None) -> Iterator[str]:
+    """Yield which laws a ladder did not try, or not to the end, and why."""
     yield from (f"law {name}: {why}" for name, why in (ladder.left_out if ladder is not None else {}).items())
-
-
-def on_the_rungs(rungs: tuple[Rung, ...] | None) -> Iterator[str]:
-    """Yield which laws were not held against a whole record, and why."""
-    if rungs is not None:
-        yield (
-            f"record_laws: the exact laws alone were tried on the whole record, not {', '.join(NUMERIC)}; do: --law"
-            " coulomb+NAME --fit whole for one of them"
-        )
-        yield from (f"law {rung.law.name} on the record: {rung.said}" for rung in rungs if rung.said)
 
 
 def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str, Any]:

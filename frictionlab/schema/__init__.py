@@ -198,7 +198,7 @@ def _read_tables() -> dict[str, Table]:
 _TABLES = _read_tables()
 TABLES = tuple(_TABLES.values())
 MEASUREMENTS, COMPARISONS = _TABLES["measurements"], _TABLES["comparisons"]
-LAWS, RECORD_LAWS = _TABLES["laws"], _TABLES["laws of a record"]
+LAWS = _TABLES["laws"]
 FREE_VIBRATIONS = _TABLES["free vibrations"]
 TESTS, FRICTION, RANKING = _TABLES["tests"], _TABLES["friction"], _TABLES["ranking"]
 DRIFTS, LEFT_OUT = _TABLES["drifts"], _TABLES["left out"]

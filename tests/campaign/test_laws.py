@@ -10,7 +10,7 @@ import pytest
 from frictionlab.analysis.measure import measure
 from frictionlab.campaign import FrictionFit, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
-from frictionlab.campaign.joint_fit import fit_cycles
+from frictionlab.campaign.joint_fit import fit_together
 from frictionlab.errors import ParameterError, UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference.observations import observe
@@ -140,7 +140,7 @@ def test_the_coefficient_under_a_law_that_misses_the_cycles_holds_what_a_richer_
         measured = measure(recorded(problem, np.random.default_rng(i)), known)
         measured = replace(measured, source=f"{newtons} N", material="brass", normal_force_n=newtons)
         observations.append(observe(measured, known))
-    joint, notes = fit_cycles({"brass": observations}, {}, "balanced")
+    joint, notes = fit_together({"brass": observations}, {}, "balanced")
     assert joint is not None
     bare = replace(joint, posterior=infer(observations)).coefficient("brass", STIFFNESS)
     found = joint.coefficient("brass", STIFFNESS)
