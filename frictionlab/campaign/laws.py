@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import fdtrc
@@ -11,9 +12,9 @@ from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.estimate import Estimate, Flat
-from frictionlab.inference.comparison import contact_force
+from frictionlab.inference.compare import contact_of
+from frictionlab.inference.comparison import ContactForce
 from frictionlab.inference.ladder import Ladder
-from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 
@@ -91,23 +92,13 @@ class LawParameter:
     physical_value_u = Flat("physical", "u")
 
 
-@dataclass(frozen=True)
-class Loop:
-    """One test's contact over a cycle, arrays (p,): ``place`` m, ``speed`` m/s, ``force`` N (k Y without stiffness).
-
-    These as recovered from the motion, no law assumed but for the force's mean, which a sensor does not tell whose zero
-    is not the spring's; ``law_place``, ``law_speed``, ``law_force``: as the law has it.
-    """
+class Loop(NamedTuple):
+    """One test's contact over a cycle, as measured and as the law has it."""
 
     material: str
     normal_force_n: float
     r: float
-    place: FloatArray
-    speed: FloatArray
-    force: FloatArray
-    law_place: FloatArray
-    law_speed: FloatArray
-    law_force: FloatArray
+    contact: ContactForce
 
 
 def amontons(
@@ -236,7 +227,7 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
 
 def loops_of(joint: JointFit, stiffness: float | None) -> tuple[Loop, ...]:
     """Return the loops of a few tests of each material that the law explains best, slow, middling and fast."""
-    observations, found = joint.posterior.observations, []
+    observations, found = joint.posterior.observations, list[Loop]()
 
     def over_floor(i: int) -> float:
         return observations[i].nrmse(joint.posterior.fit.residual(i)) / observations[i].floor
@@ -244,27 +235,10 @@ def loops_of(joint: JointFit, stiffness: float | None) -> tuple[Loop, ...]:
     for material in joint.materials:
         order = sorted(joint.tests(material), key=lambda i: observations[i].r)
         best = [min(map(int, part), key=over_floor) for part in np.array_split(np.array(order), SHOWN) if len(part)]
-        found += [_loop(observations[i], joint.posterior.values(i), stiffness) for i in best]
-    return tuple(loop for loop in found if loop is not None)
-
-
-def _loop(observation: CycleObservation, values: Mapping[str, float], stiffness: float | None) -> Loop | None:
-    measurement, state = observation.measurement, observation.state(values)
-    if state is None or state.orbit is None:
-        return None
-    late = observation.turn * values.get("lag_s", 0.0)
-    x, v = state.orbit.at(measurement.cycle.tau + late)
-    of_law = state.orbit.force(measurement.cycle.tau + late)
-    newtons = 1.0 if stiffness is None else stiffness * observation.unit
-    length, rate = observation.unit, observation.unit * observation.turn
-    return Loop(
-        str(observation.material),
-        measurement.normal_force_n or math.nan,
-        observation.r,
-        length * measurement.cycle.mass_smooth,
-        rate * measurement.cycle.mass_velocity,
-        newtons * (contact_force(measurement, state.problem, late) + of_law.mean()),
-        length * (x - x.mean()),
-        rate * v,
-        newtons * of_law,
-    )
+        for i in best:
+            observation, values = observations[i], joint.posterior.values(i)
+            state = observation.state(values)
+            if state is not None and state.orbit is not None:
+                contact = contact_of(observation, values, state, stiffness)
+                found.append(Loop(material, observation.normal_force or math.nan, observation.r, contact))
+    return tuple(found)

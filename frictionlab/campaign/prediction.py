@@ -14,7 +14,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.trials import Trial
-from frictionlab.errors import FrictionlabError, SimulationError, UsageError
+from frictionlab.errors import SimulationError, UsageError
 from frictionlab.inference.observation import Observation, Reached, Values
 from frictionlab.inference.observations import law_and_held
 from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
@@ -104,12 +104,8 @@ def model_of(scene: Scene, *, recorded: bool = False) -> Model:
 @lru_cache(maxsize=65536)
 def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> SteadyState | None:
     """The steady state at (r, beta), or None where there is none (unbounded, or not found)."""
-    return _state(model.problem(r, beta, base), model.solver)
-
-
-def _state(problem: Problem, solver: Solver) -> SteadyState | None:
     try:
-        state = steady_state(problem, solver=solver)
+        state = steady_state(model.problem(r, beta, base), solver=model.solver)
     except SimulationError:
         return None
     return None if state.energy_per_cycle is None or state.response_amplitude is None else state
@@ -166,13 +162,10 @@ class RowObservation(Observation):
     Parameters
     ----------
     measurement : Trial
-    solver : str
-        As a `Model` has it.
     rig : tuple of Unknown
     """
 
     measurement: Trial
-    solver: Solver
     rig: tuple[Unknown, ...]
     steps: ClassVar = (2e-4, -2e-4)  # of the flat prior's deviation: half a per cent of the friction ratio
     by_sensors: ClassVar = ("gain", "lag_s", "crosstalk")
@@ -197,10 +190,8 @@ class RowObservation(Observation):
 
     def motion(self, values: Values, near: object = None) -> SteadyState | None:  # noqa: ARG002 - exact laws need none
         """Return the steady state at some values; None where there is none."""
-        try:
-            return _state(self.problem(values), self.solver)
-        except FrictionlabError:
-            return None  # values outside a law's domain are no candidate
+        state = self.state(values)
+        return None if state is None or state.energy_per_cycle is None else state
 
     def seen(self, motion: SteadyState, values: Values) -> FloatArray:
         """Return energy and amplitude as the sensors show them, over the measured ones (2,).
@@ -224,7 +215,6 @@ def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit:
     variances, directions = np.linalg.eigh(noise)
     row = RowObservation(
         measurement=trial,
-        solver=model.solver,
         guess=beta,
         rig=rig,
         law=model.law,

@@ -1,6 +1,6 @@
 """A campaign's materials: friction over force, rankings, laws, energy over frequency, responses and drift over time."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import cycle
 from textwrap import fill
 from typing import Any
@@ -21,6 +21,7 @@ HIGH = 6  # rows of a legend beside a low panel
 NORMAL = 1.96
 MOST_USED = 95  # per cent of the tests that a fit used are inside their panel
 ENERGY = "energy per cycle / kY²"
+OF_LAW: Mapping[str, Any] = {"color": "black", "lw": 0.7}  # a line
 
 
 def has_several_forces(campaign: Campaign) -> bool:
@@ -111,12 +112,14 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     law = None if campaign.joint is None else campaign.joint.law(material)
     with style.drawing(title=f"{material}: {'no law' if law is None else law.name}") as figure:
         axes = style.panels(figure, 3 if tried else 2, across=3)
-        for ax, way, label in zip(axes, ("place", "speed"), ("displacement [mm]", "speed [mm/s]"), strict=False):
+        ways = {"displacement": "displacement [mm]", "velocity": "speed [mm/s]"}
+        for ax, (way, label) in zip(axes, ways.items(), strict=False):
             for colour, loop in zip(style.PALETTE, loops, strict=False):
-                name = f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}"
-                seen, predicted = (style.closed(1e3 * getattr(loop, key)) for key in (way, f"law_{way}"))
-                ax.plot(seen, style.closed(loop.force), color=colour, label=name, lw=2.0, alpha=0.5)
-                ax.plot(predicted, style.closed(loop.law_force), color="black", lw=0.7)
+                name, c = f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}", loop.contact
+                size = 1e3 * c.unit_m * (c.turn if way == "velocity" else 1.0)
+                for of, look in (("", {"color": colour, "label": name, "lw": 2.0, "alpha": 0.5}), ("law_", OF_LAW)):
+                    place, force = size * getattr(c, of + way), (c.unit_n or 1.0) * getattr(c, f"{of}force")
+                    ax.plot(style.closed(place), style.closed(force), **look)
             ax.set(xlabel=label, ylabel=f"friction force [{unit}]")
         axes[0].legend(fontsize=style.SMALL, loc="center", frameon=True, framealpha=0.9)
         if tried:

@@ -26,7 +26,7 @@ from frictionlab.inference.observations import CycleObservation, cycle_of, law_a
 from frictionlab.inference.over_time import follow
 from frictionlab.inference.posterior import EXPLAINED, Posterior, infer, model_of, posterior_of
 from frictionlab.inference.record import RecordObservation, observe_record
-from frictionlab.inference.table import UNIT, TableObservation, observe_table
+from frictionlab.inference.table import TableObservation, observe_table
 from frictionlab.inference.unknowns import STRONGEST, Unknown
 from frictionlab.inference.verdict import (
     UNSETTLED,
@@ -120,7 +120,15 @@ def predict(
 def identified(
     measurement: Measurement, scene: Scene, law: str | None, friction_ratio: float | None = None
 ) -> tuple[Posterior, Ladder | None]:
-    """Return the posterior of a measured test under the law that is given or required, and the ladder if climbed."""
+    """Return the posterior of a measured test under the law that is given or required, and the ladder if climbed.
+
+    Raises
+    ------
+    AnalysisError
+        The natural frequency is not known, or no values tried have a steady state.
+    UsageError
+        The law cannot be.
+    """
     return _found(observe(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
 
 
@@ -155,6 +163,13 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
 
     Fitted are only the values that scatter from test to test, each held by its scatter: the other values, the natural
     frequency, the frame's damping and an undeclared lag are those that the law was found with.
+
+    Raises
+    ------
+    AnalysisError
+        By this law the test has no steady state.
+    UsageError
+        The test's normal force or frequency ratio is not known, or the law holds for other normal forces only.
     """
     if measurement.normal_force_n is None or measurement.frequency_ratio is None:
         raise UsageError(
@@ -203,7 +218,7 @@ def compare_table(
     """
     _check_given(law, friction_ratio)
     observation = observe_table(table, scene, None if law == AUTO else law, facts)
-    count = sum(u.law or u.name == UNIT for u in model_of([observation]).unknowns)
+    count = len(observation.law_unknowns)
     if friction_ratio is None and len(observation.data) <= count:
         raise AnalysisError(
             f"a table over frequency: expected more numbers than the {count} unknowns; got {len(observation.data)}"
@@ -225,7 +240,7 @@ def compare_table(
     return _comparison(
         found,
         scene,
-        amplitude=_base_amplitude(found, observation),
+        amplitude=Estimate(observation.unit, 0.0) if math.isfinite(observation.unit) else Estimate(),
         source=table.source,
         warnings=tuple(said),
         model=model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
@@ -238,19 +253,6 @@ def compare_table(
         verdict=verdict,
         over_frequency=observation.curve(values, tuple(said)),
     )
-
-
-def _base_amplitude(found: Posterior, observation: TableObservation) -> Estimate:
-    """Y of the reference, m: given, fitted, or not known.
-
-    One that is fitted goes with the friction ratio; its error is so large that their product's holds any correlation.
-    """
-    if not observation.is_free:
-        return Estimate(observation.unit, 0.0) if math.isfinite(observation.unit) else Estimate()
-    fitted, beta = found.nuisances()[UNIT], found.parameters()["beta"]
-    share, own = fitted["u"] / fitted["value"], (beta.u or 0.0) / beta.value if beta.value else 0.0
-    value = observation.unit * fitted["value"]
-    return Estimate(value, value * share, value * math.sqrt(share**2 + 2.0 * share * own))
 
 
 def _check_given(law: str | None, friction_ratio: float | None) -> None:
@@ -310,7 +312,11 @@ def compared(
         measured=measurement.cycle.mass,
         predicted=predicted,
         contact=replace(
-            _contact(found, scene, state, left), laws=_points(ladder, rows), said=words, warnings=tuple(said)
+            contact_of(observation, found.values(), state, scene.rig.stiffness),
+            residual=left,
+            laws=_points(ladder, rows),
+            said=words,
+            warnings=tuple(said),
         ),
     )
 
@@ -344,11 +350,12 @@ def _comparison(
     )
 
 
-def _contact(found: Posterior, scene: Scene, state: SteadyState, residual: Any) -> ContactForce:
-    """Measured friction force over the predicted one."""
-    observation = cycle_of(found.tests[0])
+def contact_of(
+    observation: CycleObservation, values: Mapping[str, float], state: SteadyState, stiffness: float | None
+) -> ContactForce:
+    """Return the contact's force as the measured cycle has it, over that of a state; ``stiffness`` N/m."""
     measurement, unit, cycles = observation.measurement, observation.unit, observation.cycles
-    late, tau = observation.gain_and_phase(0.0, found.values())[1], measurement.cycle.tau
+    late, tau = observation.gain_and_phase(0.0, values)[1], measurement.cycle.tau
     law = observation.law_at_contact(state, tau + late)
     seen = observation.measured_contact(state, late) or AtContact(*np.full((3, len(tau)), math.nan))
     return ContactForce(
@@ -361,12 +368,12 @@ def _contact(found: Posterior, scene: Scene, state: SteadyState, residual: Any) 
         law_displacement=None if law is None else law.displacement - law.displacement.mean(),
         law_velocity=None if law is None else law.velocity,
         law_force=None if law is None else law.force,
-        residual=residual,
+        residual=None,
         floor=cycles.floor * math.sqrt(cycles.power),
         laws={},
         unit_m=unit,
         turn=observation.turn,
-        unit_n=None if scene.rig.stiffness is None else scene.rig.stiffness * unit,
+        unit_n=None if stiffness is None else stiffness * unit,
     )
 
 

@@ -18,9 +18,9 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
-from frictionlab.simulator import COSINE, Base, Problem
+from frictionlab.simulator import COSINE, Base, Problem, SteadyState
 from frictionlab.simulator.laws import Law
-from frictionlab.simulator.meter import Meter
+from frictionlab.simulator.meter import Meter, OverspentError
 from frictionlab.simulator.problem import Wall
 from frictionlab.uncertainty import Sources
 
@@ -29,6 +29,22 @@ BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's s
 NO_MOTION = (FrictionlabError, ArithmeticError, ValueError, np.linalg.LinAlgError)
 """What the simulator raises at values that are no candidate: there is no motion to compare with."""
 SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
+
+
+def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> SteadyState | None:
+    """Return the steady state of a problem; None where the simulator has none: these values are no candidate."""
+    try:
+        if problem.law.is_exact:
+            from frictionlab.simulator.exact import solve as exact  # noqa: PLC0415 - what is not asked for is not loaded
+
+            return exact.steady(problem, meter=meter)
+        from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
+
+        return numeric.steady(problem, near=near, meter=meter if math.isfinite(meter.left) else None)
+    except OverspentError:
+        raise
+    except NO_MOTION:
+        return None
 
 
 @dataclass(frozen=True)
@@ -85,8 +101,6 @@ class Observation(ABC):
     """Of a prior's standard deviation, one after the other where there is no motion: differences of the simulation."""
     by_sensors: ClassVar[tuple[str, ...]] = ()
     """Unknowns that leave the motion as it is."""
-    free: ClassVar[tuple[str, ...]] = ()
-    """Unknowns that are fitted even where sensors and rig are held as they are known."""
     single: ClassVar[bool] = True
     """One mass with one contact: the loop's energy is its contact's, and a spring stands between mass and base."""
     shows_rig: ClassVar[bool] = False
@@ -205,6 +219,14 @@ class Observation(ABC):
         return Problem(
             detuned, beta, wall=self.wall, base=base, law=self.law, parameters=given, frame_damping_ratio=frame
         )
+
+    def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:
+        """Return the steady state at some values; None where there is none."""
+        try:
+            problem = self.problem(values)
+        except FrictionlabError:
+            return None  # values outside a law's domain are no candidate
+        return steady(problem, self.work, near)
 
     def predict(self, values: Values, near: Any = None) -> FloatArray | None:
         """Return what would be measured (N,); None where there is no motion."""

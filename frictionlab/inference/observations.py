@@ -20,13 +20,12 @@ from frictionlab.analysis.channels import in_band
 from frictionlab.analysis.measurement import Cycle, Measurement, OtherMass
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.errors import AnalysisError, FrictionlabError, UsageError
+from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.comparison import AtContact, contact_force
 from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values, at_least, of_few
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
-from frictionlab.simulator.meter import Meter, OverspentError
 
 Motion = tuple[SteadyState, ComplexArray]
 
@@ -44,22 +43,6 @@ STEP = 1e-4  # of a prior's standard deviation: finite differences of the simula
 STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
 SPRING_HARMONICS = 16  # of the force of a spring that is not linear
-
-
-def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> SteadyState | None:
-    """Return the steady state of a problem; None where the simulator has none: these values are no candidate."""
-    try:
-        if problem.law.is_exact:
-            from frictionlab.simulator.exact import solve as exact  # noqa: PLC0415 - what is not asked for is not loaded
-
-            return exact.steady(problem, meter=meter)
-        from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
-
-        return numeric.steady(problem, near=near, meter=meter if math.isfinite(meter.left) else None)
-    except OverspentError:
-        raise
-    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError, ValueError):
-        return None
 
 
 @dataclass(frozen=True)
@@ -155,14 +138,6 @@ class CycleObservation(Observation):
         phase = np.outer(2.0 * np.pi * np.arange(points) / points, order)
         mass = np.fft.irfft(np.fft.rfft(cycle.mass_smooth), points) * (points / len(cycle.tau))
         return np.asarray(mass - np.cos(phase) @ cycle.base_cosine - np.sin(phase) @ cycle.base_sine)
-
-    def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:
-        """Return the steady state at some values; None where there is none."""
-        try:
-            problem = self.problem(values)
-        except FrictionlabError:
-            return None  # values outside a law's domain are no candidate
-        return steady(problem, self.work, near)
 
     def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
         """Return the steady state at some values and its harmonics (K,), before the sensors; None where it has none."""

@@ -329,7 +329,7 @@ def model_of(observations: Sequence[Observation], *, amontons: bool = True, rig:
             alike = amontons and o.normal_force and reference.normal_force
             force = o.normal_force / reference.normal_force if alike else 1.0  # type: ignore[operator]
             scales = {"length": o.unit / reference.unit, "rate": o.turn / reference.turn, "force": force}
-        for u in (*o.law_unknowns, *(u for u in common if rig or u.name in o.free)):
+        for u in (*o.law_unknowns, *(common if rig else ())):
             key: tuple[object, ...] = (u.name, o.material) if u.law else (u.name,)
             if u.name == "beta" and not amontons:
                 key = (*key, o.normal_force)
@@ -421,7 +421,7 @@ def infer(
     model = model if most is None else replace(model, most=most)
     starts, local = starting_points(model, near)
     first = observations[0]
-    law = [k for k, u in enumerate(model.unknowns) if u.law or u.name in first.free]
+    law = [k for k, u in enumerate(model.unknowns) if u.law]
     held = None
     if len(observations) == 1 and not first.shows_rig:
         held, model, starts = _held(model, starts, law)

@@ -12,8 +12,8 @@ from frictionlab.analysis.signals import student
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.comparison import OverFrequency
-from frictionlab.inference.observation import Observation, Reached, Values
-from frictionlab.inference.observations import harmonics_of, law_and_held, mean_cycle, steady
+from frictionlab.inference.observation import Observation, Reached, Values, steady
+from frictionlab.inference.observations import harmonics_of, law_and_held, mean_cycle
 from frictionlab.inference.unknowns import Unknown, factor
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene
@@ -22,7 +22,6 @@ from frictionlab.simulator.meter import Meter
 from frictionlab.uncertainty import sources_of
 
 SEEN = ("natural_frequency", "gain", "lag_s", "frame_damping_ratio")  # what a table over frequency tells of the rig
-UNIT = "base_amplitude"
 POINTS = 128  # of a simulated cycle
 STEP = 1e-4  # of a prior's standard deviation: finite differences
 SEARCH = tuple(np.geomspace(0.02, 2.0, 14).tolist())  # friction ratios to begin from
@@ -37,9 +36,9 @@ class TableObservation(Observation):
 
     Amplitudes are half the swing, phases those of the fundamental, as the exact steady state has them. ``table``: as it
     was read, its amplitudes in Y; ``ratios``, ``ratios_u`` (n,): r; ``lengths`` (n,): Y of each row over that of the
-    reference, whose frequency ratio and Y are `r` and `unit` (NaN where it is not known, to a factor that is fitted
-    where it `is_free`); ``there`` (N,): which of all amplitudes, then phases (2 n,), were measured; ``sizes`` (N,):
-    what errors are relative to, the amplitude itself, or one radian; ``is_stated``: whether every number has its error.
+    reference, whose frequency ratio and Y are `r` and `unit` (NaN where it is not known); ``there`` (N,): which of all
+    amplitudes, then phases (2 n,), were measured; ``sizes`` (N,): what errors are relative to, the amplitude itself, or
+    one radian; ``is_stated``: whether every number has its error.
     """
 
     table: FrequencyTable
@@ -48,10 +47,8 @@ class TableObservation(Observation):
     lengths: FloatArray
     there: NDArray[np.intp]
     sizes: FloatArray
-    is_free: bool
     is_stated: bool
     steps: ClassVar = (STEP, -STEP)
-    free: ClassVar = (UNIT,)
 
     def tried(self, near: Values) -> list[dict[str, float]]:
         """Return values at which a fit is tried: friction ratios."""
@@ -65,9 +62,8 @@ class TableObservation(Observation):
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of sensors and rig."""
-        seen = [u for u in super().rig_unknowns if u.name in SEEN and (u.name != "lag_s" or math.isfinite(self.turn))]
-        free = Unknown(UNIT, "amplitude of the base", scale="log", known_to=4.0, key="experiment.base_amplitude_m")
-        return (*seen, *(free,) * self.is_free)
+        seen = (u for u in super().rig_unknowns if u.name in SEEN)
+        return tuple(u for u in seen if u.name != "lag_s" or math.isfinite(self.turn))
 
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (m, m) in the coordinates: few rows tell their scatter badly."""
@@ -99,7 +95,7 @@ class TableObservation(Observation):
             stuck = state is not None and state.outcome == "stuck"
             return 0.0 if stuck else math.nan, math.nan
         late = values.get("lag_s", 0.0) * r / self.r * self.turn if "lag_s" in values else 0.0
-        gain = (1.0 + values.get("gain", 0.0)) * values.get(UNIT, 1.0)
+        gain = 1.0 + values.get("gain", 0.0)
         first = harmonics_of(mean_cycle(state, POINTS), 1)[0]
         return gain * state.response_amplitude, -float(np.angle(first)) - late
 
@@ -171,9 +167,11 @@ def observe_table(table: FrequencyTable, scene: Scene, law: str | None, facts: M
     middle = int(np.argsort(r)[len(r) // 2])
     if not np.isfinite(known).all():
         known = np.full(len(table), float(facts.get("base_amplitude_m", math.nan)))
-    is_free = table.in_metres and not math.isfinite(known[middle])
-    if is_free:  # what it would be without friction, to begin with
-        known = np.full(len(r), float(np.nanmedian(table.amplitude * np.abs(1.0 - r**2))))
+    if table.in_metres and not np.isfinite(known).all():
+        raise AnalysisError(
+            "amplitude [mm]: expected the base's amplitude beside it; got none: give base_amplitude_m in [experiment],"
+            " or a column base amplitude [mm]; amplitude [Y] needs none"
+        )
     unit, over = float(known[middle]), known if table.in_metres else 1.0
     late = 2.0 * math.pi * lag * natural * r if lag and natural else 0.0
     table = replace(
@@ -191,7 +189,6 @@ def observe_table(table: FrequencyTable, scene: Scene, law: str | None, facts: M
         lengths=known / unit if math.isfinite(unit) else np.ones(len(r)),
         there=there,
         sizes=sizes,
-        is_free=is_free,
         is_stated=bool(np.isfinite(np.concatenate((table.amplitude_u, table.phase_u))[there]).all()),
         law=chosen,
         held=held,

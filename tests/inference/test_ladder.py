@@ -9,7 +9,7 @@ import pytest
 from frictionlab.errors import SimulationError
 from frictionlab.inference import compare, ladder
 from frictionlab.inference.fit import Fit
-from frictionlab.inference.observations import steady
+from frictionlab.inference.observation import steady
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.meter import Meter
