@@ -169,11 +169,7 @@ def _phase_track(base: FloatArray, frequency: float) -> _Track:
 
 
 def _fundamentals(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) -> ComplexArray:
-    """First Fourier coefficient of each cycle (n,): amplitude is twice its modulus.
-
-    What the sensor's zero drifts by within a cycle, as the means of its neighbours tell, is taken off: a ramp has a
-    fundamental of its own, and a drift of 1 mm in 90 s moved the phase by 6e-4 rad.
-    """
+    """First Fourier coefficient of each cycle (n,), what the sensor's zero drifts by within a cycle taken off."""
     turn = 2.0 * math.pi * np.arange(points) / points
     lines, means = np.empty(len(start), dtype=np.complex128), np.empty(len(start))
     for some in chunks(len(start), points, 4 * _CHUNK):  # so that long recordings fit in memory

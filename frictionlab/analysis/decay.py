@@ -153,11 +153,7 @@ class DecayFit:
 
 
 def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False) -> Decay:
-    """Starting values from turning points (n,) [s], [m] or rad, n >= 4: swings against the decrement's law.
-
-    A swing is half of two neighbours' distance. For each damping ratio tried the law is linear in first swing and
-    friction.
-    """
+    """Starting values from turning points (n,) [s], [m] or rad, n >= 4: swings against the decrement's law."""
     swing = 0.5 * np.abs(np.diff(height))
     number = np.arange(len(swing))
     found = []
@@ -183,10 +179,8 @@ def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False)
 def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> DecayFit:
     """Least squares of the exact motion to samples (n,) [s], [m] from the first turning point to the last one wanted.
 
-    Viscous and friction damping together, and a cubic spring where it shows: a spring that hardens changes the period
-    with the swing, which friction does not. The cubic term is kept where it is significant, and tried always, for
-    friction takes its place in the envelope of a fit without it. What comes out negative is held at 0 and the rest
-    fitted again.
+    A cubic spring is tried always, for friction takes its place in the envelope of a fit without it, and kept where it
+    is significant. What comes out negative of damping and friction is held at 0 and the rest fitted again.
     """
     free, free_error, residual = _solve(time, displacement, guess, ("cubic",))
     if not guess.pendulum:
@@ -233,11 +227,10 @@ def _solve(
 
 
 def _errors(jacobian: FloatArray, residual: FloatArray, time: FloatArray, decay: Decay) -> FloatArray:
-    """Standard error of each parameter: that of independent groups of residuals, and of friction that wanders.
+    """Standard error of each parameter: of white residuals or of jackknives, if larger, and of friction that wanders.
 
-    The first is the largest of white residuals and of jackknives that leave out whole groups: runs of neighbouring
-    half-cycles, from single ones to a sixth of the decay, so that damping of another kind widens the error as much as
-    it moves the result.
+    Runs of neighbouring half-cycles are left out whole, from single ones to a sixth of the decay, so that damping of
+    another kind widens the error as much as it moves the result.
     """
     # number of each sample's half-cycle; a few samples at either end belong to the half-cycle beside them
     number = np.unique(np.floor((time - decay.start) / decay.half_period), return_inverse=True)[1]
@@ -276,9 +269,8 @@ def _wandering(
 ) -> FloatArray:
     """Variance of each parameter from what changes at random at each turning point and stays in all later cycles.
 
-    Friction that scatters from one half-cycle to the next leaves an amplitude that walks at random, of which residuals
-    taken for independent know nothing. The walk's steps are the residual's amplitude of each half-cycle minus what is
-    left (``kept``) of the one before; what noise alone would give them is taken off.
+    The steps of that walk are the residual's amplitude of each half-cycle minus what is left (``kept``) of the one
+    before; what noise alone would give them is taken off.
     """
     count = int(half_cycle[-1]) + 1
     power = np.bincount(half_cycle, shape * shape, count)

@@ -275,10 +275,7 @@ def of_the_filter(cut: float, amplitude: float, channel: SensorChannel) -> Itera
 
 
 def of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float | None, taken: float) -> Iterator[str]:
-    """Say where the loop of force and that of the motion do not agree.
-
-    ``scale``: k Y^2 in J, where known; ``taken``: by the frame's dashpot (k Y^2).
-    """
+    """Say where the loops of force and motion disagree; ``scale``: k Y^2 in J; ``taken``: by the frame's dashpot."""
     if friction.turned:
         yield (
             f"{friction.name}: it counts the other way, friction against the motion is negative in it: its sign is"
@@ -351,11 +348,7 @@ def _of_the_channels(
 
 
 def _relative(mass: FloatArray, base: FloatArray, stuck: float, r: float) -> Iterator[str]:
-    """Say that a mean cycle of the mass (p,) looks relative to the base, as x - y or y - x.
-
-    It breaks the equation of motion, and the sum (or difference) keeps it, or stands still where the column, which
-    stands for the fraction ``stuck``, moves.
-    """
+    """Say that a mean cycle of the mass (p,), which stands for the fraction ``stuck``, looks like x - y or y - x."""
     own, width = _left(mass, base, r), max(1, len(mass) // 128)
     for word, other in (("+", base + mass), ("-", base - mass)):
         others, speed = _left(other, base, r), np.abs(other[width:] - other[:-width])
@@ -374,11 +367,7 @@ def _relative(mass: FloatArray, base: FloatArray, stuck: float, r: float) -> Ite
 
 
 def _left(mass: FloatArray, base: FloatArray, r: float) -> float:
-    """What friction against the motion does not explain of the force f - x - r^2 x'', harmonics 1 to 5: 0 to 1.
-
-    It may grow with the place, as of a contact that is no plane. The least within what the natural frequency may be
-    off by.
-    """
+    """What friction along the motion, also one that grows with place, leaves of the force f - x - r^2 x'', 0 to 1."""
     x, f = (np.fft.rfft(cycle)[1:6] for cycle in (mass, base))
     k = np.arange(1, 6)
     speed = np.fft.irfft(np.concatenate([[0.0], 1j * k * x]), 512)
@@ -404,17 +393,13 @@ POINTS = 20.0  # of a cycle over the root of the scale; below it the levels lie 
 
 
 def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = False) -> bool:
-    """Tell whether a mean cycle is cut off at one of its extremes.
+    """Whether a mean cycle (p,), equally spaced in phase, is cut off at one of its extremes.
 
     Near a true extreme, a stop included, the depth grows with the square of the time, so that from 4 to 16 % of the
-    stroke takes twice as long as from 1 to 4 %; where the signal is cut off it arrives with its full speed and takes up
-    to four times as long. Both flanks of the extreme must have the corner. A signal of which little is cut off shows it
-    only close to its extreme: the same is asked at a quarter and a sixteenth of these depths, where the cycle has
-    points enough to tell (40 and 80).
-
-    ``cycle`` (p,): equally spaced in phase; ``noise``: rms left in one point, in the cycle's unit: where it hides the
-    levels, nothing is found; ``stops_on_its_way``: the mass slows or stops between its extremes, so that its flanks are
-    steep everywhere.
+    stroke takes twice as long as from 1 to 4 %; a signal cut off arrives with its full speed: up to four times. Both
+    flanks must have the corner. Little cut off shows only close to the extreme: the same is asked at a quarter and a
+    sixteenth of these depths, where the points are enough. ``noise``: rms left in one point; ``stops_on_its_way``: the
+    mass slows between its extremes, so that its flanks are steep everywhere.
     """
     stroke = float(np.ptp(cycle))
     if not stroke > 0.0:
@@ -432,11 +417,7 @@ def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = Fals
 
 
 def _sharpness(depth: FloatArray, scale: float) -> float:
-    """Time from the second to the third level over the time from the first to the second, after the highest point.
-
-    ``depth`` (p,): below it, from there on. A signal that was cut off falls all the way. An elastic contact rings about
-    its extreme and comes back: no flank.
-    """
+    """Time from the second to the third level over that from the first to the second; 0 for what rings back."""
     passed = []
     for level in (scale * level for level in LEVELS):  # last, on the first way down to the next
         below = int(np.argmax(depth > 1.5 * level))

@@ -53,10 +53,7 @@ def energy_input(mass: FloatArray) -> FloatArray:
 
 
 def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_noise: float, samples: float) -> float:
-    """Standard error of one loop's area from white sensor noise, to first order.
-
-    ``mass``, ``base`` (points,): the (mean) cycle, dimensionless; noises: rms of one of the ``samples`` of a cycle.
-    """
+    """Standard error of the area of a mean cycle's loop from white noise, rms of one of the ``samples`` of a cycle."""
     d_mass, d_base = ((np.roll(c, -1) - np.roll(c, 1)) * (len(c) / (4.0 * math.pi)) for c in (mass, base))
     variance = mass_noise**2 * float(np.mean(d_base**2)) + base_noise**2 * float(np.mean(d_mass**2))
     variance += 0.9 * (mass_noise * base_noise * samples / (2.0 * math.pi)) ** 2  # noise times noise, 5-point slope
@@ -64,11 +61,10 @@ def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_
 
 
 def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: float = 0.0) -> Estimate:
-    """Mean of a per-cycle series over the cycles used, with its standard error; a steady drift is no scatter.
+    """Mean of a per-cycle series (n,) over the cycles used, with its standard error; a steady drift is no scatter.
 
-    ``values`` (n,): of all steady cycles, whose scatter tells how far one may be from the steady mean; ``noise``:
-    standard error of one value from sensor noise alone, below which no error is stated; ``shared``: standard error that
-    all cycles have in common.
+    ``noise``: standard error of one value from sensor noise alone, below which none is stated; ``shared``: what all
+    cycles have in common.
     """
     part, drift = values[used], steadiness.growth(values)
     mean = float(part.mean())
@@ -107,8 +103,7 @@ def by_load_cell(
 ) -> MeasuredFriction | None:
     """Measure friction by the channel of force or torque; None where there is none.
 
-    ``normal_force_n``: of this test, where no channel tells it; ``inertia_kg``: mass between sensor and contact;
-    ``wall_moves``: the contact slides on the base.
+    ``normal_force_n``: of this test, where no channel has it; ``inertia_kg``: mass between sensor and contact.
     """
     name = next((name for name in channels.FORCES if name in layout.more), None)
     if name is None or answer.is_stuck:

@@ -253,8 +253,7 @@ _LEAST_SHARE = 0.5  # of all half-cycles that belong to free decays
 def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, ...]:
     """Find the free decays of a record (n,) [s], [m], each by its turning points: times and heights (2, k).
 
-    The first turning point of a tap is left out, a hand or a hammer may still have been there, and so is the last one
-    before a new tap. Refused are decays of less than six half-cycles, and a motion that is steady or grows.
+    The first turning point of a tap and the last before a new one are left out: a hand may still have been there.
     """
     turnings = _turning_points(time, displacement)
     swings, wait = _swings(turnings), np.diff(turnings[0])
@@ -294,10 +293,7 @@ def _swings(turnings: FloatArray) -> FloatArray:
 
 
 def _turning_points(time: FloatArray, x: FloatArray) -> FloatArray:
-    """Extremes between which the record moves by ten times its noise: times and heights (2, k).
-
-    Each is the vertex of the parabola through the samples about it; the first one is as it is.
-    """
+    """Extremes, refined by parabolas, between which the record moves by ten times its noise: times, heights (2, k)."""
     noise = white_noise(x) if len(x) >= 16 else 0.0
     least = max(_ABOVE_NOISE * noise, 1e-9 * float(np.ptp(x)))
     bends = np.flatnonzero(np.diff(np.sign(np.diff(x)))) + 1

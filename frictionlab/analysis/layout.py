@@ -117,10 +117,9 @@ def lay_out(
     least_points: int = 64,
     most_points: int | None = None,
 ) -> Layout:
-    """Find the drive in the longest stretch and lay all full cycles of all stretches under each other.
+    """Find the drive in the longest stretch of steady motion and lay all cycles of all stretches under each other.
 
-    The stretches hold steady motion only. ``padding``: length of the FFT that finds the drive over that of the stretch;
-    a cycle is laid out on one point per sample, but at least and at most so many, multiples of 8.
+    ``padding``: length of the FFT that finds the drive over that of the stretch; the rest: `cycles.points_per_cycle`.
     """
     at = max(range(len(stretches)), key=lambda i: len(stretches[i].base))
     stretches, cuts, foreign, base_lines, mass_lines = _cleaned(stretches, at, padding)
@@ -210,10 +209,7 @@ def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
 
 
 def _lines_of(signal: FloatArray, lines: Spectrum, drive: DriveLine) -> tuple[Line, ...]:
-    """Lines of one channel that are no harmonics, without the faint ones that may be a quiet sensor's steps.
-
-    Rounding of a periodic motion makes many of these.
-    """
+    """Lines of one channel that are no harmonics, without faint ones that may be a quiet sensor's steps."""
     found, faint = spectrum.foreign_lines(lines, drive), spectrum.LEAST * drive.unit
     if all(line.amplitude > faint for line in found):
         return found
@@ -222,11 +218,7 @@ def _lines_of(signal: FloatArray, lines: Spectrum, drive: DriveLine) -> tuple[Li
 
 
 def _without(signal: FloatArray, step: float, found: tuple[Line, ...], cut: Cut) -> FloatArray:
-    """A channel (n,) without the lines that are to go.
-
-    At first in windows long enough to tell them from the drive's harmonics; then, with those taken off, in short ones
-    that follow a line which swells and wanders.
-    """
+    """A channel (n,) without the lines to go, first in windows that tell them from harmonics, then in short ones."""
     gone = [line for line in found if line.removed]
     for line in gone:
         signal = signal - line_in(signal, step, line, _window(line, cut.frequency / step))
@@ -279,10 +271,7 @@ def _drive(
 
 
 def slow_wander(means: FloatArray, points: int, blocks: tuple[slice, ...], some: slice | None = None) -> FloatArray:
-    """Slow wander of cycles: straight lines from the middle of each one's mean (n,) to the next, within a block.
-
-    Of the cycles ``some`` (n, points); without it one row, the mean wander of all.
-    """
+    """Slow wander of cycles ``some`` (n, points), or of their mean: straight from each one's middle to the next."""
     inside = (np.arange(points) + 0.5) / points - 0.5
     before, after = np.zeros(len(means)), np.zeros(len(means))
     for block in blocks:

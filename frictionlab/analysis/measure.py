@@ -243,11 +243,7 @@ def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scen
 
 
 def used_cycles(end_time: FloatArray, rule: str) -> slice:
-    """Which cycles a rule uses: ``last``, ``all``, or ``window:S`` (those that lie in the last S seconds).
-
-    ``end_time`` (n + 1,): start of each cycle and the end of the last, s. Another rule is a `UsageError`, a window
-    shorter than a cycle an `AnalysisError`.
-    """
+    """Which cycles a rule uses (``last``, ``all``, ``window:S``), by each cycle's start and the last end (n + 1,)."""
     n = len(end_time) - 1
     try:
         window = window_of(rule)

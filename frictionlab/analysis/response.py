@@ -94,10 +94,7 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
 
 
 def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
-    """Wiener gain by line: power is averaged over its neighbourhood and must exceed what noise alone may reach.
-
-    Nothing is kept above the last harmonic that stands out.
-    """
+    """Wiener gain by line, of power averaged over its neighbourhood; 0 above the last line that stands out of noise."""
     k = np.arange(len(power))
     reach = np.maximum(2, k // 6)
     low, high = np.maximum(k - reach, 0), np.minimum(k + reach, len(power) - 1)
@@ -111,11 +108,7 @@ def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
 
 
 def smoothed(rows: FloatArray, how: Smoother, points: int) -> tuple[FloatArray, FloatArray]:
-    """Smooth cycles: x and its derivative by tau on ``points`` each, (n, points).
-
-    ``rows`` (n, p): those of the smoother, p <= points, points even. A cycle need not close: deviations from the mean
-    are smoothed as one signal, reflected at both ends.
-    """
+    """Smooth cycles (n, p): x and its derivative by tau (n, points); deviations from the mean cycle as one signal."""
     mean_cycle, both = rows.mean(axis=0), np.empty((2, len(rows), points))
     both[:] = np.stack(how.cycle(points))[:, None]
     for some in chunks(len(rows), points, _BLOCK) if how.own_gain.any() else ():
@@ -263,10 +256,7 @@ def _loop_areas(layout: Layout) -> FloatArray:
 
 
 def levelled(x: FloatArray, found: FloatArray, margin: float) -> FloatArray:
-    """Replace each stop by its mean: a mass that stands has one displacement, what differs from it is noise.
-
-    The overshoot of the smoothing within ``margin`` (rad) of a long stop goes with it; the mass is slow there.
-    """
+    """Replace each stop, and the smoothing's overshoot within ``margin`` (rad) of a long one, by its mean."""
     scale, flat = x.shape[1] / stops.TURN, x.ravel().copy()
     wrapped = np.maximum(found - stops.TURN * len(x), 0.0)  # of a stop that goes on at the record's beginning
     for begin, end in zip(*(np.concatenate([found, wrapped], axis=1) * scale).tolist(), strict=True):

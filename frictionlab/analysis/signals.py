@@ -120,11 +120,7 @@ def white_noise(signal: FloatArray) -> float:
 
 
 def sensor_step(signal: FloatArray) -> float:
-    """Smallest step the sensor's values take; 0 when they are not quantised.
-
-    Values that fall on few levels repeat; the step is the least distance between neighbouring levels. Levels that are
-    closer than a tenth of the usual distance are rounding in the log's text and are merged.
-    """
+    """Smallest step of a sensor's values, rounding in the text merged; 0 when they are not quantised."""
     levels = np.unique(signal[:20_000])
     if len(levels) < 2 or len(levels) > 0.9 * min(len(signal), 20_000):
         return 0.0

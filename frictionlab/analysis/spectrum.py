@@ -102,11 +102,7 @@ def strongest_tone(spectrum: Spectrum) -> Line:
 
 
 def _refined(spectrum: Spectrum, peak: int) -> Line:
-    """The line of a highest bin.
-
-    A parabola through the logs of a Hann line is a little off (2e-4 of a resolution cell at padding 4); how much is
-    known from the window's own transform, and taken out.
-    """
+    """The line of a highest bin; what a parabola through the logs of a Hann line is off by is taken out."""
     seen, height = _log_parabola(spectrum.amplitude[peak - 1 : peak + 2])
     offset, scale = seen, 1.0
     for _ in range(4):
@@ -234,9 +230,8 @@ def faintest(lines: Spectrum, drive: DriveLine) -> float:
 def on_harmonics(lines: Spectrum, drive: DriveLine, found: tuple[Line, ...]) -> tuple[tuple[Line, ...], float]:
     """Harmonics of the drive that stand out of those beside them, and what hum of the mains another may hide.
 
-    A line so near a harmonic cannot be told from it. Where no frame follows, the harmonics of a motion fall evenly,
-    those with odd and those with even numbers each by itself: hum stands out, or a contact that rings. Hum that does
-    not is at most as much as stands on its harmonic and on those beside it. ``found``: lines between the harmonics.
+    Where no frame follows, harmonics of a motion fall evenly, odd and even ones each by themselves: hum stands out, or
+    a contact that rings; other hum is at most what stands on its harmonic and beside it. ``found``: lines between them.
     """
     hz, bins = drive.frequency, drive.frequency / float(lines.frequency[1])
     most = min(MOST_HARMONICS, int(lines.frequency[-1] / hz))
@@ -256,11 +251,7 @@ def on_harmonics(lines: Spectrum, drive: DriveLine, found: tuple[Line, ...]) -> 
 
 
 def line_in(signal: FloatArray, step: float, line: Line, length: float) -> FloatArray:
-    """A line as it stands in a signal (n,), its amplitude and phase followed in Hann windows of this length [s].
-
-    In each window the line's complex amplitude is the weighted mean of the signal turned back by its frequency;
-    between the windows' middles it runs straight.
-    """
+    """A line as it stands in a signal (n,), its complex amplitude followed in Hann windows of this length [s]."""
     n, turn = len(signal), 2.0 * math.pi * line.frequency * step
     size = max(8, min(n, round(min(length, n * step) / step)))
     starts = np.unique(np.linspace(0, n - size, max(1, math.ceil(4.0 * (n - size) / size) + 1)).round().astype(np.intp))

@@ -49,10 +49,9 @@ class Thresholds:
 
 
 def pauses(v: FloatArray, still: float) -> FloatArray:
-    """Runs of low speed, candidates for stops: where |v| passes 2 ``still``, ``still``, and both again, (4, m).
+    """Runs of low speed, candidates for stops: where |v| passes 2 ``still``, ``still``, and both again, (4, m) points.
 
-    In points from the first cycle on; ``v`` (n, points): velocity by tau, one cycle a row, rows follow each other. A
-    pause that the end of the record cuts in two goes on at its beginning.
+    ``v`` (n, points): velocity by tau, rows follow each other; a pause cut by the end goes on at the beginning.
     """
     speed = np.abs(v).ravel()
     begin, end = runs(speed < 2.0 * still)

@@ -39,10 +39,7 @@ _FREE, _MOST_EXPANSION = 1 << 28, 100  # an array may claim so many bytes, or so
 
 
 def new_file(fill: Callable[[h5py.File], None], **attributes: object) -> tuple[memoryview, bytes]:
-    """The bytes of a new file, and its seal: ``fill`` puts it together, its root has these attributes and our version.
-
-    It is built in memory: a full disk in the middle of a write ends the process in the HDF5 library.
-    """
+    """The bytes of a new file that ``fill`` makes in memory (a full disk would end the process), and its seal."""
     memory = BytesIO()
     with h5py.File(memory, "w", track_order=True) as file:
         file.attrs.update({**attributes, "frictionlab_version": __version__})

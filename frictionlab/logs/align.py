@@ -41,8 +41,7 @@ def align(
 ) -> tuple[Arrays, dict[str, Fact], list[str]]:
     """Bring the base's samples to the stamps of the mass: the arrays, how they were aligned, and what to say of it.
 
-    ``one_clock``: both have stamps of one clock (columns of one file), so that there is neither lag nor drift to find.
-    Two logs whose stamps are equal share one too. Refused are two logs with less than two samples in common.
+    ``one_clock``: columns of one file; equal stamps are one too. Logs with less than two samples in common are refused.
     """
     no_start = mass[0].start_s is None or base[0].start_s is None
     written = mass[0].written and base[0].written and options.lag_s is None and not one_clock

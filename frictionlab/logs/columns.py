@@ -126,11 +126,7 @@ def _pick(columns: Sequence[LogColumn], role: str, file: str) -> LogColumn | Non
 def assign(
     log: "OpenLog", options: LogOptions, roles: Sequence[str], *, further: bool = False
 ) -> tuple[dict[str, LogColumn], list[str]]:
-    """Say which column is time, and which plays each of these roles (``mass``, ``base``, ``relative``).
-
-    With ``further`` also which are other channels; a log that has some may lack a displacement. The second part of the
-    answer says what was left out, and why. Where it cannot be told, the error names the columns and what to give.
-    """
+    """Say which column is time, and which plays each role; with ``further`` also other channels; what is left out."""
     layout, file = log.layout, log.name
     columns = _numeric(layout, options)
     found = {role: layout.columns[index] for role, index in layout.prefer.items() if role in ("time", *roles)}

@@ -53,13 +53,7 @@ class Sheet:
 
 
 def read_binary(path: Path, options: LogOptions) -> Sheet | None:
-    """Read a log of a kind that is registered; ``None`` for any other file, and for one that cannot be opened.
-
-    Raises
-    ------
-    LogError
-        It is of such a kind and cannot be read.
-    """
+    """Read a log of a kind that is registered; ``None`` for any other file, and for one that cannot be opened."""
     if not path.is_file():  # a pipe or a device is never read: it may not end
         return None
     try:

@@ -134,11 +134,7 @@ def _check_names(text: Text, dialect: Dialect) -> None:
 def _header(
     lines: Sequence[str], dialect: Dialect, *, deep: bool
 ) -> tuple[Sequence[str], Sequence[str], tuple[int, ...], int]:
-    """Look upward from the first data line for names and units: both, their lines, and the first line below them.
-
-    ``deep``: names and units may stand anywhere above, among other rows as wide as the data; else the names are the
-    nearest row of words.
-    """
+    """Look upward from the first data line for names and units: both, their lines, and the first line below them."""
     rows = _rows_above(lines, dialect, deep=deep)
     units = next(((i, cells) for i, cells in rows if _is_units_row(cells)), None)
     names = [(i, cells) for i, cells in rows if units is None or i != units[0]]

@@ -95,12 +95,7 @@ def _is_comb(apart: NDArray[np.float64], step: float) -> bool:
 
 
 def unit_by_step(values: NDArray[np.float64], per_unit: float = 1.0) -> tuple[str, float] | None:
-    """Find the unit of bare numbers by the sensor's step: (unit, measuring range [m]), or ``None`` if it is silent.
-
-    What moves further than the range that its step betrays has its steps from elsewhere (single precision, resampling).
-
-    ``per_unit`` turns the values into those numbers.
-    """
+    """Unit of numbers (values times ``per_unit``) by the sensor's step: (unit, measuring range [m]), or ``None``."""
     some = _sample(values) * per_unit
     for unit in ("mm", "um", "m"):
         seen = some / LENGTH[unit]
@@ -146,11 +141,7 @@ def _sound(channel: Sensed) -> NDArray[np.bool_]:
 
 
 def _flag_held(channel: Sensed, role: str) -> None:
-    """Flag runs of one value at the channel's highest or lowest where that is the end of the sensor's range.
-
-    A turning point or a stop at the highest value of a quiet sensor is a long run of one value too, in every cycle. It
-    is entered and left at rest; a sensor at its end cuts the motion off. What most runs at an end show decides for all.
-    """
+    """Flag runs of one value at the channel's extremes that the motion enters and leaves at speed; the most decide."""
     values = channel.values
     if channel.quality.any():
         values = np.where(_sound(channel), values, np.nan)
@@ -191,11 +182,7 @@ def _in_leaps(values: NDArray[np.float64], start: int, stop: int) -> bool:
 
 
 def _is_corner(depth: NDArray[np.float64], step: float) -> bool | None:
-    """Whether the distance from a run's value grows with time from its edge on, not with the square of the time.
-
-    The third of three depths, 1 to 4 to 16, is reached four times as late as the second at a constant speed, twice as
-    late after rest. None: the samples are too far apart for that.
-    """
+    """Whether the distance from a run's value grows with time, not its square: 1 to 4 to 16; None: too few samples."""
     unit = 2.0 * max(step, float(depth[:_EARLY].max()) / _EARLY)
     if not depth.max() > _DEPTHS[-1] * unit:
         return None if unit > 4.0 * step else False

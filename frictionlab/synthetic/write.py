@@ -92,11 +92,7 @@ def is_synthetic(log: Path) -> bool:
 
 
 def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
-    """The log of one test, and what is true of it beyond `truth` where its friction or its base changes.
-
-    The log: preamble, header, one line per sample; time in s, displacements in mm. A test whose base is no sine, or
-    that more than lasers watch, is simulated as the response to a sampled base.
-    """
+    """The log of one test, time in s and displacements in mm, and what is true of it beyond `truth`."""
     names, rate = scene.synthetic.channels, scene.synthetic.sampling_rate_hz
     if test.frame is not None and names:
         raise SceneError(
@@ -122,11 +118,7 @@ def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
 
 
 def _changing(test: SyntheticTest, scene: Scene, time: FloatArray) -> tuple[FloatArray, dict[str, object]]:
-    """The motion of a mass whose friction changes; its index (4.1), and the change of its energy (k Y^2 an hour).
-
-    The index is that of 64 phases in each full cycle after the transient, cut where the base rises through zero; the
-    change is from the end of the transient to the end of the test.
-    """
+    """The motion of a mass whose friction changes; its index (4.1) after the transient, its energy's slope an hour."""
     transient = scene.analysis.planned_transient_s
     first = math.ceil(transient * test.drive_frequency_hz + 0.25)
     last = math.floor(test.duration_s * test.drive_frequency_hz + 0.25)
