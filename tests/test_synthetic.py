@@ -163,8 +163,8 @@ def test_a_friction_ratio_held_for_fits_is_not_that_of_a_virtual_contact() -> No
         ({"parameters": {"gradient": 0.1}}, r"synthetic\.tests\.0\.parameters: .*'gradient' is none"),
         ({"physical": {"gradient": 28.0}}, r"synthetic\.tests\.0\.physical: .*'gradient' is none"),
         ({"law": "coulomb+place", "physical": {"glue": 1.0}}, r"synthetic\.tests\.0\.physical: .*glue"),
-        ({"parameters": {"beta": 0.3}}, r"synthetic\.tests\.0\.parameters\.beta: .*friction_coefficient"),
-        ({"physical": {"beta": 0.3}}, r"synthetic\.tests\.0\.physical\.beta: .*friction_coefficient"),
+        ({"parameters": {"beta": 0.3}}, r"synthetic\.tests\.0: parameters\.beta: .*friction_coefficient"),
+        ({"physical": {"beta": 0.3}}, r"synthetic\.tests\.0: physical\.beta: .*friction_coefficient"),
         (PLACE | {"physical": {"gradient": 28.0}}, "gradient stands in parameters too, dimensionless: give one"),
         (
             {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}, "friction_scatter": 0.1},

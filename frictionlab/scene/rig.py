@@ -4,6 +4,7 @@ Of that also how its base may move, and what its contacts are like.
 """
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, Self
 
@@ -14,6 +15,19 @@ from frictionlab.errors import ParameterError
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Two, Some = Field(min_length=2, max_length=2), Field(min_length=1)
+_NAME = re.compile(r'[^/\\:*?"<>|\x00-\x1f\x7f-\x9f\ud800-\udfff]{1,100}')
+
+
+def _file_word(word: str) -> str:
+    if not _NAME.fullmatch(word):
+        raise ValueError(
+            "expected a word that can name a file (1 to 100 characters, none of"
+            f' / \\ : * ? " < > | and no control characters); got {word!r}'
+        )
+    return word
+
+
+FileWord = Annotated[str, AfterValidator(_file_word)]
 
 
 class SceneTable(BaseModel):
@@ -215,7 +229,7 @@ class Rig(SceneTable):
 class VirtualBase(SceneTable):
     """``[[synthetic.bases]]``: a motion of the virtual base; a group of tests takes it by its name."""
 
-    name: str = key("What tests call it; it ends the names of their logs.", ...)
+    name: FileWord = key("What tests call it; it ends the names of their logs.", ...)
     motion: Literal["sine", "sweep", "random", "file"] = key(
         '"sine" at each frequency ratio, "sweep", "random", or "file": as recorded.', "sine"
     )
@@ -266,7 +280,7 @@ class VirtualTests(SceneTable):
     The friction force is ``friction_coefficient * normal_force``; the behaviours below default to plain Coulomb.
     """
 
-    material: str = key("Material of these tests; it names their logs.", ...)
+    material: FileWord = key("Material of these tests; it names their logs.", ...)
     normal_forces_n: Annotated[list[Positive], Some] = key("Normal forces, each with each frequency ratio.", ...)
     frequency_ratios: list[Positive] = key("Frequency ratios of a sine, each with each normal force.", [])
     base: str | None = key("Name of a motion in [[synthetic.bases]]; by default a sine at each ratio.")
@@ -274,7 +288,7 @@ class VirtualTests(SceneTable):
     law: LawName | None = key('True contact law, like "coulomb+place"; by default that of [model].')
     parameters: dict[str, float] = key("Parameters of that law other than beta, dimensionless: {gradient = 0.05}.", {})
     physical: dict[str, float] = key("The same in newtons, metres, seconds: {gradient = 28.0} is 28 1/m.", {})
-    label: str | None = key("Ends the log's name, to tell apart tests of the same material, force and ratio.")
+    label: FileWord | None = key("Ends the log's name, to tell apart tests of the same material, force and ratio.")
     duration_s: Positive | None = key("Length of these tests; by default [synthetic] duration_s.")
     friction_drift_per_hour: float = key("Relative change of the friction force in an hour of running.", 0.0)
     friction_scatter: NonNegative = key("Relative rms of the friction force from cycle to cycle.", 0.0)
@@ -286,6 +300,11 @@ class VirtualTests(SceneTable):
     @model_validator(mode="after")
     def _parameters_can_be(self) -> Self:
         check_held(self.parameters, self.law, breaks_away=True)
+        for table in ("parameters", "physical"):
+            if "beta" in getattr(self, table):
+                raise ValueError(f"{table}.beta: it follows from friction_coefficient and normal force: leave it out")
+        if both := sorted(self.parameters.keys() & self.physical):
+            raise ValueError(f"physical: {both[0]} stands in parameters too, dimensionless: give one of the two")
         return self
 
 
@@ -333,4 +352,4 @@ class Synthetic(SceneTable):
 
     def base_of(self, group: VirtualTests) -> VirtualBase:
         """The motion of the base in a group of tests."""
-        return next((base for base in self.bases if base.name == group.base), VirtualBase(name=""))
+        return next((base for base in self.bases if base.name == group.base), VirtualBase(name="sine"))
