@@ -1,5 +1,6 @@
 """HDF5 files: recordings, results and, in `frictionlab.hdf5.map_file`, maps that grow; h5py is only in this folder."""
 
+from frictionlab.hdf5.opening import fault_of as fault_of
 from frictionlab.hdf5.opening import format_of as format_of
 from frictionlab.hdf5.recordings import check_writable as check_writable
 from frictionlab.hdf5.recordings import is_recording as is_recording

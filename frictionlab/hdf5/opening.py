@@ -22,7 +22,7 @@ import numpy as np
 from frictionlab import __version__
 from frictionlab.errors import RecordingError
 from frictionlab.files import check_regular
-from frictionlab.hdf5.trial import fault_of
+from frictionlab.hdf5 import trial
 from frictionlab.recording import Fact
 
 FORMAT_VERSION = 1
@@ -79,20 +79,24 @@ def to_read(path: Path) -> Iterator[h5py.File]:
     check_regular(path)
     if not h5py.is_hdf5(path):
         raise OSError("not an HDF5 file, or damaged")
-    state = path.stat()
-    if fault := _fault(path.absolute(), (state.st_dev, state.st_ino, state.st_size, state.st_mtime_ns)):
+    if fault := fault_of(path):
         raise RecordingError(f"damaged: {fault}")
     with h5py.File(path, "r", locking=False) as file:
         yield file
 
 
+def fault_of(path: Path) -> str:
+    """What is wrong with a file as it is now, by its seal or by its trial; empty where nothing is."""
+    state = path.stat()
+    return _fault(path.absolute(), (state.st_dev, state.st_ino, state.st_size, state.st_mtime_ns))
+
+
 @lru_cache(maxsize=256)
 def _fault(path: Path, _state: tuple[int, ...]) -> str:
-    """What is wrong with a file as it is now, by its seal or by its trial; empty where nothing is."""
     whole = is_whole(path)
     if whole is False:
         return "its bytes are not those that were written"
-    return "" if whole else fault_of(path)
+    return "" if whole else trial.fault_of(path)
 
 
 @contextmanager

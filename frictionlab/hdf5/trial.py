@@ -11,9 +11,8 @@ import struct
 import subprocess
 import sys
 import zlib
-from collections.abc import Callable
 from contextlib import suppress
-from functools import lru_cache
+from functools import partial
 from pathlib import Path
 
 import h5py
@@ -31,17 +30,12 @@ _TYPES = frozenset({*range(1, 8), 9, *range(12, 19)})
 
 
 def fault_of(path: Path) -> str:
-    """What reading this file does to a process; empty where it does nothing to it. 0.3 s, once for each file."""
-    state = path.stat()
-    return _fault(str(path.absolute()), state.st_size, (state.st_dev, state.st_ino, state.st_mtime_ns))
-
-
-@lru_cache(maxsize=256)
-def _fault(path: str, size: int, _state: tuple[int, ...]) -> str:
-    command, quiet = [sys.executable, "-P", __file__, path], subprocess.DEVNULL
+    """What reading this file does to a process; empty where it does nothing to it. 0.3 s."""
+    command, quiet = [sys.executable, "-P", __file__, str(path)], subprocess.DEVNULL
+    longest = _LONGEST_S + path.stat().st_size / _BYTES_PER_S
     try:
         done = subprocess.run(  # noqa: S603 - this interpreter, this file
-            command, stdin=quiet, stdout=quiet, stderr=quiet, check=False, timeout=_LONGEST_S + size / _BYTES_PER_S
+            command, stdin=quiet, stdout=quiet, stderr=quiet, check=False, timeout=longest
         )
     except subprocess.TimeoutExpired:
         return "reading it does not end"
@@ -61,13 +55,18 @@ def main(path: str) -> int:
     _set_limits(file.stat().st_size)
     try:
         if is_hdf5:
-            _read_hdf5(path)
+            with h5py.File(path, "r", locking=False) as tree:
+                _read_node("/", tree)
+                tree.visititems(_read_node)
         elif _has_unknown_type(file.read_bytes()):
             return _DAMAGED
         else:
-            _read_matlab(path)
+            from scipy.io import loadmat, whosmat  # noqa: PLC0415 - 0.2 s that HDF5 need not wait for
+
+            whosmat(path)
+            loadmat(path, squeeze_me=True, struct_as_record=True)
     except Exception as error:  # noqa: BLE001 - whatever it is, it is over
-        return _NO_MEMORY if isinstance(error, MemoryError) or "alloc" in str(error) else _DAMAGED * is_hdf5
+        return _NO_MEMORY if _is_of_memory(error) else _DAMAGED * is_hdf5
     return 0
 
 
@@ -85,6 +84,11 @@ def _set_limits(size: int) -> None:
         taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
         most = taken + _MEMORY + 4 * size
         resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def _is_of_memory(error: Exception) -> bool:
+    """Whether memory is given out, also where the library itself calls it so."""
+    return isinstance(error, MemoryError) or "alloc" in str(error)
 
 
 def _has_unknown_type(content: bytes) -> bool:
@@ -112,34 +116,17 @@ def _has_unknown_type(content: bytes) -> bool:
     return False
 
 
-def _read_matlab(path: str) -> None:
-    from scipy.io import loadmat, whosmat  # noqa: PLC0415 - 0.2 s that HDF5 need not wait for
-
-    whosmat(path)
-    loadmat(path, squeeze_me=True, struct_as_record=True)
-
-
-def _read_hdf5(path: str) -> None:
-    """Read all nodes of a tree; one that cannot be gone through to its end is damaged, whatever its parts hold."""
-
-    def visit(_name: str, node: h5py.Group | h5py.Dataset) -> None:
-        for key in list(node.attrs):
-            _read(lambda key=key: node.attrs[key])  # type: ignore[misc] # mypy takes no default for an argument
-        if isinstance(node, h5py.Dataset) and not node.is_virtual and not node.external:
-            _read(lambda: _read_values(node))
-
-    with h5py.File(path, "r", locking=False) as file:
-        visit("/", file)
-        file.visititems(visit)
-
-
-def _read(step: Callable[[], object]) -> None:
-    """Read one value; only memory that is given out ends the trial, also where the library itself calls it so."""
-    try:
-        step()
-    except Exception as error:
-        if isinstance(error, MemoryError) or "alloc" in str(error):
-            raise
+def _read_node(_name: str, node: h5py.Group | h5py.Dataset) -> None:
+    """Read one node of a tree; a value that cannot be read is no damage of the tree."""
+    steps = [partial(node.attrs.__getitem__, key) for key in list(node.attrs)]
+    if isinstance(node, h5py.Dataset) and not node.is_virtual and not node.external:
+        steps.append(partial(_read_values, node))
+    for step in steps:
+        try:
+            step()
+        except Exception as error:
+            if _is_of_memory(error):
+                raise
 
 
 def _read_values(dataset: h5py.Dataset) -> None:

@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, LogError
-from frictionlab.hdf5 import arrays_inside, is_recording
-from frictionlab.hdf5.trial import fault_of
+from frictionlab.hdf5 import arrays_inside, fault_of, is_recording
 from frictionlab.log_options import LogOptions
 
 Facts = dict[str, float | str]
