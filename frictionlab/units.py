@@ -27,7 +27,17 @@ QUANTITIES: dict[str, dict[str, float]] = {
     "time": TIME,
     "acceleration": ACCELERATION,
     "velocity": {"m/s": 1.0, "mm/s": 1e3, "um/s": 1e6, "cm/s": 1e2, "in/s": 1 / 0.0254},
-    "force": {"N": 1.0, "mN": 1e3, "uN": 1e6, "kN": 1e-3, "MN": 1e-6, "lbf": _LBF, "kip": 1e-3 * _LBF, "kgf": _KGF},
+    "force": {
+        "N": 1.0,
+        "mN": 1e3,
+        "uN": 1e6,
+        "kN": 1e-3,
+        "MN": 1e-6,
+        "lbf": _LBF,
+        "kip": 1e-3 * _LBF,
+        "kgf": _KGF,
+        "gf": 1e3 * _KGF,
+    },
     "torque": {"Nm": 1.0, "mNm": 1e3, "Nmm": 1e3, "Ncm": 1e2, "kNm": 1e-3, "lbf ft": 1 / 1.3558179483314004},
     "angle": {"rad": 1.0, "mrad": 1e3, "deg": 180.0 / math.pi, "rev": 0.5 / math.pi},
     "angular velocity": {"rad/s": 1.0, "deg/s": 180.0 / math.pi, "rpm": 30.0 / math.pi},
@@ -50,7 +60,7 @@ _SPELLINGS = {
     "newton": "N", "newtons": "N", "lb": "lbf", "lbs": "lbf", "kips": "kip", "kp": "kgf", "volt": "V", "volts": "V",
     "n.m": "Nm", "n·m": "Nm", "n*m": "Nm", "n-m": "Nm", "n m": "Nm", "n.mm": "Nmm", "ft lbf": "lbf ft",
     "lbf.ft": "lbf ft", "ft-lb": "lbf ft", "°": "deg", "degree": "deg", "degrees": "deg", "radian": "rad",
-    "radians": "rad", "°/s": "deg/s", "deg/sec": "deg/s", "rad/sec": "rad/s", "1/min": "rpm", "u/min": "rpm",
+    "radians": "rad", "°/s": "deg/s", "1/min": "rpm", "u/min": "rpm",
     "min^-1": "rpm", "°c": "degC", "degc": "degC", "c": "degC",
 }  # fmt: skip
 _OTHER = {
@@ -70,10 +80,11 @@ def known_unit(text: str) -> str:
 
     Examples
     --------
-    >>> [known_unit(text) for text in ("mm", "(µm)", "[s]", " MSEC ", "volts", "steel", "kips", "µN", "M/S2")]
-    ['mm', 'um', 's', 'ms', 'V', '', 'kip', 'uN', 'm/s^2']
+    >>> [known_unit(text) for text in ("mm", "(µm)", "[s]", " MSEC ", "volts", "steel", "kips", "µN", "M/S2", "mm/sec")]
+    ['mm', 'um', 's', 'ms', 'V', '', 'kip', 'uN', 'm/s^2', 'mm/s']
     """
     plain = text.strip().strip("[](){}<>").strip().replace("\u03bc", "\u00b5").replace("\u00b5", "u")
+    plain = re.sub(r"/sec(?=$|\W)", "/s", plain, flags=re.IGNORECASE)
     if plain in _QUANTITY:
         return plain
     found = _SPELLINGS.get(plain) or _LOWER.get(plain.lower(), "")

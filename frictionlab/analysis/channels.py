@@ -244,6 +244,11 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     return moved, [said], edge
 
 
+def is_angular(names: Iterable[str]) -> bool:
+    """Whether the motion is known as an angle alone, or not at all: nothing tells metres then but a radius."""
+    return not any(name.startswith("mass_") for name in names)
+
+
 def other_masses(names: Iterable[str]) -> tuple[str, ...]:
     """Return the displacements of a frame's masses from the second on, as far as they follow each other."""
     known, found = set(names), list[str]()

@@ -105,9 +105,12 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         taken = energy.taken_by_the_frame(cycle.mass_smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
         warnings += doubts.of_the_load_cell(friction, loop, joules, taken)
         cycle = replace(cycle, force=friction.cycle)
+        angular = channels.is_angular(recording.measured()) and scene.rig.radius_m is None
+        way_is_known = friction.name == "torque" or not angular
+        taken_in = friction.energy if way_is_known else Estimate()
         estimates |= {
-            "force_energy": friction.energy.over(joules),
-            "force_energy_j": friction.energy,
+            "force_energy": taken_in.over(joules),
+            "force_energy_j": taken_in,
             "measured_force": friction.force,
             "measured_coefficient": friction.coefficient,
         }
@@ -177,7 +180,7 @@ def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, A
 
 def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
-    step, prescribed = 1.0 / recording.sampling_rate_hz, scene.rig.kind == "prescribed"
+    step = 1.0 / recording.sampling_rate_hz
     of_mass, of_base = channels_of(scene)
     warnings, said, parts, strays = list(recording.source.warnings), list[str](), list[Stretch](), 0.0
     for part in recording.stretches():
@@ -193,9 +196,15 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], l
             time, measured = part.time[some], {name: values[some] for name, values in part.measured().items()}
             seen, off = signals.evenly(time, step, measured)
             strays = max(strays, off)
-            mass, said, edge = channels.displacement(seen, "mass", step)
-            base, of_the_base, other = (mass, [], edge) if prescribed else channels.displacement(seen, "base", step)
-            said, edge = said + of_the_base, max(edge, other)
+            if scene.rig.kind == "prescribed":
+                from frictionlab.analysis.turning import given_motion  # noqa: PLC0415 - for tribometers alone
+
+                mass, seen, said, edge = given_motion(seen, step, scene.rig.radius_m)
+                base = mass
+            else:
+                mass, said, edge = channels.displacement(seen, "mass", step)
+                base, of_the_base, other = channels.displacement(seen, "base", step)
+                said, edge = said + of_the_base, max(edge, other)
             more = {name: seen[name] for name in channels.KEPT if name in seen}
             more |= {name: channels.restored(seen[name], step, of_mass) for name in channels.other_masses(seen)}
             mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)

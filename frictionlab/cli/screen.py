@@ -112,6 +112,7 @@ _R, _ENERGY = word("r", "frequency_ratio", 7, ".3f"), _scaled("mJ", "E", "energy
 MEASURED = (
     *(_R, *_ENERGY, *_scaled("mm", "X", "response_amplitude", _millimetres, 5)),
     *(word("stops", "stops_per_cycle", 4), word("regime", "regime", 5)),
+    *(word("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),
 )
 COMPARED = (
     *(_R, *_ENERGY, known("beta", "friction_ratio", 4)),

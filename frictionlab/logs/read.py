@@ -246,14 +246,16 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
                 f"say {per_volt:g} {unit} each: leave that out"
             )
         values = values * (per_volt / VOLTS.get(written, 1.0))
-    # whoever names volts in another unit knows their sensor
-    wrong = next((u for u in (unit, written) if u and quantity_of(u) != quantity and not (said and u in VOLTS)), "")
+    # whoever names volts, or the grams of a load, in another unit knows their sensor
+    overruled = (*VOLTS, "g") if quantity == "force" else tuple(VOLTS)
+    wrong = next((u for u in (unit, written) if u and quantity_of(u) != quantity and not (said and u in overruled)), "")
     if wrong:
         example = f'{role} = "{"5 mm" if is_laser else f"50 {UNIT[quantity]}"}/V"'
         raise LogError(
             f"{table.name}: column {column} is in {_named(wrong)}: expected {a}, one of "
             f"{', '.join(QUANTITIES[quantity])}: take another column by --{role.replace('_', '-')}"
             + (f", or give what a volt is, such as {example} in [log.units]" if wrong in VOLTS else "")
+            + (f", or if the grams are a load say --units {role}=gf" if wrong == "g" and quantity == "force" else "")
         )
     if not unit and is_laser and (by_step := unit_by_step(values)) is not None:
         unit = by_step[0]

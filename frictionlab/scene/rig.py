@@ -143,6 +143,7 @@ class Rig(SceneTable):
     kind: Literal["base-excited", "prescribed"] = key(
         '"base-excited", or "prescribed", as on a tribometer: there is no frequency ratio.', "base-excited"
     )
+    radius_m: Positive | None = key("Of a turning contact: makes metres of an angle and newtons of a torque.")
     restoring: Literal["spring", "pendulum"] = key('What pulls the mass back: "spring" or "pendulum".', "spring")
     masses: list[RigMass] = key("Several masses, as [[rig.masses]]; frequency is the first storey's.", [])
     contacts: list[RigContact] = key("Where it rubs, as [[rig.contacts]]; by default mass 1, by [model].", [])

@@ -142,7 +142,40 @@ def test_a_tribometer_needs_neither_spring_nor_base(place: str) -> None:
     assert (m.row()["energy_per_cycle"], m.row()["frequency_ratio"]) == (None, None)
     if place == "mass_displacement":
         assert m.measured_friction_coefficient == pytest.approx(0.17, rel=2e-3)
-    assert not m.warnings
+    assert [w for w in m.warnings if "radians stand for" not in w] == []
+    assert bool(m.warnings) == (place == "angle")
+
+
+@pytest.mark.parametrize("place", ["angle", "angular_velocity", "mass_velocity", None])
+def test_a_contact_that_turns_has_coefficient_and_energy_of_a_revolution(place: str | None) -> None:
+    """A pin on a disc at two revolutions a second: the mean force, whatever tells the way."""
+    rng, t, radius = np.random.default_rng(6), np.arange(0.0, 30.0, 0.004), 0.02
+    force, omega = 3.0 + 0.2 * rng.standard_normal(len(t)), 2 * math.pi * 2.0
+    moved = {"angle": np.mod(omega * t, 2 * math.pi), "angular_velocity": np.full(len(t), omega)}
+    moved["mass_velocity"] = radius * moved["angular_velocity"]
+    seen = {"time": t, "contact_force": -force, "normal_force": np.full(len(t), 10.0)}
+    names = [*seen, *([place] if place else [])][1:]
+    tables = {"rig": {"kind": "prescribed", **({"radius_m": radius} if place and place.startswith("ang") else {})}}
+    m = measure(recording(seen | moved, *names), scene_from_tables(tables))
+    assert m.measured_friction_coefficient_u is not None
+    assert m.measured_friction_coefficient == pytest.approx(0.3, abs=3.0 * m.measured_friction_coefficient_u)
+    assert m.measured_friction_coefficient_u < 0.002
+    assert m.measured_friction_force_n == pytest.approx(3.0, rel=3e-3)
+    assert any("an offset of the force cannot be told from friction" in w for w in m.warnings)
+    if place is None:
+        assert m.force_energy_per_cycle_j is None
+    elif place == "mass_velocity":
+        assert m.force_energy_per_cycle_j == pytest.approx(3.0 * radius * omega * 30.0 / 10, rel=3e-3)
+    else:
+        assert m.drive_frequency_hz == pytest.approx(2.0, rel=1e-3)
+        assert m.force_energy_per_cycle_j == pytest.approx(3.0 * 2 * math.pi * radius, rel=3e-3)
+
+
+def test_a_contact_that_turns_at_several_speeds_is_several_tests() -> None:
+    t = np.arange(0.0, 30.0, 0.004)
+    seen = {"time": t, "torque": np.full(len(t), 0.1), "angular_velocity": np.where(t < 15.0, 6.0, 12.0)}
+    with pytest.raises(AnalysisError, match=r"0\.95\d* to 1\.9\d* cycles a second: expected one speed"):
+        measure(recording(seen, "torque", "angular_velocity"), scene_from_tables({"rig": {"kind": "prescribed"}}))
 
 
 def test_what_was_not_measured_is_said_by_name() -> None:

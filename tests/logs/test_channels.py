@@ -101,6 +101,7 @@ WRONG: list[tuple[str, str, dict[str, object], str]] = [  # a column's title, in
     ("mass", "mass [parsec]", {"mass": 2}, r"the unit of column 2 .* is not said: expected a length: give --unit"),
     ("time", "time [mm]", {"time": 1}, r"time column 1 .* is in mm: give --time, or --time-unit"),
     ("F", "F [mm]", {"contact_force": "F"}, r"is in mm \(displacement\): expected a force, one of N, mN"),
+    ("F", "F [g]", {"contact_force": "F"}, r"expected a force.*if the grams are a load say --units contact_force=gf"),
     ("F", "F [V]", {"contact_force": "F"}, r"expected a force.*or give what a volt is, such as contact_force = .50 N"),
     ("F", "F", {"contact_force": "F"}, "unit of column 4 .* is not said: expected a force: give --units contact_force"),
     ("F", "F [N]", {"contact_force": "F", "units": "force=2 N/V"}, "expected volts, for which the units of"),
@@ -132,6 +133,21 @@ def test_force_names_a_column_or_replaces_an_output(tmp_path: Path) -> None:
         assert done.exit_code == 0, done.stderr
         found = read_recording(tmp_path / "a.h5").measured()
         assert ("contact_force" in found) == (len(words) > 1)
+
+
+def test_grams_of_a_load_are_newtons_where_the_options_say_so(tmp_path: Path) -> None:
+    """A tribometer's head: names, units below, a comma at the end, a blank line, the title of a time in sec."""
+    lines = [
+        "X,V,Fx,T",
+        "mm,mm/sec,g,sec,",
+        "",
+        *(f"{x},{v},{g},{t}" for x, v, g, t in zip(X, X, FORCE, T, strict=True)),
+    ]
+    path = tmp_path / "umt.csv"
+    path.write_text("\n".join(lines) + "\n")
+    recording = read_log(path, LogOptions(mass="X", contact_force="Fx", units="contact_force=gf"))
+    assert recording.contact_force == pytest.approx(FORCE * 9.80665e-3)
+    assert recording.mass_displacement == pytest.approx(X * 1e-3)
 
 
 def test_what_fits_twice_is_left_out_and_said(tmp_path: Path) -> None:

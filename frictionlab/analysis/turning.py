@@ -1,0 +1,111 @@
+"""A contact that slides one way, such as a pin on a turning disc or a belt: folded, so that it has cycles like others.
+
+The way of one revolution (of a straight motion: a tenth of the record) is laid half to and half fro, as a sine, and the
+friction force turns with it: where it turns, nothing is slid. Energy per cycle, friction force and coefficient are
+integrals over the way, and stay what they are, the middle of each half counting most; what a cell shows beside friction
+(an offset) turns too, so it cannot be told from friction one way.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from frictionlab.analysis.channels import FORCES, displacement, is_angular
+from frictionlab.arrays import FloatArray
+from frictionlab.errors import AnalysisError
+
+REVOLUTION = 2.0 * math.pi
+PARTS = 10  # of a straight motion
+BACK = 0.02  # of the way that may be gone backward: what is more is no turning
+EVEN = 0.1  # relative, from cycle to cycle: speeds that differ by more are several tests
+ROTATIONS = {"angle": 0, "angular_velocity": 1}
+STRAIGHT = {"mass_displacement": 0, "mass_velocity": 1}
+"""Channels that say the way -> how often they are integrated for it; the first that is measured counts."""
+NO_METRES = (
+    "base_amplitude_m: no motion in metres is measured: {} stand for them; radius_m in [rig] makes metres of an angle"
+)
+
+
+class Folded(NamedTuple):
+    """The folded ``motion`` (n,) in m or rad, its ``sign`` (n,) against the true one, and what is to be said of it."""
+
+    motion: FloatArray
+    sign: FloatArray
+    said: str
+
+
+def given_motion(
+    measured: Mapping[str, FloatArray], step: float, radius: float | None
+) -> tuple[FloatArray, dict[str, FloatArray], list[str], int]:
+    """Return the prescribed motion (n,) of the contact in m (rad where no radius is known), and the channels with it.
+
+    ``measured``: channels (n,) by their names, SI units, one sample every ``step`` s; ``radius`` m: makes a way of an
+    angle and a force of a torque. Last come what is to be said, and how many samples at either end are doubtful.
+
+    Raises
+    ------
+    AnalysisError
+        No motion is measured and the force tells none; it turns at several speeds, or less than two revolutions.
+    """
+    seen, fold = dict(measured), folded(measured, step)
+    if fold is None:
+        motion, said, edge = displacement(measured, "mass", step)
+    else:
+        motion, said, edge = fold.motion, [fold.said], 0
+        seen.pop("mass_velocity", None)
+        seen |= {name: seen[name] * fold.sign for name in FORCES if name in seen}
+    if not is_angular(measured):
+        return motion, seen, said, edge
+    if radius is None:
+        unit = "radians" if ROTATIONS.keys() & seen else "parts of the record"
+        return motion, seen, [*said, NO_METRES.format(unit)], edge
+    if "torque" in seen:
+        seen["contact_force"] = seen.pop("torque") / radius
+    return motion * radius, seen, said, edge
+
+
+def folded(measured: Mapping[str, FloatArray], step: float) -> Folded | None:
+    """Fold the motion of channels (n,) by their names, one sample every ``step`` s; None where it goes to and fro.
+
+    A record of forces alone is taken as an even motion, where the force has one sign.
+
+    Raises
+    ------
+    AnalysisError
+        The speed changes during the record, or less than two cycles are there.
+    """
+    known = {name: times for name, times in (ROTATIONS | STRAIGHT).items() if name in measured}
+    name = next(iter(known), None)
+    force = next((measured[name] for name in FORCES if name in measured), None)
+    if name is None:
+        if force is None or abs(float(force.mean())) < 0.8 * math.sqrt(float(np.mean(force**2))):
+            return None
+        way, whole = np.arange(len(force)) / (len(force) - 1.0), 1.0 / PARTS
+        said = f"no motion is measured: taken as an even one, in {PARTS} parts"
+    else:
+        signal = np.unwrap(measured[name]) if name == "angle" else measured[name]
+        way = signal - signal[0] if known[name] == 0 else np.cumsum(signal) * step
+        way = way if way[-1] > 0.0 else -way
+        whole = REVOLUTION if name in ROTATIONS else float(way[-1]) / PARTS
+        said = "it turns one way: a cycle is a revolution" if name in ROTATIONS else "it slides one way, in ten parts"
+    points = np.linspace(0, len(way) - 1, 400).round().astype(np.intp)  # noise of single samples is no way back
+    moves = np.diff(way[points])
+    if not way[-1] > 0.0 or -float(moves[moves < 0.0].sum()) > BACK * float(way[-1]):
+        return None
+    count = float(way[-1]) / whole
+    if count < 2.0:
+        raise AnalysisError(
+            f"analysis: it turns one way: expected at least 2 revolutions; got {count:.2g}: record longer"
+        )
+    passed = np.searchsorted(np.maximum.accumulate(way), whole * np.arange(math.floor(count) + 1))
+    lengths = np.diff(passed) * step
+    if float(np.ptp(lengths)) > EVEN * float(lengths.mean()) + 2.0 * step:
+        raise AnalysisError(
+            f"analysis: it turns one way, at {1 / lengths.max():.3g} to {1 / lengths.min():.3g} cycles a second:"
+            " expected one speed: record each speed by itself"
+        )
+    phase = REVOLUTION * way / whole
+    motion, sign = -0.25 * whole * np.cos(phase), np.where(np.sin(phase) < 0.0, -1.0, 1.0)
+    return Folded(motion, sign, f"contact: {said}; an offset of the force cannot be told from friction")
