@@ -23,7 +23,7 @@ from frictionlab.simulator.row import ROW
 from frictionlab.simulator.state import PLACES
 from frictionlab.simulator.sweep import FAILED, Grid, named, sweep_points, table, warm_up
 from frictionlab.tables import Row, is_table, write_rows
-from frictionlab.workers import run_batches
+from frictionlab.workers import Lost, run_batches
 
 KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(PLACES, "float64") | {"warnings": "uint32"}
 CHECKPOINT_S = 2.0  # what a killed sweep loses at most, beside what was in work
@@ -237,8 +237,10 @@ def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | 
     saved, numbers = 0.0, range(file.done, len(grid))
     batches = run_batches(Solve(grid), numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S)
     for batch in batches:
-        failed = _records(np.full((1, ROW), np.nan))
-        step = Step(file.done, failed if batch.results is None else batch.results, batch.lost)
+        if isinstance(batch, Lost):
+            step = Step(file.done, _records(np.full((1, ROW), np.nan)), batch.reason)
+        else:
+            step = Step(file.done, batch)
         file.append(step.records)
         if time.monotonic() - saved > CHECKPOINT_S:
             file.checkpoint()

@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence, Sized
 from dataclasses import dataclass
 from functools import partial
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from frictionlab.errors import UsageError
 
@@ -25,7 +25,6 @@ WORTH_S = 5.0  # work that lasts longer than this is worth starting processes fo
 START_S = 2.0  # what the first case may owe to imports
 MOST_PER_CORE = 32  # processes, of some 100 MB each
 HOLD = 4  # batches per worker that may be out or wait for an earlier one: this bounds the memory
-GIVEN_UP = 3  # a single case over which so many workers died is reported and left
 GROWTH = 8  # a batch is at most so many times the largest that was measured: the first ones carry imports
 SHORTEST_S = 0.02  # below that a batch is not worth its way: 0.4 ms to a process here, 3 ms through Dask
 
@@ -71,24 +70,6 @@ class Lost:
     reason: str
 
 
-@dataclass(frozen=True)
-class Portion(Generic[S]):
-    """What came of the cases from ``start`` up to, not including, ``stop``.
-
-    Attributes
-    ----------
-    results
-        What the job returned, one result per case; None if the case, which then is a single one, was lost.
-    lost
-        Why there are no results, as a sentence; empty if there are.
-    """
-
-    start: int
-    stop: int
-    results: S | None
-    lost: str = ""
-
-
 @dataclass
 class Pace:
     """How many cases the next batch holds: as many as take ``seconds`` by what the last ones took.
@@ -98,8 +79,8 @@ class Pace:
     >>> pace = Pace(1_000_000, 0.25)
     >>> first = pace.take(workers=2)
     >>> pace.note(first, 2.5)
-    >>> first, pace.take(workers=2), pace.seconds_left(first.stop)
-    (range(0, 1), range(1, 2), 499999.5)
+    >>> first, pace.take(workers=2)
+    (range(0, 1), range(1, 2))
     """
 
     total: int
@@ -122,10 +103,6 @@ class Pace:
         self.cost = max(seconds - (0.0 if batch.start else START_S), 1e-9) / len(batch)
         self.largest = max(self.largest, len(batch))
 
-    def seconds_left(self, done: int) -> float:
-        """Work that is left for one worker [s], where so many cases are done."""
-        return (self.total - done) * self.cost
-
 
 def run_batches(
     job: Callable[[Sequence[C]], S],
@@ -134,14 +111,14 @@ def run_batches(
     workers: int | None = None,
     scheduler: str | None = None,
     seconds_per_batch: float = 1.0,
-) -> Iterator[Portion[S]]:
-    """Do a job on slices of the cases and yield what came of them, in the order of the cases.
+) -> Iterator[S | Lost]:
+    """Do a job on slices of the cases and yield what it returned, in the order of the cases; `Lost`: of a single case.
 
     The results are the same, bit for bit and in the same order, whatever does the work and however it is grouped, as
     long as the job gives each case a result that does not depend on its neighbours (and all machines are of a kind).
     A worker that dies costs the batches in work, which are done again, each alone and where that fails case by case; a
-    case over which workers die again and again is yielded as lost. An error raised by the job is raised here, when its
-    turn comes. Memory holds at most four batches of results per worker.
+    case over which workers die again and again is lost. An error raised by the job is raised here, when its turn comes.
+    Memory holds at most four batches of results per worker.
 
     Parameters
     ----------
@@ -169,7 +146,7 @@ def run_batches(
     --------
     >>> def squares(numbers):
     ...     return [n * n for n in numbers]
-    >>> [batch.results for batch in run_batches(squares, range(4), workers=1, seconds_per_batch=0)]
+    >>> list(run_batches(squares, range(4), workers=1, seconds_per_batch=0))
     [[0], [1], [4], [9]]
     """
     if workers is not None and scheduler is not None:
@@ -182,15 +159,14 @@ def run_batches(
         batch = pace.take(workers=1)
         results, seconds = timed(job, cases[batch.start : batch.stop])
         pace.note(batch, seconds)
-        yield Portion(batch.start, batch.stop, results)
-        if workers is None and pace.seconds_left(batch.stop) > WORTH_S and cores() > 1:
+        yield results
+        if workers is None and (pace.total - pace.taken) * pace.cost > WORTH_S and cores() > 1:
             break
-    if pace.taken == pace.total:
-        return
-    from frictionlab.workers.sites import Cluster, Crew  # noqa: PLC0415  # what one process does not need
+    if pace.taken < pace.total:
+        from frictionlab.workers.sites import Cluster, Crew, hand_out  # noqa: PLC0415  # what one process does not need
 
-    site = Crew(min(workers or cores(), len(cases))) if scheduler is None else Cluster(scheduler)
-    yield from site.run(job, cases, pace)
+        site = Crew(min(workers or cores(), len(cases))) if scheduler is None else Cluster(scheduler)
+        yield from hand_out(site, job, cases, pace)
 
 
 def run_each(
@@ -210,10 +186,7 @@ def run_each(
     """
     job = partial(_each, function)
     for batch in run_batches(job, cases, workers=workers, scheduler=scheduler, seconds_per_batch=seconds_per_batch):
-        if batch.results is None:
-            yield Lost(batch.lost)
-        else:
-            yield from batch.results
+        yield from [batch] if isinstance(batch, Lost) else batch
 
 
 def _each(function: Callable[[C], R], cases: Sequence[C]) -> list[R]:

@@ -1,6 +1,6 @@
 """Where batches are done beside this process: processes of this machine, or the workers of a Dask cluster.
 
-Both are spoken to through the interface of `concurrent.futures`.
+Both give futures of `concurrent.futures`; one ledger, `hand_out`, holds what is in work.
 """
 
 import asyncio
@@ -20,107 +20,84 @@ from typing import Any
 
 from frictionlab import __version__
 from frictionlab.errors import ClusterError, UsageError
-from frictionlab.workers import GIVEN_UP, HOLD, Pace, Portion, S, timed, use_one_thread
+from frictionlab.workers import HOLD, Lost, Pace, S, timed, use_one_thread
 
 LOOK_S = 1.0  # how often to look whether anybody is still there
 ANSWER_S = 10.0  # a scheduler that takes longer to answer is not there
 EMPTY_S = 60.0  # a cluster without workers for that long is given up
 COUNT_S = 2.0  # how often workers are counted: they come and go
 VERSION_THERE = "__import__('frictionlab').__version__"  # a builtin function is all that each Python can unpack
-DEATHS = 2  # Dask itself tries a task on several workers (four) before it says that it kills them
+LOST = "its worker died each time, 3 times: out of memory, or a crash in a library"
 
 
-class Site:
-    """Workers that batches are handed out to; what came of them is handed on in order."""
+def hand_out(
+    site: "Crew | Cluster", job: Callable[[Sequence[Any]], S], cases: Sequence[Any], pace: Pace
+) -> Iterator[S | Lost]:
+    """Do the job on batches of the cases and yield what came of them, in order.
 
-    def workers(self) -> int:
-        """How many batches are worked on at a time."""
-        raise NotImplementedError
+    Of batches that were out when a worker died nobody knows which was the cause: each is done again with nothing else
+    in work, and where that fails case by case.
+    """
 
-    def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
-        """Let a worker call the function."""
-        raise NotImplementedError
+    def give(batch: range) -> "Future[tuple[S, float]]":
+        return site.submit(partial(timed, is_worker=True), job, cases[batch.start : batch.stop])
 
-    def deaths(self, error: BaseException) -> int:
-        """How many deaths of workers this error stands for; 0 where it is the job's own."""
-        raise NotImplementedError
-
-    def look(self) -> None:
-        """Raise an error if nobody is there any more to answer."""
-
-    def mend(self) -> None:
-        """Bring back workers that have died, while nothing is in work."""
-
-    def stop(self) -> None:
-        """Drop what is still in work."""
-
-    def run(self, job: Callable[[Sequence[Any]], S], cases: Sequence[Any], pace: Pace) -> Iterator[Portion[S]]:
-        """Do the job on batches of the cases.
-
-        Of batches that were out when a worker died nobody knows which was the cause: they are done again one by one.
-        """
-
-        def give(batch: range) -> "Future[tuple[S, float]]":
-            return self.submit(partial(timed, is_worker=True), job, cases[batch.start : batch.stop])
-
-        out: deque[tuple[range, Future[tuple[S, float]] | None]] = deque()  # in order; None: to be done again
-        with contextlib.ExitStack() as stack:
-            stack.callback(self.stop)
-            while out or pace.taken < pace.total:
-                workers = self.workers()
-                while len(out) < HOLD * workers and pace.taken < pace.total and all(future for _, future in out):
-                    batch = pace.take(workers=workers)
-                    out.append((batch, give(batch)))
-                if not out:  # a cluster that has no workers yet
-                    time.sleep(LOOK_S)
-                    self.look()
-                    continue
-                batch, future = out.popleft()
-                results, seconds, deaths = (None, 0.0, 1) if future is None else self._outcome(future)
-                if results is not None:
-                    pace.note(batch, seconds)
-                    yield Portion(batch.start, batch.stop, results)
-                    continue
-                if future is not None:  # just now a worker has died
-                    self._wait(one for _, one in out if one)
-                    out = deque((b, None if not f or f.cancelled() or f.exception() else f) for b, f in out)
-                    self.mend()
-                yield from self._again(batch, deaths, give)
-
-    def _again(
-        self, batch: range, deaths: int, give: "Callable[[range], Future[tuple[S, float]]]"
-    ) -> Iterator[Portion[S]]:
-        """Do a batch over which workers may have died with nothing else in work; if it is the cause, case by case."""
-        is_single = len(batch) == 1
-        if is_single and deaths >= GIVEN_UP:
-            reason = f"its worker died each time, {deaths} times: out of memory, or a crash in a library"
-            yield Portion(batch.start, batch.stop, None, reason)
+    def alone(batch: range) -> Iterator[S | Lost]:
+        done = _outcome(site, give(batch))
+        if done is not None:
+            yield done[0]
             return
-        results, _, more = self._outcome(give(batch))
-        if results is not None:
-            yield Portion(batch.start, batch.stop, results)
-            return
-        self.mend()
+        site.mend()
         for case in batch:
-            yield from self._again(range(case, case + 1), more + deaths * is_single, give)
+            done = _outcome(site, give(range(case, case + 1)))
+            if done is None:
+                site.mend()
+            yield Lost(LOST) if done is None else done[0]
 
-    def _wait(self, futures: "Iterable[Future[Any]]") -> None:
-        every = list(futures)
-        while wait(every, timeout=LOOK_S).not_done:
-            self.look()
+    out: deque[tuple[range, Future[tuple[S, float]] | None]] = deque()  # in order; None: to be done again
+    try:
+        while out or pace.taken < pace.total:
+            workers = site.workers()
+            while len(out) < HOLD * workers and pace.taken < pace.total and all(future for _, future in out):
+                batch = pace.take(workers=workers)
+                out.append((batch, give(batch)))
+            if not out:  # a cluster that has no workers yet
+                time.sleep(LOOK_S)
+                site.look()
+                continue
+            batch, future = out.popleft()
+            done = None if future is None else _outcome(site, future)
+            if done is not None:
+                pace.note(batch, done[1])
+                yield done[0]
+                continue
+            if future is not None:  # just now a worker has died
+                _finish(site, (one for _, one in out if one))
+                out = deque((b, None if not f or f.cancelled() or f.exception() else f) for b, f in out)
+                site.mend()
+            yield from alone(batch)
+    finally:
+        site.stop()
 
-    def _outcome(self, future: "Future[tuple[S, float]]") -> tuple[S | None, float, int]:
-        """Results, seconds, and how many workers died over them, in which case there are none."""
-        self._wait([future])
-        try:
-            return *future.result(), 0
-        except Exception as error:
-            if deaths := self.deaths(error):
-                return None, 0.0, deaths
-            raise
+
+def _finish(site: "Crew | Cluster", futures: "Iterable[Future[Any]]") -> None:
+    every = list(futures)
+    while wait(every, timeout=LOOK_S).not_done:
+        site.look()
 
 
-class Crew(Site):
+def _outcome(site: "Crew | Cluster", future: "Future[tuple[S, float]]") -> tuple[S, float] | None:
+    """Results and seconds; None where a worker died over them."""
+    _finish(site, [future])
+    try:
+        return future.result()
+    except Exception as error:
+        if site.is_death(error):
+            return None
+        raise
+
+
+class Crew:
     """Processes of this machine, one pool of them.
 
     They are spawned, not forked: they inherit no threads, locks or open files. They ignore Ctrl-C, which a terminal
@@ -149,9 +126,12 @@ class Crew(Site):
             failed.set_exception(error)
             return failed
 
-    def deaths(self, error: BaseException) -> int:
-        """One, if a process has died (with it all in work is lost); 0 where the error is the job's own."""
-        return int(isinstance(error, BrokenExecutor))
+    def is_death(self, error: BaseException) -> bool:
+        """Whether a process has died (with it all in work is lost), or the error is the job's own."""
+        return isinstance(error, BrokenExecutor)
+
+    def look(self) -> None:
+        """Nothing to look for: a pool notices when a process dies."""
 
     def mend(self) -> None:
         """Start a new pool in place of a broken one, of which nothing is out any more."""
@@ -178,25 +158,36 @@ def _settle(lifeline: Connection) -> None:
     threading.Thread(target=leave, daemon=True).start()
 
 
-class Cluster(Site):
-    """The workers that a Dask scheduler has, however many come and go.
-
-    Parameters
-    ----------
-    address
-        Where the scheduler listens, like ``tcp://host:8786``.
+class Cluster:
+    """The workers that a Dask scheduler (its address like ``tcp://host:8786``) has, however many come and go.
 
     Raises
     ------
     UsageError
-        Dask is not installed, or this is no address.
+        Dask is not installed.
     ClusterError
-        The scheduler does not answer.
+        The scheduler does not answer, or a worker has another version.
     """
 
     def __init__(self, address: str) -> None:
         self.address = address
-        self._client = _connect(address)
+        try:
+            self._dask = importlib.import_module("distributed")
+        except ImportError as error:
+            raise UsageError(
+                f"--scheduler {address}: expected the package dask.distributed; got: {error}; "
+                "do: pip install 'frictionlab[cluster]'"
+            ) from error
+        try:
+            with ThreadPoolExecutor(1) as aside:  # a thread, for a notebook's own loop runs in this one
+                aside.submit(asyncio.run, self._ring()).result()
+            self._client = self._dask.Client(address, timeout=ANSWER_S, set_as_default=False, name="frictionlab")
+        except (OSError, ValueError) as error:
+            reason = next(iter(str(error).splitlines()), "it accepts the connection and does not answer")
+            raise ClusterError(
+                f"{address}: no Dask scheduler answered within {ANSWER_S:.0f} s ({reason}): expected an address like "
+                "tcp://host:8786; do: start one with `dask scheduler`, or give the address it prints"
+            ) from error
         self._counted = self._seen = time.monotonic()
         self._workers = self._count()
         # a call that a worker of another version cannot unpack would end it, and then the next one
@@ -206,10 +197,17 @@ class Cluster(Site):
             self.stop()
             where, what = next(iter(wrong.items()))
             raise ClusterError(
-                f"{self.address}: {len(wrong)} of {len(found)} workers lack this version: expected frictionlab "
+                f"{address}: {len(wrong)} of {len(found)} workers lack this version: expected frictionlab "
                 f"{__version__}, as here; got {'none' if isinstance(what, Exception) else what} at {where}; "
                 "do: install the same version there"
             )
+
+    async def _ring(self) -> None:
+        """Call the scheduler and hang up: a `Client` would wait for ever where something else listens."""
+        access = self._dask.Security().get_connection_args("client")
+        call = self._dask.comm.connect(self.address, timeout=ANSWER_S, **access)
+        comm = await asyncio.wait_for(call, 1.5 * ANSWER_S)
+        await comm.close()
 
     def workers(self) -> int:
         """Threads of all workers just now."""
@@ -239,12 +237,11 @@ class Cluster(Site):
     async def _fetch(self, there: Any) -> Any:
         return await self._client.gather(there, asynchronous=True)
 
-    def deaths(self, error: BaseException) -> int:
-        """How many deaths of workers this error stands for; `ClusterError` if the scheduler dropped the call."""
+    def is_death(self, error: BaseException) -> bool:
+        """Whether workers died over a call; `ClusterError` if the scheduler dropped it."""
         if isinstance(error, CancelledError):
             raise self._lost()
-        killed = _part_of_dask("distributed.scheduler", self.address).KilledWorker
-        return DEATHS if isinstance(error, killed) else 0
+        return isinstance(error, self._dask.KilledWorker)
 
     def look(self) -> None:
         """Raise `ClusterError` if the scheduler is gone, or has been without workers for a minute."""
@@ -262,38 +259,9 @@ class Cluster(Site):
             "do: start it and its workers again, and continue"
         )
 
+    def mend(self) -> None:
+        """Nothing to mend: each worker's nanny starts a new one."""
+
     def stop(self) -> None:
         """Drop what is still in work; the cluster stays."""
         self._client.close(timeout=ANSWER_S)
-
-
-def _connect(address: str) -> Any:
-    client = _part_of_dask("distributed", address).Client
-    try:
-        with ThreadPoolExecutor(1) as aside:  # a thread, for a notebook's own loop runs in this one
-            aside.submit(asyncio.run, _ring(address)).result()
-        return client(address, timeout=ANSWER_S, set_as_default=False, name="frictionlab")
-    except (OSError, ValueError) as error:
-        reason = next(iter(str(error).splitlines()), "it accepts the connection and does not answer")
-        raise ClusterError(
-            f"{address}: no Dask scheduler answered within {ANSWER_S:.0f} s ({reason}): expected an address like "
-            "tcp://host:8786; do: start one with `dask scheduler`, or give the address it prints"
-        ) from error
-
-
-async def _ring(address: str) -> None:
-    """Call the scheduler and hang up: a `Client` would wait for ever where something else listens."""
-    access = _part_of_dask("distributed", address).Security().get_connection_args("client")
-    call = _part_of_dask("distributed.comm", address).connect(address, timeout=ANSWER_S, **access)
-    comm = await asyncio.wait_for(call, 1.5 * ANSWER_S)
-    await comm.close()
-
-
-def _part_of_dask(name: str, address: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise UsageError(
-            f"--scheduler {address}: expected the package dask.distributed; got: {error}; "
-            "do: pip install 'frictionlab[cluster]'"
-        ) from error
