@@ -137,16 +137,20 @@ def refuse_inputs(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
             raise UsageError(f"{output}: is the input {read[one]}: an output never replaces an input: choose another")
 
 
-def refuse_protected(output: Path, *, force: bool) -> None:
-    """Refuse to replace a file that its user has write-protected; asked before long work.
+def refuse_unwritable(output: Path, *, force: bool) -> None:
+    """Refuse an output that cannot be written, or would replace a file that its user has write-protected.
 
     Raises
     ------
     UsageError
-        It is, and ``force`` is not set.
+        It cannot, or it would and ``force`` is not set; asked before long work.
     """
     if not force and output.exists() and _is_protected(output):
         raise UsageError(PROTECTED.format(output))
+    above = next(parent for parent in (*output.parents, Path.cwd()) if os.path.lexists(parent))
+    if not above.is_dir() or not os.access(above, os.W_OK):
+        what = "cannot be written to" if above.is_dir() else "is no folder"
+        raise UsageError(f"{output}: {above} {what}: choose another output")
 
 
 def _is_protected(path: Path) -> bool:

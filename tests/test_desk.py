@@ -17,30 +17,14 @@ LOG = ROOT / "sample_data" / "aramid_N1.25_r1.2.csv"
 SCENED = ("--scene", SCENE)
 
 
-def run(*words: str | Path, given: bytes | None = None) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words], input=given)
+def run(*words: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words])
 
 
 @pytest.fixture(scope="module")
 def short() -> bytes:
     """A log of 30 s."""
     return b"".join(LOG.read_bytes().splitlines(keepends=True)[:7503])
-
-
-def test_a_log_or_a_recording_comes_from_standard_input(short: bytes, tmp_path: Path) -> None:
-    command = "compare-numeric"
-    (tmp_path / "log.csv").write_bytes(short)
-    assert run("ingest", tmp_path / "log.csv", *SCENED, "-q").exit_code == 0
-    known = json.loads(run(command, tmp_path / "log.h5", *SCENED, "--json").stdout)
-    for given in (short, (tmp_path / "log.h5").read_bytes()):
-        told = run(command, "-", *SCENED, "--json", "--plot", tmp_path / "figures", given=given)
-        assert told.exit_code == 0, told.output
-        row = json.loads(told.stdout)
-        assert row["source"] == "-"
-        assert row["energy_per_cycle"] == known["energy_per_cycle"]
-    assert all(place.name.startswith("standard_input.") for place in (tmp_path / "figures").iterdir())
-    told = run("ingest", "-", tmp_path / "log.csv", "-o", tmp_path / "out", "--workers", "2", "--json", given=short)
-    assert [json.loads(line)["samples"] for line in told.stdout.splitlines()] == [7500, 7500]
 
 
 def test_a_folder_and_a_pattern_are_opened_up(short: bytes, tmp_path: Path) -> None:

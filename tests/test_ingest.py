@@ -116,11 +116,6 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
     (row,) = rows(result)
     assert (row["alignment"], row["lag_s"], row["trimmed_mass_samples"]) == ("absolute time", -0.1, 25)
     assert len(read_recording(tmp_path / "both.h5").source.files) == 2
-    for left, right, given in (("-", base, mass), (mass, "-", base)):  # one of the two from standard input
-        words = ["ingest", "--mass-log", str(left), "--base-log", str(right), "-o", f"{tmp_path}/of.h5", "--force"]
-        result = CliRunner().invoke(app, words, input=given.read_bytes())
-        assert result.exit_code == 0, result.output
-        np.testing.assert_allclose(read_recording(tmp_path / "of.h5").mass_displacement, DATA.mass[25:], atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +124,6 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
         ([], "no logs: expected LOG"),
         (["--mass-log", "a.csv"], "expected both --mass-log and --base-log"),
         (["a.csv", "--mass-log", "b.csv", "--base-log", "c.csv"], "either LOG"),
-        (["--mass-log", "-", "--base-log", "-"], "standard input holds one log"),
         (["a.csv", "b.csv", "-o", "one.h5"], "expected a folder for 2 logs"),
         (["*.csv"], "*.csv: no file fits this pattern"),
         (["a.csv", "-o", "one.csv"], "a recording is an HDF5 file: expected a name ending in .h5, or a folder"),
@@ -274,12 +268,7 @@ def test_like_named_logs_have_recordings_of_their_own(tmp_path: Path) -> None:
     assert all(path.with_suffix(".h5").exists() for path in logs)
 
 
-def test_patterns_and_standard_input(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("log")
+def test_patterns(tmp_path: Path) -> None:
     assert run(tmp_path / "steel*.csv", "-o", tmp_path / "made" / "of" / "it.h5").exit_code == 0
     assert len(read_recording(tmp_path / "made" / "of" / "it.h5")) == len(DATA.rows)
-    monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(app, ["ingest", "-", "--json"], input=log.read_bytes())
-    assert result.exit_code == 0, result.output
-    (row,) = rows(result)
-    assert (row["source"], row["output"]) == ("-", "standard_input.h5")
-    np.testing.assert_array_equal(read_recording(tmp_path / "standard_input.h5").mass_displacement, DATA.mass)

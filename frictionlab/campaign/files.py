@@ -15,7 +15,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import FrictionlabError, OutputError, RecordingError, UsageError
-from frictionlab.files import make_folder, refuse_inputs, refuse_protected
+from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable
 from frictionlab.hdf5 import is_recording, read_recording, read_tree
 from frictionlab.inference.material_law import is_material_law
 from frictionlab.recording import Recording
@@ -232,7 +232,7 @@ def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = 
     """
     refuse_inputs((folder / name for name in (*TABLES, REPORT)), inputs)
     for name in (*TABLES, REPORT):
-        refuse_protected(folder / name, force=force)
+        refuse_unwritable(folder / name, force=force)
     make_folder(folder / "figures")
     there = [name for name in (*TABLES, REPORT) if (folder / name).exists()]
     strange = [name for name in there if not _is_ours(folder / name)]

@@ -82,7 +82,7 @@ def analyze(
     exit_status(rows)
 
 
-def _measured(_: Path, file: Path, *, scene: "Scene", with_series: bool) -> Made:
+def _measured(file: Path, *, scene: "Scene", with_series: bool) -> Made:
     """The measurement of a file, with its series and its mean cycle where they are to be written."""
     import numpy as np
 
@@ -129,7 +129,7 @@ def compare_numeric(
     exit_status(rows)
 
 
-def _compared(_: Path, file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
+def _compared(file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
     from frictionlab.verbs.one_test import analyze, compare, frequency_table_given
 
     shown: dict[str, object] = {}
@@ -191,7 +191,7 @@ def explain(recordings: list[Path], *, settings: AnalysisSettings, work: Judged)
     exit_status(rows)
 
 
-def _explained(_: Path, file: Path, *, scene: "Scene") -> Made:
+def _explained(file: Path, *, scene: "Scene") -> Made:
     from frictionlab.verbs.one_test import explain
 
     found = explain(file, scene)
@@ -224,7 +224,7 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     exit_status(rows)
 
 
-def _tapped(_: Path, file: Path, *, scene: "Scene") -> Made:
+def _tapped(file: Path, *, scene: "Scene") -> Made:
     """The row of an input: the averages over its taps and each of them, or the modes of several masses."""
     from frictionlab.verbs.one_test import decay_of, free_vibration, free_vibration_modes, masses_of
 

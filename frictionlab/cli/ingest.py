@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from frictionlab.cli import printable
-from frictionlab.cli.options import Inputs, LogSettings, number_of, on_disk
+from frictionlab.cli.options import Inputs, LogSettings, number_of
 from frictionlab.cli.screen import Shown, count, counted, exit_status, paragraph, print_tests, print_warnings, word
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs
 from frictionlab.tables.texts import with_error
-from frictionlab.verbs.inputs import STANDARD_INPUT, files_of, logs_in, names_of
+from frictionlab.verbs.inputs import files_of, logs_in, names_of
 
 if TYPE_CHECKING:
     from frictionlab.cli.analyze import Made
@@ -60,8 +60,8 @@ def ingest(
     if not dry_run:
         outputs = _places(inputs, output)
         refuse_inputs(outputs.values(), [*inputs, *([] if base_log is None else [base_log]), *scene.files])
-    base, alone = None if base_log is None else on_disk(base_log), len(inputs) == 1 and not (work.quiet or work.as_json)
-    job = partial(_ingested, scene=scene, base=base, outputs=outputs, force=force, alone=alone)
+    alone = len(inputs) == 1 and not (work.quiet or work.as_json)
+    job = partial(_ingested, scene=scene, base=base_log, outputs=outputs, force=force, alone=alone)
     rows = work.rows(inputs, job, "ingest", watched=not alone)
     if not work.as_json:
         good = [row for row in rows if row["status"] == "ok"]
@@ -73,14 +73,14 @@ def ingest(
 
 
 def _ingested(
-    log: Path, file: Path, *, scene: "Scene", base: Path | None, outputs: Mapping[Path, Path], force: bool, alone: bool
+    log: Path, *, scene: "Scene", base: Path | None, outputs: Mapping[Path, Path], force: bool, alone: bool
 ) -> "Made":
     """What was found in a log, as one row."""
     from frictionlab.verbs.one_test import ingest
 
     output = outputs.get(log)
     with count(log.name, quiet=not alone, in_bytes=True) as progress:
-        recording = ingest(file, scene, base_log=base, output=output, force=force, progress=progress)
+        recording = ingest(log, scene, base_log=base, output=output, force=force, progress=progress)
     source = recording.source
     row = {
         "source": str(log),
@@ -108,8 +108,6 @@ def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) 
     """The logs to read, folders and patterns opened up; of a pair of logs, the mass's stands for both."""
     if (mass_log is None) != (base_log is None):
         raise UsageError("one file per sensor: expected both --mass-log and --base-log; got one of them")
-    if mass_log is not None and base_log is not None and mass_log == base_log == STANDARD_INPUT:
-        raise UsageError("--mass-log - and --base-log -: standard input holds one log: give the other one as a file")
     if mass_log is not None and logs:
         raise UsageError("expected either LOG... or --mass-log with --base-log; got both: do them one after the other")
     if mass_log is None and not logs:
@@ -122,7 +120,7 @@ def _places(inputs: Sequence[Path], output: str | None) -> Mapping[Path, Path]:
     into = None if output is None else Path(output)
     places: dict[Path, Path] = {}
     if into is None or into.is_dir() or str(output).endswith((os.sep, "/")) or not into.suffix:
-        folders = {log: into or (Path() if log == STANDARD_INPUT else log.parent) for log in inputs}
+        folders = {log: into or log.parent for log in inputs}
         for folder in dict.fromkeys(folders.values()):
             names = names_of([log for log in inputs if folders[log] == folder])
             places |= {log: folder / f"{name}.h5" for log, name in names.items()}

@@ -3,9 +3,6 @@
 import csv
 import inspect
 import math
-import shutil
-import sys
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from decimal import Decimal
@@ -152,9 +149,11 @@ class Results:
         """The file of a command's only figure: as named, or of its kind's name in the folder named."""
         if self.plot is None:
             return None
-        from frictionlab.verbs.presenting import figure_file
+        from frictionlab.figures import check_figures
 
-        return figure_file(self.plot, kind, force=self.force, inputs=inputs)
+        file = self.plot / f"{kind}.png" if self.plot.is_dir() or not self.plot.suffix else self.plot
+        check_figures([file], force=self.force, inputs=inputs)
+        return file
 
 
 def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = False) -> "Scene":
@@ -179,34 +178,19 @@ def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = Fal
     return Scene() if found is None else read_scene(found)
 
 
-Job = Callable[[Path, Path], tuple[Row, Mapping[str, object]]]
-"""Of an input, and the file that holds it, the row and by kind of figure what is drawn of it."""
+Job = Callable[[Path], tuple[Row, Mapping[str, object]]]
+"""Of an input the row, and by kind of figure what is drawn of it."""
 Places = Mapping[Path, Mapping[str, Path]]
 """Input -> kind of figure -> its file."""
-_COPIES: list[tempfile.TemporaryDirectory[str]] = []  # of standard input; removed when this process ends
 
 
-def on_disk(path: Path) -> Path:
-    """The file that holds an input: standard input is copied, here and at once, because workers have none."""
-    if path != Path("-"):
-        return path
-    _COPIES.append(tempfile.TemporaryDirectory(prefix="frictionlab-"))
-    file = Path(_COPIES[-1].name) / "standard_input"
-    with file.open("wb") as copy:
-        shutil.copyfileobj(sys.stdin.buffer, copy)
-    with file.open("rb") as copied:
-        is_recording = copied.read(4) == b"\x89HDF"
-    return file.rename(file.with_suffix(".h5")) if is_recording else file
-
-
-def _done(path: Path, *, job: Job, files: Mapping[Path, Path], places: Places, force: bool) -> Row:
+def _done(path: Path, *, job: Job, places: Places, force: bool) -> Row:
     """Do the job on one input, here or where a worker is, and draw what is to be drawn of it."""
-    row, drawn = job(path, files[path])
-    for kind, place in places.get(path, {}).items():
-        result: Any = drawn.get(kind)
-        if result is not None:
-            from frictionlab.verbs.presenting import plot
+    from frictionlab.verbs.presenting import plot
 
+    row, drawn = job(path)
+    for kind, place in places.get(path, {}).items():
+        if (result := drawn.get(kind)) is not None:
             plot(result, place, title=path.name, force=force)
     return {**row, "source": str(path)}
 
@@ -239,15 +223,11 @@ class Inputs:
         silent: bool = False,
         watched: bool = True,
     ) -> "Rows":
-        """The rows of all inputs; those of --json are printed unless ``silent``.
-
-        Keys that begin with a dash below are for the command alone.
-        """
+        """The rows of all inputs; those of --json are printed unless ``silent``. Keys in _ are the command's own."""
         from frictionlab.cli.screen import report_rows, track
         from frictionlab.verbs.inputs import rows_of
 
-        files = {path: on_disk(path) for path in inputs}
-        one = partial(_done, job=job, files=files, places=places or {}, force=force)
+        one = partial(_done, job=job, places=places or {}, force=force)
         made = rows_of(inputs, one, workers=self.workers, scheduler=self.scheduler)
         quiet = self.quiet or self.as_json or not watched
         watching = track(made, total=len(inputs), title=title, quiet=quiet)

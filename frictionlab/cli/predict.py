@@ -1,5 +1,6 @@
 """Tests not made: ``frictionlab plan``, which say most; ``predict``, what they would show; ``sweep``, a map of them."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -9,12 +10,11 @@ from frictionlab.cli import LostOutputError, complain
 from frictionlab.cli.options import Results, named_values, scene_of, values_of
 from frictionlab.cli.screen import count, counted, paragraph, print_table, print_warnings
 from frictionlab.errors import UsageError
+from frictionlab.files import make_folder
 from frictionlab.schema import PREDICTIONS, STEADY_STATES
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import numpy as np
 
     from frictionlab.inference.predictive import PredictedTest
@@ -248,7 +248,10 @@ def sweep(
     more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
     grid = maps.Grid(rs, betas, mus, zetas, wall, law or "coulomb", more)
     check_output(output, STEADY_STATES, force=force, rows=len(grid))
-    figure = None if plot is None else _map_figure(grid, plot, force=force)
+    figure = Results(plot=plot, force=force).figure("map")
+    axes = [name for name, along in grid.axes().items() if len(along) > 1]
+    if figure is not None and len(axes) > MOST_AXES:
+        raise UsageError(f"--plot {plot}: expected one or two axes with several values; got {', '.join(axes)}")
     steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
     tally, drawn, done = maps.Tally(grid), [], 0
     try:
@@ -272,37 +275,21 @@ def sweep(
         outcomes = ", ".join(f"{number} {outcome}" for outcome, number in tally.outcomes.most_common())
         typer.echo(f"{len(grid)} steady states ({outcomes}) are in {output}")
     if figure is not None:
-        _draw(grid, drawn, tuple(tally.sentences()), figure, force=force)
+        _draw(grid, drawn, list(tally.sentences()), figure, force=force)
     if tally.outcomes[maps.FAILED]:
         raise typer.Exit(1)
 
 
-def _map_figure(grid: "Grid", plot: Path, *, force: bool) -> Path | None:
-    """The file of a map's figure; refuses a map of too many axes before the work."""
-    from frictionlab.figures.grids import varying
-    from frictionlab.verbs.presenting import figure_file
-
-    axes = varying(grid.axes())
-    if len(axes) > MOST_AXES:
-        raise UsageError(
-            f"--plot {plot}: expected one or two axes with several values; got {', '.join(axes)}: draw a map of fewer"
-            " axes, or leave --plot out"
-        )
-    return figure_file(plot, "map", force=force)
-
-
-def _draw(
-    grid: "Grid", records: "Sequence[np.ndarray]", warnings: tuple[str, ...], place: Path, *, force: bool
-) -> None:
+def _draw(grid: "Grid", records: "Sequence[np.ndarray]", warnings: Sequence[str], place: Path, *, force: bool) -> None:
     import numpy as np
 
-    from frictionlab.figures.grids import PANELS, STOPS, StateMapDrawing, varying
-    from frictionlab.figures.style import AT_REST
-    from frictionlab.verbs.presenting import plot
+    from frictionlab.figures.grids import PANELS, STOPS, map_figure
+    from frictionlab.figures.style import AT_REST, save
 
-    axes, found = varying(grid.axes()), np.concatenate(records)
+    found, every = np.concatenate(records), {name: np.asarray(along) for name, along in grid.axes().items()}
+    axes = {name: along for name, along in every.items() if len(along) > 1} or {"r": every["r"]}
     found[STOPS][found["outcome"] == b"stuck"] = AT_REST
     drawn = {key: found[key].reshape([len(along) for along in axes.values()]) for key in PANELS}
-    fixed = [f"{name} = {along[0]:g}" for name, along in grid.axes().items() if name not in axes]
-    title = ", ".join([grid.law, f"wall {grid.wall}", *fixed])
-    plot(StateMapDrawing(axes, drawn, title, warnings), place, force=force)
+    fixed = [f"{name} = {along[0]:g}" for name, along in every.items() if name not in axes]
+    make_folder(place.parent)
+    save(map_figure(axes, drawn, ", ".join([grid.law, f"wall {grid.wall}", *fixed]), warnings), place, force=force)

@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from frictionlab.cli import printable
-from frictionlab.cli.options import scene_of
+from frictionlab.cli.options import Results, scene_of
 from frictionlab.cli.screen import count, paragraph, print_table, track, warnings_of
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder
@@ -103,6 +103,7 @@ def laws(
     known = None if name is None else law_of(f"coulomb+{name}" if name in TERMS and name != "coulomb" else name)
     if plot is not None and known is None:
         raise UsageError("--plot: expected the name of a law whose loop is drawn; got none")
+    figure = Results(plot=plot, force=force).figure("loop")
     if known is None and not as_json:
         print_table([{"term": t.name, "": t.words} for t in TERMS.values()], ("term", ""))
         paragraph("A law is coulomb, or a sum: coulomb+place. More: frictionlab laws NAME")
@@ -117,14 +118,13 @@ def laws(
         for p in term.parameters:
             usual = f"usually {p.usual[0]:g} to {p.usual[1]:g}"
             paragraph(f"    {p.name}: {p.words}; {p.domain}, {usual}", indent="        ")
-    if plot is not None and known is not None:
+    if figure is not None and known is not None:
         from frictionlab.simulator import Problem, steady_state
-        from frictionlab.verbs.presenting import figure_file
         from frictionlab.verbs.presenting import plot as draw
 
         own = {p.name: 0.5 * sum(p.usual) for p in known.parameters if p.name != "beta"}
         state = steady_state(Problem(*LOOP, law=known.name, parameters=own))
-        draw(state, figure_file(plot, "loop", force=force), force=force)
+        draw(state, figure, force=force)
 
 
 def synthesize(

@@ -26,7 +26,6 @@ SI = {
     "E": ("energy_per_cycle_j", 1e3, "mJ"),
     "F": ("friction_force_n", 1, "N"),
 }
-MOST_AXES = 2  # of a map's figure
 CONTACTS = {
     "mass": "contact of mass",
     "against": "against",

@@ -5,13 +5,12 @@ state. Here stands, without it, how a figure of this tool is known again: by who
 is never replaced by a plot.
 """
 
-import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from frictionlab.errors import UsageError
-from frictionlab.files import refuse_inputs, refuse_protected
+from frictionlab.files import refuse_inputs, refuse_unwritable
 
 FORMATS: Mapping[str, Mapping[str, Any]] = {
     ".pdf": {"metadata": {"CreationDate": None, "Producer": None, "Creator": "frictionlab"}},
@@ -36,20 +35,21 @@ def is_figure(path: Path) -> bool:
 
 
 def check_figures(paths: Iterable[Path], *, force: bool = False, inputs: Iterable[Path] = ()) -> None:
-    """Refuse figures that would replace a file of another kind or an input, or that cannot be written, before the work.
+    """Refuse, before the work, what is no figure's name, or would replace an input or a file of another kind.
 
     Raises
     ------
     UsageError
-        One of them would.
+        Of the first of them.
     """
     places = list(paths)
+    for path in places:
+        if path.suffix not in FORMATS:
+            raise UsageError(
+                f"{path}: expected a figure ending in .pdf, .svg or .png, or a folder; got {path.suffix!r}"
+            )
     refuse_inputs(places, inputs)
     for path in places:
         if path.exists() and not (force or is_figure(path)):
             raise UsageError(f"{path}: exists and is no figure of frictionlab: draw elsewhere, or move it away")
-        refuse_protected(path, force=force)
-        above = next(parent for parent in (*path.parents, Path()) if os.path.lexists(parent))
-        if not above.is_dir() or not os.access(above, os.W_OK):
-            reason = "cannot be written to" if above.is_dir() else "is no folder"
-            raise UsageError(f"{path}: {above} {reason}: draw elsewhere")
+        refuse_unwritable(path, force=force)

@@ -181,42 +181,25 @@ def colour_limit(values: FloatArray) -> float:
     return top - CLIP if top > 2 * CLIP else max(top, 1e-6)
 
 
-@dataclass(frozen=True)
-class StateMapDrawing:
-    """What is drawn: the axes that vary, by name, and the columns of `PANELS` over them; nan: no steady state.
+def map_figure(
+    axes: Mapping[str, FloatArray], columns: Mapping[str, FloatArray], title: str, warnings: Sequence[str] = ()
+) -> Figure:
+    """A panel for each of energy, amplitude and stops over one axis or two; left white where there is no steady state.
 
-    Parameters
-    ----------
-    axes
-        Name -> its values, going up; one axis or two.
-    columns
-        Key of `PANELS` -> array over the axes in their order; stops of a mass at rest: `AT_REST`.
-    title
-        The law and what stays the same.
-    warnings
-        What is to be said of the points beside their numbers.
+    ``axes``: name -> its values, going up; ``columns``: key of `PANELS` -> array over the axes in their order, stops of
+    a mass at rest `AT_REST`.
     """
-
-    axes: Mapping[str, FloatArray]
-    columns: Mapping[str, FloatArray]
-    title: str
-    warnings: Sequence[str] = ()
-
-
-def map_figure(drawn: StateMapDrawing) -> Figure:
-    """A panel for each of energy, amplitude and stops; left white where there is no steady state."""
-    (name, along), *rest = drawn.axes.items()
-    with drawing(2.6, drawn.title, drawn.warnings) as figure:
+    (name, along), *rest = axes.items()
+    with drawing(2.6, title, warnings) as figure:
         for ax, (key, words) in zip(panels(figure, len(PANELS), across=3), PANELS.items(), strict=True):
-            values = drawn.columns[key]
+            values = columns[key]
             ax.set(title=words, xlabel=name)
             if rest:
                 classes = stop_colours(values) if key == STOPS else None
                 known = values[np.isfinite(values)]
                 top = float(np.percentile(known, PERCENTILE)) if known.size else 1.0
                 colours: dict[str, Any] = classes.mapped if classes else {"norm": Normalize(0.0, top)}
-                plane = (along, rest[0][1], values.T)
-                mesh = ax.pcolormesh(*plane, shading="nearest", rasterized=True, **colours)
+                mesh = ax.pcolormesh(along, rest[0][1], values.T, shading="nearest", rasterized=True, **colours)
                 if classes:
                     classes.bar(figure, mesh, ax)
                 else:
@@ -225,10 +208,10 @@ def map_figure(drawn: StateMapDrawing) -> Figure:
                 ax.grid(visible=False)
             else:
                 ax.plot(along, np.maximum(values, 0.0), color=BLUE, marker=".", markersize=2.5)
-            for axis, (_, places) in zip((ax.xaxis, ax.yaxis), drawn.axes.items(), strict=False):
+            for axis, scale, places in zip(("x", "y"), (ax.set_xscale, ax.set_yscale), axes.values(), strict=False):
                 if _is_logarithmic(places):
-                    axis.axes.set(xscale="log") if axis is ax.xaxis else axis.axes.set(yscale="log")
-                    plain_numbers(axis)
+                    scale("log")
+                    plain_numbers(getattr(ax, f"{axis}axis"))
     return figure
 
 
@@ -238,15 +221,3 @@ def _is_logarithmic(values: FloatArray) -> bool:
         return False
     factors = values[1:] / values[:-1]
     return bool(np.ptp(factors) < 1e-6 * factors[0])
-
-
-def varying(axes: Mapping[str, Sequence[float] | FloatArray]) -> dict[str, FloatArray]:
-    """Those of the axes that have more than one value; the first if none has.
-
-    Examples
-    --------
-    >>> list(varying({"r": (0.5, 1.0), "beta": (0.4,), "mu": (1.0,)}))
-    ['r']
-    """
-    more = {name: np.asarray(along, dtype=np.float64) for name, along in axes.items() if len(along) > 1}
-    return more or {name: np.asarray(along, dtype=np.float64) for name, along in list(axes.items())[:1]}

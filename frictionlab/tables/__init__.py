@@ -16,7 +16,7 @@ from os import PathLike
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.files import make_folder, refuse_inputs, refuse_protected, write_whole
+from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable, write_whole
 from frictionlab.schema import OUTCOME, TABLES, Table, is_marked, table_of
 from frictionlab.tables import texts
 from frictionlab.tables.texts import SENTENCES, Row, encodable, json_line, plain
@@ -138,17 +138,13 @@ def check_output(
         raise UsageError(f"{path}: expected an output ending in {EITHER}; got {path.suffix or 'no suffix'}")
     if _kind(path) == ".xlsx" and rows > SHEET_ROWS:
         raise UsageError(f"{path}: a spreadsheet holds {SHEET_ROWS} rows, not {rows}: write .csv")
-    above = next(parent for parent in (*path.parents, Path.cwd()) if os.path.lexists(parent))
-    if not above.is_dir() or not os.access(above, os.W_OK):
-        what = "cannot be written to" if above.is_dir() else "is no folder"
-        raise UsageError(f"{path}: {above} {what}: choose another output")
     if path.is_dir():
         raise UsageError(f"{path}: is a folder: give the name of a file in it")
     refuse_inputs([path], inputs)
     if os.path.lexists(path) and not (force or is_table(path, table)):
         what = f"table of {table.kind} of frictionlab" if table else "table of frictionlab"
         raise UsageError(f"{path}: exists and is no {what}: choose another output, or give --force")
-    refuse_protected(path, force=force)
+    refuse_unwritable(path, force=force)
 
 
 def is_table(path: Path, table: Table | None = None) -> bool:

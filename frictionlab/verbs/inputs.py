@@ -22,7 +22,6 @@ from frictionlab.workers import Lost, run_each
 FilePath = str | PathLike[str]
 AnyScene = Scene | FilePath | None
 FAILED = "failed"
-STANDARD_INPUT = Path("-")
 PACKAGE = Path(__file__).parents[1]
 PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".parquet", ".tdms")
 
@@ -151,7 +150,7 @@ def names_of(logs: Sequence[Path]) -> Mapping[Path, str]:
     >>> list(names_of([Path("a.csv"), Path("a.txt"), Path("b.csv"), Path("x/c.csv"), Path("y/C.csv")]).values())
     ['a.csv', 'a.txt', 'b', 'c.csv', 'C.csv~2']
     """
-    stems = {log: "standard_input" if log == STANDARD_INPUT else stem_of(log) for log in logs}
+    stems = {log: stem_of(log) for log in logs}
     many = Counter(map(as_disks_see, stems.values()))
     names: dict[Path, str] = {}
     taken: Counter[str] = Counter()

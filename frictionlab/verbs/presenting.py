@@ -31,7 +31,6 @@ FIGURES = {
     "Plan": "planned.plan_figure",
     "Prediction": "planned.prediction_figure",
     "FreeVibration": "recorded.free_vibration_figure",
-    "StateMapDrawing": "grids.map_figure",
     "Campaign": "plates.campaign_figure",
 }
 """Kind of result, or of those in a sequence -> the function of `frictionlab.figures` that draws it."""
@@ -96,16 +95,9 @@ def _figure_of(result: Any, title: str | None) -> "Figure":
 def figure_places(
     plot: Path, inputs: "Sequence[Path]", kinds: "Sequence[str]", *, force: bool = False
 ) -> dict[Path, dict[str, Path]]:
-    """Name the figures of each input, and refuse those that would replace another kind of file or an input.
+    """Name the figures of each input (input -> kind -> file) and refuse, before the work, those that cannot be.
 
-    Parameters
-    ----------
-    plot
-        A folder, or for one input a file: it holds the first kind of figure, and the others stand beside it.
-    inputs
-        What is drawn of; like-named ones get names that differ.
-    kinds
-        Kinds of figures of each input.
+    ``plot`` is a folder, or for one input a file: it holds the first kind of figure, the others stand beside it.
 
     Raises
     ------
@@ -119,24 +111,8 @@ def figure_places(
     else:
         beside = {kind: plot.with_name(f"{plot.stem}.{kind}{plot.suffix}") for kind in kinds[1:]}
         places = {inputs[0]: {kinds[0]: plot, **beside}}
-    _check([place for figures in places.values() for place in figures.values()], inputs, force=force)
+    check_figures([file for figures in places.values() for file in figures.values()], inputs=inputs, force=force)
     return places
-
-
-def figure_file(plot: Path, kind: str, *, force: bool, inputs: "Sequence[Path]" = ()) -> Path:
-    """The file of a command's only figure: as named, or of its kind's name in the folder named."""
-    file = plot / f"{kind}.png" if plot.is_dir() or not plot.suffix else plot
-    _check([file], inputs, force=force)
-    return file
-
-
-def _check(files: "Sequence[Path]", inputs: "Sequence[Path]" = (), *, force: bool) -> None:
-    """Refuse files that are no figures, and those that would replace another kind of file or an input."""
-    for file in files:
-        if file.suffix not in FORMATS:
-            expected = "a figure ending in .pdf, .svg or .png, or a folder"
-            raise UsageError(f"{file}: expected {expected}; got {file.suffix!r}")
-    check_figures(files, force=force, inputs=inputs)
 
 
 def publish(

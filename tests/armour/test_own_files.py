@@ -149,7 +149,9 @@ def test_what_is_write_protected_or_private_stays_so(recording: Path, tmp_path: 
 
 def test_a_figure_that_finds_no_room_is_refused_before_the_work(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("mine")
-    refused(run("analyze", "none.h5", "--plot", tmp_path / "taken" / "figures"), "taken is no folder: draw elsewhere")
+    refused(
+        run("analyze", "none.h5", "--plot", tmp_path / "taken" / "figures"), "taken is no folder: choose another output"
+    )
     for words in (("synthesize", "--scene", SCENE), ("tradeoff",), ("campaign", recording_rows(tmp_path))):
         done = run(*words, "-o", tmp_path / "taken")
         assert (done.exit_code, "taken" in done.output, "Errno" in done.output) == (1, True, False), done.output
