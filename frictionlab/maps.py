@@ -48,15 +48,7 @@ def digest() -> str:
 
 @dataclass(frozen=True)
 class Solve:
-    """What a worker does: solve the points of some numbers.
-
-    Attributes
-    ----------
-    grid
-        All points.
-    build
-        Digest of the simulator that asks; workers with another one refuse.
-    """
+    """What a worker does: solve the points of some numbers; ``build``: digest of the simulator that asks."""
 
     grid: Grid
     build: str = field(default_factory=digest)
@@ -83,14 +75,8 @@ class Solve:
 class Step:
     """Some points of a map that are in its file now.
 
-    Attributes
-    ----------
-    start
-        Number of the first of them.
-    records
-        Their steady states, one record with the keys of `KINDS` each.
-    reason
-        Why a point of them could not be solved, if its workers died over it.
+    ``start``: number of the first; ``records``: their steady states, one record with the keys of `KINDS` each;
+    ``reason``: why a point could not be solved, if its workers died over it.
     """
 
     start: int
@@ -184,22 +170,7 @@ def rows(grid: Grid, step: Step) -> Iterator[Row]:
 class Tally:
     """What is to be said of a map beside its numbers, gathered step by step.
 
-    Attributes
-    ----------
-    outcomes
-        How many points have which outcome.
-    notes
-        Kind of note -> at how many points it stands, and the first of them.
-
-    Examples
-    --------
-    >>> grid = Grid((0.5,), (0.2, 0.4))
-    >>> tally = Tally(grid)
-    >>> for number, note in enumerate((Note.CONTINUUM, Note(0))):
-    ...     records = np.array([(b"periodic", note)], dtype=[("outcome", "S10"), ("warnings", "u4")])
-    ...     _ = tally.add(Step(number, records))
-    >>> list(tally.sentences())
-    ['at 1 of 2 points one of a continuum of motions is told (the first: r = 0.5, beta = 0.2, mu = 1, zeta = 0)']
+    ``outcomes``: how many points have which; ``notes``: kind of note -> at how many points it stands, and the first.
     """
 
     grid: Grid

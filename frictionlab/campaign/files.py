@@ -231,9 +231,9 @@ def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = 
         One of them is an input.
     """
     refuse_inputs((folder / name for name in (*TABLES, REPORT)), inputs)
+    make_folder(folder / "figures")
     for name in (*TABLES, REPORT):
         refuse_unwritable(folder / name, force=force)
-    make_folder(folder / "figures")
     there = [name for name in (*TABLES, REPORT) if (folder / name).exists()]
     strange = [name for name in there if not _is_ours(folder / name)]
     if strange and not force:

@@ -50,7 +50,7 @@ PARTS = ("parameters", "nuisances")
 MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
 TAPPED = (
     *(word("tap", "tap", 9), known("f [Hz]", "natural_frequency_hz", 9, "se")),
-    *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", 1e6)),
+    *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", lambda _: 1e6)),
     Shown("F [N]", lambda row: with_error(row.get("friction_n"), row.get("_friction_n_se")), 5),
     word("half-cycles", "half_cycles", 4),
     Shown("shape", lambda row: " ".join(f"{mass:+.3f}" for mass in _each(row.get("shape"))) or "-", 5),

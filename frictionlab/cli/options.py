@@ -157,16 +157,9 @@ class Results:
 
 
 def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = False) -> "Scene":
-    """The scene of a command: the file given, else one that is found, else all defaults.
+    """The scene of a command: the file given, else one found in the working folder or ``beside`` the first input.
 
-    Parameters
-    ----------
-    path
-        What ``--scene`` says.
-    beside
-        The first input: ``frictionlab.toml`` is looked for in the working folder, then beside it, and said to be used.
-    quiet
-        Do not say it.
+    That it was found is said, unless ``quiet``; where there is none all is default.
     """
     from frictionlab.scene import Scene, find_scene, read_scene
 
@@ -229,8 +222,7 @@ class Inputs:
 
         one = partial(_done, job=job, places=places or {}, force=force)
         made = rows_of(inputs, one, workers=self.workers, scheduler=self.scheduler)
-        quiet = self.quiet or self.as_json or not watched
-        watching = track(made, total=len(inputs), title=title, quiet=quiet)
+        watching = track(made, total=len(inputs), title=title, quiet=self.quiet or self.as_json or not watched)
         return report_rows(watching, as_json=self.as_json and not silent)
 
 
@@ -309,18 +301,7 @@ SAME_AS = {"mu": ("static_ratio_up", "static_ratio_down", "static_ratio"), "zeta
 
 
 def named_values(said: Sequence[str] | None, given: Mapping[str, object]) -> dict[str, str]:
-    """What each ``--parameter NAME=VALUE`` says, by name; ``given``: what ``--mu`` and ``--zeta`` say, or None.
-
-    Raises
-    ------
-    UsageError
-        One has no ``=``, stands twice, or has an option of its own.
-
-    Examples
-    --------
-    >>> named_values(["gradient=0.05"], {})
-    {'gradient': '0.05'}
-    """
+    """What each ``--parameter NAME=VALUE`` says, by name; ``given``: what ``--mu`` and ``--zeta`` say, or None."""
     values: dict[str, str] = {}
     for text in said or ():
         name, equals, value = (part.strip() for part in text.partition("="))

@@ -10,7 +10,6 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -79,23 +78,22 @@ def word(title: str, key: str, keep: int, form: str = ".3g") -> Shown:
     return Shown(title, text, keep)
 
 
-def known(title: str, key: str, keep: int, error: str = "u", times: float = 1.0) -> Shown:
-    """A number of a row with its uncertainty."""
-    return Shown(title, lambda row: with_error(row.get(key), row.get(f"{key}_{error}"), times), keep)
+def known(
+    title: str, key: str, keep: int, error: str = "u", times: Callable[[Row], float | None] = lambda _: 1.0
+) -> Shown:
+    """A number of a row with its uncertainty, times a factor; a dash where the factor is not known."""
+
+    def text(row: Row) -> str:
+        factor = times(row)
+        return "-" if factor is None else with_error(row.get(key), row.get(f"{key}_{error}"), factor)
+
+    return Shown(title, text, keep)
 
 
-def _scaled(unit: str, title: str, key: str, factor: Callable[[Row], float | None], keep: int) -> tuple[Shown, Shown]:
-    """A number with its uncertainty in physical units, and beside it dimensionless where those are not known."""
-
-    def text(row: Row, *, physical: bool) -> str:
-        times = factor(row)
-        return with_error(row.get(key), row.get(f"{key}_u"), times or 1.0) if physical == (times is not None) else "-"
-
-    plain_unit = "kY²" if title == "E" else "Y"
-    return (
-        Shown(f"{title} [{unit}]", partial(text, physical=True), keep),
-        Shown(f"{title} [{plain_unit}]", partial(text, physical=False), keep),
-    )
+def _both(unit: str, plain_unit: str, title: str, key: str, factor: Callable[[Row], float | None]) -> list[Shown]:
+    """A number in physical units, and beside it dimensionless where those are not known."""
+    plainly = known(f"{title} [{plain_unit}]", key, 6, times=lambda row: 1.0 if factor(row) is None else None)
+    return [known(f"{title} [{unit}]", key, 6, times=factor), plainly]
 
 
 def _millijoules(row: Row) -> float | None:
@@ -108,16 +106,15 @@ def _millimetres(row: Row) -> float | None:
     return 1e3 * base if isinstance(base, float) else None
 
 
-_R, _ENERGY = word("r", "frequency_ratio", 7, ".3f"), _scaled("mJ", "E", "energy_per_cycle", _millijoules, 6)
+_FIRST = (word("r", "frequency_ratio", 7, ".3f"), *_both("mJ", "kY²", "E", "energy_per_cycle", _millijoules))
 MEASURED = (
-    *(_R, *_ENERGY, *_scaled("mm", "X", "response_amplitude", _millimetres, 5)),
+    *(*_FIRST, *_both("mm", "Y", "X", "response_amplitude", _millimetres)),
     *(word("stops", "stops_per_cycle", 4), word("regime", "regime", 5)),
     *(word("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),
 )
 COMPARED = (
-    *(_R, *_ENERGY, known("beta", "friction_ratio", 4)),
-    *(known("F [N]", "friction_force_n", 5), known("mu", "friction_coefficient", 8)),
-    *(word("law", "law", 9), word("verdict", "verdict", 9)),
+    *(*_FIRST, known("beta", "friction_ratio", 4), known("F [N]", "friction_force_n", 5)),
+    *(known("mu", "friction_coefficient", 8), word("law", "law", 9), word("verdict", "verdict", 9)),
 )
 
 
@@ -131,39 +128,29 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) ->
         for row in rows:
             complain(f"{row.get('source')}: {row.get('reason')}")
         return
-    names = short_names([str(row.get("source")) for row in rows])
-    for number, row in enumerate(rows):
-        if row.get("status") == "failed":
-            names[number] = printable(Path(str(row.get("source"))).name)
+    short = short_names([str(row.get("source")) for row in rows])
+    names = [n if r in good else printable(Path(str(r["source"])).name) for n, r in zip(short, rows, strict=True)]
     texts = {c: [printable(c.text(row)) if row in good else "" for row in rows] for c in columns}
     filled = [c for c in columns if set(texts[c]) - {"", "-"}]
+    widths = {c: max(len(c.title), *map(len, texts[c])) + GAP for c in filled}
     width, widest = _width() or WIDTH, max(map(len, names))
-    while True:
-        widths = [max(len(c.title), *map(len, texts[c])) for c in filled]
-        spare = width - sum(widths) - GAP * len(widths)
-        if spare >= min(widest, LEAST_TEXT) or len(filled) == 1:
-            break
+    while len(filled) > 1 and width - sum(widths[c] for c in filled) < min(widest, LEAST_TEXT):
         filled.remove(min(filled, key=lambda c: c.keep))
-    first = max(min(widest, spare), len("test"))
+    first = max(min(widest, width - sum(widths[c] for c in filled)), len("test"))
+    sizes = [first, *(widths[c] - GAP for c in filled)]
     typer.echo(_bold(headline))
-    typer.echo(_bold(_joined(["test", *(c.title for c in filled)], [first, *widths])))
+    typer.echo(_bold(_joined(["test", *(c.title for c in filled)], sizes)))
     for number, (name, row) in enumerate(zip(names, rows, strict=True)):
         cut = name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}"
         if row.get("status") == "failed":
             said = printable(f"{cut:<{first}}{' ' * GAP}failed: {row.get('reason')}")
             typer.echo(textwrap.fill(said, width, subsequent_indent=" " * (first + GAP), break_on_hyphens=False))
         else:
-            typer.echo(_joined([cut, *(texts[c][number] for c in filled)], [first, *widths]))
+            typer.echo(_joined([cut, *(texts[c][number] for c in filled)], sizes))
 
 
 def counted(number: int, noun: str) -> str:
-    """A number of things.
-
-    Examples
-    --------
-    >>> counted(1, "tap"), counted(3, "tap")
-    ('1 tap', '3 taps')
-    """
+    """A number of things: "1 tap", "3 taps"."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
@@ -224,20 +211,11 @@ def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
 def print_table(
     rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str], *, elsewhere: str = "--json and -o give"
 ) -> None:
-    """Print rows as a table of aligned text on stdout.
+    """Print rows as a table of aligned text on stdout; no number is ever cut.
 
-    No number is ever cut. What is too wide for the terminal is, of a few rows, turned; of many, left out from the end,
-    and named.
-
-    Parameters
-    ----------
-    rows : iterable of mappings
-        A key that a row lacks is shown as a dash.
-    columns : Table, sequence or mapping
-        A table of the schema, of which the columns for a screen are shown; or the keys to show in order; or their
-        titles by key.
-    elsewhere : str
-        What gives all columns where some do not fit.
+    What is too wide for the terminal is, of a few rows, turned; of many, left out from the end, and named.
+    ``columns``: a table of the schema, of which those for a screen are shown; or keys in order; or titles by key.
+    ``elsewhere``: what gives all columns.
     """
     every = list(rows)
     heads = _heads(columns, every)
@@ -327,8 +305,7 @@ class Rows(list[Row]):
 def report_rows(rows: Iterable[Row], *, as_json: bool) -> Rows:
     """Return all rows; with ``as_json`` print each as it comes, a line of JSON.
 
-    Ctrl-C and a standard output that takes no more (a full disk, a pipe that was closed) end it; the rows until then
-    are returned, so that the command can still write them.
+    Ctrl-C and a standard output that takes no more end it; the rows until then are returned, to be written.
     """
     seen = Rows()
     try:

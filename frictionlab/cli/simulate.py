@@ -1,10 +1,10 @@
 """``frictionlab simulate``: a steady state, N cycles from rest, the response to a recorded base; ``sweep``: a map."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
@@ -86,8 +86,7 @@ def simulate(
                 "friction: with --base-motion expected --beta BETA, the friction force over k times the largest"
                 " displacement of the base from its first value"
             )
-        problem, _ = _posed(1.0, rubbing, known, dimensionless=True)
-        _follow(problem, base_motion, scene, settings, highpass, to)
+        _follow(_posed(1.0, rubbing, known, from_rest=True)[0], base_motion, scene, settings, highpass, to)
         return
     stray = [words.flags for key, (_, words) in SETTINGS.items() if key in settings]
     stray += ["--highpass"] if highpass is not None else []
@@ -97,32 +96,29 @@ def simulate(
         raise UsageError("expected --r R (a steady state) or --base-motion FILE (the response to it); got neither")
     if every and len(given) > 1:
         raise UsageError(f"--all: expected neither --cycles nor --solver; got {', '.join(given[:1] + given[2:])}")
-    what: tuple[Problem | Structure, Units | None] = (
-        _structure(r, rubbing, known, given)
-        if known is not None and (known.rig.masses or known.rig.contacts)
-        else _posed(r, rubbing, known, dimensionless=False)
-    )
-    _settle(*what, to, every=every, solver=solver, cycles=cycles)
+    is_frame = known is not None and bool(known.rig.masses or known.rig.contacts)
+    what: Any = _structure(r, rubbing, known, given) if known and is_frame else _posed(r, rubbing, known)
+    _settle(what[0], what[1], to, every=every, solver=solver, cycles=cycles)
 
 
-@dataclass(frozen=True)
-class Units:
+class Units(NamedTuple):
     """What turns a dimensionless answer into metres, joules and newtons, as far as the scene knows it."""
 
     base_amplitude_m: float
     stiffness_n_per_m: float | None
 
-    def of(self, row: Row) -> Row:
-        """The contract's keys in SI units."""
-        y, k = self.base_amplitude_m, self.stiffness_n_per_m
-        amplitude, energy, beta = (row.get(key) for key in ("response_amplitude", "energy_per_cycle", "beta"))
-        if not isinstance(beta, float):
-            return {}
-        found: dict[str, object] = {"response_amplitude_m": amplitude * y if isinstance(amplitude, float) else None}
-        if k is not None:
-            found["energy_per_cycle_j"] = energy * k * y**2 if isinstance(energy, float) else None
-            found["friction_force_n"] = beta * k * y
-        return found
+
+def _in_si(row: Row, units: Units) -> Row:
+    """The contract's keys of a row in SI units; several contacts have no beta, and none of these."""
+    y, k = units
+    amplitude, energy, beta = (row.get(key) for key in ("response_amplitude", "energy_per_cycle", "beta"))
+    if not isinstance(beta, float):
+        return {}
+    known = {"response_amplitude_m": amplitude * y if isinstance(amplitude, float) else None}
+    if k is None:
+        return known
+    joules = energy * k * y**2 if isinstance(energy, float) else None
+    return {**known, "energy_per_cycle_j": joules, "friction_force_n": beta * k * y}
 
 
 def _structure(r: float, rubs: Rubbing, scene: "Scene", given: Sequence[str]) -> "tuple[Structure, Units]":
@@ -141,8 +137,10 @@ def _structure(r: float, rubs: Rubbing, scene: "Scene", given: Sequence[str]) ->
     return structure, Units(amplitude, scene.rig.stiffness)
 
 
-def _posed(r: float, rubs: Rubbing, scene: "Scene | None", *, dimensionless: bool) -> "tuple[Problem, Units | None]":
-    """The problem that the options and the scene pose, and its units where a scene is given."""
+def _posed(
+    r: float, rubs: Rubbing, scene: "Scene | None", *, from_rest: bool = False
+) -> "tuple[Problem, Units | None]":
+    """The problem that the options and the scene pose, and its units where a scene is given and a base amplitude."""
     from frictionlab.simulator import Problem
 
     if rubs.mu is not None and rubs.mu < 1.0:
@@ -157,7 +155,7 @@ def _posed(r: float, rubs: Rubbing, scene: "Scene | None", *, dimensionless: boo
         model = scene.model
         if rubs.law in (None, model.law):
             values = {**model.parameters, **values}
-        if not dimensionless:
+        if not from_rest:
             units = Units(rubs.base_amplitude or scene.plan.base_amplitudes_m[0], scene.rig.stiffness)
             values = {"frame_damping_ratio": scene.frame_damping_ratio, **values}
         mu = model.static_ratio if mu is None and model.static_ratio != 1.0 else mu
@@ -179,47 +177,36 @@ def _beta(rubs: Rubbing, scene: "Scene | None", units: Units | None) -> float:
     force = rubs.normal_force or (None if scene is None else scene.experiment.normal_force_n)
     stiffness = None if units is None else units.stiffness_n_per_m
     if coefficient is None or force is None or stiffness is None or units is None:
-        lacking = {
-            "--coefficient MU": coefficient,
-            "--normal-force N": force,
-            "--scene TOML with stiffness_n_per_m (or mass_kg and natural_frequency_hz) in [rig]": stiffness,
-        }
-        missing = ", ".join(name for name, value in lacking.items() if value is None)
+        rig = "--scene TOML with stiffness_n_per_m (or mass_kg and natural_frequency_hz) in [rig]"
+        asked = zip(("--coefficient MU", "--normal-force N", rig), (coefficient, force, stiffness), strict=True)
+        missing = ", ".join(option for option, value in asked if value is None)
         raise UsageError(f"friction: expected --beta BETA (friction force over k Y), or, all of them: {missing}")
     return coefficient * force / (stiffness * units.base_amplitude_m)
 
 
 def _settle(
-    problem: "Problem | Structure",
-    units: Units | None,
-    to: Results,
-    *,
-    every: bool,
-    solver: SolverName,
-    cycles: int | None,
+    problem: "Problem | Structure", units: Units | None, to: Results, *, every: bool, solver: Any, cycles: int | None
 ) -> None:
     """Solve the steady state, run some cycles from rest, or find all states: one row each, the most visited first."""
     from frictionlab.simulator import Problem, coexisting
-    from frictionlab.verbs import simulating
+    from frictionlab.verbs.simulating import simulate
 
-    solve: Callable[..., SteadyState] = simulating.simulate
     is_tree = to.output is not None and to.output.suffix == ".h5"
     if to.output is not None:
         check_output(to.output, MOTIONS, force=to.force)
         if every and is_tree:
             raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
-    figure = to.figure("motion")
-    start = time.perf_counter()
+    figure, start = to.figure("motion"), time.perf_counter()
     found = coexisting(problem) if every and isinstance(problem, Problem) else ()
+    solve: Any = simulate
     states: list[SteadyState] = [each.state for each in found] or [solve(problem, cycles=cycles, solver=solver)]
     seconds = time.perf_counter() - start
     rows: list[Row] = [_row(state, units, seconds) for state in states]
     if every:
         rows = [{**row, "basin_share": each.share} for row, each in zip(rows, found, strict=True)]
-    if to.as_json:
-        for row in rows:
-            typer.echo(json_line(row))
-    else:
+    for row in rows if to.as_json else ():
+        typer.echo(json_line(row))
+    if not to.as_json:
         _print_states(rows, [state.verdict for state in states], quiet=to.quiet)
     if to.output is not None and is_tree:
         _write_motion(states[0], rows[0], to.output, force=to.force)
@@ -233,24 +220,19 @@ def _settle(
 
 def _row(state: "SteadyState", units: Units | None, seconds: float) -> Row:
     """The row of a state with the contract's lists over masses and contacts, and in SI units where it can be."""
-    row: Row = {**state.row(), "wall_s": seconds}
+    row: dict[str, object] = {**state.row(), "wall_s": seconds}
     if "contacts" not in row:
         problem = state.problem
-        contact = {
-            "mass": 1,
-            "against": "base" if problem.wall == "base" else "wall",
-            "law": problem.law.name,
-            "energy_per_cycle": row["contact_energy_per_cycle"],
-            **{key: row[key] for key in ("stops_per_cycle", "stuck_fraction")},
-        }
-        row = {
-            **row,
-            "law": problem.law.name,
+        law, against = problem.law.name, "base" if problem.wall == "base" else "wall"
+        taken = {key: row[key] for key in ("stops_per_cycle", "stuck_fraction")}
+        energy = {"energy_per_cycle": row["contact_energy_per_cycle"]}
+        row |= {
+            "law": law,
             "parameters": problem.parameters,
             "response_amplitudes": [row["response_amplitude"]],
-            "contacts": [contact],
+            "contacts": [{"mass": 1, "against": against, "law": law, **energy, **taken}],
         }
-    return {**row, **({} if units is None else units.of(row))}
+    return row if units is None else {**row, **_in_si(row, units)}
 
 
 def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) -> None:
@@ -324,6 +306,8 @@ def _follow(
     from frictionlab.recording import Channel
     from frictionlab.schema import RESPONSES
     from frictionlab.verbs.inputs import row_of
+    from frictionlab.verbs.presenting import plot
+    from frictionlab.verbs.simulating import respond
 
     figure = to.figure("response", [path])
     if to.output is not None:
@@ -333,9 +317,6 @@ def _follow(
         check_writable(to.output, force=to.force)
 
     def responded(path: Path) -> Row:
-        from frictionlab.verbs.presenting import plot
-        from frictionlab.verbs.simulating import respond
-
         start = time.perf_counter()
         answer = respond(path, problem, scene, highpass_hz=highpass_hz, **settings)
         row = answer.row() | {"wall_s": time.perf_counter() - start}
@@ -349,11 +330,9 @@ def _follow(
         return row
 
     rows = report_rows([row_of(responded, path, folder=None)], as_json=to.as_json)
-    if not to.as_json:
-        if rows[0]["status"] == "ok":
-            print_turned([_numbers_of(rows[0])], RESPONSES)
-        else:
-            complain(f"{rows[0]['source']}: {rows[0]['reason']}")
-        if not to.quiet:
-            print_warnings(rows)
+    if rows[0]["status"] != "ok" and not to.as_json:
+        complain(f"{rows[0]['source']}: {rows[0]['reason']}")
+    elif not to.as_json:
+        print_turned([_numbers_of(rows[0])], RESPONSES)
+        print_warnings(() if to.quiet else rows)
     exit_status(rows)

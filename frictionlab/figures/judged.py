@@ -209,11 +209,5 @@ def draw_rungs(ax: Axes, names: Sequence[str], values: Sequence[float], required
 
 
 def short(law: str) -> str:
-    """A law's name without the term that all of them begin with.
-
-    Examples
-    --------
-    >>> short("coulomb"), short("coulomb+place+speed")
-    ('coulomb', '+ place + speed')
-    """
+    """A law's name without the term that all of them begin with: ``+ place + speed``."""
     return law.removeprefix("coulomb").replace("+", " + ").strip() or law

@@ -37,13 +37,7 @@ class Plate:
         return tuple(folder / f"{self.name}{suffix}" for suffix in SUFFIXES)
 
     def save(self, folder: Path, *, force: bool = False) -> tuple[Path, ...]:
-        """Draw it and write it as vector (SVG, PDF) and PNG.
-
-        Raises
-        ------
-        OutputError
-            A file cannot be written.
-        """
+        """Draw it and write it as vector (SVG, PDF) and PNG."""
         figure = self.draw()
         return tuple(save(figure, path, force=force) for path in self.files(folder))
 
@@ -71,13 +65,7 @@ def first_of(drawn: Sequence[Plate]) -> Plate | None:
 
 
 def campaign_figure(campaign: Campaign) -> Figure:
-    """The one figure of a campaign that says most.
-
-    Raises
-    ------
-    UsageError
-        No test of it could be evaluated.
-    """
+    """The one figure of a campaign that says most; `UsageError` where no test could be evaluated."""
     first = first_of(plates(campaign))
     if first is None:
         raise UsageError("plot: no test of the campaign could be evaluated: there is nothing to draw")

@@ -119,12 +119,7 @@ def drawing(height: float = 3.0, title: str = "", cautions: Sequence[str] = ()) 
 def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
     """Write a figure whole or not at all; the suffix (.png, .pdf, .svg) says how. Same figure, same bytes.
 
-    An earlier figure of this tool is replaced, any other file only with ``force``.
-
-    Raises
-    ------
-    OutputError
-        The file cannot be written, or another kind of file stands there.
+    An earlier figure of this tool is replaced, any other file only with ``force``; else `OutputError`.
     """
     image = io.BytesIO()
     for label in figure.findobj(Text):  # bytes of a file's name that are no text are shown escaped: no font draws them

@@ -70,13 +70,7 @@ class _Axis:
 
 
 def chart(lines: Sequence[ChartLine], x_label: str, y_label: str) -> str:
-    """Return lines as an SVG element; empty if no line has two finite points.
-
-    Examples
-    --------
-    >>> chart([], "time [s]", "x [mm]")
-    ''
-    """
+    """Return lines as an SVG element; empty if no line has two finite points."""
     shown = []
     for line in lines:
         x, y = np.column_stack([line.x, line.y])[np.isfinite(line.x) & np.isfinite(line.y)].T
@@ -94,13 +88,7 @@ def chart(lines: Sequence[ChartLine], x_label: str, y_label: str) -> str:
 
 
 def scatter(points: Sequence[Dot], x_label: str, y_label: str, groups: Sequence[str]) -> str:
-    """Return points as an SVG element, each a link to its page; the groups' names stand above. Empty without points.
-
-    Examples
-    --------
-    >>> '<a href="tests/a.html">' in scatter([Dot(0.3, 1.2, "a", "tests/a.html")], "r", "E", ["steel"])
-    True
-    """
+    """Return points as an SVG element, each a link to its page; the groups' names stand above. Empty without points."""
     known = [p for p in points if math.isfinite(p.x) and math.isfinite(p.y)]
     if not known:
         return ""

@@ -114,13 +114,7 @@ def grouped(warnings: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
 
 
 def write_report(campaign: Campaign, plates: Sequence[Plate], folder: Path) -> Path:
-    """Write ``report.html`` into a campaign's folder, whose ``figures`` hold the plates already.
-
-    Raises
-    ------
-    OutputError
-        The page cannot be written.
-    """
+    """Write ``report.html`` into a campaign's folder, whose ``figures`` hold the plates already."""
     images = {plate.name: (folder / "figures" / f"{plate.name}.svg").read_bytes() for plate in plates}
     path = folder / "report.html"
     write_whole(path, page(campaign, plates, images).encode())

@@ -82,13 +82,7 @@ def sheet_name(number: int, trial: Trial) -> str:
 
 
 def write_sheet(sheet: PageOfTest, path: Path, *, back: str | None = None, force: bool = False) -> None:
-    """Write a page into an existing folder; ``back``: link to the page of all tests.
-
-    Raises
-    ------
-    OutputError
-        A file of this name is there that is no such page, or it cannot be written.
-    """
+    """Write a page into an existing folder; ``back``: link to the page of all tests. May raise `OutputError`."""
     write_whole(path, sheet_page(sheet, back=back).encode(), replace=force or _is_sheet)
 
 

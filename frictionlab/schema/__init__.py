@@ -51,35 +51,13 @@ class Type(Enum):
 
 @dataclass(frozen=True)
 class Column:
-    """One column, the same in every file and table it stands in.
+    """One column, the same in every file and table it stands in; ``error_of``: the column whose error this is."""
 
-    Attributes
-    ----------
-    name
-        Key in JSON, head in CSV, name of the dataset in HDF5.
-    type
-        What its cells hold.
-    unit
-        As readers write it: ``Hz``, ``kY²`` (k Y^2), empty for a plain number and for text.
-    title
-        Short, for tables on a screen; no two columns of a table have the same.
-    sentence
-        What it is, in plain English.
-    error_of
-        Name of the column whose error this is; empty if it is none.
-
-    Examples
-    --------
-    >>> force = Column("normal_force_n", Type.NUMBER, "N", "normal force", "Force that presses the contact together.")
-    >>> force.head, force.units
-    ('normal force [N]', 'N')
-    """
-
-    name: str
-    type: Type
-    unit: str
-    title: str
-    sentence: str
+    name: str  # key in JSON, head in CSV, name of the dataset in HDF5
+    type: Type  # what its cells hold
+    unit: str  # as readers write it: Hz, kY² (k Y^2), empty for a plain number and for text
+    title: str  # short, for tables on a screen; no two columns of a table have the same
+    sentence: str  # what it is, in plain English
     error_of: str = ""
 
     @property
@@ -96,28 +74,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """One kind of table, as ``tables.toml`` lists it.
-
-    Attributes
-    ----------
-    kind
-        Its name, in the plural.
-    sentence
-        What one row is.
-    columns
-        All its columns, in order.
-    lead
-        So many of them, from the first on, are the mark by which a file is known to be of this kind: all of them, in
-        this order, before any other column.
-    shown
-        Names of the columns for a screen, the most telling first: those that find no place are left out from the end.
-    where_known
-        Those of the shown columns that are left out where no row knows them.
-    series
-        Columns of the arrays that may stand behind a row (one value per cycle, a mean cycle), in HDF5 only.
-    takes_facts
-        Whether columns of the user's own (facts of a test, from a sheet) may follow.
-    """
+    """One kind of table; ``tables.toml`` lists them and says what each of these is."""
 
     kind: str
     sentence: str
@@ -163,13 +120,7 @@ _COLUMNS = _read_columns()
 
 
 def _column_named(name: str, table: str = "") -> Column:
-    """The column of a name in a table; of ``X_se`` and ``X_u`` the error of ``X``, of ``X_low`` an end of its band.
-
-    Examples
-    --------
-    >>> _column_named("friction_force_n_u").head
-    'friction u'
-    """
+    """The column of a name in a table; of ``X_se`` and ``X_u`` the error of ``X``, of ``X_low`` an end of its band."""
     for key in (f"{table}:{name}", name):
         if key in _COLUMNS:
             return _COLUMNS[key]
@@ -214,13 +165,7 @@ PREDICTED_RECORD = (*_AMPLITUDE, "record_energy", "record_energy_j", "record_sto
 
 
 def is_marked(names: Sequence[str], table: Table) -> bool:
-    """Whether columns of these names bear the mark of a kind: all of its first columns, first and in order.
-
-    Examples
-    --------
-    >>> is_marked(("log", "material", "normal_force_n"), FRICTION)
-    False
-    """
+    """Whether columns of these names bear the mark of a kind: all of its first columns, first and in order."""
     return tuple(names[: table.lead]) == table.mark
 
 
@@ -228,12 +173,6 @@ def table_of(names: Sequence[str]) -> Table | None:
     """The kind of table that columns of these names belong to; None if to none.
 
     Columns may be added, taken away behind the mark, or moved by hand: the kind is that which has most of them.
-
-    Examples
-    --------
-    >>> found = table_of(("material", *FRICTION.names))
-    >>> found is not None and found.kind
-    'friction'
     """
     known = set(names)
     fitting = [table for table in TABLES if known.issuperset(table.mark)]

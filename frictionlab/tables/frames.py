@@ -30,13 +30,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)  # the date on everything in a spreadsheet: the s
 
 
 def excel_bytes(rows: Iterable[Row], names: Sequence[str]) -> bytes:
-    """An Excel file with one sheet of these rows.
-
-    Raises
-    ------
-    UsageError
-        There are more rows than a sheet holds.
-    """
+    """An Excel file with one sheet of these rows; `UsageError` where there are more than it holds."""
     import openpyxl
 
     book = openpyxl.Workbook(write_only=True)
@@ -66,13 +60,7 @@ def _excel_cell(value: object) -> bool | int | float | str | None:
 
 
 def read_excel(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
-    """The rows of the first sheet of an Excel file.
-
-    Raises
-    ------
-    UsageError
-        The file is none, or damaged, or a cell is not what its column says.
-    """
+    """The rows of the first sheet of an Excel file; `UsageError` where it, or a cell, is none."""
     frame = _frame_of(path)
     names = [unquoted(str(name)) for name in frame.columns]
     kind = table or table_of(names)
@@ -130,13 +118,7 @@ def _array(name: str, cells: Sequence[bool | float | str | None], table: Table |
 
 
 def rows_of(tree: Mapping[str, Any], path: Path, table: Table) -> Iterator[dict[str, object]]:
-    """The rows of a file's tree.
-
-    Raises
-    ------
-    RecordingError
-        There are no rows, the columns differ in length, or a cell is not what its column says.
-    """
+    """The rows of a file's tree; `RecordingError` where there are none, or a cell is not what its column says."""
     if ROWS not in tree:
         raise RecordingError(f"{path}: expected a table with rows; got a {table.kind}: open it with `frictionlab show`")
     columns = tree[ROWS]

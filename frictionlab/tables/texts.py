@@ -61,13 +61,7 @@ def plain(value: object) -> object:
 
 
 def flat(value: object) -> bool | int | float | str | None:
-    """A value as one cell holds it: lists of texts joined, objects as JSON.
-
-    Examples
-    --------
-    >>> flat(["short", "noisy"]), flat({"beta": 0.4}), flat(math.nan)
-    ('short | noisy', '{"beta": 0.4}', None)
-    """
+    """A value as one cell holds it: lists of texts joined, objects as JSON."""
     value = plain(value)
     if isinstance(value, list) and all(isinstance(item, str) for item in value):
         value = SENTENCES.join(map(str, value))
@@ -79,13 +73,7 @@ def flat(value: object) -> bool | int | float | str | None:
 
 
 def harmless(words: str) -> str:
-    r"""A text that no spreadsheet takes for a formula.
-
-    Examples
-    --------
-    >>> harmless("=SUM(A1)"), harmless("steel"), harmless("'-1")
-    ("'=SUM(A1)", 'steel', "''-1")
-    """
+    """A text that no spreadsheet takes for a formula: ``=SUM(A1)`` and ``'-1`` get an apostrophe before them."""
     return f"'{words}" if _FORMULA.match(words) else words
 
 
@@ -95,13 +83,7 @@ def unquoted(words: str) -> str:
 
 
 def encodable(words: str) -> str:
-    r"""The text with control characters, and halves of surrogate pairs of file names, written as they are escaped.
-
-    Examples
-    --------
-    >>> print(encodable("steel\x1b[31m"), encodable("a\udcff"))
-    steel\x1b[31m a\udcff
-    """
+    """The text with control characters, and halves of surrogate pairs of file names, written as they are escaped."""
     if words.isprintable():
         return words
     shown = _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), words)
@@ -121,18 +103,7 @@ def cell_of(value: object) -> str:
 
 
 def value_of(words: str, column: Column | None) -> object:
-    """The value of a cell of CSV; without a column (one of the user's own) its form says what it is.
-
-    Raises
-    ------
-    CellError
-        The column expects something else.
-
-    Examples
-    --------
-    >>> [value_of(words, None) for words in ("", "3", "0.5", "true", "steel", "'-1")]
-    [None, 3, 0.5, True, 'steel', '-1']
-    """
+    """The value of a cell of CSV, or `CellError`; without a column (one of the user's own) its form says what it is."""
     if column is not None and column.type.is_number and words.strip().lower() in NOT_KNOWN:
         return None
     if column is None or column.type.is_number or column.type is Type.YES_NO:
@@ -147,13 +118,7 @@ def value_of(words: str, column: Column | None) -> object:
 
 
 def checked(value: object, column: Column | None) -> object:
-    """A value as its column has it: finite numbers, texts that can be encoded; one of the user's own as it is.
-
-    Raises
-    ------
-    CellError
-        The column expects something else.
-    """
+    """A value as its column has it, or `CellError`: finite numbers, texts that can be encoded; a user's own is kept."""
     value = value if isinstance(value, int) else plain(value)
     if isinstance(value, int) and abs(value) > 10**308:
         raise CellError(f"{column.name if column else 'cell'}: expected a number; got one of over 308 digits")

@@ -34,14 +34,7 @@ EXPECTED_LOGS = (
 def scene_given(scene: AnyScene, settings: Mapping[str, object] | None = None, tables: tuple[str, ...] = ()) -> Scene:
     """The scene in any form that a verb takes, with keys of some of its tables set anew.
 
-    Parameters
-    ----------
-    scene : Scene, str, Path or None
-        A path is read; None is a scene with all defaults.
-    settings : mapping, optional
-        Keys of these tables and their values; None stands for: as the scene says.
-    tables : tuple of str
-        The tables that the verb's settings belong to, in the order in which a key is looked up.
+    ``settings``: keys of these tables, looked up in their order, and their values; None stands for: as the scene says.
 
     Raises
     ------
@@ -80,12 +73,7 @@ def is_recording_name(path: Path) -> bool:
 def files_of(places: Iterable[Path], of_folder: Callable[[Path], list[Path]] | None = None) -> list[Path]:
     """The files that are meant, each once: of a pattern that no shell has opened up, all files that fit it, in order.
 
-    A folder stands for the files that ``of_folder`` finds in it; without, for itself.
-
-    Raises
-    ------
-    UsageError
-        A pattern that fits nothing, or a folder without such files.
+    A folder stands for the files that ``of_folder`` finds in it; without, for itself. What fits nothing is refused.
     """
     found: dict[Path, None] = {}
     for place in places:
@@ -101,13 +89,7 @@ def files_of(places: Iterable[Path], of_folder: Callable[[Path], list[Path]] | N
 
 
 def logs_in(folder: Path) -> list[Path]:
-    """All logs of a folder: files whose suffix is that of a log; folders in it and hidden files are passed over.
-
-    Raises
-    ------
-    UsageError
-        There are none.
-    """
+    """All logs of a folder, by their suffix; folders in it and hidden files are passed over. None: `UsageError`."""
     logs = [p for p in sorted(folder.iterdir()) if is_log_name(p) and p.name[0] != "." and p.is_file()]
     if not logs:
         raise UsageError(f"no logs in {folder}: {EXPECTED_LOGS}")
@@ -128,13 +110,7 @@ def tables_in(folder: Path) -> list[Path]:
 
 
 def is_log_name(path: Path) -> bool:
-    """Whether a file is a log by its suffix, in any case, packed or not.
-
-    Examples
-    --------
-    >>> [is_log_name(Path(name)) for name in ("a.csv", "B.CSV", "c.txt.gz", "d.gz", "truth.jsonl")]
-    [True, True, True, False, False]
-    """
+    """Whether a file is a log by its suffix, in any case, packed or not: ``a.csv``, ``B.CSV``, ``c.txt.gz``."""
     name = path.with_suffix("") if path.suffix.lower() in PACKED else path
     return name.suffix.lower() in PLAIN
 
@@ -202,13 +178,7 @@ def failure(path: Path, error: Exception) -> Row:
 
 
 def reason_of(error: Exception) -> str:
-    """Why something failed, as a sentence: what this package says, what the system says, or a fault of the program.
-
-    Examples
-    --------
-    >>> reason_of(KeyError("µs"))
-    "a fault of the program, not of the input: KeyError: 'µs': please report it with the input"
-    """
+    """Why something failed, as a sentence: what this package says, what the system says, or a fault of the program."""
     if isinstance(error, OSError) and error.strerror:
         return error.strerror
     if isinstance(error, (FrictionlabError, OSError)):

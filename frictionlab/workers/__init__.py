@@ -72,16 +72,7 @@ class Lost:
 
 @dataclass
 class Pace:
-    """How many cases the next batch holds: as many as take ``seconds`` by what the last ones took.
-
-    Examples
-    --------
-    >>> pace = Pace(1_000_000, 0.25)
-    >>> first = pace.take(workers=2)
-    >>> pace.note(first, 2.5)
-    >>> first, pace.take(workers=2)
-    (range(0, 1), range(1, 2))
-    """
+    """How many cases the next batch holds: as many as take ``seconds`` by what the last ones took."""
 
     total: int
     seconds: float
