@@ -11,6 +11,7 @@ from frictionlab.errors import RecordingError as RecordingError
 from frictionlab.errors import SceneError as SceneError
 from frictionlab.errors import SimulationError as SimulationError
 from frictionlab.errors import UsageError as UsageError
+from frictionlab.figures import plot as plot
 from frictionlab.hdf5 import read_recording as read_recording
 from frictionlab.hdf5 import write_recording as write_recording
 from frictionlab.inference import Comparison as Comparison
@@ -33,13 +34,12 @@ from frictionlab.tables import write_rows as write_rows
 from frictionlab.verbs.chain import Batch as Batch
 from frictionlab.verbs.chain import batch as batch
 from frictionlab.verbs.evaluate import evaluate as evaluate
+from frictionlab.verbs.evaluate import publish as publish
 from frictionlab.verbs.one_test import analyze as analyze
 from frictionlab.verbs.one_test import compare as compare
 from frictionlab.verbs.one_test import explain as explain
 from frictionlab.verbs.one_test import free_vibration as free_vibration
 from frictionlab.verbs.one_test import ingest as ingest
-from frictionlab.verbs.presenting import plot as plot
-from frictionlab.verbs.presenting import publish as publish
 from frictionlab.verbs.simulating import plan as plan
 from frictionlab.verbs.simulating import predict as predict
 from frictionlab.verbs.simulating import respond as respond

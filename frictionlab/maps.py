@@ -30,7 +30,7 @@ CHECKPOINT_S = 2.0  # what a killed sweep loses at most, beside what was in work
 BATCH_S = 1.0  # seconds of work in a batch
 BLOCK = 20_000  # points read back at a time
 
-__all__ = ["FAILED", "KINDS", "Grid", "Solve", "Step", "Tally", "make_map", "rows"]
+__all__ = ["FAILED", "KINDS", "Grid", "Step", "Tally", "make_map", "rows"]
 
 
 @cache
@@ -46,29 +46,26 @@ def digest() -> str:
     return content.hexdigest()[:16]
 
 
-@dataclass(frozen=True)
-class Solve:
-    """What a worker does: solve the points of some numbers; ``build``: digest of the simulator that asks."""
+def solve(numbers: Sequence[int], grid: Grid, build: str) -> NDArray[np.void]:
+    """The steady states of these points, where a worker is: one record with the keys of `KINDS` each.
 
-    grid: Grid
-    build: str = field(default_factory=digest)
+    A worker with another ``build`` of the simulator than the one that asks refuses.
+    """
+    if build != digest():
+        raise ClusterError(
+            f"a worker has another build of the simulator ({digest()}): expected {build}, as here: "
+            "do: install the same files there"
+        )
+    return _records(_solve(grid.points(numbers), grid))
 
-    def __call__(self, numbers: Sequence[int]) -> NDArray[np.void]:
-        """The steady states of these points, one record with the keys of `KINDS` each."""
-        if self.build != digest():
-            raise ClusterError(
-                f"a worker has another build of the simulator ({digest()}): expected {self.build}, as here: "
-                "do: install the same files there"
-            )
-        return _records(self._solve(self.grid.points(numbers)))
 
-    def _solve(self, points: FloatArray) -> FloatArray:
-        try:
-            return sweep_points(points, self.grid.family)
-        except SimulationError:  # one of them cannot be solved: alone, it costs only itself
-            if len(points) == 1:
-                return np.full((1, ROW), np.nan)
-            return np.concatenate([self._solve(point) for point in points[:, np.newaxis]])
+def _solve(points: FloatArray, grid: Grid) -> FloatArray:
+    try:
+        return sweep_points(points, grid.family)
+    except SimulationError:  # one of them cannot be solved: alone, it costs only itself
+        if len(points) == 1:
+            return np.full((1, ROW), np.nan)
+        return np.concatenate([_solve(point, grid) for point in points[:, np.newaxis]])
 
 
 @dataclass(frozen=True)
@@ -205,8 +202,8 @@ def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | 
     """Solve what is not yet in the file and put it there, batch by batch."""
     if scheduler is None:
         warm_up(grid.law)  # compiled here once: processes find the machine code
-    saved, numbers = 0.0, range(file.done, len(grid))
-    batches = run_batches(Solve(grid), numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S)
+    saved, numbers, job = 0.0, range(file.done, len(grid)), partial(solve, grid=grid, build=digest())
+    batches = run_batches(job, numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S)
     for batch in batches:
         if isinstance(batch, Lost):
             step = Step(file.done, _records(np.full((1, ROW), np.nan)), batch.reason)

@@ -170,14 +170,6 @@ def _uses(path: Path, library: str) -> bool:
     return any(name.split(".")[0] == library for name in imports(path))
 
 
-def test_the_rule_reads_relative_imports_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path)
-    (tmp_path / "simulator").mkdir()
-    module = tmp_path / "simulator" / "events.py"
-    module.write_text("from ..recording import Recording\nfrom .phase import x\nfrom frictionlab import scene\n")
-    assert rooms_imported(module) == {"recording", "simulator", "scene"}
-
-
 @pytest.mark.parametrize(
     ("door", "heavy"),
     [

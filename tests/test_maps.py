@@ -219,4 +219,4 @@ def test_another_build_of_the_simulator_does_not_go_on(tmp_path: Path, monkeypat
     with pytest.raises(UsageError, match="or was begun by another build"):
         list(make_map(GRID, tmp_path / "map.h5", workers=1, resume=True))
     with pytest.raises(ClusterError, match=r"a worker has another build of the simulator \(another\)"):
-        maps.Solve(GRID, build="ours")(range(1))
+        maps.solve(range(1), GRID, "ours")

@@ -1,7 +1,5 @@
 """One home for every column: no two heads alike, one meaning a name, and a sentence that the documents repeat."""
 
-import subprocess
-import sys
 from dataclasses import fields
 
 import pytest
@@ -72,14 +70,6 @@ def test_nobody_elses_table_is_taken_for_one() -> None:
 
 def test_the_list_of_keys_is_in_step() -> None:
     assert KEYS_FILE.read_text(encoding="utf-8") == template(), "run: python -m tests.documents"
-
-
-def test_the_schema_is_light() -> None:
-    code = "import sys, frictionlab.schema, frictionlab.tables; print(sorted(sys.modules))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert not [
-        name for name in ("numpy", "pandas", "pydantic", "h5py", "openpyxl", "pyarrow") if f"'{name}'" in loaded
-    ]
 
 
 def test_results_have_a_column_for_each_of_their_keys() -> None:

@@ -20,13 +20,12 @@ from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.files import (
     MeasuredResponse,
     elsewhere,
-    envelope,
     examples,
     is_comparison,
-    last_cycles,
     read_measurements,
     recording_of,
     recording_path,
+    response_of,
     rows_of,
 )
 from frictionlab.campaign.friction import NO_STEADY_CYCLE, FrictionFit, Reason, Screened, Verdict, friction_of, screen
@@ -337,8 +336,8 @@ def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[Measur
     for label, trial in shown:
         if (recording := recording_of(trial, folders)) is not None:
             is_long = label == "long"
-            found += [envelope(trial, recording)] if is_long else []
-            found.append(last_cycles(trial, recording, "end of long" if is_long else label))
+            found += [response_of(trial, recording, "long", whole=True)] if is_long else []
+            found.append(response_of(trial, recording, "end of long" if is_long else label))
     return tuple(found)
 
 

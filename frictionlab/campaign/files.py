@@ -41,7 +41,6 @@ IS_RECORDING = (
     " `frictionlab campaign measurements.jsonl -o FOLDER`"
 )
 CYCLES = 8  # shown of a short test, its last ones
-BINS = 800  # an envelope has so many pairs of lowest and highest
 TABLES: Mapping[str, Table] = {
     "measurements.csv": TESTS,
     "friction.csv": FRICTION,
@@ -120,7 +119,7 @@ class MeasuredResponse:
     """A piece of one test's time response.
 
     ``label``: what it is an example of; ``time`` (n,) s; ``mass``, ``base`` (n,): x/Y and y/Y about their means.
-    An envelope (``is_envelope``) of a long test holds lowest and highest values in turn, two of each time.
+    ``is_whole``: all of a long test, not its last cycles.
     """
 
     trial: Trial
@@ -128,7 +127,7 @@ class MeasuredResponse:
     time: FloatArray
     mass: FloatArray
     base: FloatArray
-    is_envelope: bool = False
+    is_whole: bool = False
 
 
 def recording_of(trial: Trial, folders: Sequence[Path]) -> Recording | None:
@@ -192,9 +191,9 @@ def examples(trials: Sequence[Trial]) -> tuple[tuple[str, Trial], ...]:
     return (*chosen, *unsteady[:2])
 
 
-def last_cycles(trial: Trial, recording: Recording, label: str) -> MeasuredResponse:
-    """The last cycles of a test."""
-    span = CYCLES / trial.drive_frequency_hz if math.isfinite(trial.drive_frequency_hz) else math.inf
+def response_of(trial: Trial, recording: Recording, label: str, *, whole: bool = False) -> MeasuredResponse:
+    """The last cycles of a test, or all of it."""
+    span = CYCLES / trial.drive_frequency_hz if math.isfinite(trial.drive_frequency_hz) and not whole else math.inf
     inside = recording.time >= recording.time[-1] - span
     scale = trial.base_amplitude_m
     steady = recording.time - recording.time[0] >= trial.transient_s
@@ -203,21 +202,7 @@ def last_cycles(trial: Trial, recording: Recording, label: str) -> MeasuredRespo
         (signal[inside] - np.nanmean(signal[steady])) / scale
         for signal in (recording.mass_displacement, recording.base_displacement)
     )
-    return MeasuredResponse(trial, label, recording.time[inside], mass, base)
-
-
-def envelope(trial: Trial, recording: Recording) -> MeasuredResponse:
-    """The whole of a long test as lowest and highest displacement per bin: what a plot of all samples would show."""
-    bins = min(BINS, max(len(recording) // 4, 1))
-    edges = np.linspace(0, len(recording), bins + 1).astype(int)[:-1]
-    mass, base = (
-        np.column_stack([np.fmin.reduceat(about, edges), np.fmax.reduceat(about, edges)]).ravel()
-        for about in (
-            (signal - np.nanmean(signal)) / trial.base_amplitude_m
-            for signal in (recording.mass_displacement, recording.base_displacement)
-        )
-    )
-    return MeasuredResponse(trial, "long", np.repeat(recording.time[edges], 2), mass, base, is_envelope=True)
+    return MeasuredResponse(trial, label, recording.time[inside], mass, base, is_whole=whole)
 
 
 def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = ()) -> None:

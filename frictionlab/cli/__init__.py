@@ -203,13 +203,7 @@ def frictionlab(
 
 
 def printable(text: str) -> str:
-    r"""Show control characters instead of sending them to the terminal.
-
-    Examples
-    --------
-    >>> printable("steel\x1b[31m")
-    'steel\\x1b[31m'
-    """
+    """Show control characters instead of sending them to the terminal."""
     return "".join(c if c.isprintable() or c == " " else c.encode("unicode_escape").decode() for c in text)
 
 
@@ -241,24 +235,21 @@ class _Guarded(io.TextIOWrapper):
 
     def write(self, text: str, /) -> int:
         """Write; a fault is one of the stream."""
-        try:
-            return super().write(text)
-        except OSError as error:
-            self._give_up(error)
-            return len(text)
+        self._guard(super().write, text)
+        return len(text)
 
     def flush(self) -> None:
         """Flush; a fault is one of the stream."""
-        try:
-            super().flush()
-        except OSError as error:
-            self._give_up(error)
+        self._guard(super().flush)
 
-    def _give_up(self, error: OSError) -> None:
-        with contextlib.suppress(OSError, ValueError):  # what is still to be printed goes nowhere, also at the exit
-            os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
-        if self is sys.stdout:
-            raise LostOutputError(error) from error
+    def _guard(self, do: Callable[..., object], *what: str) -> None:
+        try:
+            do(*what)
+        except OSError as error:
+            with contextlib.suppress(OSError, ValueError):  # what is still to be printed goes nowhere, also at the exit
+                os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
+            if self is sys.stdout:
+                raise LostOutputError(error) from error
 
 
 def guard_standard_streams() -> None:
@@ -268,14 +259,8 @@ def guard_standard_streams() -> None:
         if plain is None:  # closed by who started this: what is printed goes nowhere
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - open to the end
         elif isinstance(plain, io.TextIOWrapper):
-            guarded = _Guarded(
-                plain.buffer,
-                plain.encoding,
-                "backslashreplace",
-                line_buffering=is_error or plain.line_buffering,
-                write_through=is_error,
-            )
-            setattr(sys, name, guarded)
+            how: dict[str, Any] = {"line_buffering": is_error or plain.line_buffering, "write_through": is_error}
+            setattr(sys, name, _Guarded(plain.buffer, plain.encoding, "backslashreplace", **how))
 
 
 def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:

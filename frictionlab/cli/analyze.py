@@ -9,20 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
-from frictionlab.cli import complain, printable
+from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import AnalysisSettings, Judged, ManyInputs, check_law
-from frictionlab.cli.screen import (
-    COMPARED,
-    MEASURED,
-    Shown,
-    exit_status,
-    known,
-    print_table,
-    print_tests,
-    print_warnings,
-    report_rows,
-    word,
-)
 from frictionlab.schema import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS
 from frictionlab.tables import Row
 from frictionlab.tables.texts import with_error
@@ -48,13 +36,6 @@ PARAMETERS = {
 }
 PARTS = ("parameters", "nuisances")
 MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
-TAPPED = (
-    *(word("tap", "tap", 9), known("f [Hz]", "natural_frequency_hz", 9, "se")),
-    *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", lambda _: 1e6)),
-    Shown("F [N]", lambda row: with_error(row.get("friction_n"), row.get("_friction_n_se")), 5),
-    word("half-cycles", "half_cycles", 4),
-    Shown("shape", lambda row: " ".join(f"{mass:+.3f}" for mass in _each(row.get("shape"))) or "-", 5),
-)
 
 
 def _each(value: Any) -> Sequence[Any]:
@@ -78,8 +59,8 @@ def analyze(
     rows = work.rows(inputs, partial(_measured, scene=scene, with_series=is_tree), "analyze", places, force=work.force)
     series = {str(number): row["_series"] for number, row in enumerate(rows) if "_series" in row}
     work.write(rows, inputs, scene, MEASUREMENTS, series=series)
-    work.show(rows, MEASUREMENTS, MEASURED, scene, noun="recordings measured")
-    exit_status(rows)
+    work.show(rows, MEASUREMENTS, screen.MEASURED, scene, noun="recordings measured")
+    screen.exit_status(rows)
 
 
 def _measured(file: Path, *, scene: "Scene", with_series: bool) -> Made:
@@ -123,10 +104,10 @@ def compare_numeric(
     asked = {"law": law, "law_file": law_file, "friction_ratio": beta, "whole": whole, "fit": fit}
     rows = work.rows(inputs, partial(_compared, scene=scene, asked=asked), "compare", places, force=work.force)
     work.write(rows, inputs, scene, COMPARISONS)
-    good = work.show(rows, COMPARISONS, COMPARED, scene, noun="recordings compared")
+    good = work.show(rows, COMPARISONS, screen.COMPARED, scene, noun="recordings compared")
     if work.wide:
         _print_parts(good)
-    exit_status(rows)
+    screen.exit_status(rows)
 
 
 def _compared(file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
@@ -166,7 +147,7 @@ def _print_parts(rows: Iterable[Row]) -> None:
         for title, lines, columns in parts:
             if lines:
                 typer.echo(f"\n{row['source']}: {title}")
-                print_table(lines, columns)
+                screen.print_table(lines, columns)
 
 
 def explain(recordings: list[Path], *, settings: AnalysisSettings, work: Judged) -> None:
@@ -188,7 +169,7 @@ def explain(recordings: list[Path], *, settings: AnalysisSettings, work: Judged)
         typer.echo("\n".join([*([""] if number else []), *(printable(str(line)) for line in lines)]))
         if len(lines) < len(text):
             typer.echo(f"... {len(text) - len(lines)} more lines: --wide")
-    exit_status(rows)
+    screen.exit_status(rows)
 
 
 def _explained(file: Path, *, scene: "Scene") -> Made:
@@ -214,14 +195,14 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     means = _means([tap for row in rows for tap in _each(row.get("_taps"))])  # before the first line of --json
     if work.as_json:
         over_all = {f"mean_{name}": value for name, value in _numbers(means, spread=True).items()}
-        report_rows(({**row, **over_all} if "taps" in row else row for row in rows), as_json=True)
+        screen.report_rows(({**row, **over_all} if "taps" in row else row for row in rows), as_json=True)
     lines = [line for row in rows for line in _lines(row)]
     work.write(lines, paths, scene, FREE_VIBRATIONS)
     if not work.as_json:
         _print_taps(lines, means, wide=work.wide)
         if not work.quiet:
-            print_warnings(rows, verbose=work.verbose)
-    exit_status(rows)
+            screen.print_warnings(rows, verbose=work.verbose)
+    screen.exit_status(rows)
 
 
 def _tapped(file: Path, *, scene: "Scene") -> Made:
@@ -290,8 +271,10 @@ def _print_taps(lines: Sequence[Row], means: "dict[str, Average]", *, wide: bool
     failed = [line for line in lines if line["status"] != "ok"]
     taps = "1 tap" if len(good) == 1 else f"{len(good)} taps"
     if wide and good:
-        print_table(good, FREE_VIBRATIONS)
-    print_tests(failed if wide and good else lines, TAPPED, f"{taps}, {len(failed)} inputs failed" if failed else taps)
+        screen.print_table(good, FREE_VIBRATIONS)
+    screen.print_tests(
+        failed if wide and good else lines, screen.TAPPED, f"{taps}, {len(failed)} inputs failed" if failed else taps
+    )
     if means:
         f, zeta, friction = (means[name] for name in ("natural_frequency_hz", "damping_ratio", "friction_m"))
         typer.echo(

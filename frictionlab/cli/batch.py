@@ -7,29 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from frictionlab.cli import complain, printable
+from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import AnalysisSettings, Inputs, check_law, scene_of
-from frictionlab.cli.screen import (
-    COMPARED,
-    MEASURED,
-    Rows,
-    Shown,
-    assumed,
-    exit_status,
-    headline,
-    known,
-    paragraph,
-    print_table,
-    print_tests,
-    print_warnings,
-    report_rows,
-    track,
-    word,
-)
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, MATERIAL_LAWS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
-from frictionlab.tables.texts import GRAVE, kinds_of, with_error
+from frictionlab.tables.texts import GRAVE, kinds_of
 from frictionlab.verbs.inputs import FAILED, failure, files_of, tables_in
 
 if TYPE_CHECKING:
@@ -38,12 +21,6 @@ if TYPE_CHECKING:
     from frictionlab.verbs.chain import Batch
 
 TABLE = "comparisons.jsonl"
-FITTED = (
-    *(word("material", "material", 9), Shown("N [N]", lambda row: with_error(row.get("normal_force_n"), None))),
-    *(word("tests", "tests", 9), known("beta", "friction_ratio", 9), known("F [N]", "friction_force_n", 9)),
-    *(known("mu", "friction_coefficient", 9), word("law", "law", 9)),
-)
-"""What the screen shows of a row of ``friction.csv``."""
 NO_SCENE = (
     "no scene: there is no frictionlab.toml in the working folder or beside the logs, and none is given (--scene FILE;"
     " make: SCENE=FILE): all settings are defaults and the rig is not known; `frictionlab init` writes one to fill in"
@@ -93,32 +70,32 @@ def batch(
     good = [row for row in rows if row.get("status") == "ok"]
     if campaign:
         if len(good) < len(rows) and not work.as_json:
-            print_tests(rows, MEASURED, headline(rows, "logs measured"))
+            screen.print_tests(rows, screen.MEASURED, screen.headline(rows, "logs measured"))
         _evaluate(todo, rows, law, work)
     else:
         if not work.as_json:
             _show(todo, made, wide=wide)
         write_rows(good, output / TABLE)
     if not (work.as_json or work.quiet):
-        print_warnings(rows, verbose=work.verbose, notes=assumed(todo.scene, rows))
+        screen.print_warnings(rows, verbose=work.verbose, notes=screen.assumed(todo.scene, rows))
     made[:] = [row for row in made if not todo.is_broken_off(row)]
-    exit_status(made)
+    screen.exit_status(made)
 
 
-def _do(todo: "Batch", work: Inputs) -> Rows:
+def _do(todo: "Batch", work: Inputs) -> screen.Rows:
     """Do what is due; with --json the rows of all logs, of those that had not changed too."""
     quiet = work.as_json or work.quiet
     if todo.due and not quiet:
         typer.echo(f"{', '.join(todo.steps[:-1])} and {todo.steps[-1]}: {len(todo.due)} of {len(todo.logs)} logs")
     made = todo.run(workers=work.workers, scheduler=work.scheduler)
     if not work.as_json:
-        return report_rows(track(made, total=len(todo.due), title="batch", quiet=quiet), as_json=False)
+        return screen.report_rows(screen.track(made, total=len(todo.due), title="batch", quiet=quiet), as_json=False)
     due = set(todo.due)
     every = (next(made) if log in due else todo.row(log) for log in todo.logs)
-    return report_rows((row for row in every if row is not None), as_json=True)
+    return screen.report_rows((row for row in every if row is not None), as_json=True)
 
 
-def _show(todo: "Batch", made: Rows, *, wide: bool) -> None:
+def _show(todo: "Batch", made: screen.Rows, *, wide: bool) -> None:
     """Print the table of all logs, those that had not changed too, and where the results are."""
     failed = {str(row["source"]): row for row in made if row.get("status") != "ok"}
     rows: list[Row] = []
@@ -129,8 +106,10 @@ def _show(todo: "Batch", made: Rows, *, wide: bool) -> None:
         rows += [] if row is None else [row]
     good = [row for row in rows if row.get("status") == "ok"]
     if wide and good:
-        print_table(good, COMPARISONS)
-    print_tests([row for row in rows if not (wide and row in good)], COMPARED, headline(rows, "logs"))
+        screen.print_table(good, COMPARISONS)
+    screen.print_tests(
+        [row for row in rows if not (wide and row in good)], screen.COMPARED, screen.headline(rows, "logs")
+    )
     if good:
         where = f"{todo.folder}{'/' * bool(todo.folder.name)}"
         typer.echo(printable(f"recordings, measurements, comparisons and figures are in {where}"))
@@ -194,8 +173,8 @@ def campaign(
     _write_campaign(rows, what, output, folders=folders, law=law, workers=workers, force=force, quiet=quiet)
     if not quiet:
         typer.echo(printable(f"the report is {output / 'report.html'}"))
-        print_warnings(rows, verbose=verbose)
-    exit_status(unread)
+        screen.print_warnings(rows, verbose=verbose)
+    screen.exit_status(unread)
 
 
 def _refuse_failures(rows: Sequence[Row]) -> None:
@@ -225,11 +204,10 @@ def _write_campaign(
     quiet: bool,
 ) -> None:
     """Evaluate rows of measurements, write tables, figures and report, and print what they say."""
-    from frictionlab.verbs.evaluate import evaluate
-    from frictionlab.verbs.presenting import publish
+    from frictionlab.verbs.evaluate import evaluate, publish
 
     def watch(items: Sequence[Any], *, title: str) -> Iterable[Any]:
-        return track(items, total=len(items), title=title, quiet=quiet)
+        return screen.track(items, total=len(items), title=title, quiet=quiet)
 
     fitting, drawing = partial(watch, title="fit"), partial(watch, title="draw")
     result = evaluate(rows, scene, folders=folders, law=law, workers=workers, watch=fitting)
@@ -247,17 +225,17 @@ def _print_campaign(result: "Campaign") -> None:
     from frictionlab.campaign.files import rows_of
 
     rows = rows_of(result)
-    shown = [{c.title: c.text(row).replace("+-", "±") for c in FITTED} for row in rows["friction.csv"]]
-    print_table(shown, [column.title for column in FITTED])
+    shown = [{c.title: c.text(row).replace("+-", "±") for c in screen.FITTED} for row in rows["friction.csv"]]
+    screen.print_table(shown, [column.title for column in screen.FITTED])
     if result.laws:
         typer.echo()
-        print_table(rows["laws.csv"], MATERIAL_LAWS, elsewhere="laws.csv has")
+        screen.print_table(rows["laws.csv"], MATERIAL_LAWS, elsewhere="laws.csv has")
     placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
     for criterion in dict.fromkeys(rank.criterion for rank in placed):
         names = [f"{rank.rank} {rank.material}" for rank in placed if rank.criterion == criterion]
-        paragraph(f"by {criterion}: {', '.join(names)}", indent="  ")
+        screen.paragraph(f"by {criterion}: {', '.join(names)}", indent="  ")
     said = [(f"{fit.material} at {fit.normal_force_n:.4g} N", str(fit.note)) for fit in result.fits if fit.note]
     doubts = [f"{note} ({', '.join(where)})" for note, where in kinds_of(said)]
     doubts += [note for note in result.notes if GRAVE.search(note)]
     for sentence in (*(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)):
-        paragraph(sentence, indent="  ")
+        screen.paragraph(sentence, indent="  ")

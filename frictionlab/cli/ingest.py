@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from frictionlab.cli import printable
+from frictionlab.cli import printable, screen
 from frictionlab.cli.options import Inputs, LogSettings, number_of
-from frictionlab.cli.screen import Shown, count, counted, exit_status, paragraph, print_tests, print_warnings, word
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs
 from frictionlab.tables.texts import with_error
@@ -30,13 +29,6 @@ QUESTIONS = {
     "experiment.material": "material of the tests",
     "experiment.normal_force_n": "normal force in N",
 }
-FOUND = (
-    *(word("layout", "layout", 4), word("samples", "samples", 9)),
-    *(word("rate [Hz]", "sampling_rate_hz", 8, ".6g"), word("length [s]", "duration_s", 9, ".4g")),
-    Shown("flagged", lambda row: str(row["flagged"] or "-"), 6),
-    Shown("quarantined", lambda row: str(row["lines_quarantined"] or "-"), 5),
-    word("recording", "output", 3),
-)
 
 
 def ingest(
@@ -65,11 +57,11 @@ def ingest(
     rows = work.rows(inputs, job, "ingest", watched=not alone)
     if not work.as_json:
         good = [row for row in rows if row["status"] == "ok"]
-        print_tests(rows, FOUND, f"{len(good)} of {len(rows)} logs {'read' if dry_run else 'ingested'}")
+        screen.print_tests(rows, screen.FOUND, f"{len(good)} of {len(rows)} logs {'read' if dry_run else 'ingested'}")
         _print_evidence(good if dry_run else ())
         if not work.quiet:
-            print_warnings(rows, verbose=work.verbose)
-    exit_status(rows)
+            screen.print_warnings(rows, verbose=work.verbose)
+    screen.exit_status(rows)
 
 
 def _ingested(
@@ -79,7 +71,7 @@ def _ingested(
     from frictionlab.verbs.one_test import ingest
 
     output = outputs.get(log)
-    with count(log.name, quiet=not alone, in_bytes=True) as progress:
+    with screen.count(log.name, quiet=not alone, in_bytes=True) as progress:
         recording = ingest(log, scene, base_log=base, output=output, force=force, progress=progress)
     source = recording.source
     row = {
@@ -187,11 +179,11 @@ def _fact(key: str, said: str) -> tuple[str, object]:
 
 def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
     """What was found, what is still to be filled in, and the one next command."""
-    counts = [counted(len(logs), noun) for logs, noun in ((found.tests, "test"), (found.taps, "tap")) if logs]
+    counts = [screen.counted(len(logs), noun) for logs, noun in ((found.tests, "test"), (found.taps, "tap")) if logs]
     counts += [f"{len(found.unread)} not read"] if found.unread else []
     typer.echo(", ".join(counts) or printable(f"no logs in {path.parent} yet"))
     for log, reason in found.unread.items():
-        paragraph(f"not read: {log.name}: {reason}", indent="    ")
+        screen.paragraph(f"not read: {log.name}: {reason}", indent="    ")
     if found.frame:
         mean = found.frame["natural_frequency_hz"]
         typer.echo(f"natural frequency {with_error(mean.mean, mean.se)} Hz, from the taps")

@@ -179,7 +179,7 @@ Places = Mapping[Path, Mapping[str, Path]]
 
 def _done(path: Path, *, job: Job, places: Places, force: bool) -> Row:
     """Do the job on one input, here or where a worker is, and draw what is to be drawn of it."""
-    from frictionlab.verbs.presenting import plot
+    from frictionlab.figures import plot
 
     row, drawn = job(path)
     for kind, place in places.get(path, {}).items():
@@ -239,11 +239,22 @@ class ManyInputs(Inputs):
         """Where the figures go; refuses outputs that would replace something else, before the work."""
         if self.output is not None:
             check_output(self.output, table, force=self.force, inputs=[*inputs, *scene.files])
-        if self.plot is None:
+        plot = self.plot
+        if plot is None:
             return {}
-        from frictionlab.verbs.presenting import figure_places
+        from frictionlab.figures import FORMATS, check_figures
+        from frictionlab.verbs.inputs import names_of
 
-        return figure_places(self.plot, inputs, kinds, force=self.force)
+        if plot.is_dir() or not plot.suffix:
+            places = {path: {kind: plot / f"{n}.{kind}.png" for kind in kinds} for path, n in names_of(inputs).items()}
+        elif len(inputs) > 1 and plot.suffix in FORMATS:
+            raise UsageError(f"--plot {plot}: expected a folder for figures of {len(inputs)} inputs; got a file's name")
+        else:  # the first kind of figure is the file, the others stand beside it
+            beside = {kind: plot.with_name(f"{plot.stem}.{kind}{plot.suffix}") for kind in kinds[1:]}
+            places = {inputs[0]: {kinds[0]: plot, **beside}}
+        files = [file for figures in places.values() for file in figures.values()]
+        check_figures(files, inputs=inputs, force=self.force)
+        return places
 
     def write(self, rows: Sequence[Row], inputs: Sequence[Path], scene: "Scene", table: "Table", **more: Any) -> None:
         """Write the table, where one is asked for."""

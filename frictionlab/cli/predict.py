@@ -79,7 +79,7 @@ def plan(
         complain(note)
     listed = [*found.tests, *(found.others if every else ())]
     if figure is not None:
-        from frictionlab.verbs.presenting import plot
+        from frictionlab.figures import plot
 
         plot(found, figure, force=to.force)
     if to.as_json:
@@ -196,7 +196,7 @@ def predict(
     if to.output is not None:
         write_rows(found.rows(), to.output, PREDICTIONS, force=to.force, inputs=read)
     if figure is not None:
-        from frictionlab.verbs.presenting import plot
+        from frictionlab.figures import plot
 
         plot(found, figure, force=to.force)
 

@@ -116,6 +116,30 @@ COMPARED = (
     *(*_FIRST, known("beta", "friction_ratio", 4), known("F [N]", "friction_force_n", 5)),
     *(known("mu", "friction_coefficient", 8), word("law", "law", 9), word("verdict", "verdict", 9)),
 )
+FOUND = (
+    *(word("layout", "layout", 4), word("samples", "samples", 9)),
+    *(word("rate [Hz]", "sampling_rate_hz", 8, ".6g"), word("length [s]", "duration_s", 9, ".4g")),
+    Shown("flagged", lambda row: str(row["flagged"] or "-"), 6),
+    Shown("quarantined", lambda row: str(row["lines_quarantined"] or "-"), 5),
+    word("recording", "output", 3),
+)
+FITTED = (
+    *(word("material", "material", 9), Shown("N [N]", lambda row: with_error(row.get("normal_force_n"), None))),
+    *(word("tests", "tests", 9), known("beta", "friction_ratio", 9), known("F [N]", "friction_force_n", 9)),
+    *(known("mu", "friction_coefficient", 9), word("law", "law", 9)),
+)
+TAPPED = (
+    *(word("tap", "tap", 9), known("f [Hz]", "natural_frequency_hz", 9, "se")),
+    *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", lambda _: 1e6)),
+    Shown("F [N]", lambda row: with_error(row.get("friction_n"), row.get("_friction_n_se")), 5),
+    word("half-cycles", "half_cycles", 4),
+    Shown("shape", lambda row: _shape(row.get("shape")), 5),
+)
+"""What a screen shows of measurements, comparisons, ingested logs, rows of ``friction.csv``, and taps."""
+
+
+def _shape(masses: object) -> str:
+    return " ".join(f"{mass:+.3f}" for mass in masses) if isinstance(masses, list | tuple) else "-"
 
 
 def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) -> None:

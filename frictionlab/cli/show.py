@@ -119,8 +119,8 @@ def laws(
             usual = f"usually {p.usual[0]:g} to {p.usual[1]:g}"
             paragraph(f"    {p.name}: {p.words}; {p.domain}, {usual}", indent="        ")
     if figure is not None and known is not None:
+        from frictionlab.figures import plot as draw
         from frictionlab.simulator import Problem, steady_state
-        from frictionlab.verbs.presenting import plot as draw
 
         own = {p.name: 0.5 * sum(p.usual) for p in known.parameters if p.name != "beta"}
         state = steady_state(Problem(*LOOP, law=known.name, parameters=own))

@@ -213,7 +213,7 @@ def _settle(
     elif to.output is not None:
         write_rows(rows, to.output, MOTIONS, force=to.force)
     if figure is not None:
-        from frictionlab.verbs.presenting import plot
+        from frictionlab.figures import plot
 
         plot(states[0], figure, force=to.force)  # of all states the most visited
 
@@ -301,12 +301,12 @@ def _follow(
 ) -> None:
     """Simulate the response to a file's base motion; print, write and draw it."""
     from frictionlab.cli.screen import exit_status, print_turned, print_warnings, report_rows
+    from frictionlab.figures import plot
     from frictionlab.files import refuse_inputs
     from frictionlab.hdf5 import check_writable, write_recording
     from frictionlab.recording import Channel
     from frictionlab.schema import RESPONSES
     from frictionlab.verbs.inputs import row_of
-    from frictionlab.verbs.presenting import plot
     from frictionlab.verbs.simulating import respond
 
     figure = to.figure("response", [path])

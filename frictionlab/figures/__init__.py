@@ -1,16 +1,22 @@
-"""Figures: ``draw(result, ax) -> ax``. A figure draws only what a result already holds.
+"""Figures: `plot` draws a result, and only what it already holds.
 
 matplotlib is imported by the modules below and nowhere else, always through its object interface: no pyplot, no global
 state. Here stands, without it, how a figure of this tool is known again: by who made it, as its file says. So a photo
 is never replaced by a plot.
 """
 
-from collections.abc import Iterable, Mapping
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from importlib import import_module
+from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 from frictionlab.errors import UsageError
-from frictionlab.files import refuse_inputs, refuse_unwritable
+from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FORMATS: Mapping[str, Mapping[str, Any]] = {
     ".pdf": {"metadata": {"CreationDate": None, "Producer": None, "Creator": "frictionlab"}},
@@ -53,3 +59,64 @@ def check_figures(paths: Iterable[Path], *, force: bool = False, inputs: Iterabl
         if path.exists() and not (force or is_figure(path)):
             raise UsageError(f"{path}: exists and is no figure of frictionlab: draw elsewhere, or move it away")
         refuse_unwritable(path, force=force)
+
+
+FIGURES = {
+    "Recording": "recorded.recording_figure",
+    "Measurement": "recorded.measurement_figure",
+    "Comparison": "judged.comparison_figure",
+    "ContactForce": "judged.contact_figure",
+    "WholeRecord": "recorded.record_figure",
+    "SteadyState": "simulated.motion_figure",
+    "StructureState": "simulated.structure_figure",
+    "RecordResponse": "simulated.response_figure",
+    "Plan": "planned.plan_figure",
+    "Prediction": "planned.prediction_figure",
+    "FreeVibration": "recorded.free_vibration_figure",
+    "Campaign": "plates.campaign_figure",
+}
+"""Kind of result, or of those in a sequence -> the function that draws it."""
+
+
+@overload
+def plot(result: object, path: None = None, *, title: str | None = None) -> "Figure": ...
+@overload
+def plot(result: object, path: str | PathLike[str], *, title: str | None = None, force: bool = False) -> Path: ...
+def plot(
+    result: object, path: str | PathLike[str] | None = None, *, title: str | None = None, force: bool = False
+) -> "Path | Figure":
+    """Draw a result: into a file, whose path is returned, or as a figure of matplotlib for a notebook.
+
+    Parameters
+    ----------
+    result : Recording, Measurement, Comparison, Campaign, SteadyState, RecordResponse, Plan, Prediction, ...
+    path : str or Path, optional
+        Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
+    title : str, optional
+        Of a measurement's or a record's figure; by default its source.
+    force : bool
+        Replace whatever file stands there; else only a figure of this tool.
+
+    Raises
+    ------
+    UsageError
+        Another suffix, another kind of result, or a result that holds no motion.
+    OutputError
+        The file cannot be written, or another kind of file stands there.
+    """
+    place = None if path is None else Path(path)
+    if place is not None and place.suffix not in FORMATS:
+        raise UsageError(f"{place}: expected a figure ending in {', '.join(FORMATS)}; got {place.suffix!r}")
+    kind = type(result[0] if isinstance(result, (list, tuple)) and result else result).__name__
+    if kind not in FIGURES:
+        raise UsageError(f"plot: expected one of {', '.join(FIGURES)}; got a {kind}")
+    module, _, name = FIGURES[kind].partition(".")
+    draw: Callable[..., Figure] = getattr(import_module(f"{__name__}.{module}"), name)
+    takes_title = title and len(inspect.signature(draw).parameters) > 1
+    figure = draw(result, title) if takes_title else draw(result)
+    if place is None:
+        return figure
+    from frictionlab.figures.style import save  # noqa: PLC0415 - matplotlib, which a refusal does not need
+
+    make_folder(place.parent)
+    return save(figure, place, force=force)

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign, Trial, Verdict
 from frictionlab.campaign.trials import levels, nearest
-from frictionlab.figures.style import AT_REST, BLUE, MEASURED, VERMILION, drawing, panels, plain_numbers, stop_colours
+from frictionlab.figures.style import AT_REST, BLUE, MEASURED, VERMILION, StopColours, drawing, panels, plain_numbers
 
 CLIP = 0.1  # the colour scale ends this far below the maximum, as in Fig. 4.5
 GAP = 1.6  # a step over r = 1 this much wider than its neighbours is a band left out
@@ -99,7 +99,7 @@ def _grid(campaign: Campaign, columns: Mapping[str, Value], quantity: str) -> Fi
     """A row a material, with a map of each column; one colour scale for all."""
     maps = [[_map_of(campaign, material, value) for value in columns.values()] for material in campaign.materials]
     every = np.concatenate([one.values[np.isfinite(one.values)] for row in maps for one in row])
-    classes = stop_colours(every) if quantity == "stops per cycle" else None
+    classes = StopColours(every) if quantity == "stops per cycle" else None
     limit = colour_limit(every)
     colours: dict[str, Any] = classes.mapped if classes else {"norm": Normalize(0.0, limit), "cmap": "viridis"}
     high = len(classes.names) > FEW if classes else maps[0][0].is_line
@@ -195,7 +195,7 @@ def map_figure(
             values = columns[key]
             ax.set(title=words, xlabel=name)
             if rest:
-                classes = stop_colours(values) if key == STOPS else None
+                classes = StopColours(values) if key == STOPS else None
                 known = values[np.isfinite(values)]
                 top = float(np.percentile(known, PERCENTILE)) if known.size else 1.0
                 colours: dict[str, Any] = classes.mapped if classes else {"norm": Normalize(0.0, top)}

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
+from frictionlab.errors import UsageError
 from frictionlab.figures.style import (
     GREY,
     LINES,
@@ -41,6 +42,8 @@ def comparison_figure(comparison: Comparison) -> Figure:
     """
     if comparison.over_frequency is not None:
         return _frequency_figure(comparison, comparison.over_frequency)
+    if not len(comparison.tau):
+        raise UsageError("plot: there is no steady cycle to draw; do: plot its whole record (comparison.record)")
     turns, base = np.append(comparison.tau / TURN, 1.0), closed(comparison.base)
     lines = {"measured": closed(comparison.measured)}
     if comparison.predicted is not None:

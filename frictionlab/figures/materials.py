@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, MeasuredResponse, Verdict
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.figures import style
@@ -22,6 +23,7 @@ NORMAL = 1.96
 MOST_USED = 95  # per cent of the tests that a fit used are inside their panel
 ENERGY = "energy per cycle / kY²"
 OF_LAW: Mapping[str, Any] = {"color": "black", "lw": 0.7}  # a line
+POINT = ("normal_force_n", "friction_coefficient", "friction_coefficient_low", "friction_coefficient_high")
 
 
 def has_several_forces(campaign: Campaign) -> bool:
@@ -40,19 +42,8 @@ def friction(campaign: Campaign) -> Figure:
         axes = style.panels(figure, 2 if has_several_forces(campaign) else 1)
         for i, test in enumerate(campaign.amontons):
             colour = style.PALETTE[i % len(style.PALETTE)]
-            rows = [
-                (
-                    fit.normal_force_n,
-                    mean,
-                    *(
-                        mean if end is None else end
-                        for end in (fit.friction_coefficient_low, fit.friction_coefficient_high)
-                    ),
-                )
-                for fit in campaign.fits
-                if fit.material == test.material and (mean := fit.friction_coefficient) is not None
-            ]
-            force, value, low, high = np.array(rows).reshape(-1, 4).T
+            known = [f for f in campaign.fits if f.material == test.material and f.friction_coefficient is not None]
+            force, value, low, high = (np.array([getattr(f, k) for f in known], dtype=np.float64) for k in POINT)
             how: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 3.5, "capsize": 2}
             axes[0].errorbar(force, value, yerr=[value - low, high - value], label=test.material, **how)
             if test.coefficient is not None and test.coefficient_se is not None:
@@ -84,9 +75,8 @@ def ranking(campaign: Campaign) -> Figure:
                 if rank.value is None:
                     ax.text(0.5, place, "not known", ha="center", va="center", transform=ax.get_yaxis_transform())
                 else:
-                    ax.errorbar(
-                        rank.value, place, xerr=NORMAL * (rank.value_se or 0.0), fmt="o", color=colour, capsize=2
-                    )
+                    error = NORMAL * (rank.value_se or 0.0)
+                    ax.errorbar(rank.value, place, xerr=error, fmt="o", color=colour, capsize=2)
             names = [fill(f"{'–' if r.rank is None else r.rank}  {r.material}", NAME) for r in ranks]
             ax.set_yticks(range(len(ranks)), names)
             ax.set(title=criterion, ylim=(len(ranks) - 0.5, -0.5), xlabel=fill(ranks[0].unit, 26) if ranks else "")
@@ -137,9 +127,9 @@ def energy(campaign: Campaign, material: str) -> Figure:
     law with one friction ratio β per normal force.
     """
     fits = _by_force(campaign, material)
-    ratios = ["no fit" if fit.friction_ratio is None else f"β = {fit.friction_ratio:.3f}" for fit in fits]
     with style.drawing(3.8) as figure:
         ax = figure.subplots()
+        ratios = ["no fit" if fit.friction_ratio is None else f"β = {fit.friction_ratio:.3f}" for fit in fits]
         labels = [f"{fit.normal_force_n:.4g} N, {ratio}" for fit, ratio in zip(fits, ratios, strict=True)]
         _draw_energies(ax, campaign, fits, labels, style.shades(len(fits)))
         ax.set_title(material)
@@ -184,11 +174,8 @@ def residuals(campaign: Campaign) -> Figure:
             used = [abs(value) + error for fit in fits for v in fit.used for value, error in _residual(v)]
             reach = 1.3 * float(np.percentile(used or [1.0], MOST_USED)) + 0.5  # half the height, %
             for fit, colour, marker in zip(fits, style.shades(len(fits)), cycle(style.MARKERS), strict=False):
-                rows = [
-                    (v, np.clip(value, -0.97 * reach, 0.97 * reach), error)
-                    for v in fit.verdicts
-                    for value, error in _residual(v)
-                ]
+                edge = 0.97 * reach
+                rows = [(v, np.clip(e, -edge, edge), error) for v in fit.verdicts for e, error in _residual(v)]
                 _draw_tests(ax, campaign, rows, colour, marker, f"{fit.normal_force_n:.4g} N")
             _set_across(ax, campaign)
             ax.set(title=material, ylabel="residual [%]", ylim=(-reach, reach))
@@ -237,8 +224,7 @@ def _draw_energies(
 
     The axes show all that was measured; over r, a prediction near resonance may leave them at the top.
     """
-    groups = zip(fits, labels, colours, cycle(style.MARKERS), strict=False)
-    for fit, label, colour, marker in groups:
+    for fit, label, colour, marker in zip(fits, labels, colours, cycle(style.MARKERS), strict=False):
         rows = [(v, v.trial.mean[0], NORMAL * v.trial.mean_se[0]) for v in fit.verdicts]
         _draw_tests(ax, campaign, rows, colour, marker, label)
         if over_force(campaign):
@@ -287,15 +273,13 @@ def long_responses(campaign: Campaign) -> Figure:
 
     Left: the whole test, lowest to highest displacement. Right: its last cycles; grey: the base.
     """
-    whole = [r for r in campaign.responses if r.is_envelope]
-    ends = {r.trial.source: r for r in campaign.responses if r.trial.is_long and not r.is_envelope}
+    whole = [r for r in campaign.responses if r.is_whole]
+    ends = {r.trial.source: r for r in campaign.responses if r.trial.is_long and not r.is_whole}
     with style.drawing(0.4 + 1.35 * len(whole)) as figure:
         axes = figure.subplots(len(whole), 2, squeeze=False, width_ratios=(3, 2))
         for (left, right), response in zip(axes, whole, strict=True):
-            low, high = (np.repeat(response.mass[side::2], 2) for side in (0, 1))  # of each pair, at both of its times
-            left.fill_between(response.time / 60, low, high, color=style.MEASURED, linewidth=0.3)
-            left.set(title=_title(response), ylabel="x / Y")
-            left.margins(x=0)
+            style.over_time(left, response.time / 60, {"mass": response.mass}, legend=False, xlabel="", ylabel="x / Y")
+            left.set_title(_title(response))
             _draw_last(right, ends[response.trial.source])
             right.set(title="last cycles", xlabel="")
         axes[-1][0].set_xlabel("time [min]")
@@ -319,12 +303,13 @@ def drift(campaign: Campaign, level: float) -> Figure:
     One cycle every ten seconds. Dotted: trend; band: its 95 % confidence, correlation between neighbours included.
     """
     every = drift_levels(campaign)
-    tests = [d for d in campaign.drifts if d.trend is not None and nearest(d.trial.r, every) == level]
+    tests = [d for d in campaign.drifts if nearest(d.trial.r, every) == level]
     with style.drawing() as figure:
         ax = figure.subplots()
         for test in sorted(tests, key=lambda test: test.trial.material or ""):
             index = campaign.materials.index(test.trial.material) if test.trial.material in campaign.materials else 0
-            _draw_trend(ax, test, style.PALETTE[index % len(style.PALETTE)])
+            if test.trend is not None:
+                _draw_trend(ax, test, test.trend, style.PALETTE[index % len(style.PALETTE)])
         ax.set(xlabel="time [min]", ylabel=ENERGY)
         ax.set_ylim(bottom=0)
         ax.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
@@ -336,10 +321,8 @@ def drift_levels(campaign: Campaign) -> tuple[float, ...]:
     return levels([d.trial.r for d in campaign.drifts if d.trend is not None])
 
 
-def _draw_trend(ax: Axes, test: Drift, colour: str) -> None:
-    if test.trend is None:
-        return
-    trend, time = test.trend, test.trend.time
+def _draw_trend(ax: Axes, test: Drift, trend: Trend, colour: str) -> None:
+    time = trend.time
     about = time - time.mean()
     line = trend.level + trend.slope * about
     level_error = trend.slope_se * float(np.sqrt(np.mean(about**2)))

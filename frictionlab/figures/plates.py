@@ -106,7 +106,7 @@ KINDS: Mapping[str, tuple[Callable[..., Figure], Callable[[Campaign], Sequence[s
     "comparison": (materials.comparison, lambda c: WHOLE if materials.common_forces(c) else ()),
     "residuals": (materials.residuals, lambda _: WHOLE),
     "responses": (materials.responses, lambda c: WHOLE if any(not r.trial.is_long for r in c.responses) else ()),
-    "long_responses": (materials.long_responses, lambda c: WHOLE if any(r.is_envelope for r in c.responses) else ()),
+    "long_responses": (materials.long_responses, lambda c: WHOLE if any(r.is_whole for r in c.responses) else ()),
     "drift_r": (materials.drift, materials.drift_levels),
 }
 """Begin of a figure's name -> what draws it, and what a campaign has one of it for; in the report's order.

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionlab.arrays import FloatArray
+from frictionlab.errors import UsageError
 from frictionlab.figures.style import MOST_POINTS, PREDICTED, TURN, drawing, over_time, shades, thinned
 from frictionlab.simulator import simulate as run_from_rest
 
@@ -38,7 +39,7 @@ def structure_figure(state: "StructureState") -> Figure:
     """Displacements of base and masses over the period, and each contact's force over its displacement."""
     structure, motion = state.structure, state.motion
     if motion is None:
-        raise ValueError("this steady state has no motion to draw")
+        raise UsageError(f"plot: there is no motion to draw (outcome {state.outcome})")
     tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1))
     base, (q, _), force = structure.base.at(tau), motion.at(tau), motion.force(tau)
     with drawing(5.0, state.verdict, state.warnings) as figure:
@@ -85,7 +86,7 @@ def draw_contact_force(state: "SteadyState", ax: Axes, color: str = PREDICTED, *
 
 def _orbit(state: "SteadyState") -> "Motion":
     if state.orbit is None:
-        raise ValueError("this steady state has no motion to draw")
+        raise UsageError(f"plot: there is no motion to draw (outcome {state.outcome}, solver {state.solver})")
     return state.orbit
 
 

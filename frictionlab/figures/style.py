@@ -8,7 +8,6 @@ import warnings
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -212,20 +211,24 @@ def closed(values: FloatArray) -> FloatArray:
     return np.append(values, values[:1])
 
 
-@dataclass(frozen=True)
 class StopColours:
-    """Classes of stops with their colours; ``edges`` (n + 1,) between the classes, ``names`` (n,).
+    """Classes of these stops per cycle, up to the largest, with their colours; at rest: `AT_REST`.
 
     Examples
     --------
-    >>> stop_colours(np.array([0.0, 2.0, AT_REST, np.nan])).names
-    ('at rest', '0', '1', '2')
-    >>> stop_colours(np.array([0.0, 131.0])).names[-3:]
-    ('25-40', '41-72', '73-136')
+    >>> StopColours(np.array([0.0, 2.0, AT_REST, np.nan])).names
+    ['at rest', '0', '1', '2']
+    >>> StopColours(np.array([0.0, 131.0])).names[-3:]
+    ['25-40', '41-72', '73-136']
     """
 
-    edges: tuple[float, ...]
-    names: tuple[str, ...]
+    def __init__(self, values: FloatArray) -> None:
+        known = np.round(values[np.isfinite(values)])
+        ends = [*range(SINGLE + 1), *(SINGLE * (1 + 2**n) for n in range(50))]
+        ends = ends[: 1 + bisect_left(ends, known.max(initial=0.0))]
+        rests = ["at rest"] * bool(np.any(known == AT_REST))
+        self.names = rests + [f"{b}" if b == a + 1 else f"{a + 1}-{b}" for a, b in pairwise((-1, *ends))]
+        self.edges = [*(-1.5 for _ in rests), -0.5, *(end + 0.5 for end in ends)]
 
     @property
     def mapped(self) -> dict[str, Any]:
@@ -243,13 +246,3 @@ class StopColours:
         bar.ax.tick_params(length=0)
         bar.ax.minorticks_off()
         return bar
-
-
-def stop_colours(values: FloatArray) -> StopColours:
-    """The classes that these stops per cycle need, up to the largest."""
-    known = np.round(values[np.isfinite(values)])
-    ends = [*range(SINGLE + 1), *(SINGLE * (1 + 2**n) for n in range(50))]
-    ends = ends[: 1 + bisect_left(ends, known.max(initial=0.0))]
-    names = tuple(f"{end}" if end == low + 1 else f"{low + 1}-{end}" for low, end in pairwise((-1, *ends)))
-    edges = (-0.5, *(end + 0.5 for end in ends))
-    return StopColours((-1.5, *edges), ("at rest", *names)) if np.any(known == AT_REST) else StopColours(edges, names)

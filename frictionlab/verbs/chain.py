@@ -173,8 +173,8 @@ class Batch:
         write_rows([row], made["measurement"])
         if not self.compares:
             return row
+        from frictionlab.figures import plot
         from frictionlab.verbs.one_test import compare
-        from frictionlab.verbs.presenting import plot
 
         plot(measurement, made["measurement figure"], title=recording.name)
         comparison = compare(measurement, self.scene, law=self.law)

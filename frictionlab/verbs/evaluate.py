@@ -1,10 +1,12 @@
-"""Measurements -> what a whole campaign says."""
+"""Measurements -> what a whole campaign says -> its tables, figures and report."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +14,9 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement, Traces
 from frictionlab.campaign import Campaign, Trial, Watch, is_comparison, read_measurements, recording_path, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
+from frictionlab.errors import AnalysisError
 from frictionlab.experiment import facts_of
+from frictionlab.files import make_folder
 from frictionlab.hdf5 import read_recording
 from frictionlab.inference.compare import AUTO
 from frictionlab.inference.observations import CycleObservation, observe
@@ -20,6 +24,9 @@ from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
 from frictionlab.verbs.inputs import AnyScene, FilePath, rows_of, scene_given
+
+if TYPE_CHECKING:
+    from frictionlab.figures.plates import Plate
 
 TABLES = ("model", "rig")
 NO_TRACES = Traces(*[np.zeros(0)] * 10)  # what figures show of a measurement; a campaign of hundreds holds none
@@ -121,3 +128,59 @@ def _observed(path: Path, *, scene: Scene, tests: Mapping[Path, Trial]) -> Row:
     facts = {"source": trial.source, "material": trial.material, "normal_force_n": trial.normal_force_n}
     measured = replace(measure(read_recording(path), scene), **facts, traces=NO_TRACES)  # type: ignore[arg-type]
     return {"observation": observe(measured, scene)}
+
+
+def publish(
+    campaign: Campaign,
+    folder: FilePath,
+    *,
+    force: bool = False,
+    watch: "Callable[[Sequence[Plate]], Iterable[Plate]]" = iter,
+) -> Path:
+    """Write a campaign's tables, figures and report into a folder, and return the report's path.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    folder : str or Path
+        Made if it is not there.
+    force : bool
+        Replace files of these names that are not an earlier campaign's.
+    watch : callable
+        Wraps the figures while they are drawn, to show progress.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written, or holds other files of these names.
+    """
+    from frictionlab.campaign.files import REPORT, check_folder, write_tables
+    from frictionlab.figures import check_figures
+    from frictionlab.figures.plates import plates
+    from frictionlab.report import write_report
+
+    place = Path(folder)
+    check_folder(place, force=force)
+    drawn = plates(campaign)
+    check_figures([path for plate in drawn for path in plate.files(place / "figures")], force=force)
+    write_tables(campaign, place)
+    for plate in watch(drawn):
+        plate.save(place / "figures", force=force)
+    write_report(campaign, drawn, place)
+    _write_sheets(campaign, place / "tests", force=force)
+    return place / REPORT
+
+
+def _write_sheets(campaign: Campaign, folder: Path, *, force: bool) -> None:
+    """A page per test, with what its recording shows where that is at hand."""
+    from frictionlab.campaign.files import recording_of
+    from frictionlab.report.page_of_test import sheet_name, sheets_of, write_sheet
+
+    make_folder(folder)
+    for number, sheet in enumerate(sheets_of(campaign), 1):
+        recording, page = None if sheet.trial.failed else recording_of(sheet.trial, campaign.folders), sheet
+        if recording is not None:
+            # measured under another scene, it was possible: the page says that nothing is drawn
+            with contextlib.suppress(AnalysisError):
+                page = replace(sheet, measurement=measure(recording, campaign.scene), recording=recording)
+        write_sheet(page, folder / sheet_name(number, sheet.trial), back="../report.html#tests", force=force)

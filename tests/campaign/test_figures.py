@@ -13,7 +13,7 @@ from frictionlab.campaign import Campaign, evaluate, trial_of
 from frictionlab.figures import grids, is_figure
 from frictionlab.figures.grids import resonance_band
 from frictionlab.figures.plates import Plate, plates
-from frictionlab.figures.style import AT_REST, stop_colours
+from frictionlab.figures.style import AT_REST, StopColours
 from frictionlab.report import page
 from frictionlab.scene import Scene
 from tests.campaign.fabricate import row
@@ -61,8 +61,8 @@ def test_a_band_is_left_blank_only_over_resonance(below: list[float]) -> None:
 
 
 def test_stops_are_whole_numbers_of_distinct_colours_over_their_full_range() -> None:
-    scale = stop_colours(np.array([AT_REST, 0.0, 2.02, 131.0, np.nan]))
-    assert scale.names == ("at rest", *"012345678", "9-16", "17-24", "25-40", "41-72", "73-136")
+    scale = StopColours(np.array([AT_REST, 0.0, 2.02, 131.0, np.nan]))
+    assert scale.names == ["at rest", *"012345678", "9-16", "17-24", "25-40", "41-72", "73-136"]
     colours = {scale.mapped["cmap"](scale.mapped["norm"](n)) for n in (AT_REST, 0, 1, 2, 8, 12, 20, 30, 60, 131)}
     assert len(colours) == 10
     assert scale.edges[0] < AT_REST < 131.0 < scale.edges[-1]
