@@ -19,20 +19,9 @@ from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable, write_whole
 from frictionlab.schema import OUTCOME, TABLES, Table, is_marked, table_of
 from frictionlab.tables import texts
-from frictionlab.tables.texts import SENTENCES, Row, encodable, json_line, plain
+from frictionlab.tables.texts import Row, encodable, json_line, plain
 
-__all__ = [
-    "SENTENCES",
-    "SUFFIXES",
-    "Row",
-    "check_output",
-    "has_rows",
-    "is_table",
-    "json_line",
-    "plain",
-    "read_rows",
-    "write_rows",
-]
+__all__ = ["SUFFIXES", "Row", "check_output", "has_rows", "is_table", "json_line", "plain", "read_rows", "write_rows"]
 
 SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx")
 EITHER = ".csv, .jsonl, .h5 or .xlsx"
