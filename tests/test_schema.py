@@ -75,6 +75,6 @@ def test_the_list_of_keys_is_in_step() -> None:
 def test_results_have_a_column_for_each_of_their_keys() -> None:
     assert STEADY_STATES.names == KEYS
     assert TRADES.names == tuple(f.name for f in fields(Setting))
-    assert {f.name for f in fields(FreeVibration)} - {"swing"} <= set(FREE_VIBRATIONS.names)
+    assert {f.name for f in fields(FreeVibration)} - {"time", "measured", "fitted"} <= set(FREE_VIBRATIONS.names)
     assert RANKING.mark == ("criterion", "rank", "material", "value", "value_se")
     assert "slope_per_hour" in DRIFTS.names
