@@ -35,6 +35,7 @@ PARAMETERS = {
     "upper": "upper 95 %",
 }
 PARTS = ("parameters", "nuisances")
+DRAWN = ("time", "measured", "fitted")  # of a tap: no part of its row
 MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
 
 
@@ -229,7 +230,7 @@ def _tapped(file: Path, *, scene: "Scene") -> Made:
         "friction_n_se": None if stiffness is None else stiffness * means["friction_m"].se,
         "friction_coefficient": force_n / normal if force_n is not None and normal else None,
         "stiffness_n_per_m": stiffness,
-        "taps": [{f.name: getattr(tap, f.name) for f in fields(tap) if f.name != "swing"} for tap in taps],
+        "taps": [{f.name: getattr(tap, f.name) for f in fields(tap) if f.name not in DRAWN} for tap in taps],
         "_taps": taps,
     }
     return row, {"free_vibration": taps}

@@ -62,6 +62,7 @@ def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     row = json.loads(result.stdout)
     assert [tap["damping_ratio"] for tap in row["taps"]] == pytest.approx([0.0055] * 2, rel=0.01)
+    assert not {"measured", "fitted", "time"} & row["taps"][0].keys()
     assert row["damping_ratio"] == row["mean_damping_ratio"] == pytest.approx(0.0055, rel=0.005)
     assert row["friction_m"] == pytest.approx(5e-6, rel=0.02)
     assert row["friction_n"] == pytest.approx(5e-6 * 3.0 * (2 * np.pi * HZ) ** 2, rel=0.02)
