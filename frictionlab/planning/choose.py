@@ -93,9 +93,8 @@ def plan_tests(
         some = np.flatnonzero(allowed) if everything else np.unique(order)
         over = {int(i): evidence_over(lab, virtual[i], "coulomb") for i in some}
     else:
-        between = Between.of(lab, virtual, against, limits)
+        between = Between.of(lab, virtual, against, limits, everything=everything)
         order, over = pick(between.gain, between.limits), {}
-        between = between.judged(np.flatnonzero(between.limits.allowed) if everything else np.unique(order))
 
     def row(i: int, before: Sequence[int] | None = None) -> PlannedTest:
         evidence = {"log_bayes": over.get(i)} if between is None else between.row(i, before)
@@ -214,18 +213,11 @@ class Limits:
         """Return them by ``[plan]``: each weight is put on once, each motion of the base set once for it."""
         plan = scene.plan
         settings = [(t.normal_force_n, t.base_amplitude_m, t.frequency_ratio) for t in tests]
-        forces, drives = (list(dict.fromkeys(some)) for some in ([s[0] for s in settings], settings))
-        return cls(
-            np.array([t.duration_s + plan.setup_s for t in tests]),
-            np.array([forces.index(s[0]) for s in settings]),
-            np.array([drives.index(s) for s in settings]),
-            plan.change_force_s,
-            plan.change_drive_s,
-            allowed,
-            most,
-            budget,
-            plan.most_repeats or math.inf,
+        force, drive = (
+            np.unique(some, axis=0, return_inverse=True)[1] for some in ([s[:1] for s in settings], settings)
         )
+        running, repeats = np.array([t.duration_s + plan.setup_s for t in tests]), plan.most_repeats or math.inf
+        return cls(running, force, drive, plan.change_force_s, plan.change_drive_s, allowed, most, budget, repeats)
 
     def more(self, order: Sequence[int]) -> FloatArray:
         """Time (n,) that each candidate would add to tests already chosen, s."""
@@ -242,10 +234,17 @@ class Limits:
         """How often each candidate is chosen."""
         return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(self.allowed))
 
-    def free(self, order: Sequence[int]) -> NDArray[np.bool_]:
-        """Which candidates may follow tests chosen."""
-        fits = self.total(order) + self.more(order) <= self.budget
-        return np.asarray(self.allowed & fits & (self.often(order) < self.most_repeats))
+    def next(self, order: Sequence[int], gain: Gain, free: NDArray[np.bool_] | None = None) -> int | None:
+        """The candidate that tells most beside tests chosen, for the time it adds; None where none is ``free``.
+
+        Free are those that time and repeats allow, unless it is said.
+        """
+        more, often = self.more(order), self.often(order)
+        if free is None:
+            free = self.allowed & (self.total(order) + more <= self.budget) & (often < self.most_repeats)
+        told = gain(order) * (1.0 - AGAIN * often)
+        rate = np.where(free, np.where(told > 0.0, told / more, told * more), -math.inf)
+        return int(np.argmax(rate)) if free.any() else None
 
 
 def pick(gain: Gain, limits: Limits) -> list[int]:
@@ -259,32 +258,25 @@ def pick(gain: Gain, limits: Limits) -> list[int]:
         least = float(limits.more([])[limits.allowed].min()) / HOUR
         raise UsageError(f"hours: {limits.budget / HOUR:g} are less than any test takes: expected at least {least:.3g}")
     for _ in range(SWEEPS):
-        before = list(order)
+        before = sorted(order)
         for k in range(len(order)):
-            rest = [*order[:k], *order[k + 1 :]]
-            order[k] = _next(rest, gain, limits, limits.free(rest))
+            better = limits.next([*order[:k], *order[k + 1 :]], gain)
+            order[k] = order[k] if better is None else better
         order = _filled(order, gain, limits)
-        if sorted(order) == sorted(before):
+        if sorted(order) == before:
             break
     ranked: list[int] = []
-    while len(ranked) < len(order):
-        ranked.append(_next(ranked, gain, limits, limits.often(order) > limits.often(ranked)))
+    while (i := limits.next(ranked, gain, limits.often(order) > limits.often(ranked))) is not None:
+        ranked.append(i)
     return ranked
 
 
-def _filled(order: list[int], gain: Gain, limits: Limits) -> list[int]:
+def _filled(order: Sequence[int], gain: Gain, limits: Limits) -> list[int]:
     """Tests chosen, and more as long as number and time allow."""
-    order = list(order)
-    while len(order) < limits.tests and (free := limits.free(order)).any():
-        order.append(_next(order, gain, limits, free))
-    return order
-
-
-def _next(order: list[int], gain: Gain, limits: Limits, free: NDArray[np.bool_]) -> int:
-    """The candidate that tells most beside tests chosen, for the time it adds."""
-    more, told = limits.more(order), gain(order) * (1.0 - AGAIN * limits.often(order))
-    rate = np.where(told > 0.0, told / more, told * more)
-    return int(np.argmax(np.where(free, rate, -math.inf)))
+    found = list(order)
+    while len(found) < limits.tests and (i := limits.next(found, gain)) is not None:
+        found.append(i)
+    return found
 
 
 def _notes(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) -> tuple[str, ...]:
@@ -380,20 +372,20 @@ class Between:
     """Two laws to be told apart, over all candidates.
 
     ``evidence``, ``back`` (n,): logarithm of the Bayes factor to expect if the laboratory's law holds, and if the other
-    does; NaN where it was not judged.
+    does; NaN where it was not judged; ``limits``: those of the candidates judged.
     """
 
-    lab: Laboratory
-    other: Laboratory
-    tests: Sequence[VirtualTest]
-    others: Sequence[VirtualTest]
     limits: Limits
     evidence: FloatArray
     back: FloatArray
 
     @classmethod
-    def of(cls, lab: Laboratory, tests: Sequence[VirtualTest], against: str, limits: Limits) -> "Between":
-        """Return two laws ready to be told apart, fitted to the candidates whose cycles differ most.
+    def of(
+        cls, lab: Laboratory, tests: Sequence[VirtualTest], against: str, limits: Limits, *, everything: bool
+    ) -> "Between":
+        """Return two laws ready to be told apart, each fitted to what the other shows.
+
+        Of all candidates allowed if ``everything``; else tests are chosen among those whose cycles differ most.
 
         Raises
         ------
@@ -405,38 +397,23 @@ class Between:
             raise UsageError(f"against: law {against} is the one that is planned for: name another one")
         others = [virtual_test(other, test.candidate) for test in tests]
         apart = np.array([_apart(one, two) for one, two in zip(tests, others, strict=True)])
-        if not np.isfinite(apart).any():
+        if not np.isfinite(apart[limits.allowed]).any():
             raise UsageError(
-                f"against: no candidate has a steady motion under both {lab.law.name} and {other.law.name}: change"
-                " normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
+                f"against: no candidate that largest_response_m allows moves steadily under both {lab.law.name} and"
+                f" {other.law.name}: change normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
             )
-        apart = np.where(limits.allowed, apart, -math.inf)
-        if not np.isfinite(apart).any():
-            raise UsageError(
-                f"against: the candidates that plan.largest_response_m allows tell nothing of {against}: allow a larger"
-                " response, or change the ranges of [plan]"
-            )
-        none = np.full(len(tests), np.nan)
-        found = cls(lab, other, tests, others, limits, none, none)
-        rate = apart / limits.more([])
-        some = [int(i) for i in np.argsort(-rate)[: max(NEAR, 2 * limits.tests)] if np.isfinite(rate[i])]
+        rate = np.where(limits.allowed, apart, -math.inf) / limits.more([])
         near = np.zeros(len(tests), dtype=bool)
-        near[some] = True
-        return replace(found.judged(np.array(some)), limits=replace(limits, allowed=limits.allowed & near))
-
-    def judged(self, some: NDArray[np.intp]) -> "Between":
-        """Return the same with the evidence of some more tests, each law fitted to what the other shows."""
-        evidence, back = self.evidence.copy(), self.back.copy()
-        for i in some:
-            if np.isnan(evidence[i]):
-                one = evidence_over(self.lab, self.tests[i], self.other.law.name)
-                two = evidence_over(self.other, self.others[i], self.lab.law.name)
-                evidence[i], back[i] = (0.0 if value is None else value for value in (one, two))
-        return replace(self, evidence=evidence, back=back)
+        near[[i for i in np.argsort(-rate)[: max(NEAR, 2 * limits.tests)] if np.isfinite(rate[i])]] = True
+        evidence, back = np.full((2, len(tests)), np.nan)
+        for i in np.flatnonzero(limits.allowed if everything else near).tolist():
+            evidence[i] = evidence_over(lab, tests[i], other.law.name) or 0.0
+            back[i] = evidence_over(other, others[i], lab.law.name) or 0.0
+        return cls(replace(limits, allowed=limits.allowed & near), evidence, back)
 
     def gain(self, order: Sequence[int]) -> FloatArray:
         """What each candidate (n,) adds to tests chosen: growth of the evidence in proportion, both ways alike."""
-        total = np.zeros(len(self.tests))
+        total = np.zeros(len(self.evidence))
         for way in (np.nan_to_num(self.evidence), np.nan_to_num(self.back)):
             so_far = float(way[np.asarray(order, dtype=np.intp)].sum())
             total += np.log1p(np.maximum(so_far + way, 0.0)) - math.log1p(max(so_far, 0.0))
