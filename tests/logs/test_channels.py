@@ -187,6 +187,14 @@ PUBLISHED: list[tuple[str, dict[str, str], dict[str, tuple[float, float]]]] = [
         {"contact_force": (-24.660393, 24.629006), "normal_force": (100.0, 100.0)},
     ),
     (
+        "okilitive+CETR-tribometer/data/HT-2n-6-4 2_002.csv",
+        {"mass": "X", "contact_force": "Fx", "normal_force": "Fz", "units": "contact_force=gf,normal_force=gf"},
+        {
+            "contact_force": (-161.15271e-3 * G, 184.470566e-3 * G),
+            "normal_force": (-205.976547e-3 * G, -196.12326e-3 * G),
+        },
+    ),
+    (
         f"{KONRAD}/sample_workspace_3.mat",
         {"mass_velocity": "v", "mass_acceleration": "a", "contact_force": "F_fric", "unit": "m", "units": SAID},
         {"mass_displacement": (0.0, 0.15392032596992083), "contact_force": (-0.06835377698107492, 56.8449579334)},
