@@ -33,7 +33,10 @@ def recording_figure(recording: Recording, name: str = "") -> Figure:
 
 
 def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
-    """Response, spectrum, loops and a measured force, with the numbers above each; ``name`` stands above them."""
+    """Response, spectrum, loops and a measured force, with the numbers above each; ``name`` stands above them.
+
+    A motion that is given has no loop over a base.
+    """
     m, traces, force = measurement, measurement.traces, measurement.cycle.force
     ratio = "r unknown" if m.frequency_ratio is None else f"r = {m.frequency_ratio:.6g}"
     index = "unknown" if m.irregularity_index is None else f"{m.irregularity_index:.2g}"
@@ -43,19 +46,22 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
         ax, lines = figure.add_subplot(grid[0, :], title=title), {"base": traces.base, "mass": traces.mass}
         style.over_time(ax, traces.time, lines, stops=traces.stops, ylabel="displacement, x / Y, y / Y")
         title = f"{ratio}   Y = {1e3 * m.base_amplitude_m:.4g} mm   distortion {100 * m.base_distortion:.2g} %"
-        _draw_spectrum(m, figure.add_subplot(grid[1, 0], title=title))
-        ax = figure.add_subplot(grid[1, 1], title=f"energy {m.energy} kY² ({m.energy_rule})")
-        loops = [np.column_stack(pair) for pair in zip(traces.loop_mass, traces.loop_base, strict=True)]
-        fade = max(0.15, 1.0 / len(loops))
-        ax.add_collection(LineCollection(loops, colors=style.MEASURED, linewidths=0.8, alpha=fade))
-        ax.autoscale_view()
-        ax.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
+        is_given = m.energy.value is None
+        _draw_spectrum(m, figure.add_subplot(grid[1, :] if is_given else grid[1, 0], title=title))
+        if not is_given:
+            ax = figure.add_subplot(grid[1, 1], title=f"energy {m.energy} kY² ({m.energy_rule})")
+            loops = [np.column_stack(pair) for pair in zip(traces.loop_mass, traces.loop_base, strict=True)]
+            fade = max(0.15, 1.0 / len(loops))
+            ax.add_collection(LineCollection(loops, colors=style.MEASURED, linewidths=0.8, alpha=fade))
+            ax.autoscale_view()
+            ax.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
         if force is not None:
             unit, turn = 1e3 * m.base_amplitude_m, 2.0 * np.pi * m.drive_frequency_hz
             ways = (("speed of the mass [mm/s]", turn * m.cycle.mass_velocity), ("mass [mm]", m.cycle.mass_smooth))
             for column, (label, way) in enumerate(ways):
                 ax = figure.add_subplot(grid[2, column], xlabel=label, ylabel="measured force [N]")
                 ax.plot(unit * style.closed(way), style.closed(force), color=style.MEASURED)
+                ax.locator_params(axis="x", nbins=5)
             figure.axes[-2].set_title(f"friction force {m.measured_force} N")
     return figure
 
