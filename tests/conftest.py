@@ -22,15 +22,14 @@ settings.register_profile("house", derandomize=True)
 settings.load_profile("house")
 
 COMPILE = """
-from frictionlab.simulator import Problem, simulate
-from frictionlab.simulator.several import Structure, follow
+from frictionlab.simulator import Problem, Structure, simulate
 from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.simulator.sweep import sweep, warm_up
 warm_up({0!r})
 sweep([0.5, 0.7], [0.2, 0.4], law={0!r}, parameters={1!r})
 simulate(Problem(0.5, 0.4), cycles=1).at(0.0)
 respond(Problem(1.0, 0.2), BaseRecord([0.0, 0.2, 0.4], [0.0, 0.1, 0.3]))
-follow(Structure.of_storeys(0.5, [1.0, 1.0], [1.0, 1.0], [0.02, 0.02]), 1)
+simulate(Structure.of_storeys(0.5, [1.0, 1.0], [1.0, 1.0], [0.02, 0.02]), cycles=1)
 """
 KERNELS = {"coulomb": {}, "coulomb+stribeck": {"static_ratio": [1.2], "stribeck_speed": [0.2]}}
 """A law of each flow, exact and integrated, with its parameters."""

@@ -17,9 +17,8 @@ from frictionlab.inference.observations import observe
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.scene.physical import structure_of
-from frictionlab.simulator import Contact
+from frictionlab.simulator import Contact, steady_state
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.several import steady
 from frictionlab.simulator.state import KEYS
 
 SCENE = """
@@ -139,11 +138,11 @@ def test_a_contact_between_two_masses_is_found_and_its_force_is_recovered() -> N
         }
     )
     rubs = Contact(2, 1, law, law.complete({"beta": truth[0], "gradient": truth[1]}))
-    motion = steady(structure_of(scene, 0.5, 2e-3, first=rubs)).motion
+    motion = steady_state(structure_of(scene, 0.5, 2e-3, first=rubs)).orbit
     assert motion is not None
     t, noise = np.arange(6000) / 400.0, np.random.default_rng(4).normal(0.0, 1e-6, (3, 6000))
     tau = math.pi * (scene.rig.natural_frequency or 0.0) * t
-    (q, _), base = motion.at(np.mod(tau, math.tau)), np.cos(tau)
+    (q, _, _), base = motion.all_at(np.mod(tau, math.tau)), np.cos(tau)
     x, upper, y = 2e-3 * np.array([q[:, 0], q[:, 1], base]) + noise
     found = fl.compare(Recording(t, x, y, channels=(Channel("mass_2_displacement", upper),)), scene)
     for name, value in zip(("beta", "gradient"), truth, strict=True):

@@ -189,6 +189,7 @@ def _settle(
 ) -> None:
     """Solve the steady state, run some cycles from rest, or find all states: one row each, the most visited first."""
     from frictionlab.simulator import Problem, coexisting
+    from frictionlab.simulator.state import KEYS
     from frictionlab.verbs.simulating import simulate
 
     is_tree = to.output is not None and to.output.suffix == ".h5"
@@ -198,10 +199,10 @@ def _settle(
             raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
     figure, start = to.figure("motion"), time.perf_counter()
     found = coexisting(problem) if every and isinstance(problem, Problem) else ()
-    solve: Any = simulate
-    states: list[SteadyState] = [each.state for each in found] or [solve(problem, cycles=cycles, solver=solver)]
+    states: list[SteadyState] = [each.state for each in found] or [simulate(problem, cycles=cycles, solver=solver)]
     seconds = time.perf_counter() - start
-    rows: list[Row] = [_row(state, units, seconds) for state in states]
+    rows: list[Row] = [{**dict.fromkeys(KEYS), "wall_s": seconds, **state.row()} for state in states]
+    rows = rows if units is None else [{**row, **_in_si(row, units)} for row in rows]
     if every:
         rows = [{**row, "basin_share": each.share} for row, each in zip(rows, found, strict=True)]
     for row in rows if to.as_json else ():
@@ -216,23 +217,6 @@ def _settle(
         from frictionlab.figures import plot
 
         plot(states[0], figure, force=to.force)  # of all states the most visited
-
-
-def _row(state: "SteadyState", units: Units | None, seconds: float) -> Row:
-    """The row of a state with the contract's lists over masses and contacts, and in SI units where it can be."""
-    row: dict[str, object] = {**state.row(), "wall_s": seconds}
-    if "contacts" not in row:
-        problem = state.problem
-        law, against = problem.law.name, "base" if problem.wall == "base" else "wall"
-        taken = {key: row[key] for key in ("stops_per_cycle", "stuck_fraction")}
-        energy = {"energy_per_cycle": row["contact_energy_per_cycle"]}
-        row |= {
-            "law": law,
-            "parameters": problem.parameters,
-            "response_amplitudes": [row["response_amplitude"]],
-            "contacts": [{"mass": 1, "against": against, "law": law, **energy, **taken}],
-        }
-    return row if units is None else {**row, **_in_si(row, units)}
 
 
 def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) -> None:
@@ -272,20 +256,19 @@ def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) 
 
     from frictionlab.files import make_folder
     from frictionlab.hdf5 import write_tree
-    from frictionlab.simulator.several import StructureState
 
     timeless = {key: value for key, value in row.items() if key != "wall_s"}  # the same input gives the same bytes
     tree: dict[str, object] = {key: value for key, value in timeless.items() if value is not None}
-    motion = state.motion if isinstance(state, StructureState) else state.orbit
+    motion = state.orbit
     if motion is not None:
         tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1) + 1)
-        place, speed = motion.at(np.minimum(tau, motion.end))
-        if isinstance(state, StructureState):
+        if state.structure is not None:
+            place, speed, _ = motion.all_at(np.minimum(tau, motion.end))
             moved = {f"displacement_{i + 1}": x for i, x in enumerate(place.T)}
             moved |= {f"velocity_{i + 1}": v for i, v in enumerate(speed.T)}
         else:
-            moved = {"displacement": place, "velocity": speed}
-            tree["stops"] = state.orbit.stops if state.orbit is not None else ()
+            moved = dict(zip(("displacement", "velocity"), motion.at(np.minimum(tau, motion.end)), strict=True))
+            tree["stops"] = motion.stops
         tree["motion"] = {"tau": tau, **moved, "base": state.problem.base.at(tau)}
     make_folder(output.parent)
     write_tree(tree, output, kind=MOTIONS.format, force=force, columns=MOTIONS.column)

@@ -68,7 +68,6 @@ FIGURES = {
     "ContactForce": "judged.contact_figure",
     "WholeRecord": "recorded.record_figure",
     "SteadyState": "simulated.motion_figure",
-    "StructureState": "simulated.structure_figure",
     "RecordResponse": "simulated.response_figure",
     "Plan": "planned.plan_figure",
     "Prediction": "planned.prediction_figure",

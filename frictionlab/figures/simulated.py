@@ -13,8 +13,7 @@ from frictionlab.simulator import simulate as run_from_rest
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
-    from frictionlab.simulator import Motion, SteadyState
-    from frictionlab.simulator.several import StructureState
+    from frictionlab.simulator import Motion, SteadyState, Structure
 
 SAMPLES = 2000  # per cycle: smooth in print
 MOST_CYCLES = 200  # from rest, the last ones
@@ -23,7 +22,12 @@ PHASE, OVER = "phase of the drive τ/π", "displacement over Y"
 
 
 def motion_figure(state: "SteadyState") -> Figure:
-    """Displacement over two periods, or over all cycles from rest; the hysteresis loop, and the contact's force."""
+    """Displacement over two periods, or over all cycles from rest; the hysteresis loop, and the contact's force.
+
+    Of several masses or contacts: all displacements, and each contact's force over its displacement.
+    """
+    if state.structure is not None:
+        return _structure_figure(state, state.structure)
     with drawing(5.0, state.verdict, state.warnings) as figure:
         grid = figure.add_gridspec(2, 4)
         draw_motion(state, figure.add_subplot(grid[0, :3]))
@@ -35,13 +39,13 @@ def motion_figure(state: "SteadyState") -> Figure:
     return figure
 
 
-def structure_figure(state: "StructureState") -> Figure:
+def _structure_figure(state: "SteadyState", structure: "Structure") -> Figure:
     """Displacements of base and masses over the period, and each contact's force over its displacement."""
-    structure, motion = state.structure, state.motion
+    motion = state.orbit
     if motion is None:
         raise UsageError(f"plot: there is no motion to draw (outcome {state.outcome})")
     tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1))
-    base, (q, _), force = structure.base.at(tau), motion.at(tau), motion.force(tau)
+    base, (q, _, force) = structure.base.at(tau), motion.all_at(tau)
     with drawing(5.0, state.verdict, state.warnings) as figure:
         grid = figure.add_gridspec(2, max(1, len(structure.contacts)))
         lines = {"base y/Y": base, **{f"mass {n + 1} x/Y": q[:, n] for n in range(structure.masses)}}

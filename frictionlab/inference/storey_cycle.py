@@ -5,8 +5,8 @@ data are the harmonics of every mass that was measured, with one covariance.
 """
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar, cast
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -26,43 +26,12 @@ from frictionlab.inference.observations import (
 from frictionlab.inference.unknowns import SMALLEST, STRONGEST, Unknown
 from frictionlab.scene import Scene, Solver
 from frictionlab.scene.physical import contacts_of, storeys_of, structure_of
-from frictionlab.simulator import Contact, SteadyState, Structure
-from frictionlab.simulator import Motion as MotionOfOne
+from frictionlab.simulator import Contact, SteadyState, Structure, steady_state
 from frictionlab.simulator.laws import Law, law_of
-from frictionlab.simulator.several import StructureMotion, StructureState, steady
 
 COST = 400.0  # steps of integration that a steady state of several masses costs, about
 FREQUENCY, DAMPING, GAIN = "storey_{}_frequency", "storey_{}_damping", "gain_{}"  # from the second storey on
 MOST = 9  # masses whose sensors may have a gain of their own
-
-
-@dataclass(frozen=True)
-class FirstMass:
-    """The motion of the first mass of a structure, evaluated like that of a single one."""
-
-    motion: StructureMotion
-
-    def at(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return displacement and velocity (k,) at times tau (k,), over Y."""
-        q, v = self.motion.at(tau)
-        return q[:, 0], v[:, 0]
-
-
-@dataclass(frozen=True)
-class StoreyState(SteadyState):
-    """The steady state of a structure as that of its first mass and first contact; ``whole``: all of it."""
-
-    whole: StructureState | None = None
-
-    @property
-    def energy_per_cycle(self) -> float | None:
-        """Area of the loop of base over the first mass's displacement per cycle, over k_1 Y^2 (2.18)."""
-        return self.whole.energy_per_cycle if self.whole else None
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Sentences about what the numbers do not say."""
-        return self.whole.warnings if self.whole else ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +92,7 @@ class StoreyObservation(CycleObservation):
             base=problem.base,
         )
 
-    def state(self, values: Values, near: SteadyState | None = None) -> StoreyState | None:  # noqa: ARG002 - solved anew
+    def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:  # noqa: ARG002 - solved anew
         """Return the steady state at some values; None where there is none.
 
         Stops and regime are those of the motion against the wall, as `analyze` counts them: of a contact elsewhere they
@@ -131,25 +100,17 @@ class StoreyObservation(CycleObservation):
         """
         self.work.take(COST)
         try:
-            whole = steady(self.structure(values))
+            whole = steady_state(self.structure(values))
         except NO_MOTION:
             return None
-        contact = whole.contacts[0]
-        seen = contact if (contact.mass, contact.against) == (1, "wall") else None
-        return StoreyState(
+        contact = whole.contacts[0] if whole.contacts else None
+        seen = contact if contact and (contact.mass, contact.against) == (1, "wall") else None
+        return replace(
+            whole,
             problem=self.problem(values),
-            solver="exact",
-            outcome=whole.outcome,
-            period_cycles=whole.period_cycles,
-            floquet_multiplier=whole.floquet_multiplier,
-            closure_error=whole.closure_error,
-            residual=whole.residual,
-            response_amplitude=whole.response_amplitudes[0] if whole.response_amplitudes else None,
             stops_per_cycle=seen.stops_per_cycle if seen else None,
             stuck_fraction=seen.stuck_fraction if seen else None,
             regime=whole.regime if seen else None,
-            orbit=None if whole.motion is None else cast("MotionOfOne", FirstMass(whole.motion)),
-            whole=whole,
         )
 
     def solved(self, values: Values, solver: Solver = "auto") -> SteadyState:  # noqa: ARG002 - there is one for frames
@@ -159,11 +120,11 @@ class StoreyObservation(CycleObservation):
     def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
         """Return the steady state and the harmonics (n K,) of the measured masses, before the sensors."""
         state = self.state(values, None if near is None else near[0])
-        if state is None or state.whole is None or state.whole.motion is None:
+        if state is None or state.orbit is None:
             return None
         points, periods = max(LEAST_POINTS, 4 * self.count), state.period_cycles or 1
         tau = 2.0 * np.pi * np.arange(points * periods) / points
-        q = state.whole.motion.at(tau)[0][:, : self.seen_masses]
+        q = state.orbit.all_at(tau)[0][:, : self.seen_masses]
         cycles = q.reshape(periods, points, -1).mean(axis=0)
         return state, np.concatenate([harmonics_of(cycle, self.count) for cycle in cycles.T])
 
@@ -184,8 +145,7 @@ class StoreyObservation(CycleObservation):
 
         What the equation of motion leaves at its mass, less what the other contacts there take in the prediction.
         """
-        structure = state.whole.structure if isinstance(state, StoreyState) and state.whole else None
-        motion = state.whole.motion if isinstance(state, StoreyState) and state.whole else None
+        structure, motion = state.structure, state.orbit
         if structure is None or motion is None or structure.masses > self.seen_masses:
             return None
         contact, cycle = structure.contacts[0], self.measurement.cycle
@@ -198,21 +158,20 @@ class StoreyObservation(CycleObservation):
         row = structure.row(contact)
         slip = row @ lines - (base if contact.against == "base" else 0.0)
         rows = np.array([structure.row(c)[at] for c in structure.contacts])
-        others = lines_of(motion.force(cycle.tau + late)[:, 1:] @ rows[1:])
+        others = lines_of(motion.all_at(cycle.tau + late)[2][:, 1:] @ rows[1:])
         points = len(cycle.tau)
         z, v, n = (over_cycle(part, points) for part in (slip, 1j * order * slip, left - others))
         return AtContact(z, v, n)
 
     def law_at_contact(self, state: SteadyState, tau: FloatArray) -> AtContact | None:
         """Return slip, its velocity and the force of the first contact in the prediction."""
-        whole = state.whole if isinstance(state, StoreyState) else None
-        if whole is None or whole.motion is None:
+        structure, motion = state.structure, state.orbit
+        if structure is None or motion is None:
             return None
-        structure, motion = whole.structure, whole.motion
-        contact, (q, v) = structure.contacts[0], motion.at(tau)
+        contact, (q, v, force) = structure.contacts[0], motion.all_at(tau)
         row, follow = structure.row(contact), float(contact.against == "base")
         z = q @ row - follow * structure.base.at(tau)
-        return AtContact(z, v @ row - follow * structure.base.rate_at(tau), motion.force(tau)[:, 0])
+        return AtContact(z, v @ row - follow * structure.base.rate_at(tau), force[:, 0])
 
     def left(self, predicted: FloatArray, values: Values) -> float:  # noqa: ARG002 - of one mass it takes that
         """Return the rms over all masses of what the prediction leaves, over that of the measured."""

@@ -3,7 +3,7 @@
     Problem --steady_state--> SteadyState (its orbit: one period, phase by phase)
     Problem --simulate-----> Trajectory  (a motion from initial conditions)
     r, beta, mu, zeta --sweep--> StateMap (steady states over up to four axes)
-    Structure --several.steady--> StructureState (several masses, contacts anywhere)
+    Structure (several masses, contacts anywhere): the same two verbs
 
 The mathematics stands in the README of this folder.
 """
@@ -15,7 +15,7 @@ from frictionlab.simulator.solve import last_cycle, simulate, steady_state
 from frictionlab.simulator.state import Solver, SteadyState
 from frictionlab.simulator.structure import Contact, Structure
 from frictionlab.simulator.sweep import StateMap, sweep
-from frictionlab.simulator.thesis import ThesisRun, thesis_run
+from frictionlab.simulator.thesis import thesis_run
 
 __all__ = [
     "COSINE",
@@ -28,7 +28,6 @@ __all__ = [
     "StateMap",
     "SteadyState",
     "Structure",
-    "ThesisRun",
     "coexisting",
     "last_cycle",
     "simulate",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from frictionlab.errors import UsageError
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.solve import steady_state
+from frictionlab.simulator.solve import flow_of, steady_state
 from frictionlab.simulator.state import SteadyState
 from frictionlab.simulator.sweep import warm_up
 
@@ -67,7 +67,7 @@ def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attracto
     if starts < 1:
         raise UsageError(f"all steady states: starts; expected at least 1; got {starts}")
     first = steady_state(problem)
-    if _is_alone(problem) or first.outcome == "unbounded":
+    if not problem.weakens or first.outcome == "unbounded":
         return (Attractor(first, 1.0),)
     groups: list[tuple[SteadyState, int]] = []
     for state in _settled(problem, first, starts):
@@ -80,15 +80,6 @@ def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attracto
     return tuple(Attractor(_of_any_start(state), count / starts) for state, count in groups)
 
 
-def _is_alone(problem: Problem) -> bool:
-    """Whether friction only grows with speed and is the same everywhere: then motions draw nearer to each other."""
-    if problem.law.is_exact:
-        return problem.mu == 1.0 and not problem.parameter("gradient")
-    from frictionlab.simulator.numeric import is_weakening  # noqa: PLC0415 - what is not asked for is not loaded
-
-    return not is_weakening(problem)
-
-
 def _of_any_start(state: SteadyState) -> SteadyState:
     """A steady state without the notes about rest and other motions: all are told. What its numbers need is kept."""
     return replace(state, notes=state.notes & ~OF_REST) if state.orbit is not None else state
@@ -98,19 +89,12 @@ def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[Stea
     """What the motion from each start settles on."""
     reach = 2.0 * max(1.0, first.response_amplitude or 0.0)
     places = [tuple(reach * (2.0 * ((0.5 + step * number) % 1.0) - 1.0) for step in GOLDEN) for number in range(starts)]
-    if problem.law.is_exact:
-        from frictionlab.simulator.exact.solve import steady_from  # noqa: PLC0415 - what is not asked for is not loaded
-
-        looks = LOOKS  # for all starts together
-        for x, v in places:
-            state, looks = steady_from(problem, x, v, looks)
-            yield state
-        return
-    if starts >= WORTH_COMPILING:
+    if not problem.law.is_exact and starts >= WORTH_COMPILING:
         warm_up(problem.law.name)
-    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
-
-    yield from (numeric.steady_from(problem, x, v) for x, v in places)
+    looks = LOOKS  # for all starts together
+    for x, v in places:
+        state, looks = flow_of(problem).steady_from(problem, x, v, looks)
+        yield state
 
 
 def _is_same(one: SteadyState, other: SteadyState) -> bool:

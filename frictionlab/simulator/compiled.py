@@ -21,15 +21,19 @@ numba: Any = importlib.import_module("numba")  # its types are none that a formu
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
+EXACT = ("phase", "motion", "flow", "account", "orbit", "answer", "travel")
+SOURCES = ("compiled", "row", "laws/law", "numeric/radau", *(f"exact/{name}" for name in EXACT))  # what is compiled
+
+
 def _machine_code_folder() -> Path:
-    """Return where machine code is kept: a folder of its own for each state of the simulator's source.
+    """Return where machine code is kept: a folder of its own for each state of the source that is compiled.
 
     It stands in ``NUMBA_CACHE_DIR`` if that is set, else in the user's cache folder. numba's own check sees a change of
-    a function's own file only, hence the digest of all files.
+    a function's own file only (which is enough for a law's formula), hence the digest of all these.
     """
     digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(path.read_bytes())
+    for name in SOURCES:
+        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
     try:
         root = Path(home) if home else Path("~/.cache").expanduser()
@@ -65,12 +69,6 @@ def announce(module: str) -> None:
 def compiled(function: Function) -> Function:
     """Compile a function when it is first called."""
     fast: Function = _kept(numba.njit(nogil=True, **OPTIONS), function)
-    return fast
-
-
-def inlined(function: Function) -> Function:
-    """Compile a function into those that call it."""
-    fast: Function = _kept(numba.njit(nogil=True, forceinline=True, **OPTIONS), function)
     return fast
 
 

@@ -13,29 +13,13 @@ class OverspentError(FrictionlabError, RuntimeError):
 
 
 class Meter:
-    """Work left to a search, in steps of integration (some ten microseconds each, compiled).
-
-    The same search uses the same work on every machine, so that it ends at the same place.
-
-    Examples
-    --------
-    >>> meter = Meter(1000.0)
-    >>> meter.take(400.0)
-    >>> meter.left
-    600.0
-    """
+    """Work left to a search, in steps of integration: the same on every machine, so that it ends at the same place."""
 
     def __init__(self, steps: float) -> None:
         self.left = steps
 
     def take(self, steps: float) -> None:
-        """Book so many steps.
-
-        Raises
-        ------
-        OverspentError
-            No work is left.
-        """
+        """Book so many steps; OverspentError where no work is left."""
         self.left -= steps
         if self.is_spent:
             raise OverspentError("the steps of integration allowed are used up")

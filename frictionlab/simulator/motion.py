@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,20 +22,10 @@ BISECTIONS = 50  # of an interval: to rounding
 
 @dataclass(frozen=True)
 class Timeline:
-    """The phases of a motion in time.
+    """The phases of a motion in time: cycle in which each begins, start (rad, within that), and length (n,).
 
     The phase of the drive is kept apart from the count of cycles, so that the millionth cycle is as exact as the first.
-
-    Parameters
-    ----------
-    cycle : ndarray of shape (n,)
-        Cycle in which each phase begins, counted from the start of the motion.
-    tau : ndarray of shape (n,)
-        Its start, rad, within its cycle.
-    duration : ndarray of shape (n,)
-        Its length, rad.
-    periodic : bool
-        Whether the motion repeats after its last phase: then it is defined at all times.
+    A periodic motion repeats after its last phase, and is defined at all times.
     """
 
     cycle: NDArray[np.int64]
@@ -67,17 +57,12 @@ class Timeline:
     def place(
         self, tau: ArrayLike, cycle: ArrayLike | None
     ) -> tuple[tuple[int, ...], FloatArray, NDArray[np.intp], FloatArray]:
-        """Return the shape of times; flat: phase of the drive, number of the phase, and time since that began.
-
-        Parameters
-        ----------
-        tau, cycle : array_like
-            Times, rad, counted from the starts of cycles, if these are given.
+        """Return the shape of times (rad, from cycles if given); flat: phase of the drive, number, time within.
 
         Raises
         ------
         SimulationError
-            If a time lies outside a motion that does not repeat.
+            A time lies outside a motion that does not repeat.
         """
         times = np.asarray(tau, dtype=np.float64)
         turns = np.zeros_like(times) if cycle is None else np.asarray(cycle, dtype=np.float64)
@@ -127,13 +112,14 @@ class Motion(ABC):
     Parameters
     ----------
     problem : Problem
-        What moves.
+        What moves; of several masses, as the first contact has it.
     timeline : Timeline
         When its phases are.
     """
 
     problem: Problem
     timeline: Timeline
+    solver: ClassVar[str]
 
     @property
     @abstractmethod
@@ -141,12 +127,8 @@ class Motion(ABC):
         """Begin and end of each stop, rad, shape (m, 2): times in which the contact does not slip."""
 
     @abstractmethod
-    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
-        """Return the force of the contact on the mass, against the motion, over k Y, at times tau."""
-
-    @abstractmethod
-    def _evaluate(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
-        """Return z, v and what else the motion has, a row each, at the given times within the given phases."""
+    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
+        """Return x, v and the contact's force (k,) at times within the phases of an index; tau: phase of the drive."""
 
     @property
     def nodes(self) -> Nodes:
@@ -167,6 +149,15 @@ class Motion(ABC):
     def end(self) -> float:
         """End of the motion (or of its first period), rad."""
         return self.timeline.end
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and largest displacement x of the mass."""
+        nodes, ends = self.nodes, np.array((self.start, self.end))
+        turns = np.flatnonzero(nodes.v[:-1] * nodes.v[1:] < 0.0)
+        found = bisected(lambda tau: self.at(tau)[1], nodes.tau[turns], nodes.tau[turns + 1])
+        x = np.concatenate((nodes.x, self.at(np.concatenate((ends, found)))[0]))
+        return float(x.min()), float(x.max())
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
         """Return displacement x and velocity x' of the mass at any times, to rounding.
@@ -197,14 +188,43 @@ class Motion(ABC):
         (0.0, 0.0)
         """
         shape, local, index, within = self.timeline.place(tau, cycle)
-        x, v = self._evaluate(index, within)[:, :2].T + self._moved(local)
+        x, v, _ = self.evaluate(local, index, within)
         return x.reshape(shape), v.reshape(shape)
 
-    def _moved(self, tau: FloatArray) -> FloatArray:
-        """Displacement and velocity (2, ...) of the wall."""
-        if self.problem.wall == "fixed":
-            return np.zeros((2, *tau.shape))
-        return np.array((self.problem.base.at(tau), self.problem.base.rate_at(tau)))
+    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
+        """Return the force of the contact on the mass, against the motion, over k Y, at any times: see `at`.
+
+        Examples
+        --------
+        >>> from frictionlab.simulator import Problem, steady_state
+        >>> steady_state(Problem(r=0.7, beta=0.5)).orbit.force([0.0, 3.0]).tolist()
+        [0.5, -0.5]
+        """
+        shape, local, index, within = self.timeline.place(tau, cycle)
+        return self.evaluate(local, index, within)[2].reshape(shape)
+
+    def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return displacements and velocities (k, n) of the masses, over Y, and forces (k, c) of the contacts on them.
+
+        Parameters
+        ----------
+        tau : array_like of shape (k,)
+            Times, rad.
+
+        Raises
+        ------
+        SimulationError
+            A time lies outside the motion.
+
+        Examples
+        --------
+        >>> from frictionlab.simulator import Structure, steady_state
+        >>> state = steady_state(Structure.of_storeys(0.5, [1.0, 1.0], [1.0, 1.0], [0.02, 0.02]))
+        >>> [part.shape for part in state.orbit.all_at([0.0, 1.0])]
+        [(2, 2), (2, 2), (2, 0)]
+        """
+        x, v = self.at(np.atleast_1d(tau))
+        return x[:, None], v[:, None], self.force(np.atleast_1d(tau))[:, None]
 
 
 def cycles_of(tau: FloatArray, duration: FloatArray) -> NDArray[np.int64]:
@@ -212,11 +232,6 @@ def cycles_of(tau: FloatArray, duration: FloatArray) -> NDArray[np.int64]:
 
     A phase ends where the next one begins, or whole turns later. A phase without length (two sliders that give way at
     once) begins no cycle, one that fills a cycle does.
-
-    Examples
-    --------
-    >>> cycles_of(np.array([1.0, 2.0, 2.0, 0.0]), np.array([1.0, 4e-16, TURN - 2.0, TURN])).tolist()
-    [0, 0, 0, 1]
     """
     turns = np.round((tau[:-1] + duration[:-1] - tau[1:]) / TURN).astype(np.int64)
     return np.concatenate((np.zeros(1, np.int64), np.cumsum(turns)))

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from enum import IntFlag, auto
-from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionlab.simulator import row as places
-from frictionlab.simulator.meter import WAITED_CYCLES, WAITED_STEPS
+from frictionlab.simulator.meter import WAITED_CYCLES
+from frictionlab.simulator.row import PATIENCE
 
 if TYPE_CHECKING:
     from frictionlab.simulator.problem import Problem
@@ -17,14 +17,13 @@ if TYPE_CHECKING:
 LOOSE = 1e-10  # relative closure error of exact phases above which it is said
 COARSE = 1e-6  # the same of a law that is integrated
 ROUNDING = 1e-14  # of the force times the amplitude: what rounding leaves of the work put in
-LONGEST, PATIENCE = 512, 4096  # cycles of the longest orbit that exact phases look for; cycles waited for it
 EPSILON = 2e-16  # of the drive
 ROUNDED = 1e-15  # of a motion, by rounding in a cycle; what is left of it in the next adds up
 SLOW = 1e-3  # of a disturbance is forgotten in a period, or less: that is said
 
 
 class Note(IntFlag):
-    """What a reader of a steady state must know; in the order in which the sentences are told."""
+    """What a reader of a steady state must know; in the order in which the sentences stand."""
 
     FAILED = auto()
     RUNS_AWAY = auto()
@@ -56,7 +55,7 @@ WORDS: Mapping[Note, str] = {
     Note.FRICTION_HIDDEN: "friction is too weak for the solver",
     Note.NOT_PASSIVE: "LuGre friction is not passive: it may give energy back",
     Note.UNDAMPED: "nothing damps: free vibration never dies out",
-    Note.CONTINUUM: "one of a continuum of motions is told",
+    Note.CONTINUUM: "this is one of a continuum of motions",
     Note.CREEPS: "the contact holds but creeps",
     Note.FORGETS_SLOWLY: "the motion forgets its start slowly",
     Note.REST_STILL_FAR: "the run from rest was still far from this motion: rest may settle on another",
@@ -89,14 +88,7 @@ def asked_of(problem: "Problem") -> Asked:
 
 
 def notes_of(asked: Asked, row: Any) -> Any:
-    """Return the notes of a row (or of columns of rows) of a law with exact phases, as bits.
-
-    Parameters
-    ----------
-    asked : Asked
-    row : sequence
-        What `row` says stands in a row: numbers, or arrays over the points of a map.
-    """
+    """Return the notes of a row of a law with exact phases, as bits: numbers, or columns over the points of a map."""
     outcome, multiplier, beta = row[places.OUTCOME], row[places.MULTIPLIER], asked.beta
     moves, rests, unawaited = outcome == places.PERIODIC, outcome == places.STUCK, row[places.UNAWAITED] == 1.0
     undamped = (asked.zeta == 0.0) & (asked.frame == 0.0)
@@ -148,139 +140,96 @@ def in_continuum(asked: Asked) -> Any:
 
 def sentences(state: "SteadyState") -> tuple[str, ...]:
     """Return the notes of a steady state as sentences, with its numbers."""
-    return tuple(_sentence(note, state) for note in Note if note & state.notes)
+    return tuple(SENTENCES[note](state) for note in Note if note & state.notes)
 
 
-def _sentence(note: Note, state: "SteadyState") -> str:
-    """The first of a note's sentences that is for such a law, with the numbers that it names."""
-    problem, kind = state.problem, state.problem.law.kind
-    one = kind == "rigid" and problem.mu == 1.0 and not problem.parameter("gradient")
-    groups = {"one motion": one, kind: True, "exact": problem.law.is_exact, "stuck": state.outcome == "stuck", "": True}
-    found = next(words for group, words in SENTENCES[note].items() if groups.get(group))
-    numbers = {name: number(state) for name, number in NUMBERS.items() if f"{{{name}" in found}
-    return found.format(**numbers)
-
-
-def _told_growth(state: "SteadyState") -> str:
+def _parts(state: "SteadyState") -> str:
     grown = state.growth_per_cycle
-    return "" if grown is None else f", in the mean by a factor of {grown:.3g} in each cycle"
+    mean = "" if grown is None else f", in the mean by a factor of {grown:.3g} in each cycle"
+    return f"the motion does not repeat: motions beside it move apart{mean} (chaos). {LAST_OF}, --all other starts."
 
 
-def _told_miss(state: "SteadyState") -> str:
-    miss = state.residual
-    return "" if not miss or not isfinite(miss) else f" When it was, the motion missed itself by {miss:.1g} Y."
+def _given_up(state: "SteadyState") -> str:
+    miss = f" When it was, the motion missed itself by {state.residual:.1g} Y." if state.residual else ""
+    return (
+        "the search was given up after a second of work: this motion makes thousands of slides in a cycle, or is braked"
+        f" so little that it takes too long to settle.{miss} {LAST_OF}; with more friction or damping, or a larger r,"
+        " there is less to do."
+    )
 
 
-def _lasts(state: "SteadyState") -> str:
+def _forgets_slowly(state: "SteadyState") -> str:
     kept = abs(state.floquet_multiplier or 0.0)
-    return f"{1.0 / (1.0 - kept):.1g}" if kept < 1.0 else "endlessly many"
+    lasts = f"{1.0 / (1.0 - kept):.1g}" if kept < 1.0 else "endlessly many"
+    return f"The motion forgets its start slowly: a disturbance lasts {lasts} periods."
 
 
-def _needed(state: "SteadyState") -> float:
+def _not_passive(state: "SteadyState") -> str:
     p = state.problem.parameters
-    return p["bristle_damping"] * (p["static_ratio"] - 1.0)
+    return (
+        "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r >"
+        f" bristle_damping (static_ratio - 1) = {p['bristle_damping'] * (p['static_ratio'] - 1.0):.3g} (term speed, or"
+        " a smaller bristle_damping)."
+    )
 
 
-def _off(state: "SteadyState") -> float:
-    """Relative difference of the energies in and out, beyond what rounding leaves of the work put in."""
-    off, energy, problem = state.closure_error or 0.0, state.energy_taken or 0.0, state.problem
+def _fewer_digits(state: "SteadyState") -> str:
+    """What the energies differ by beyond what rounding leaves of the work put in, or what disturbances add up to."""
+    problem, off, energy = state.problem, state.closure_error or 0.0, state.energy_taken or 0.0
+    lasting, why = 0.0, "energies in and out differ so"
     if problem.law.is_exact:
         off = max(0.0, off - ROUNDING * problem.force_size * (state.response_amplitude or 0.0))
-    return off / energy if energy > 0.0 else 0.0
+        kept = 1.0 - abs(state.floquet_multiplier or 0.0) if problem.beta else away_from_resonance(problem.r)
+        lasting = max(ROUNDED / max(ROUNDED, kept), EPSILON / max(EPSILON, state.response_amplitude or 1.0))
+    off = off / energy if energy > 0.0 else 0.0
+    if lasting > off:
+        why = "what rounding disturbs in a cycle lasts so long, next to resonance or rest"
+    return f"The numbers are good to about {max(off, lasting):.0e} only: {why}."
 
 
-def _lasting(state: "SteadyState") -> float:
-    """What rounding disturbs in a cycle, and by how much it adds up."""
-    problem = state.problem
-    kept = 1.0 - abs(state.floquet_multiplier or 0.0) if problem.beta else away_from_resonance(problem.r)
-    return max(ROUNDED / max(ROUNDED, kept), EPSILON / max(EPSILON, state.response_amplitude or 1.0))
-
-
-NUMBERS: Mapping[str, Callable[["SteadyState"], object]] = {
-    "growth": _told_growth,
-    "miss": _told_miss,
-    "lasts": _lasts,
-    "needed": _needed,
-    "off": _off,
-    "good": lambda state: max(_off(state), _lasting(state)),
-    "why": lambda state: (
-        "energies in and out differ so"
-        if _off(state) >= _lasting(state)
-        else "what rounding disturbs in a cycle lasts so long"
-    ),
-    "beta": lambda state: state.problem.beta,
-    "even": lambda state: 2 * round(0.5 / state.problem.r),
-    "residual": lambda state: state.residual,
-}
-"""Numbers that sentences name."""
-UNSETTLED = "the motion from rest was not seen to settle on an orbit"
-LAST_OF = "--cycles N tells the last of N cycles"
-SENTENCES: Mapping[Note, Mapping[str, str]] = {
-    Note.FAILED: {"": f"{WORDS[Note.FAILED]}."},
-    Note.RUNS_AWAY: {
-        "": "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
+LAST_OF = "--cycles N gives the last of N cycles"
+SENTENCES: Mapping[Note, Callable[["SteadyState"], str]] = {
+    Note.FAILED: lambda _: f"{WORDS[Note.FAILED]}.",
+    Note.RUNS_AWAY: lambda _: (
+        "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
         "and the mass runs away; this is not computed: take a smaller gradient."
-    },
-    Note.PULLS: {
-        "": "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
+    ),
+    Note.PULLS: lambda _: (
+        "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
         "which no contact does; no numbers are given: take a smaller gradient."
-    },
-    Note.CHATTERS: {
-        "": "events without end: more phases in a cycle than any motion has; `frictionlab simulate` tells the last"
-        " state."
-    },
-    Note.PARTS: {
-        "": f"the motion does not repeat: motions beside it move apart{{growth}} (chaos). {LAST_OF}, and --all whether"
-        " other starts settle."
-    },
-    Note.GIVEN_UP: {
-        "": "the search was given up after a second of work: this motion makes thousands of slides in a cycle, or is "
-        f"braked so little that it takes too long to settle.{{miss}} {LAST_OF}; with more friction or damping, or a"
-        " larger r, there is less to do."
-    },
-    Note.UNSETTLED: {
-        "one motion": "friction and dashpots bring motions together by less than rounding in a cycle, so that the one"
-        " that repeats cannot be told; with more of either, or a smaller r, it can.",
-        "rigid": f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles.",
-        "elastic": f"{UNSETTLED}; {LAST_OF}.",
-        "": f"{UNSETTLED} within {WAITED_CYCLES} cycles and {WAITED_STEPS:,} steps; {LAST_OF}.",
-    },
-    Note.FRICTION_HIDDEN: {
-        "": "friction of {beta:.3g} k Y is too weak for this solver: it does less work than the steps' tolerance leaves"
-        " open, so that the size of the motion is not known. Take the plain law coulomb (exact), or no friction."
-    },
-    Note.NOT_PASSIVE: {
-        "": "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r >"
-        " bristle_damping (static_ratio - 1) = {needed:.3g} (term speed, or a smaller bristle_damping)."
-    },
-    Note.UNDAMPED: {
-        "stuck": "The contact never slips and nothing else damps it: free vibration never dies out; this is the motion"
-        " without.",
-        "": "Nothing damps this oscillator: free vibration never dies out, and this is the motion without any.",
-    },
-    Note.CONTINUUM: {
-        "": "At r = 1/{even} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric motions (3.3) has the same energy "
-        "and amplitude; this is the symmetric one. A run from rest creeps towards its edge like N^(-1/2)."
-    },
-    Note.CREEPS: {"": "The contact holds but creeps: after a cycle the state misses itself by {residual:.1g}."},
-    Note.FORGETS_SLOWLY: {"": "The motion forgets its start slowly: a disturbance lasts {lasts} periods."},
-    Note.REST_STILL_FAR: {
-        group: "This motion is stable, but the run from rest was still far from it after"
-        f" {waited} cycles: rest may settle on another."
-        for group, waited in (("exact", PATIENCE), ("", WAITED_CYCLES))
-    },
-    Note.MAY_COEXIST: {
-        "elastic": "With static friction (mu > 1) other motions may coexist, and rest may settle on one of several"
-        f" cycles instead: --all tells them with their shares, {LAST_OF.replace('tells ', '')} from rest.",
-        "exact": "With static friction (mu > 1) other motions may coexist; this is the one that rest settles on.",
-        "": "Friction that falls with speed or varies along the path may have other motions beside this one, which rest"
-        " settles on.",
-    },
-    Note.MAY_GO_ON: {"": "A motion once begun might go on: kinetic friction alone does not hold the mass."},
-    Note.FEWER_DIGITS: {
-        "exact": "So close to resonance or rest, numbers are good to about {good:.0e} only: {why}.",
-        "": "Numbers are good to about {off:.0e} only: energies in and out differ so. Friction this weak, or that"
-        " changes within so small a speed, is lost in the tolerance of the steps.",
-    },
+    ),
+    Note.CHATTERS: lambda _: (
+        "events without end: more phases in a cycle than any motion has; `frictionlab simulate` gives the last state."
+    ),
+    Note.PARTS: _parts,
+    Note.GIVEN_UP: _given_up,
+    Note.UNSETTLED: lambda _: (
+        f"{WORDS[Note.UNSETTLED]} within the work allowed; {LAST_OF}; with more friction or damping there is less to"
+        " wait for."
+    ),
+    Note.FRICTION_HIDDEN: lambda state: (
+        f"friction of {state.problem.beta:.3g} k Y is too weak for this solver: it does less work than the steps'"
+        " tolerance leaves open, so that the size of the motion is not known. Take coulomb, or no friction."
+    ),
+    Note.NOT_PASSIVE: _not_passive,
+    Note.UNDAMPED: lambda _: "Nothing damps this motion: free vibration never dies out; this is the motion without.",
+    Note.CONTINUUM: lambda state: (
+        f"At r = 1/{2 * round(0.5 / state.problem.r)} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric"
+        " motions (3.3) has the same energy and amplitude: here is the symmetric one. Rest creeps to its edge."
+    ),
+    Note.CREEPS: lambda state: (
+        f"The contact holds but creeps: after a cycle the state misses itself by {state.residual:.1g}."
+    ),
+    Note.FORGETS_SLOWLY: _forgets_slowly,
+    Note.REST_STILL_FAR: lambda state: (
+        "This motion is stable, but the run from rest was still far from it after"
+        f" {PATIENCE if state.problem.law.is_exact else WAITED_CYCLES} cycles: rest may settle on another."
+    ),
+    Note.MAY_COEXIST: lambda _: (
+        "Friction that is larger at rest, falls with speed or varies along the path may have other motions beside this"
+        " one, which rest settles on: --all lists them with their shares."
+    ),
+    Note.MAY_GO_ON: lambda _: "A motion once begun might go on: kinetic friction alone does not hold the mass.",
+    Note.FEWER_DIGITS: _fewer_digits,
 }
-"""Note -> what laws it is said of so -> the sentence; the first that holds."""
+"""What each note says of one state."""

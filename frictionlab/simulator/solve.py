@@ -1,13 +1,14 @@
 """The three questions to the simulator, and which solver answers: steady state, motion from a start, its last cycle."""
 
 from math import isfinite, pi
-from typing import get_args
+from typing import Any, get_args
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Solver, SteadyState, last_of
-from frictionlab.simulator.thesis import waited
+from frictionlab.simulator.structure import Structure
+from frictionlab.simulator.thesis import thesis_run
 
 ANSWERS: dict[str, tuple[str, ...]] = {  # kind of a law: the solvers that know it
     "rigid": get_args(Solver),
@@ -19,15 +20,15 @@ LARGEST = 1e100  # initial condition: its square must be a double
 MOST_CYCLES = 10_000_000  # half a minute of compiled work that nothing interrupts
 
 
-def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
-    """Return the steady state of a problem.
+def steady_state(problem: Problem | Structure, *, solver: Solver = "auto") -> SteadyState:
+    """Return the steady state of a problem, or of a structure of several masses.
 
     The periodic orbit is solved for by shooting with exact phases, half a period where the drive's symmetry allows; the
     closed form of Den Hartog (2.10-2.14) answers where it is valid. Laws without exact phases are integrated.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem or Structure
         What moves.
     solver : {"auto", "closed-form", "exact", "numeric", "thesis"}
         "auto" takes the closed form where it is valid, else exact phases where the law has them, else integrates;
@@ -51,20 +52,19 @@ def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
     ('2.1260422664', 2.0)
     """
     _check_solver(problem, solver)
-    if solver == "thesis":
+    if isinstance(problem, Problem) and solver == "thesis":
         return last_cycle(problem, cycles=100, solver="thesis")
-    if is_exact(problem, solver):
-        from frictionlab.simulator.exact.solve import steady  # noqa: PLC0415 - what is not asked for is not loaded
-
-        return steady(problem, solver)
-    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
-
-    state: SteadyState = numeric.steady(problem)
+    flow, named = flow_of(problem, solver), () if solver in ("auto", "numeric") else (solver,)
+    state: SteadyState = flow.steady(problem, *named)
     return state
 
 
-def _check_solver(problem: Problem, solver: str) -> None:
+def _check_solver(problem: Problem | Structure, solver: str) -> None:
     """Refuse a solver that does not exist, or does not know the law."""
+    if isinstance(problem, Structure):
+        if solver not in ANSWERS["elastic"]:
+            raise UsageError("simulate: of several masses motions are exact: leave solver out")
+        return
     if solver not in get_args(Solver):
         raise UsageError(f"steady state: solver; expected one of {', '.join(get_args(Solver))}; got {solver!r}")
     able = ANSWERS[problem.law.kind]
@@ -74,13 +74,19 @@ def _check_solver(problem: Problem, solver: str) -> None:
         )
 
 
-def is_exact(problem: Problem, solver: str = "auto") -> bool:
-    """Tell whether exact phases answer: the law has them, and no integration is asked for."""
-    return problem.law.is_exact and solver != "numeric"
+def flow_of(problem: Problem | Structure, solver: str = "auto") -> Any:
+    """Return the flow that answers, a module with `steady`, `steady_from` and `run`, loaded when it is asked for."""
+    if isinstance(problem, Structure) or (problem.law.is_exact and solver != "numeric"):
+        from frictionlab.simulator.exact import solve as exact  # noqa: PLC0415 - half a second to load
+
+        return exact
+    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
+
+    return numeric
 
 
 def simulate(
-    problem: Problem,
+    problem: Problem | Structure,
     *,
     cycles: int,
     x0: float = 0.0,
@@ -93,12 +99,12 @@ def simulate(
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem or Structure
         What moves.
     cycles : int
         Cycles of the drive; >= 1.
     x0, v0 : float
-        Displacement over Y and its derivative with respect to tau, at tau0.
+        Displacement over Y of the first mass and its derivative with respect to tau, at tau0; others are at rest.
     tau0 : float
         Phase of the drive at the start, rad.
     solver : {"auto", "exact", "numeric"}
@@ -133,7 +139,9 @@ def simulate(
             f"simulate: initial conditions; expected finite numbers of size up to {LARGEST:g}; "
             f"got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
         )
-    return _run(problem, solver, cycles, keep or cycles, x0, v0, tau0 % (2.0 * pi))
+    begin = {"x0": x0, "v0": v0, "tau0": tau0 % (2.0 * pi)}
+    motion: Motion = flow_of(problem, solver).run(problem, cycles=cycles, keep=keep or cycles, **begin)
+    return motion
 
 
 def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> SteadyState:
@@ -164,19 +172,5 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
     if not 1 <= cycles <= MOST_CYCLES:
         raise UsageError(f"last cycle: cycles; expected 1 to {MOST_CYCLES}; got {cycles}")
     if solver == "thesis":
-        return waited(problem, cycles)
-    return last_of(_run(problem, solver, cycles, 1), "exact" if is_exact(problem, solver) else "numeric")
-
-
-def _run(
-    problem: Problem, solver: str, cycles: int, keep: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0
-) -> Motion:
-    """Carry a motion over cycles by the solver that answers; the last `keep` are recorded."""
-    if is_exact(problem, solver):
-        from frictionlab.simulator.exact.solve import run  # noqa: PLC0415 - what is not asked for is not loaded
-
-        return run(problem, cycles=cycles, keep=keep, x0=x0, v0=v0, tau0=tau0)
-    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
-
-    motion: Motion = numeric.run(problem, cycles=cycles, keep=keep, x0=x0, v0=v0, tau0=tau0)
-    return motion
+        return thesis_run(problem, cycles=cycles)
+    return last_of(flow_of(problem, solver).run(problem, cycles=cycles, keep=1))

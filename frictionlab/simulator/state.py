@@ -2,14 +2,15 @@
 
 from dataclasses import dataclass
 from math import hypot, isfinite, nan, pi
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from frictionlab.simulator import row as places
-from frictionlab.simulator.motion import Energies, Motion, bisected, energies_of
+from frictionlab.simulator.motion import Energies, Motion, energies_of
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.structure import Structure
 
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
@@ -46,7 +47,17 @@ EXACT = (
 )
 KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
-DENSE = 4000  # points that a cycle is looked at for its turns
+
+
+class ContactNumbers(NamedTuple):
+    """What a contact does in a cycle: energy over k_1 Y^2, stops, share of the time without slip."""
+
+    mass: int
+    against: int | str
+    law: str
+    energy_per_cycle: float | None
+    stops_per_cycle: float | None
+    stuck_fraction: float | None
 
 
 @dataclass(frozen=True)
@@ -86,7 +97,14 @@ class SteadyState:
     notes : int
         What the numbers do not say: `notes.Note` as bits; `warnings` are their sentences.
     orbit : Motion or None
-        The motion over one period.
+        The motion over one period; of a structure a `Trajectory`, which has all masses.
+    structure : Structure or None
+        What moves, where that is several masses or contacts: `problem` and the numbers above are those of the first
+        mass and contact then.
+    response_amplitudes : tuple of float
+        Of a structure: (max - min) / 2 of each mass's displacement over Y.
+    contacts : tuple of ContactNumbers
+        Of a structure: what each contact does.
     """
 
     problem: Problem
@@ -105,6 +123,9 @@ class SteadyState:
     growth_per_cycle: float | None = None
     notes: int = 0
     orbit: Motion | None = None
+    structure: Structure | None = None
+    response_amplitudes: tuple[float, ...] = ()
+    contacts: tuple[ContactNumbers, ...] = ()
 
     @property
     def energy_taken(self) -> float | None:
@@ -166,8 +187,20 @@ class SteadyState:
 
     def row(self) -> dict[str, object]:
         """Return the contract's keys of a steady state with their values; what does not exist is None."""
-        values: dict[str, object] = {key: getattr(self.problem, key) for key in PARAMETERS}
-        return values | {key: getattr(self, key) for key in ("solver", "outcome", *NUMBERS)}
+        problem, contacts = self.problem, self.contacts
+        amplitudes: list[float | None] = list(self.response_amplitudes)
+        if self.structure is None:
+            named = (1, "base" if problem.wall == "base" else "wall", problem.law.name)
+            numbers = (self.contact_energy_per_cycle, self.stops_per_cycle, self.stuck_fraction)
+            contacts, amplitudes = (ContactNumbers(*named, *numbers),), [self.response_amplitude]
+        row: dict[str, object] = {key: getattr(problem, key) for key in PARAMETERS}
+        row |= {key: getattr(self, key) for key in ("solver", "outcome", *NUMBERS)}
+        return row | {
+            "law": problem.law.name if contacts else None,
+            "parameters": problem.parameters if contacts else {},
+            "response_amplitudes": amplitudes,
+            "contacts": [contact._asdict() for contact in contacts],
+        }
 
 
 def hold_of(problem: Problem) -> float:
@@ -189,7 +222,7 @@ def from_numbers(problem: Problem, numbers: Any, orbit: Motion | None) -> Steady
         growth = miss if said & Note.PARTS else None
         return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
     moves: Regime = "stick-slip" if numbers[places.STOPS] > 0.0 else "continuous"
-    known = {key: float(numbers[PLACES[key]]) for key in EXACT}
+    known: dict[str, Any] = {key: float(numbers[PLACES[key]]) for key in EXACT}
     loop, contact, frame = (float(numbers[i]) for i in (places.ENERGY, places.CONTACT_ENERGY, places.FRAME_ENERGY))
     return SteadyState(
         problem=problem,
@@ -218,33 +251,31 @@ def to_numbers(state: SteadyState) -> list[float]:
     return row
 
 
-def last_of(motion: Motion, solver: str) -> SteadyState:
-    """Return the state of a motion of one cycle, the last of a run: "not settled" where it does not yet repeat."""
-    problem = motion.problem
-    x, v = (values.tolist() for values in motion.at([motion.start, motion.end]))
-    times = np.linspace(motion.start, motion.end, DENSE)
-    speed = motion.at(times)[1]
-    turns = np.flatnonzero(speed[:-1] * speed[1:] < 0.0)
-    ends = bisected(lambda tau: motion.at(tau)[1], times[turns], times[turns + 1])
-    size = float(np.ptp(motion.at(np.concatenate((times, ends)))[0]))
-    drift = hypot(x[1] - x[0], problem.r * (v[1] - v[0]))
+def numbers_of(motion: Motion) -> dict[str, Any]:
+    """Return what a motion of whole cycles says of a steady state, by the names of `SteadyState`."""
     energies, gap = energies_of(motion)
-    stops = motion.stops
-    begun = int(np.count_nonzero(stops[:, 0] > motion.start + 1e-12))
-    stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (2.0 * pi)
-    settled = drift <= SETTLED * (hypot(x[0], v[0]) + size)
-    regime: Regime = "stuck" if stuck >= 1.0 else "stick-slip" if begun else "continuous"
-    return SteadyState(
-        problem=problem,
-        solver=solver,
-        outcome="stuck" if regime == "stuck" else "periodic" if settled else "not settled",
-        energies=energies,
-        response_amplitude=0.5 * size,
-        stops_per_cycle=float(begun),
-        stuck_fraction=stuck,
-        regime=regime,
-        period_cycles=1 if settled else None,
-        closure_error=gap,
-        residual=drift,
-        orbit=motion,
-    )
+    (low, high), stops = motion.range, motion.stops
+    begun = len(stops) if motion.timeline.periodic else int(np.count_nonzero(stops[:, 0] > motion.start + 1e-12))
+    stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (motion.end - motion.start)
+    holds = stuck > 1.0 - 1e-12
+    return {
+        "energies": energies,
+        "closure_error": gap,
+        "response_amplitude": 0.5 * (high - low),
+        "stops_per_cycle": 0.0 if holds else begun / round((motion.end - motion.start) / (2.0 * pi)),
+        "stuck_fraction": 1.0 if holds else stuck,
+        "regime": "stuck" if holds else "stick-slip" if begun else "continuous",
+        "orbit": motion,
+    }
+
+
+def last_of(motion: Motion) -> SteadyState:
+    """Return the state of a motion of one cycle, the last of a run: "not settled" where it does not yet repeat."""
+    numbers = numbers_of(motion)
+    x, v = (values.tolist() for values in motion.at([motion.start, motion.end]))
+    drift = hypot(x[1] - x[0], motion.problem.r * (v[1] - v[0]))
+    settled = drift <= SETTLED * (hypot(x[0], v[0]) + 2.0 * numbers["response_amplitude"])
+    moves: Outcome = "periodic" if settled else "not settled"
+    outcome: Outcome = "stuck" if numbers["regime"] == "stuck" else moves
+    cycles = 1 if settled else None
+    return SteadyState(motion.problem, motion.solver, outcome, period_cycles=cycles, residual=drift, **numbers)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import ParameterError
 from frictionlab.simulator.laws import TERMS, Friction, Law
-from frictionlab.simulator.problem import COSINE, Base
+from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 
 
 @dataclass(frozen=True)
@@ -169,9 +169,13 @@ class Structure:
         return np.asarray(np.sqrt(np.linalg.eigvalsh(root @ self.stiffness @ root.T)))
 
     @property
-    def has_one_motion(self) -> bool:
-        """Whether motions only draw nearer to each other: friction is neither larger at rest nor anywhere else."""
-        return all(c.parameter("gradient") == 0.0 and c.mu == 1.0 for c in self.contacts)
+    def first_contact(self) -> Problem:
+        """The first contact as that of one mass; where there is none, without friction."""
+        if not self.contacts:
+            return Problem(self.r, 0.0, base=self.base)
+        first = self.contacts[0]
+        wall: Wall = "base" if first.against == "base" else "fixed"
+        return Problem(self.r, first.beta, wall=wall, base=self.base, law=first.law, parameters=first.parameters)
 
 
 def _chain(values: FloatArray) -> FloatArray:

@@ -29,17 +29,7 @@ AXES = ("r", "beta", "mu", "zeta")
 
 @dataclass(frozen=True)
 class Family:
-    """What the points of a map have in common, and what their coordinates are called.
-
-    Parameters
-    ----------
-    law : str
-        Contact law.
-    names : tuple of str
-        Further parameters of the law, coordinates after r, beta, mu and zeta.
-    wall, base
-        As in `Problem`.
-    """
+    """What the points of a map have in common; `names`: parameters that are coordinates after r, beta, mu, zeta."""
 
     law: str = "coulomb"
     names: tuple[str, ...] = ()
@@ -182,12 +172,8 @@ class StateMap:
 def named(numbers: FloatArray) -> dict[str, NDArray[Any]]:
     """Return one array (n,) per key of the contract: numbers with NaN, texts with "", for what is not.
 
-    Warnings are told as the bits of `notes.Note`; `table` makes sentences of them.
-
-    Parameters
-    ----------
-    numbers : ndarray of shape (n, columns)
-        Rows of steady states; one that is all NaN is a point that could not be solved.
+    `numbers`: rows of steady states; one that is all NaN is a point that could not be solved. Warnings are the bits of
+    `notes.Note`; `table` makes sentences of them.
     """
     code = np.nan_to_num(numbers[:, places.OUTCOME], nan=len(OUTCOMES)).astype(np.int64)
     outcome = np.array([*(OUTCOMES[number] for number in range(len(OUTCOMES))), FAILED])[code]

@@ -5,7 +5,6 @@ it sticks and brentq finds when (3.2) lets it go. One hundred cycles count as st
 energies are integrated along, so that the numbers are as good as the integration; the README tells how good that is.
 """
 
-from dataclasses import dataclass
 from math import cos, hypot, pi, sin
 from typing import Any
 
@@ -15,57 +14,15 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.motion import Energies
 from frictionlab.simulator.problem import Base, Problem
-from frictionlab.simulator.state import SETTLED, Regime, SteadyState
+from frictionlab.simulator.state import SETTLED, SteadyState
 
 TURN = 2.0 * pi
 MARGIN = 1e-9  # the thesis's epsilon (rad): a slide starts so long after its release, lest the event end it at once
 MOST_EVENTS = 5000  # per cycle
 
 
-@dataclass(frozen=True)
-class ThesisRun:
-    """The last cycle of a run of the thesis's method, and whether it had settled.
-
-    Parameters
-    ----------
-    problem : Problem
-        What moves.
-    time : ndarray of shape (n,)
-        The integrator's own times in the last cycle, rad from its start.
-    states : ndarray of shape (4, n)
-        Displacement and velocity relative to the wall at these times, over Y; work of the force, and of friction and
-        dashpot, since the run began, over k Y^2.
-    stops : int
-        Sticks begun in the last cycle.
-    stuck_time : float
-        Time stuck in the last cycle, rad.
-    """
-
-    problem: Problem
-    time: FloatArray
-    states: FloatArray
-    stops: int
-    stuck_time: float
-
-    @property
-    def energy_input(self) -> float:
-        """Work of the force in the last cycle, over k Y^2."""
-        return float(self.states[2, -1] - self.states[2, 0])
-
-    @property
-    def energy_dissipated(self) -> float:
-        """Work of friction and dashpot in the last cycle, over k Y^2."""
-        return float(self.states[3, -1] - self.states[3, 0])
-
-    @property
-    def drift(self) -> float:
-        """Distance (z, r z') of the end of the last cycle from its start."""
-        z, v = self.states[:2, -1] - self.states[:2, 0]
-        return hypot(float(z), self.problem.r * float(v))
-
-
-def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol: float = 1e-6) -> ThesisRun:
-    """Run the thesis's method: RK45 with events from rest, and return its last cycle.
+def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol: float = 1e-6) -> SteadyState:
+    """Run the thesis's method, RK45 with events from rest, and return its last cycle; "not settled" if it was not.
 
     Parameters
     ----------
@@ -76,6 +33,11 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
     rtol, atol : float
         Tolerances of RK45; the defaults are those of `scipy.integrate.solve_ivp`, and so of the thesis.
 
+    Returns
+    -------
+    SteadyState
+        Its energy is the one put in (2.16); `closure_error` is what friction and dashpot take less.
+
     Raises
     ------
     SimulationError
@@ -85,9 +47,9 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
 
     Examples
     --------
-    >>> run = thesis_run(Problem(r=0.5, beta=0.4), cycles=20)
-    >>> round(run.energy_input, 2), run.stops
-    (2.13, 2)
+    >>> state = thesis_run(Problem(r=0.5, beta=0.4), cycles=20)
+    >>> round(state.energy_per_cycle, 2), state.stops_per_cycle
+    (2.13, 2.0)
     """
     if cycles < 1:
         raise SimulationError(f"thesis run: cycles; expected >= 1; got {cycles}")
@@ -98,36 +60,56 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
             f"thesis run: law {problem.law.name}{frame}; expected Coulomb friction with one static ratio and a dashpot "
             "beside it; got more; do: use another solver"
         )
-    state, slid = np.zeros(4), False
+    last, slid = np.zeros((4, 1)), False
     for _ in range(cycles):
-        run, slid = _one_cycle(problem, state, slid=slid, rtol=rtol, atol=atol)
-        state = run.states[:, -1]
-    return run
+        last, stops, stuck, slid = _one_cycle(problem, last[:, -1], slid=slid, rtol=rtol, atol=atol)
+    z, v, put_in, taken = (last[:, -1] - last[:, 0]).tolist()
+    drift, amplitude = hypot(z, problem.r * v), 0.5 * float(np.ptp(last[0]))
+    moved, settled = amplitude > 0.0, drift <= SETTLED * (1.0 + amplitude)
+    loop: float | None = put_in  # of a wall that moves with one harmonic r^2 times its area is put in
+    if problem.wall == "base":
+        loop = put_in / problem.r**2 if problem.base.harmonics == 1 else None
+    return SteadyState(
+        problem=problem,
+        solver="thesis",
+        outcome=("periodic" if settled else "not settled") if moved else "stuck",
+        energies=Energies(loop, put_in, 0.0),
+        response_amplitude=amplitude,
+        stops_per_cycle=float(stops),
+        stuck_fraction=stuck / TURN,
+        regime=("stick-slip" if stops else "continuous") if moved else "stuck",
+        period_cycles=1 if settled else None,
+        closure_error=abs(put_in - taken),
+        residual=drift,
+    )
 
 
-def _one_cycle(problem: Problem, start: FloatArray, *, slid: bool, rtol: float, atol: float) -> tuple[ThesisRun, bool]:
-    """Carry the state over one cycle of the drive, phase by phase; whether it slides at the end."""
-    hold, force = problem.mu * problem.beta, Base(*problem.force)
-    times, states = [np.zeros(1)], [start[:, None]]
+def _one_cycle(
+    problem: Problem, start: FloatArray, *, slid: bool, rtol: float, atol: float
+) -> tuple[FloatArray, int, float, bool]:
+    """Carry the state over one cycle of the drive, phase by phase.
+
+    Returns the states (4, n) at the integrator's times (displacement and velocity relative to the wall, work of the
+    force, and of friction and dashpot), sticks begun, time stuck, and whether it slides at the end.
+    """
+    hold, force, states = problem.mu * problem.beta, Base(*problem.force), [start[:, None]]
     tau, state, stops, stuck = 0.0, start, 0, 0.0
     while tau < TURN:
         pull = float(force.at(tau)) - state[0]
         if state[1] == 0.0 and abs(pull) <= hold:
             end = _release(force, float(state[0]), tau, hold)
-            stops, stuck, slid = stops + slid, stuck + end - tau, False
-            times.append(np.array([tau, end]))
-            states.append(np.column_stack((state, state)))
+            stops, stuck, slid, tau = stops + slid, stuck + end - tau, False, end
         else:
             slid = True
-            for column, found in zip((times, states), _slide(problem, tau, state, pull, rtol, atol), strict=True):
-                column.append(found)
-        tau, state = float(times[-1][-1]), states[-1][:, -1]
-        if len(times) > MOST_EVENTS:
+            times, found = _slide(problem, tau, state, pull, rtol, atol)
+            states.append(found)
+            tau, state = float(times[-1]), found[:, -1]
+        if stops + len(states) > MOST_EVENTS:
             raise SimulationError(
                 f"thesis run: events without end: r = {problem.r!r}, beta = {problem.beta!r}, tau = {tau!r}; expected "
                 f"fewer than {MOST_EVENTS} phases per cycle; got more; do: tighten rtol and atol, or use solver 'exact'"
             )
-    return ThesisRun(problem, np.concatenate(times), np.concatenate(states, axis=1), stops, stuck), slid
+    return np.concatenate(states, axis=1), stops, stuck, slid
 
 
 def _slide(
@@ -172,27 +154,3 @@ def _release(force: Base, position: float, tau: float, hold: float) -> float:
     low = float(grid[max(0, over[0] - 1)])
     go = float(brentq(excess, low, float(grid[over[0]]))) if excess(low) < 0.0 else low
     return min(go + MARGIN, TURN)
-
-
-def waited(problem: Problem, cycles: int) -> SteadyState:
-    """Return what the thesis's method says after a number of cycles from rest; its energy is the one put in (2.16)."""
-    run = thesis_run(problem, cycles=cycles)
-    amplitude = 0.5 * float(np.ptp(run.states[0]))
-    moved, settled = amplitude > 0.0, run.drift <= SETTLED * (1.0 + amplitude)
-    regime: Regime = ("stick-slip" if run.stops else "continuous") if moved else "stuck"
-    loop: float | None = run.energy_input  # of a wall that moves with one harmonic r^2 times its area is put in
-    if problem.wall == "base":
-        loop = run.energy_input / problem.r**2 if problem.base.harmonics == 1 else None
-    return SteadyState(
-        problem=problem,
-        solver="thesis",
-        outcome=("periodic" if settled else "not settled") if moved else "stuck",
-        energies=Energies(loop, run.energy_input, 0.0),
-        response_amplitude=amplitude,
-        stops_per_cycle=float(run.stops),
-        stuck_fraction=run.stuck_time / TURN,
-        regime=regime,
-        period_cycles=1 if settled else None,
-        closure_error=abs(run.energy_input - run.energy_dissipated),
-        residual=run.drift,
-    )

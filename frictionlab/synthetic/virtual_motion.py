@@ -19,7 +19,6 @@ from frictionlab.logs import read_base_log
 from frictionlab.scene import Scene
 from frictionlab.simulator import simulate, steady_state
 from frictionlab.simulator.record import BaseRecord, Response, respond
-from frictionlab.simulator.several import follow, steady
 from frictionlab.synthetic.virtual_rig import SyntheticTest
 
 FINE = 200  # points per period of the fastest part: a spline through them errs by 3e-9 of it
@@ -141,11 +140,11 @@ def motion(test: SyntheticTest, time: FloatArray, scene: Scene) -> FloatArray:
     none = f"synthetic.tests: {test.log}: start = 'steady' needs a steady state; got "
     if test.frame is not None:
         if from_rest:
-            return np.asarray(test.base_amplitude_m * follow(test.frame, cycles).at(tau)[0])
-        several = steady(test.frame)
-        if several.motion is None:
-            raise SceneError(f"{none}{several.outcome}")
-        return np.asarray(test.base_amplitude_m * several.motion.at(tau)[0])
+            return np.asarray(test.base_amplitude_m * simulate(test.frame, cycles=cycles).all_at(tau)[0])
+        settled = steady_state(test.frame)
+        if settled.orbit is None:
+            raise SceneError(f"{none}{settled.outcome}")
+        return np.asarray(test.base_amplitude_m * settled.orbit.all_at(tau)[0])
     if from_rest and test.is_plain_coulomb:
         return np.asarray(test.base_amplitude_m * simulate(test.problem(), cycles=cycles).at(tau)[0])
     if not from_rest:

@@ -14,7 +14,6 @@ from frictionlab.errors import SceneError
 from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.simulator import steady_state
-from frictionlab.simulator.several import steady
 from frictionlab.synthetic.virtual_motion import HOUR, cycle_friction_ratios, driven, motion
 from frictionlab.synthetic.virtual_rig import SyntheticTest, virtual_tests
 
@@ -190,14 +189,13 @@ def truth(test: SyntheticTest) -> dict[str, object]:
 
 def _steady_truth(test: SyntheticTest) -> dict[str, object]:
     keys = ("outcome", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "stuck_fraction", "regime")
+    state = steady_state(test.frame or test.problem())
     if test.frame is None:
-        state = steady_state(test.problem())
         first = {"outcome": state.outcome, "energy_per_cycle": state.energy_per_cycle}
         return first | {"energy_dissipated_per_cycle": state.energy_taken} | {key: getattr(state, key) for key in keys}
-    several = steady(test.frame)
-    row, taken = several.row(), (several.contact_energy_per_cycle, several.frame_energy_per_cycle)
+    row = state.row()
     return {key: row[key] for key in keys} | {
-        "energy_dissipated_per_cycle": None if None in taken else sum(each or 0.0 for each in taken),
+        "energy_dissipated_per_cycle": state.energy_taken,
         "response_amplitudes": row["response_amplitudes"],
         "contacts": row["contacts"],
         "natural_frequencies_hz": [

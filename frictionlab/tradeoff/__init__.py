@@ -163,7 +163,7 @@ def _off(truth: float) -> Callable[[object], float]:
     """What judges a steady state, an energy or measured numbers by their relative rms distance from the truth."""
 
     def error(result: object) -> float:
-        found = getattr(result, "energy_per_cycle", getattr(result, "energy_input", result))
+        found = getattr(result, "energy_per_cycle", result)
         return float(np.sqrt(np.mean((np.asarray(found, dtype=float) / truth - 1.0) ** 2)))
 
     return error

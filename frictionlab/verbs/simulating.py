@@ -6,7 +6,7 @@ Whatever needs a scene or files is imported where it is used: a steady state is 
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING
 
 from frictionlab.errors import UsageError
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, Solver, SteadyState, Structure
-    from frictionlab.simulator.several import StructureState
     from frictionlab.synthetic import SyntheticTest
     from frictionlab.verbs.inputs import AnyScene, FilePath
 
@@ -26,13 +25,7 @@ PLANNED = ("plan", "model", "rig", "sensors")
 """Tables of a scene whose keys `plan` takes as settings."""
 
 
-@overload
-def simulate(problem: "Problem", *, cycles: int | None = None, solver: "Solver" = "auto") -> "SteadyState": ...
-@overload
-def simulate(problem: "Structure", *, cycles: None = None, solver: "Solver" = "auto") -> "StructureState": ...
-def simulate(
-    problem: "Problem | Structure", *, cycles: int | None = None, solver: "Solver" = "auto"
-) -> "SteadyState | StructureState":
+def simulate(problem: "Problem | Structure", *, cycles: int | None = None, solver: "Solver" = "auto") -> "SteadyState":
     """Solve one steady state of the friction oscillator, or run so many cycles from rest.
 
     Parameters
@@ -57,14 +50,10 @@ def simulate(
     """
     from frictionlab.simulator import Problem, last_cycle, steady_state
 
-    if not isinstance(problem, Problem):
-        if cycles is not None or solver not in ("auto", "exact"):
-            raise UsageError("simulate: of several masses the steady state is solved for exactly: leave cycles, solver")
-        from frictionlab.simulator.several import steady
-
-        return steady(problem)
     if cycles is None:
         return steady_state(problem, solver=solver)
+    if not isinstance(problem, Problem):
+        raise UsageError("simulate: of several masses the steady state is solved for exactly: leave cycles out")
     return last_cycle(problem, cycles=cycles, solver=solver)
 
 

@@ -15,9 +15,9 @@ from math import pi
 import numpy as np
 
 from frictionlab.errors import FrictionlabError
-from frictionlab.simulator import Base, Contact, Structure
+from frictionlab.simulator import Base, Contact, SteadyState, Structure, steady_state
+from frictionlab.simulator.exact.solve import Trajectory
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.several import StructureMotion, StructureState, steady
 from tests.simulator.several_twin import Twin
 
 LAWS = (
@@ -53,11 +53,11 @@ def draw(seed: int) -> Structure:
     return Structure.of_storeys(float(g.uniform(0.1, 2.0)), masses, stiffness, damping, contacts, base)
 
 
-def anchors_at_begin(state: StructureState, motion: StructureMotion, twin: Twin, start: np.ndarray) -> np.ndarray:
+def anchors_at_begin(structure: Structure, motion: Trajectory, twin: Twin, start: np.ndarray) -> np.ndarray:
     """Where the springs of elastic contacts are relaxed at tau = 0."""
-    contacts, n = state.structure.contacts, motion.masses
-    index, anchors = motion.pieces.timeline.place([0.0], None)[2], np.zeros(len(contacts))
-    offsets, sides = motion.pieces.rows[index[0], 2 + 2 * n + len(contacts) :].reshape(2, -1)
+    contacts, n = structure.contacts, motion.masses
+    index, anchors = motion.timeline.place([0.0], None)[2], np.zeros(len(contacts))
+    offsets, sides = motion.rows[index[0], 2 + 2 * n + len(contacts) :].reshape(2, -1)
     for i, contact in enumerate(contacts):
         spring, (place, _) = twin.springs[i], twin.place(contact, 0.0, start)
         slips = place - sides[i] * twin.limit(contact, place) / spring
@@ -65,12 +65,12 @@ def anchors_at_begin(state: StructureState, motion: StructureMotion, twin: Twin,
     return anchors
 
 
-def missed_by_twin(state: StructureState) -> tuple[float, float]:
+def missed_by_twin(state: SteadyState) -> tuple[float, float]:
     """By how much the twin, started on an orbit of one cycle, misses its end, and its energies."""
-    if state.motion is None:
+    if state.structure is None or not isinstance(state.orbit, Trajectory):
         raise ValueError("no motion")
-    twin, start = Twin(state.structure), np.concatenate([values[0] for values in state.motion.at([0.0])])
-    twin.anchors = anchors_at_begin(state, state.motion, twin, start)
+    twin, start = Twin(state.structure), np.concatenate([values[0] for values in state.orbit.all_at([0.0])[:2]])
+    twin.anchors = anchors_at_begin(state.structure, state.orbit, twin, start)
     end = twin.run(start, 2 * pi)
     energies = np.array([state.energy_per_cycle, state.contact_energy_per_cycle], dtype=np.float64)
     return float(np.abs(end[: len(start)] - start).max()), float(np.abs(end[len(start) :] - energies).max())
@@ -85,14 +85,15 @@ def main(count: int, twins: int) -> None:
     for seed in range(count):
         begin = time.perf_counter()
         try:
-            state = steady(draw(seed))
+            frame = draw(seed)
+            state = steady_state(frame)
         except FrictionlabError as error:
             outcomes[str(error)[:70]] += 1
             continue
         times.append(time.perf_counter() - begin)
         outcomes[state.outcome] += 1
         closures.append(state.closure_error or 0.0)
-        plain = not any(contact.law.has("iwan") for contact in state.structure.contacts)
+        plain = not any(contact.law.has("iwan") for contact in frame.contacts)
         if plain and state.outcome == "periodic" and state.period_cycles == 1 and len(misses) < twins:
             misses.append((seed, *missed_by_twin(state)))
     for outcome, number in outcomes.most_common():

@@ -9,7 +9,7 @@ import pytest
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import Problem, SteadyState, steady_state
-from frictionlab.simulator.exact.solve import solved, system_of_one
+from frictionlab.simulator.exact.solve import solved, system_of
 from frictionlab.simulator.sweep import warm_up
 
 ORBITS = json.loads((Path(__file__).parent / "reference" / "orbits.json").read_text(encoding="utf-8"))
@@ -213,7 +213,7 @@ def test_a_search_without_end_is_given_up_by_name(
     state = steady_state(problem)
     assert state.outcome == "not found"
     assert "the search was given up after a second of work" in state.verdict
-    assert solved(system_of_one(problem)).spent < 1.2e7
+    assert solved(system_of(problem)).spent < 1.2e7
 
 
 @pytest.mark.parametrize("zeta", [1e2, 1e4, 1e6])

@@ -45,7 +45,7 @@ def run(
     problem: Problem, end: float, z: float = 0.0, v: float = 0.0, forces: Sequence[float] = (), *, slips: bool = False
 ) -> Run:
     """Carry a state from tau = 0 to the end; relaxed sliders, or with forces, and all slip the way the mass goes."""
-    kappa, beta = (np.array(values) for values in sliders_of(problem))
+    kappa, beta = (np.array(values) for values in sliders_of(problem.parameters))
     cosine, sine = (np.array(values) for values in problem.force)
     order = np.arange(1, len(cosine) + 1)
     q, thick = problem.parameter("gradient"), 2 * (problem.zeta + problem.frame_damping_ratio) * problem.r

@@ -21,13 +21,13 @@ def phases_of(
 
 def sides(run: Trajectory) -> np.ndarray:
     """Direction of each piece: +1, -1 (slipping), 0 (holding)."""
-    return run.pieces.rows[:, SIDE]
+    return run.rows[:, SIDE]
 
 
 def slipping(run: Trajectory) -> np.ndarray:
     """How many sliders slip in each piece: as many as its stiffness says."""
-    springs, limits = (np.array(values) for values in sliders_of(run.problem))
+    springs, limits = (np.array(values) for values in sliders_of(run.problem.parameters))
     masks = np.array(list(product((0.0, 1.0), repeat=len(springs))))
     stiffness = (1.0 - masks) @ springs + np.outer(sides(run), masks @ limits) * run.problem.parameter("gradient")
-    apart = np.abs(stiffness - run.pieces.rows[:, KAPPA, None])
+    apart = np.abs(stiffness - run.rows[:, KAPPA, None])
     return np.asarray(masks.sum(axis=1)[apart.argmin(axis=1)])

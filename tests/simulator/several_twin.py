@@ -26,7 +26,7 @@ class Twin:
     def __init__(self, structure: Structure) -> None:
         self.s, self.n = structure, structure.masses
         self.inverse = np.linalg.inv(structure.r**2 * structure.mass)
-        self.springs = [sliders_of(c)[0][0] if c.law.kind == "elastic" else inf for c in structure.contacts]
+        self.springs = [sliders_of(c.parameters)[0][0] if c.law.kind == "elastic" else inf for c in structure.contacts]
         self.modes = [0] * len(structure.contacts)
         self.anchors = np.zeros(len(structure.contacts))
         self.stops, self.stuck = 0, 0.0  # of the first contact

@@ -8,12 +8,12 @@ import pytest
 
 from frictionlab.simulator import Base, Problem
 from frictionlab.simulator import simulate as run
-from frictionlab.simulator.exact.solve import solved, steady, system_of_one
+from frictionlab.simulator.exact.solve import solved, steady, system_of
 
 
 def looks_of(problem: Problem) -> float:
     """How many looks at a phase the search for a steady state takes."""
-    return solved(system_of_one(problem)).spent
+    return solved(system_of(problem)).spent
 
 
 def test_a_contact_that_hardly_slips_takes_a_handful_of_cycles() -> None:

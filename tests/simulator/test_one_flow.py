@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 from frictionlab.errors import SimulationError
-from frictionlab.simulator import Base, Contact, Problem, Structure, steady_state
+from frictionlab.simulator import Base, Contact, Problem, Structure, simulate, steady_state
 from frictionlab.simulator.compiled import record_of
 from frictionlab.simulator.exact import answer, orbit
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import DONE, MISSING, SLOTS, make_phase
-from frictionlab.simulator.exact.solve import system_of, system_of_one
+from frictionlab.simulator.exact.solve import system_of
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.several import follow, steady
 
 IWAN = {"stiffness_ratio": 20.0, "sliders": 3, "chi": -0.3}
 NUMBERS = ("energy_per_cycle", "contact_energy_per_cycle", "floquet_multiplier")
@@ -41,7 +40,7 @@ ONE = (
 
 def numbers() -> list[list[float]]:
     """What three problems say: rigid with a gradient, Iwan's sliders, two masses with two contacts."""
-    one, two = [steady_state(problem) for problem in ONE], steady(TWO)
+    one, two = [steady_state(problem) for problem in ONE], steady_state(TWO)
     found = [[*(getattr(state, name) for name in NUMBERS), state.response_amplitude] for state in one]
     return [*found, [*(getattr(two, name) for name in NUMBERS), *two.response_amplitudes]]
 
@@ -58,12 +57,10 @@ def test_plain_python_is_the_twin_of_the_compiled_flow() -> None:
 BREAKAWAY = {"static_ratio_up": 1.2, "static_ratio_down": 1.1}
 ALL = IWAN | BREAKAWAY | {"gradient": 0.1}
 SYSTEMS = {
-    "gradient": system_of_one(ONE[0]),
-    "iwan": system_of_one(ONE[1]),
-    "break-away": system_of_one(
-        Problem(0.5, 0.4, zeta=0.02, wall="base", law="coulomb+breakaway", parameters=BREAKAWAY)
-    ),
-    "iwan, all": system_of_one(Problem(0.6, 0.3, law="coulomb+iwan+place+breakaway", parameters=ALL)),
+    "gradient": system_of(ONE[0]),
+    "iwan": system_of(ONE[1]),
+    "break-away": system_of(Problem(0.5, 0.4, zeta=0.02, wall="base", law="coulomb+breakaway", parameters=BREAKAWAY)),
+    "iwan, all": system_of(Problem(0.6, 0.3, law="coulomb+iwan+place+breakaway", parameters=ALL)),
     "two masses": system_of(TWO),
     "two masses, iwan": system_of(
         frame(rubs("coulomb+iwan", 1, 2, beta=0.3, **IWAN), rubs("coulomb", 2, "wall", beta=0.1))
@@ -101,4 +98,4 @@ def test_more_phases_than_are_kept_are_refused_by_name() -> None:
     many = {"stiffness_ratio": 20.0, "sliders": 90, "chi": -0.3}
     rich = frame(rubs("coulomb+iwan", 1, "wall", beta=0.4, **many), rubs("coulomb+iwan", 2, 1, beta=0.3, **many))
     with pytest.raises(SimulationError, match=f"expected at most {SLOTS} in a motion; got more; do: give its contacts"):
-        follow(rich, 2)
+        simulate(rich, cycles=2)

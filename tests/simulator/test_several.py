@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import ParameterError, SimulationError
-from frictionlab.simulator import Base, Contact, Problem, Structure, steady_state
+from frictionlab.simulator import Base, Contact, Problem, Structure, simulate, steady_state
+from frictionlab.simulator.exact.solve import Trajectory
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.several import StructureMotion, follow, steady
 from tests.simulator.several_twin import cycles_from_rest
 
 
@@ -37,7 +37,7 @@ def test_one_mass_is_what_the_engines_of_one_mass_say(
 ) -> None:
     one = steady_state(Problem(r, beta, law=law, parameters=values, frame_damping_ratio=0.02, wall=wall))  # type: ignore[arg-type]
     contact = rubs(law, 1, "wall" if wall == "fixed" else "base", beta=beta, **values)
-    found = steady(Structure.of_storeys(r, [3.0], [700.0], [0.02], [contact]))
+    found = steady_state(Structure.of_storeys(r, [3.0], [700.0], [0.02], [contact]))
     assert found.outcome == one.outcome
     assert found.response_amplitudes[0] == pytest.approx(one.response_amplitude, abs=1e-12)
     near = 1e-7 if "iwan" in law else 1e-12  # quadrature over the kinks of ten sliders, in the engine of one mass
@@ -53,7 +53,7 @@ def test_without_contacts_it_is_the_linear_response() -> None:
     frame = Structure.of_storeys(0.7, [2.0, 1.0], [800.0, 400.0], [0.01, 0.02])
     dynamic = frame.stiffness + 1j * 0.7 * frame.damping - 0.7**2 * frame.mass
     driven = np.linalg.solve(dynamic, (frame.stiffness + 1j * 0.7 * frame.damping) @ np.ones(2))
-    found = steady(frame)
+    found = steady_state(frame)
     assert found.response_amplitudes == pytest.approx(np.abs(driven), rel=1e-12)
     assert found.energy_per_cycle == pytest.approx(-math.pi * driven[0].imag, rel=1e-11)
     assert found.closure_error == pytest.approx(0.0, abs=1e-10)
@@ -72,16 +72,16 @@ TWO = [
 ]
 
 
-def energies(frame: Structure, motion: StructureMotion) -> tuple[float, float]:
+def energies(frame: Structure, motion: Trajectory) -> tuple[float, float]:
     """The loop of base over first mass, and the work of the contacts: by Gauss nodes between the events."""
     nodes, weights = np.polynomial.legendre.leggauss(30)
-    line, loop, taken = motion.pieces.timeline, 0.0, 0.0
+    line, loop, taken = motion.timeline, 0.0, 0.0
     for begin, length in zip(line.begins, line.duration, strict=True):
         tau = begin + 0.5 * length * (1.0 + nodes)
-        v, f, rate = motion.at(tau)[1], frame.base.at(tau), frame.base.rate_at(tau)
+        (_, v, force), f, rate = motion.all_at(tau), frame.base.at(tau), frame.base.rate_at(tau)
         slips = [v @ frame.row(c) - rate * (c.against == "base") for c in frame.contacts]
         loop += 0.5 * length * float(weights @ (f * v[:, 0]))
-        taken += 0.5 * length * float(weights @ np.sum(motion.force(tau) * np.array(slips).T, axis=1))
+        taken += 0.5 * length * float(weights @ np.sum(force * np.array(slips).T, axis=1))
     return loop, taken
 
 
@@ -89,8 +89,9 @@ def energies(frame: Structure, motion: StructureMotion) -> tuple[float, float]:
 def test_two_masses_move_as_the_slow_twin_does(contacts: list[Contact]) -> None:
     base = Base(cosine=(1.0, 0.1), sine=(0.0, 0.05))
     frame = Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts, base)
-    motion = follow(frame, 1)
-    q, v = motion.at([2 * math.pi])
+    motion = simulate(frame, cycles=1)
+    assert isinstance(motion, Trajectory)
+    q, v, _ = motion.all_at([2 * math.pi])
     slow = cycles_from_rest(frame, 1)
     assert np.concatenate((q[0], v[0])) == pytest.approx(slow[:4], abs=3e-10)
     loop, taken = energies(frame, motion)
@@ -114,7 +115,7 @@ def test_what_goes_in_is_what_is_taken(
         rubs("coulomb+compliance", 2, 1, beta=betas[1], stiffness_ratio=stiffness),
         rubs("coulomb", 3, "base", beta=betas[2]),
     ]
-    found = steady(Structure.of_storeys(r, masses, [1.0, 1.2, 0.8], [zeta] * 3, contacts))
+    found = steady_state(Structure.of_storeys(r, masses, [1.0, 1.2, 0.8], [zeta] * 3, contacts))
     assert found.outcome in ("periodic", "stuck")
     assert found.closure_error is not None
     assert found.closure_error < 1e-10
@@ -133,7 +134,7 @@ def test_what_goes_in_is_what_is_taken(
 def test_what_cannot_move_is_refused_by_name(contacts: list[Contact], match: str) -> None:
     frame = Structure.of_storeys(0.6, [1.0, 1.0], [1.0, 1.0], [0.001, 0.001], contacts)
     with pytest.raises(SimulationError, match=match):
-        steady(frame)
+        steady_state(frame)
 
 
 def test_structures_that_cannot_be_are_refused_by_name() -> None:
@@ -148,4 +149,4 @@ def test_structures_that_cannot_be_are_refused_by_name() -> None:
 
 def test_an_undamped_mode_at_resonance_has_no_steady_state() -> None:
     slowest = float(Structure.of_storeys(1.0, [1.0, 1.0], [1.0, 1.0], [0.0, 0.0]).natural_frequencies[0])
-    assert steady(Structure.of_storeys(slowest, [1.0, 1.0], [1.0, 1.0], [0.0, 0.0])).outcome == "unbounded"
+    assert steady_state(Structure.of_storeys(slowest, [1.0, 1.0], [1.0, 1.0], [0.0, 0.0])).outcome == "unbounded"

@@ -82,4 +82,4 @@ def test_stops_are_where_the_mass_rests() -> None:
 def test_arrays_cannot_be_written_to() -> None:
     run = phases_of(Problem(0.5, 0.4), cycles=1)
     with pytest.raises(ValueError, match="read-only"):
-        run.pieces.rows[0, 1] = 1.0
+        run.rows[0, 1] = 1.0

@@ -1,8 +1,7 @@
 """What a motion does, from its recorded pieces: values at any time, energies, ranges, stops.
 
 A contact's friction works ``kappa / 2 (s_1^2 - s_0^2) + o (s_1 - s_0)`` in a piece, exactly. What dashpots take, what
-the base puts in and the area of the loop are integrals of products of exponentials; next to resonance, where these
-cancel, Gauss and Legendre integrate in panels short enough to be exact.
+the base puts in and the area of the loop are integrated by Gauss and Legendre, in panels short enough to be exact.
 """
 
 from math import pi
@@ -12,23 +11,23 @@ import numpy as np
 from numba import from_dtype, types
 from numpy.typing import NDArray
 
-from frictionlab.arrays import ComplexArray, FloatArray
+from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import callback, entry, inner
 from frictionlab.simulator.exact.motion import (
     WORK,
     base_at_time,
     begin_motion,
     contact_force,
-    growth,
-    held_force,
     modes_at,
     place_of,
 )
 from frictionlab.simulator.exact.phase import CONTACTS, MASSES, SYSTEM, slot_of
 
 TURN = 2.0 * pi
-NODES, WEIGHTS = (tuple(values.tolist()) for values in np.polynomial.legendre.leggauss(16))
-PANEL = 6.0  # over the fastest rate: 16 nodes integrate a product of two such waves to rounding
+COUNTS, PANELS = (8, 12, 16), (1.9, 5.2, 9.5)  # so many nodes integrate, over so long a time times the fastest rate,
+NODES, WEIGHTS = np.zeros((2, len(COUNTS), COUNTS[-1]))  # a product of two such waves to rounding
+for _i, _count in enumerate(COUNTS):
+    NODES[_i, :_count], WEIGHTS[_i, :_count] = np.polynomial.legendre.leggauss(_count)
 LOOKS = 1.0  # over the fastest rate: between two looks a speed changes its sign at most once
 FORGOTTEN = 40.0  # e-fold decays after which nothing is left of a mode
 STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
@@ -97,16 +96,19 @@ def rate_at(system: Any, work: Any, slot: int, t: float) -> float:
 
 @inner
 def integrate(system: Any, work: Any, slot: int, length: float, numbers: Any) -> None:
-    """Add what flows in the phase at hand, by panels."""
+    """Add what flows in the phase at hand, by Gauss and Legendre's rule in panels, exact to rounding."""
     n, t = system.masses, 0.0
     while t < length:
-        fastest = rate_at(system, work, slot, t)
-        left = length - t
-        half = 0.5 * left / (int(left * fastest / PANEL) + 1)
-        middle, t = t + half, length if 2.0 * half >= left * (1.0 - 1e-12) else t + 2.0 * half
-        for k in range(len(NODES)):
-            modes_at(system, work, slot, middle + half * NODES[k])
-            weight, f, rate = half * WEIGHTS[k], work.f[0], work.f[1]
+        reach = rate_at(system, work, slot, t) * (length - t)
+        half, rule = (
+            0.5 * (length - t) / (int(reach / PANELS[2]) + 1),
+            0 if reach < PANELS[0] else 1 if reach < PANELS[1] else 2,
+        )
+        middle = t + half
+        t = length if reach < PANELS[2] else t + 2.0 * half
+        for k in range(COUNTS[rule]):
+            modes_at(system, work, slot, middle + half * NODES[rule, k])
+            weight, f, rate = half * WEIGHTS[rule, k], work.f[0], work.f[1]
             for c in range(system.contacts):
                 speed = place_of(system, work.now_v, c, rate)
                 force = system.dashpot[c] * speed
@@ -130,92 +132,6 @@ def of_frame(system: Any, a: int, b: int) -> float:
     for c in range(system.contacts):
         own -= system.dashpot[c] * system.row[c, a] * system.row[c, b]
     return own
-
-
-@inner
-def wave_of(system: Any, work: Any, slot: int, by_w: ComplexArray, by_f: float, wave: ComplexArray) -> None:
-    """Write what a row over the modes and the base moves by, as amplitudes of the exponentials `work.rates`."""
-    phases, modes = work.phases, work.phases.modes[slot]
-    for m in range(system.harmonics):
-        wave[modes + m] = by_f * work.line[m]
-    for j in range(modes):
-        wave[j] = by_w[j] * work.start[j]
-        for m in range(system.harmonics):
-            answer = by_w[j] * phases.fore[slot, j, m] + (by_w[j] * phases.back[slot, j, m]).conjugate()
-            wave[modes + m] += answer * work.line[m]
-
-
-@inner
-def integral_of(work: Any, count: int, left: ComplexArray, right: ComplexArray, t: float) -> float:
-    """Return the integral over a time of the product of two real sums of the exponentials `work.rates`."""
-    total = 0.0
-    for k in range(count):
-        for i in range(count):
-            if left[k] == 0.0 or right[i] == 0.0:
-                continue
-            both, apart = work.rates[k] + work.rates[i], work.rates[k] + work.rates[i].conjugate()
-            total += (left[k] * right[i] * (growth(both * t) / both if both != 0.0 else t)).real
-            total += (left[k] * right[i].conjugate() * (growth(apart * t) / apart if apart != 0.0 else t)).real
-    return 0.5 * total
-
-
-@inner
-def sum_up(system: Any, work: Any, slot: int, length: float, numbers: Any) -> None:
-    """Add what flows in the phase at hand, in closed form: all that moves is a sum of exponentials."""
-    phases, n, speeds, force = work.phases, system.masses, work.speeds, work.wave[0]
-    modes, base, rate, slip = phases.modes[slot], work.wave[1], work.wave[2], work.wave[3]
-    count = modes + system.harmonics
-    for k in range(count):
-        work.rates[k] = phases.rate[slot, k] if k < modes else complex(0.0, k - modes + 1.0)
-        base[k] = work.line[k - modes] if k >= modes else 0.0j
-        rate[k] = work.rates[k] * base[k]
-    for a in range(n):
-        wave_of(system, work, slot, phases.outward[slot, a], phases.along[slot, a], speeds[a])
-        for k in range(count):
-            speeds[a, k] *= work.rates[k]
-    numbers.loop += integral_of(work, count, base, speeds[0], length)
-    for a in range(n):
-        for k in range(count):
-            force[k], slip[k] = system.push[a, 0] * base[k] + system.push[a, 1] * rate[k], 0.0j
-            for b in range(n):
-                force[k] -= system.damping[a, b] * speeds[b, k]
-                slip[k] += of_frame(system, a, b) * (speeds[b, k] - rate[k])
-        numbers.gap += integral_of(work, count, force, speeds[a], length)
-        numbers.frame += integral_of(work, count, slip, speeds[a], length) - integral_of(
-            work, count, slip, rate, length
-        )
-    for c in range(system.contacts):
-        if system.dashpot[c] != 0.0:
-            for k in range(count):
-                slip[k] = -system.follow[c] * rate[k]
-                for a in range(n):
-                    slip[k] += system.row[c, a] * speeds[a, k]
-            numbers.contact[c] += system.dashpot[c] * integral_of(work, count, slip, slip, length)
-        if system.follow[c] != 0.0:  # what rubs against the base works on the mass beyond its own slip
-            numbers.gap -= carried_work(system, work, slot, c, length)
-
-
-@inner
-def carried_work(system: Any, work: Any, slot: int, c: int, length: float) -> float:
-    """Return the work of a contact's force, its dashpot apart, along the base's motion in the phase at hand."""
-    phases, force, base, rate, other = work.phases, work.wave[0], work.wave[1], work.wave[2], work.wave[3]
-    count = phases.modes[slot] + system.harmonics
-    if work.kappa[c] == np.inf:
-        constant = held_force(system, work, slot, c, work.q, work.v)
-        wave_of(system, work, slot, phases.held_w[slot, c], phases.held_f[slot, c, 0], force)
-        wave_of(system, work, slot, phases.held_dw[slot, c], phases.held_f[slot, c, 1], other)
-        for k in range(count):
-            force[k] += work.rates[k] * (other[k] + phases.held_f[slot, c, 2] * rate[k])
-    else:
-        constant = work.kappa[c] * work.place[c] + work.offset[c]
-        wave_of(system, work, slot, phases.place[slot, c], phases.follows[slot, c], force)
-        for k in range(count):
-            force[k] *= work.kappa[c]
-    rise = 0.0
-    for k in range(count):
-        constant -= force[k].real
-        rise += (base[k] * growth(work.rates[k] * length)).real
-    return integral_of(work, count, force, rate, length) + constant * rise
 
 
 @inner
@@ -301,10 +217,7 @@ def account(systems: Any, works: Any, pieces: FloatArray, count: int, sums: Any)
         length, slot = pieces[k, 1], enter(system, work, pieces, k)
         if slot < 0:
             return k
-        if work.phases.close[slot]:
-            integrate(system, work, slot, length, numbers)
-        else:
-            sum_up(system, work, slot, length, numbers)
+        integrate(system, work, slot, length, numbers)
         widen(system, work, slot, length, numbers)
         modes_at(system, work, slot, length)
         for c in range(system.contacts):

@@ -18,6 +18,7 @@ from frictionlab.simulator.exact.orbit import (
     TURN,
     Carrier,
     carry,
+    copy,
     distance,
     drive_size,
     multiplier,
@@ -47,7 +48,6 @@ from frictionlab.simulator.row import (
 LOOKS = 1e7  # evaluations in a search, for each harmonic: some seconds
 CYCLES = 150.0  # natural periods that a search may always follow, ten evaluations each
 RESTING = 64  # cycles in which a mass that can rest comes to rest, or nearly so
-GROWS = 1.8  # while the cycles double: the motion grows without bound
 AUTO, CLOSED_ONLY, NEVER_CLOSED = 0, 1, -1
 
 
@@ -111,25 +111,6 @@ def grows(system: Any) -> bool:
             drive = system.inertia[0, 0] * k * k if system.follow[c] != 0.0 else drive
         if gap(system.r, k) == 0.0 and force < 0.25 * pi * drive * abs(system.lines[m]):
             return True
-    return False
-
-
-@inner
-def grows_on(flow: Any, leg: Any, y: FloatArray) -> bool:
-    """Tell whether an undamped motion from rest has grown in proportion to the cycles: at resonance of a mode."""
-    system, work = flow.systems[0], flow.works[0]
-    for a in range(system.masses):
-        if system.damping[a, a] != 0.0:
-            return False
-    image, before = np.empty(len(y)), 0.0
-    for doubling in range(8):
-        leg.turns = 1 << doubling
-        if carry(flow, leg, y, image, False) != DONE:
-            return False
-        size = size_of(system, work, image)
-        if doubling == 7:
-            return size > GROWS * before
-        before = size
     return False
 
 
@@ -316,23 +297,19 @@ def simple(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, 
     if grows(system):
         return UNBOUNDED
     fill_starts(system, work, starts)
-    for k in range(len(y)):
-        y[k] = starts[0, k]
+    copy(starts[0], y)
     if comes_to_rest(flow, leg, y, alone):
         return STUCK
     if (alone or closed == CLOSED_ONLY) and closed_form(flow, leg, y):
-        row[places.SOLVER] = places.EXACT if closed == NEVER_CLOSED else places.CLOSED_FORM
         return PERIODIC
     if closed == CLOSED_ONLY:
         row[places.MISS] = inf
         return NOT_FOUND
-    if system.masses > 1 and grows_on(flow, leg, y):
-        return UNBOUNDED
     return AWAITED
 
 
 @inner
-def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, row: FloatArray) -> int:
+def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, row: FloatArray) -> int:
     """Find the orbit by Newton's method alone; return an outcome.
 
     AWAITED: orbits may coexist, and the motion from rest is to be followed: `wait`.
@@ -352,44 +329,18 @@ def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, ro
     close = code == DONE and miss <= 1e-12 * extent + floor
     if not close or abs(multiplier(system, work)) > 1.0 + 1e-9 or system.sliders > 1:
         return AWAITED
-    name_closed(flow, leg, closed, row)
     return PERIODIC
 
 
 @inner
-def name_closed(flow: Any, leg: Any, closed: int, row: FloatArray) -> None:
-    """Name the solver of an orbit of a problem whose orbits may coexist, if it is Den Hartog's."""
-    system, straight = flow.systems[0], flow.works[0].signature == 1 + TURN_OF and leg.sign < 0.0
-    if closed == AUTO and is_plain(system) and system.harmonics == 1 and straight:
-        row[places.SOLVER] = places.CLOSED_FORM
-
-
-@inner
-def wait(flow: Any, leg: Any, y: FloatArray, closed: int, row: FloatArray) -> int:
-    """Find the orbit that the motion from a start settles on; from rest, a stable one where none was; an outcome.
-
-    `y[0]` not a number: from rest.
-    """
-    system, work, given = flow.systems[0], flow.works[0], not isnan(y[0])
-    starts = np.empty((3, len(y)))
-    if not given:
-        fill_starts(system, work, starts)
-        for k in range(len(y)):
-            y[k] = starts[0, k]
-    row[places.MISS], outcome = settle_from(flow, leg, y, 2 if is_mirrored(system) else 1)
-    if given or outcome not in (PERIODIC, NOT_FOUND):
-        return outcome
-    if outcome == PERIODIC:
-        name_closed(flow, leg, closed, row)
-        return PERIODIC
-    work.left = inf
-    if not closed_form(flow, leg, y):
-        whole(leg, 1, 1)
-        for k in range(len(y)):
-            y[k] = starts[2, k]
-    row[places.MISS], code = shoot(flow, leg, y, 64.0)
-    stable = code == DONE and abs(multiplier(system, work)) <= 1.0 + 1e-9
-    return UPCOMING if stable and row[places.MISS] <= 1e-9 * size_of(system, work, y) else NOT_FOUND
+def wait(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
+    """Find the orbit that the motion from a start settles on, from rest where `y[0]` is not a number; an outcome."""
+    system, starts = flow.systems[0], np.empty((3, len(y)))
+    fill_starts(system, flow.works[0], starts)
+    if isnan(y[0]):
+        copy(starts[0], y)
+    row[places.MISS], outcome = settle_from(flow, leg, y, starts[2], 2 if is_mirrored(system) else 1)
+    return outcome
 
 
 @inner
@@ -473,6 +424,14 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
     fill_energies(system, leg, held, sums[0], row)
 
 
+@inner
+def name_solver(flow: Any, leg: Any, closed: int, row: FloatArray) -> None:
+    """Name the solver of an orbit that is Den Hartog's, from one turn to the next without a stop."""
+    system, straight = flow.systems[0], flow.works[0].signature == 1 + TURN_OF and leg.sign < 0.0
+    if closed != NEVER_CLOSED and row[places.OUTCOME] == PERIODIC and straight and is_plain(system) and system.limit[0]:
+        row[places.SOLVER] = places.CLOSED_FORM if system.harmonics == 1 else places.EXACT
+
+
 @entry
 def solve(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, rows: FloatArray, left: float) -> None:
     """Fill the rows (k, ROW) of the steady states that rest settles on, of the systems of a flow, each by itself.
@@ -487,8 +446,9 @@ def solve(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, rows
         given = begin_row(one, leg, rows[k])
         found = simple(one, leg, starts, ys[k], closed, rows[k])
         if found == AWAITED:
-            found = shot(one, leg, starts[: 3 if one.systems[0].sliders else 2], ys[k], closed, rows[k])
+            found = shot(one, leg, starts[: 3 if one.systems[0].sliders else 2], ys[k], rows[k])
         end_row(one, leg, ys[k], found, given, sums, rows[k])
+        name_solver(one, leg, closed, rows[k])
 
 
 @entry
@@ -499,7 +459,8 @@ def wait_for(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, r
         one = Carrier(flow.systems[k : k + 1], flow.works, flow.pieces, flow.run, flow.account)
         flow.works[0].left = left
         given = begin_row(one, leg, rows[k])
-        end_row(one, leg, ys[k], wait(one, leg, ys[k], closed, rows[k]), given, sums, rows[k])
+        end_row(one, leg, ys[k], wait(one, leg, ys[k], rows[k]), given, sums, rows[k])
+        name_solver(one, leg, closed, rows[k])
 
 
 @entry

@@ -31,7 +31,7 @@ TURN_OF, UPWARDS, DOWNWARDS = 0, 1, 2  # what ends a phase: slip of a contact, o
 WINDOW = 8.0  # over the fastest rate: derivatives are bounded over so long at first
 SHORT = 1.5  # the same where their bounds grow: under a sampled base, and next to resonance
 STILL = 1e-12  # over the size of the motion: a slower contact stands
-BARELY = 1e-11  # over the accelerations: a contact so little pushed stays where it is
+BARELY = 1e-11  # over the masses' accelerations: a contact so little pushed stays where it is
 IDLE = 8  # events in a row at one moment, and as many for each contact and slider, that no motion has
 EVENTS = 400.0  # in a natural period and contact that no motion has
 
@@ -120,16 +120,6 @@ def accelerate(system: Any, work: Any, slot: int) -> None:
 
 
 @inner
-def relative_acceleration(system: Any, work: Any, c: int) -> float:
-    """Return a contact's acceleration over the largest of the masses'."""
-    found, size = -system.follow[c] * work.f[2], 1.0
-    for a in range(system.masses):
-        found += system.row[c, a] * work.acceleration[1, a]
-        size = max(size, abs(work.acceleration[1, a]))
-    return found / size
-
-
-@inner
 def settle(system: Any, work: Any) -> int:
     """Decide which rigid contacts at rest hold: as many as can. Return the phase's slot; negative: none.
 
@@ -206,7 +196,11 @@ def _is_consistent(system: Any, work: Any) -> bool:
         if not work.resting[c]:
             continue
         if work.side[c] != 0:
-            if c != work.breaking and work.side[c] * relative_acceleration(system, work, c) < -BARELY:
+            found, size = -system.follow[c] * work.f[2], 1.0
+            for a in range(system.masses):
+                found += system.row[c, a] * work.acceleration[1, a]
+                size = max(size, abs(work.acceleration[1, a]))
+            if c != work.breaking and work.side[c] * found < -BARELY * size:
                 return False
             continue
         margin = 0.5 * STILL * (work.upper[c] - work.lower[c])
@@ -404,29 +398,6 @@ def pulls(system: Any, work: Any) -> bool:
 
 
 @inner
-def turn_back(system: Any, work: Any, c: int) -> None:
-    """Let what slips of a contact hold, if it can: its speed has come to zero."""
-    side = work.side[c]
-    work.side[c], work.resting[c] = 0, 1 if is_rigid(system, c) else 0
-    for i in range(system.first[c], system.first[c + 1]):
-        if work.slips[i]:
-            work.slips[i] = 0
-            relax(system, work, c, i, float(side))
-        work.lead[c, UPWARDS if side > 0 else DOWNWARDS] = 2
-
-
-@inner
-def give_way(system: Any, work: Any, c: int, side: int) -> None:
-    """Let the sliders of a contact slip whose threshold is met."""
-    threshold = work.upper[c] if side > 0 else work.lower[c]
-    work.side[c] = side
-    for i in range(system.first[c], system.first[c + 1]):
-        late = side * (gives_way(system, work, c, i, float(side))[0] - threshold)
-        if not work.slips[i] and late <= 1e-14 * abs(threshold):
-            work.slips[i], work.slipped[i] = 1, 1
-
-
-@inner
 def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
     """Let a contact hold or give way at its event; tell whether it does: then contacts are to be settled."""
     for other in range(system.contacts):
@@ -434,33 +405,28 @@ def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
         for which in range(3):
             work.lead[other, which] = 0
     side, work.breaking = 1 if how == UPWARDS else -1, -1
+    first, last = system.first[c], system.first[c + 1]
     if how == TURN_OF:
-        turn_back(system, work, c)
+        side = work.side[c]
+        work.side[c], work.resting[c] = 0, 1 if is_rigid(system, c) else 0
+        for i in range(first, last):
+            if work.slips[i]:
+                work.slips[i] = 0
+                relax(system, work, c, i, float(side))
+            work.lead[c, UPWARDS if side > 0 else DOWNWARDS] = 2
     elif is_rigid(system, c):
         _, slope, bend, _ = watched(system, work, slot, c, how)
         if side * slope <= 0.0 and side * bend < 0.0:  # it touches its limit and turns back
             work.lead[c, how] = 2 if slope == 0.0 else 1
             return False
         work.resting[c], work.breaking = side, c
-    else:
-        give_way(system, work, c, side)
+    else:  # what meets its threshold gives way
+        threshold, work.side[c] = work.upper[c] if side > 0 else work.lower[c], side
+        for i in range(first, last):
+            late = side * (gives_way(system, work, c, i, float(side))[0] - threshold)
+            if not work.slips[i] and late <= 1e-14 * abs(threshold):
+                work.slips[i], work.slipped[i] = 1, 1
     return True
-
-
-@inner
-def record(system: Any, work: Any, pieces: FloatArray, length: float) -> None:
-    """Write a piece that has come to its end, if there is space, and count it."""
-    at, n, contacts = work.count, system.masses, system.contacts
-    work.count += 1
-    if at >= len(pieces):
-        return
-    pieces[at, 0], pieces[at, 1] = work.tau, length
-    for a in range(n):
-        pieces[at, 2 + a], pieces[at, 2 + n + a] = work.q[a], work.v[a]
-    for c in range(contacts):
-        pieces[at, 2 + 2 * n + c] = work.kappa[c]
-        pieces[at, 2 + 2 * n + contacts + c] = work.offset[c]
-        pieces[at, 2 + 2 * n + 2 * contacts + c] = float(work.side[c])
 
 
 @inner
@@ -479,31 +445,32 @@ def start_account(system: Any, work: Any, tangent: bool) -> None:
 
 
 @inner
-def account_way(system: Any, work: Any) -> None:
-    """Add the way slipped in a phase that has ended; widen the range of the masses."""
-    for c in range(system.contacts):
-        if work.side[c] != 0:
-            work.path += abs(place_of(system, work.q, c, work.f[0]) - work.place[c])
-    for a in range(system.masses):
-        work.high[a], work.low[a] = max(work.high[a], work.q[a]), min(work.low[a], work.q[a])
-
-
-@inner
 def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float, tangent: bool) -> None:
-    """Carry the state at hand, and the derivative, over a piece of a phase; record it."""
-    record(system, work, pieces, length)
+    """Carry the state at hand, and the derivative, over a piece of a phase; record and count it."""
+    at, n, contacts = work.count, system.masses, system.contacts
+    work.count += 1
+    if at < len(pieces):
+        pieces[at, 0], pieces[at, 1] = work.tau, length
+        for a in range(n):
+            pieces[at, 2 + a], pieces[at, 2 + n + a] = work.q[a], work.v[a]
+        for c in range(contacts):
+            pieces[at, 2 + 2 * n + c], pieces[at, 2 + 2 * n + contacts + c] = work.kappa[c], work.offset[c]
+            pieces[at, 2 + 2 * n + 2 * contacts + c] = float(work.side[c])
     modes_at(system, work, slot, length)
     if tangent:
         flow_over(system, work, slot)
         carry_jacobian(system, work)
-    for a in range(system.masses):
+    for a in range(n):
         work.q[a], work.v[a] = work.now_q[a], work.now_v[a]
-    account_way(system, work)
+        work.high[a], work.low[a] = max(work.high[a], work.q[a]), min(work.low[a], work.q[a])
+    for c in range(contacts):
+        if work.side[c] != 0:
+            work.path += abs(place_of(system, work.q, c, work.f[0]) - work.place[c])
     work.tau += length
-    c = system.cubic  # of a sampled base: about the later time
-    c[0] += length * (c[1] + length * (c[2] + length * c[3]))
-    c[1] += length * (2.0 * c[2] + 3.0 * length * c[3])
-    c[2] += 3.0 * length * c[3]
+    base = system.cubic  # of a sampled base: about the later time
+    base[0] += length * (base[1] + length * (base[2] + length * base[3]))
+    base[1] += length * (2.0 * base[2] + 3.0 * length * base[3])
+    base[2] += 3.0 * length * base[3]
 
 
 @inner
@@ -545,8 +512,19 @@ def event_row(system: Any, work: Any, slot: int, c: int, how: int) -> None:
     n, form, sign = system.masses, work.form, sign_of(work, c, how)
     for k in range(2 * n + system.sliders):
         form[k] = 0.0
-    if is_rigid(system, c) and how != TURN_OF:
-        held_row(system, work, slot, c, how)
+    if is_rigid(system, c) and how != TURN_OF:  # of what it can bear more than it does
+        by_load = ratio_of(system, c, how == UPWARDS) * system.limit[c] * system.gradient[c]
+        for a in range(n):
+            form[a] = by_load * system.row[c, a]
+        for b in range(n):
+            grip = sign * work.phases.grip[slot, c, b]
+            for a in range(n):
+                form[a] -= grip * work.phases.stiffness[slot, b, a]
+                form[n + a] -= grip * system.damping[b, a]
+            for other in range(system.contacts):
+                for i in range(system.first[other], system.first[other + 1]):
+                    if not work.slips[i]:
+                        form[2 * n + i] += grip * system.row[other, b] * system.spring[i]
         return
     for a in range(n):
         form[n + a if how == TURN_OF else a] = sign * system.row[c, a]
@@ -556,24 +534,6 @@ def event_row(system: Any, work: Any, slot: int, c: int, how: int) -> None:
         if how != TURN_OF and not work.slips[i] and place == threshold:
             form[2 * n + i] = -sign * by_anchor
             break
-
-
-@inner
-def held_row(system: Any, work: Any, slot: int, c: int, how: int) -> None:
-    """Add, as `event_row`, of what a rigid contact can bear more than it does."""
-    n, form, sign = system.masses, work.form, sign_of(work, c, how)
-    by_load = ratio_of(system, c, how == UPWARDS) * system.limit[c] * system.gradient[c]
-    for a in range(n):
-        form[a] = by_load * system.row[c, a]
-    for b in range(n):
-        grip = sign * work.phases.grip[slot, c, b]
-        for a in range(n):
-            form[a] -= grip * work.phases.stiffness[slot, b, a]
-            form[n + a] -= grip * system.damping[b, a]
-        for other in range(system.contacts):
-            for i in range(system.first[other], system.first[other + 1]):
-                if not work.slips[i]:
-                    form[2 * n + i] += grip * system.row[other, b] * system.spring[i]
 
 
 @inner

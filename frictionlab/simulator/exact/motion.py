@@ -55,7 +55,6 @@ WORK = np.dtype(
         ("crest", "f8", (3,)),  # bounds of the third to fifth derivative of the base
         ("at", "f8"),  # time after the begin for which the modes are written
         ("start", "c16", (_D,)),
-        ("steady", "c16", (_D,)),
         ("forced", "c16", (_D, 4)),  # of a sampled base, polynomial force on each mode
         ("rest", "f8", (_N,)),  # what held contacts fix
         ("lasting", "c16", (_D,)),  # (e^(rate t) - 1) / rate of each mode
@@ -72,9 +71,6 @@ WORK = np.dtype(
         ("net", "f8", (_N,)),  # of forces on the masses
         ("shift", "f8", (_J,)),  # by how much an event comes earlier, for each column of the derivative
         ("jacobian", "f8", (_J, _J)),  # rows q (n), v (n), anchors (s)
-        ("rates", "c16", (_D + _H,)),  # of the exponentials that the phase's motion is the sum of
-        ("speeds", "c16", (_N, _D + _H)),  # their amplitudes in the masses' velocities
-        ("wave", "c16", (4, _D + _H)),  # and in a force, the base, its rate, a slip
     ]
 )
 """Where a run writes: the state it is in, the motion of its phase, the derivative of its end by its start."""
@@ -201,7 +197,7 @@ def constant_forces(system: Any, work: Any, i: int) -> None:
 
 @inner
 def begin_mode(system: Any, work: Any, i: int, j: int) -> None:
-    """Write where a mode starts, and what it tends to under constant forces or, under a sampled base, its force."""
+    """Write where a mode starts, less what it tends to, and under a sampled base its polynomial force."""
     phases = work.phases
     rate, constant, start = phases.rate[i, j], 0.0j, 0.0j
     for a in range(system.masses):
@@ -209,28 +205,19 @@ def begin_mode(system: Any, work: Any, i: int, j: int) -> None:
         start += phases.entry[i, j, a] * work.q[a] + phases.entry[i, j, MASSES + a] * work.v[a]
     work.fastest = max(work.fastest, modulus(rate))
     if system.harmonics == 0:
-        work.steady[j], work.start[j] = constant, start
-        _cubic_force(system, work, i, j)
+        work.start[j], c = start, system.cubic
+        values = (c[0], c[1], 2.0 * c[2], 6.0 * c[3], 0.0, 0.0)  # the base's derivatives; coefficients of t^k / k!
+        for k in range(4):
+            f, df, ddf = complex(values[k]), complex(values[k + 1]), complex(values[k + 2])
+            work.forced[j, k] = mode_force(system, phases, i, j, f, df, ddf)
+        work.forced[j, 0] += constant
         return
-    work.steady[j] = -constant / rate
-    start -= work.steady[j]
+    start += constant / rate
     for m in range(system.harmonics):
         if phases.near[i, j, m] == 0:
             start -= phases.fore[i, j, m] * work.line[m]
         start -= phases.back[i, j, m] * work.line[m].conjugate()
     work.start[j] = start
-
-
-@inner
-def _cubic_force(system: Any, work: Any, i: int, j: int) -> None:
-    """Write the polynomial by which a sampled base, and what is constant, drives a mode: coefficients of t^k / k!."""
-    c = system.cubic
-    values = (c[0], c[1], 2.0 * c[2], 6.0 * c[3], 0.0, 0.0)  # the base's derivatives at the begin
-    for k in range(4):
-        work.forced[j, k] = mode_force(
-            system, work.phases, i, j, complex(values[k]), complex(values[k + 1]), complex(values[k + 2])
-        )
-    work.forced[j, 0] += work.steady[j]
 
 
 @inner

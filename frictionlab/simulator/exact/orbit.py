@@ -18,7 +18,18 @@ from frictionlab.simulator.compiled import inner
 from frictionlab.simulator.exact.account import ACCOUNT
 from frictionlab.simulator.exact.flow import RUNNER
 from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED
-from frictionlab.simulator.row import CHATTERED, COSTLY, NOT_FOUND, PARTING, PERIODIC, PULLING, RUNAWAY, STUCK, UPCOMING
+from frictionlab.simulator.row import (
+    CHATTERED,
+    COSTLY,
+    NOT_FOUND,
+    PARTING,
+    PATIENCE,
+    PERIODIC,
+    PULLING,
+    RUNAWAY,
+    STUCK,
+    UPCOMING,
+)
 
 TURN = 2.0 * pi
 STEPS = 60  # of Newton's method to the only orbit
@@ -28,7 +39,6 @@ SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
 SECTIONS = 4  # phases of the drive from which the only orbit is tried
 LONGEST = 512  # cycles of the longest orbit looked for
 LONGEST_ELASTIC = 128
-PATIENCE = 4096  # cycles waited for
 ENOUGH = 1024  # of them for a motion whose neighbours do not draw nearer
 WINDOW = 256  # cycles over which that is judged
 PARTED = 8.0  # e-fold growth over the window by which a motion does not repeat
@@ -49,6 +59,13 @@ class Carrier(NamedTuple):
     pieces: FloatArray
     run: Any = RUNNER
     account: Any = ACCOUNT
+
+
+@inner
+def copy(values: FloatArray, to: FloatArray) -> None:
+    """Write values into another array."""
+    for k in range(len(to)):
+        to[k] = values[k]
 
 
 @inner
@@ -180,8 +197,7 @@ def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatA
         matrix[i, size] = image[which[i]] - y[which[i]]
     if not solve_linear(matrix, size, 0.0):
         return False
-    for k in range(len(y)):
-        target[k] = y[k]
+    copy(y, target)
     for i in range(size):
         target[which[i]] += matrix[i, size]
         if not abs(target[which[i]]) < 1e150:
@@ -212,8 +228,7 @@ def shoot(flow: Any, leg: Any, y: FloatArray, patience: float) -> tuple[float, i
         if patience <= 0.0:
             return miss, carry(flow, leg, y, image, True)
         for _ in range(turns):
-            for k in range(len(y)):
-                y[k] = image[k]
+            copy(image, y)
             code = carry(flow, leg, y, image, True)
             if code != DONE:
                 return miss, code
@@ -240,8 +255,8 @@ def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float) 
             trial[k] = y[k] + share * (target[k] - y[k])
         less = distance(system, trial, ahead) if carry(flow, leg, trial, ahead, True) == DONE else inf
         if less < (1.0 - 0.5 * share) * miss:
-            for k in range(size):
-                y[k], image[k] = trial[k], ahead[k]
+            copy(trial, y)
+            copy(ahead, image)
             return less
         share *= 0.25
         if miss <= 1e-13 * extent + 1e-15 * drive_size(system):
@@ -271,13 +286,20 @@ def multiplier(system: Any, work: Any) -> float:
             first[i, j] = power[i, j] = work.jacobian[which[i], which[j]]
     grown, weight = 0.0, 1.0
     for _ in range(SQUARINGS):  # the 2^m-th root is what remains of the norm
-        norm = largest(power.ravel())
+        norm = 0.0
+        for value in power.ravel():
+            norm = max(norm, abs(value))
         if norm == 0.0:
             return 0.0
         grown += weight * log(norm)
         weight *= 0.5
         power = squared(power, 1.0 / norm)
-    return exp(grown) * sign_of(first, power, exp(grown))
+    radius, own, mapped = exp(grown), 0.0, 0.0  # what is left of the map is `radius` times this power, or minus that
+    for i in range(size):
+        own += power[i, i]
+        for j in range(size):
+            mapped += first[i, j] * power[j, i]
+    return -radius if own != 0.0 and abs(mapped + radius * own) <= 1e-6 * radius * abs(own) else radius
 
 
 @inner
@@ -293,29 +315,6 @@ def squared(matrix: FloatArray, share: float) -> FloatArray:
 
 
 @inner
-def largest(values: FloatArray) -> float:
-    """Return the largest size of some numbers."""
-    found = 0.0
-    for value in values:
-        found = max(found, abs(value))
-    return found
-
-
-@inner
-def sign_of(first: FloatArray, power: FloatArray, radius: float) -> float:
-    """Return -1 where the eigenvalue that a power of a matrix is left with is negative, else 1."""
-    size, best, away, most = len(first), 0, 0.0, largest(power.ravel())
-    while best < size - 1 and largest(power[:, best].copy()) < most:
-        best += 1
-    for i in range(size):
-        image = radius * power[i, best]
-        for j in range(size):
-            image += first[i, j] * power[j, best]
-        away = max(away, abs(image))
-    return -1.0 if away <= 1e-6 * radius * most else 1.0
-
-
-@inner
 def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[float, int]:
     """Find the one orbit of a problem whose motions only draw nearer, from rest or another of some starts (k, size).
 
@@ -328,12 +327,10 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
         rubs = rubs or system.limit[c] > 0.0
     for attempt in range(len(starts) + SECTIONS - 1):
         leg.tau = 0.7 * max(0, attempt + 1 - len(starts))
-        for k in range(len(y)):
-            y[k] = starts[attempt if attempt < len(starts) else 0, k]
+        copy(starts[attempt if attempt < len(starts) else 0], y)
         for _ in range(2 if attempt == 0 or attempt >= len(starts) else 0):
             carry(flow, leg, y, image, False)
-            for k in range(len(y)):
-                y[k] = image[k]
+            copy(image, y)
         miss, code = shoot(flow, leg, y, inf)
         idle = attempt == 0 and not rubs and distance(system, starts[0], starts[1]) > 0.0  # the next start is the orbit
         if code != DONE or (miss <= 1e-12 * size_of(system, work, y) + 1e-14 * drive_size(system) and not idle):
@@ -377,8 +374,8 @@ def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
     image, later, target, ahead, orbit = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     code = carry(flow, leg, y, later, True)
     passed, radius = work.signature, abs(multiplier(system, work))
-    for k in range(size):
-        orbit[k], image[k] = y[k], later[k]
+    copy(y, orbit)
+    copy(later, image)
     miss, extent = distance(system, orbit, image), size_of(system, work, y)
     floor = 1e-12 * extent + 1e-14 * drive_size(system)
     if code != DONE:
@@ -394,8 +391,8 @@ def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
             code = carry(flow, leg, orbit, image, True)
             break
         radius = abs(multiplier(system, work))
-        for k in range(size):
-            orbit[k], image[k] = target[k], ahead[k]
+        copy(target, orbit)
+        copy(ahead, image)
         miss = less
     for k in range(size):
         bent = later[k] - orbit[k]
@@ -450,12 +447,12 @@ def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
 
 
 @inner
-def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, int]:
+def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: int) -> tuple[float, int]:
     """Find the orbit that the motion from a state at tau = 0 settles on; return its miss and an outcome.
 
     Trials may cost half of the cycles followed, and each period is tried again only when the motion has come ten times
     nearer. PARTING: motions beside it move apart, and the miss is their growth in a cycle. UPCOMING: a stable orbit is
-    near, but the motion was not seen to settle on it.
+    near, but the motion was not seen to settle on it; `forced`: the motion without friction.
     """
     system, work, size = flow.systems[0], flow.works[0], len(y)
     most = (LONGEST_ELASTIC if system.sliders else LONGEST) * each
@@ -469,10 +466,12 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, i
         if code != DONE:
             return inf, verdict_of(code)
         still = still + 1 if work.path == 0.0 else 0
-        for k in range(size):
-            y[k] = past[at % keep, k]
+        copy(past[at % keep], y)
         if still == each and system.sliders == 0 and system.masses == 1:
-            return 0.0, stopped(leg, y, each == 2 and at % 2 == 1)
+            for k in range(size):
+                y[k] = -y[k] if each == 2 and at % 2 == 1 else y[k]
+            whole(leg, 1, 1)
+            return 0.0, STUCK
         total += stretch(system, work, beside)
         passed[at % keep], grown[at % keep] = work.signature, total
         extent = size_of(system, work, y)
@@ -487,31 +486,23 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, i
         growth = parting(grown, at, each)
         if growth > 0.0:
             return growth, PARTING
-    return any_stable(flow, leg, y, each)
+    return any_stable(flow, leg, y, forced, each)
 
 
 @inner
-def stopped(leg: Any, y: FloatArray, mirrored: bool) -> int:
-    """Say that a mass stands, where it does."""
-    for k in range(len(y)):
-        y[k] = -y[k] if mirrored else y[k]
-    leg.span, leg.turns, leg.sign = TURN, 1, 1.0
-    return STUCK
-
-
-@inner
-def any_stable(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, int]:
-    """Find a stable orbit of few cycles to which Newton's method comes from a state, however far it lies."""
+def any_stable(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: int) -> tuple[float, int]:
+    """Find a stable orbit of few cycles to which Newton's method comes from a state or the forced motion, afar."""
     system, work, orbit = flow.systems[0], flow.works[0], y.copy()
-    for maps in range(1, 3):
-        whole(leg, maps * (1 if each == 1 or maps == 1 else 2), each)
-        for k in range(len(y)):
-            orbit[k] = y[k]
-        miss, code = shoot(flow, leg, orbit, 0.0)
-        near = miss <= 1e-12 * size_of(system, work, orbit) + 1e-14 * drive_size(system)
+    work.left = inf
+    for attempt in range(3):
+        whole(leg, 1 if attempt == 0 else 2 if each == 1 else 4, each)
+        if attempt == 2:
+            whole(leg, 1, 1)
+        copy(forced if attempt == 2 else y, orbit)
+        miss, code = shoot(flow, leg, orbit, 64.0 if attempt == 2 else 0.0)
+        near = miss <= (1e-9 if attempt == 2 else 1e-12) * size_of(system, work, orbit) + 1e-14 * drive_size(system)
         if code == DONE and near and abs(multiplier(system, work)) <= 1.0 + 1e-9:
-            for k in range(len(y)):
-                y[k] = orbit[k]
+            copy(orbit, y)
             return miss, UPCOMING
     return inf, NOT_FOUND
 

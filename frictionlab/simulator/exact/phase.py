@@ -138,13 +138,7 @@ def _constrain_one(system: Any, phases: Any, i: int) -> None:
 
 
 def make_phase(systems: Any, works: Any) -> None:
-    """Make the phase that a run has missed, of several masses.
-
-    Raises
-    ------
-    SimulationError
-        A direction has no stiffness left, or a mode is critically damped.
-    """
+    """Make the phase that a run has missed, of several masses; refuse one without stiffness, or critically damped."""
     system, phases = systems[0], works[0]["phases"]
     n, c = int(system["masses"]), int(system["contacts"])
     i = int(phases["missing"]) - 1

@@ -1,11 +1,11 @@
 """The exact flow as Python calls it: steady states and motions of one mass or many, by linear phases between events."""
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import ceil, inf, nan, pi
-from typing import Any
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,45 +29,35 @@ from frictionlab.simulator.exact.phase import (
     SLOTS,
     STEEP,
     SYSTEM,
+    TIRED,
     make_phase,
 )
 from frictionlab.simulator.meter import EXACT_STATE, LOOKS, Meter
 from frictionlab.simulator.motion import Motion, Timeline, cycles_of
+from frictionlab.simulator.notes import SLOW, Note
 from frictionlab.simulator.problem import Base, Problem
-from frictionlab.simulator.state import SteadyState, from_numbers
+from frictionlab.simulator.state import ContactNumbers, Outcome, Regime, SteadyState, from_numbers
 from frictionlab.simulator.structure import Contact, Structure
 
 announce("frictionlab.simulator.exact.answer")
 
 TURN = 2.0 * pi
 TOUCH = 1e-13  # rad: a shorter stick is no stop
+CREEP = 1e-10  # Y in a cycle: a contact that slips no further is at rest, at the edge of where it holds
 PIECES = 512  # recorded at first
 MOST_PIECES = 1 << 22
-_OWN = threading.local()
 CLOSED = {"auto": answer.AUTO, "closed-form": answer.CLOSED_ONLY, "exact": answer.NEVER_CLOSED}
+_OWN = threading.local()
 
 
 def iwan_sliders(stiffness: float, beta: float, count: int, chi: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return stiffness and strength of sliders whose slip lengths phi have the density R phi^chi up to phi_max.
 
-    Total stiffness and strength are those of the whole distribution,
-    ``kappa = R phi_max^(chi + 1) / (chi + 1)`` and ``beta = R phi_max^(chi + 2) / (chi + 2)``, hence
-    ``phi_max = beta (chi + 2) / (kappa (chi + 1))`` (D. J. Segalman's four-parameter model without its jump).
-    The distribution is cut at ``phi_max (i / N)^(2 / (chi + 2))``; each piece becomes one slider with the piece's own
-    stiffness and strength. So the force of a first loading is met exactly at each cut, and its largest error between
-    two cuts, about R phi^chi width^2 / 8, is about the same in all pieces: ``beta / (2 (chi + 2) N^2)``.
-
-    Parameters
-    ----------
-    stiffness, beta : float
-        All sliders together, over k and over k Y.
-    count : int
-    chi : float
-        Exponent, -1 < chi <= 0.
-
-    Returns
-    -------
-    stiffness, strength : tuple of float
+    Total stiffness and strength are those of the whole distribution, ``kappa = R phi_max^(chi + 1) / (chi + 1)`` and
+    ``beta = R phi_max^(chi + 2) / (chi + 2)`` (D. J. Segalman's four-parameter model without its jump, -1 < chi <= 0).
+    It is cut at ``phi_max (i / N)^(2 / (chi + 2))``; each piece becomes one slider with the piece's own stiffness and
+    strength. So the force of a first loading is met exactly at each cut, and its largest error between two is about the
+    same in all pieces: ``beta / (2 (chi + 2) N^2)``.
 
     Examples
     --------
@@ -84,12 +74,8 @@ def iwan_sliders(stiffness: float, beta: float, count: int, chi: float) -> tuple
     )
 
 
-def sliders_of(contact: Problem | Contact) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return stiffness and friction force of a contact's elastic sliders; none: it is rigid."""
-    return _sliders(dict(zip((p.name for p in contact.law.parameters), contact.numbers, strict=True)))
-
-
-def _sliders(numbers: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def sliders_of(numbers: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return stiffness and friction force of a contact's elastic sliders, by its parameters; none: it is rigid."""
     stiffness, beta = numbers.get("stiffness_ratio"), numbers["beta"]
     if stiffness is None:
         return (), ()
@@ -98,98 +84,79 @@ def _sliders(numbers: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[flo
     return (stiffness,), (beta,)
 
 
-def system_of(structure: Structure) -> Any:
-    """Return a structure as the compiled flow takes it: a record in an array of length 1.
+def system_of(what: Problem | Structure) -> Any:
+    """Return a problem, or a structure, as the compiled flow takes it: a record in an array of length 1.
 
-    Raises
-    ------
-    SimulationError
-        It has more masses, contacts, sliders or harmonics than there is space for, or rigid contacts hold a mass twice
-        over.
+    Refuses more masses, contacts, sliders or harmonics than there is space for, and what rigid contacts hold twice
+    over.
     """
-    r, n, contacts = structure.r, structure.masses, structure.contacts
-    rows = np.array([structure.row(contact) for contact in contacts]).reshape(-1, n)
+    if isinstance(what, Problem):
+        values = what.parameters | {"r": what.r}
+        return systems_of({name: np.array([value]) for name, value in values.items()}, what.wall, what.base)
+    r, n, contacts = what.r, what.masses, what.contacts
+    rows = np.array([what.row(contact) for contact in contacts]).reshape(-1, n)
     follow = np.array([float(contact.against == "base") for contact in contacts])
+    dashpot = np.array([2.0 * r * contact.parameter("contact_damping_ratio") for contact in contacts])
+    _refuse_more("masses", n, MASSES)
+    _refuse_more("contacts", len(contacts), CONTACTS)
     systems = record_of(SYSTEM)
     system = systems[0]
-    _set_contacts(system, contacts)
-    _refuse_more("harmonics of the base", structure.base.harmonics, HARMONICS)
-    system["harmonics"] = structure.base.harmonics
-    system["lines"][: structure.base.harmonics] = structure.base.lines
-    dashpot = np.array([2.0 * r * contact.parameter("contact_damping_ratio") for contact in contacts])
-    rigid = [i for i, contact in enumerate(contacts) if not sliders_of(contact)[0]]
+    system["masses"], system["contacts"], system["r"] = n, len(contacts), r
+    for number, contact in enumerate(contacts):
+        _set_sliders(system, number, contact.parameters)
+        system["limit"][number], system["gradient"][number] = contact.beta, contact.parameter("gradient")
+        system["up"][number], system["down"][number] = contact.static_ratios
+    rigid = [i for i in range(len(contacts)) if system["first"][i] == system["first"][i + 1]]
     bound = np.column_stack((rows, follow))[rigid]
     if len(bound) and np.linalg.matrix_rank(bound) < len(bound):
         raise SimulationError(
             "structure: rigid contacts hold a mass twice over, and what each carries is not determined; do: give"
             " one of them the term compliance"
         )
-    _refuse_more("masses", n, MASSES)
-    system["masses"], system["r"] = n, r
-    system["row"][: len(rows), :n], system["follow"][: len(rows)] = rows, follow
-    system["dashpot"][: len(rows)] = dashpot
-    system["inertia"][:n, :n] = r * r * structure.mass
-    system["mobility"][:n, :n] = np.linalg.inv(r * r * structure.mass)
-    system["damping"][:n, :n] = r * structure.damping + rows.T @ (dashpot[:, None] * rows)
-    system["stiffness"][:n, :n] = structure.stiffness
-    system["push"][:n, 0] = structure.stiffness.sum(axis=1)
-    system["push"][:n, 1] = r * structure.damping.sum(axis=1) + rows.T @ (dashpot * follow)
+    _set_base(systems, what.base)
+    system["row"][: len(rows), :n], system["follow"][: len(rows)], system["dashpot"][: len(rows)] = (
+        rows,
+        follow,
+        dashpot,
+    )
+    system["inertia"][:n, :n] = r * r * what.mass
+    system["mobility"][:n, :n] = np.linalg.inv(r * r * what.mass)
+    system["damping"][:n, :n] = r * what.damping + rows.T @ (dashpot[:, None] * rows)
+    system["stiffness"][:n, :n] = what.stiffness
+    system["push"][:n, 0] = what.stiffness.sum(axis=1)
+    system["push"][:n, 1] = r * what.damping.sum(axis=1) + rows.T @ (dashpot * follow)
     return systems
-
-
-def _set_contacts(system: Any, contacts: tuple[Contact, ...]) -> None:
-    """Write the numbers of contacts and their sliders into a record."""
-    _refuse_more("contacts", len(contacts), CONTACTS)
-    system["contacts"] = len(contacts)
-    for number, contact in enumerate(contacts):
-        _set_sliders(system, number, *sliders_of(contact))
-        system["limit"][number], system["gradient"][number] = contact.beta, contact.parameter("gradient")
-        system["up"][number], system["down"][number] = contact.static_ratios
-
-
-def _refuse_more(name: str, count: int, most: int) -> None:
-    if count > most:
-        raise SimulationError(f"structure: {name}; expected at most {most}; got {count}; do: leave some out")
-
-
-def system_of_one(problem: Problem) -> Any:
-    """Return a problem as the compiled flow takes it: one mass, one contact."""
-    values = problem.parameters | {"r": problem.r}
-    return systems_of({name: np.array([value]) for name, value in values.items()}, problem.wall, problem.base)
 
 
 def systems_of(values: Mapping[str, FloatArray], wall: str, base: Base) -> Any:
     """Return problems of one law, whose numbers (k,) are given by name, as the compiled flow takes them (k,)."""
-    r, beta = values["r"], values["beta"]
-    systems, moves = record_of(SYSTEM, len(r)), wall == "base"
-    contact = values.get("contact_damping_ratio", 0.0)
-    frame = values.get("frame_damping_ratio", 0.0)
+    r, moves = values["r"], float(wall == "base")
+    contact, frame = values.get("contact_damping_ratio", 0.0), values.get("frame_damping_ratio", 0.0)
+    systems = record_of(SYSTEM, len(r))
     systems["masses"], systems["contacts"], systems["r"] = 1, 1, r
-    systems["row"][:, 0, 0], systems["follow"][:, 0] = 1.0, float(moves)
-    systems["dashpot"][:, 0] = 2.0 * contact * r
+    systems["row"][:, 0, 0], systems["follow"][:, 0] = 1.0, moves
+    systems["dashpot"][:, 0], systems["damping"][:, 0, 0] = 2.0 * contact * r, 2.0 * (contact + frame) * r
     systems["inertia"][:, 0, 0], systems["mobility"][:, 0, 0] = r * r, 1.0 / (r * r)
-    systems["damping"][:, 0, 0] = 2.0 * (contact + frame) * r
     systems["stiffness"][:, 0, 0], systems["push"][:, 0, 0] = 1.0, 1.0
-    systems["push"][:, 0, 1] = 2.0 * (frame + (contact if moves else 0.0)) * r
-    systems["limit"][:, 0] = beta
-    for field, name, otherwise in (
-        ("gradient", "gradient", 0.0),
-        ("up", "static_ratio_up", 1.0),
-        ("down", "static_ratio_down", 1.0),
-    ):
-        systems[field][:, 0] = values.get(name, otherwise)
-    _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
-    systems["harmonics"] = base.harmonics
-    systems["lines"][:, : base.harmonics] = base.lines
+    systems["push"][:, 0, 1] = 2.0 * (frame + contact * moves) * r
+    systems["limit"][:, 0], systems["gradient"][:, 0] = values["beta"], values.get("gradient", 0.0)
+    systems["up"][:, 0], systems["down"][:, 0] = (values.get(f"static_ratio_{way}", 1.0) for way in ("up", "down"))
+    _set_base(systems, base)
     if "stiffness_ratio" in values:
         for k in range(len(r)):
-            springs, strengths = _sliders({name: float(numbers[k]) for name, numbers in values.items()})
-            _set_sliders(systems[k], 0, springs, strengths)
+            _set_sliders(systems[k], 0, {name: float(numbers[k]) for name, numbers in values.items()})
     return systems
 
 
-def _set_sliders(system: Any, contact: int, springs: Sequence[float], strengths: Sequence[float]) -> None:
+def _set_base(systems: Any, base: Base) -> None:
+    _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
+    systems["harmonics"] = base.harmonics
+    systems["lines"][:, : base.harmonics] = base.lines
+
+
+def _set_sliders(system: Any, contact: int, numbers: Mapping[str, float]) -> None:
     """Write the sliders of a contact, after those of the contacts before it."""
+    springs, strengths = sliders_of(numbers)
     first = int(system["first"][contact])
     last = first + len(springs)
     _refuse_more("sliders", last, SLIDERS)
@@ -197,50 +164,79 @@ def _set_sliders(system: Any, contact: int, springs: Sequence[float], strengths:
     system["first"][contact + 1] = system["sliders"] = last
 
 
-@dataclass(frozen=True)
-class Pieces:
-    """A motion as recorded: what moves, and its pieces from event to event.
+def _refuse_more(name: str, count: int, most: int) -> None:
+    if count > most:
+        raise SimulationError(f"structure: {name}; expected at most {most}; got {count}; do: leave some out")
 
-    Parameters
-    ----------
-    systems : ndarray
-        Of length 1, of `SYSTEM`.
-    rows : ndarray of shape (m, 2 + 2 n + 3 c)
-        Of each piece: start (rad, within its cycle) and duration; at its start displacements and velocities; of each
-        contact tangent stiffness, constant force, and direction of slip (0: it holds).
-    timeline : Timeline
-        When they are.
+
+@dataclass(frozen=True)
+class Trajectory(Motion):
+    """A motion of one mass or many, piece by piece: exact between its events.
+
+    `systems`: a record of `SYSTEM` in an array. `recorded` (m, 2 + 2 n + 3 c): of each piece start (rad, within its
+    cycle) and duration; at its start displacements and velocities; of each contact tangent stiffness, constant force,
+    and direction of slip (0: it holds). `mirror`: the mirrored half of a cycle follows. `first`: the cycle it begins
+    with.
     """
 
+    problem: Problem
     systems: Any
-    rows: FloatArray
-    timeline: Timeline
+    recorded: FloatArray
+    periodic: bool
+    mirror: bool = False
+    first: int = 0
+    solver: ClassVar[str] = "exact"
 
-    @classmethod
-    def of_record(
-        cls, systems: Any, rows: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0
-    ) -> "Pieces":
-        """Build it from recorded rows, the first of them in cycle `first`; `mirror` appends the mirrored half."""
-        if mirror:
-            n, c = int(systems[0]["masses"]), int(systems[0]["contacts"])
+    @cached_property
+    def rows(self) -> FloatArray:
+        """All pieces, as `recorded` has them."""
+        rows = self.recorded + 0.0
+        if self.mirror:
+            n, c = self.masses, int(self.systems[0]["contacts"])
             flip = np.concatenate(([1.0, 1.0], np.full(2 * n, -1.0), np.ones(c), np.full(2 * c, -1.0)))
-            later = rows * flip
-            later[:, 0] += pi
-            rows = np.vstack((rows, later))
-        rows, cycle = rows + 0.0, first + cycles_of(rows[:, 0], rows[:, 1])
+            rows = np.vstack((rows, rows * flip + np.eye(1, len(flip)) * pi))
         rows.setflags(write=False)
+        return rows
+
+    @cached_property
+    def timeline(self) -> Timeline:  # type: ignore[override] # a field there
+        """When its pieces are."""
+        begin, length = self.rows[:, 0], self.rows[:, 1]
+        cycle = self.first + cycles_of(begin, length)
         cycle.setflags(write=False)
-        return cls(systems, rows, Timeline(cycle, rows[:, 0], rows[:, 1], periodic))
+        return Timeline(cycle, begin, length, self.periodic)
 
-    def at(self, tau: ArrayLike, cycle: ArrayLike | None = None) -> tuple[tuple[int, ...], FloatArray]:
-        """Return the shape of times, and displacements, velocities and contacts' forces (k, 2 n + c) at them."""
-        shape, _, index, within = self.timeline.place(tau, cycle)
-        return shape, self.within(index, within)
+    @property
+    def masses(self) -> int:
+        """Number of masses."""
+        return int(self.systems[0]["masses"])
 
-    def within(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
-        """Return the same at times within the pieces of an index."""
-        n, c = int(self.systems[0]["masses"]), int(self.systems[0]["contacts"])
-        found = np.empty((len(index), 2 * n + c))
+    @property
+    def stops(self) -> FloatArray:
+        """Begin and end of each stop, rad, shape (m, 2): times in which nothing of the first contact slips."""
+        return self.stops_of(0)
+
+    def stops_of(self, contact: int) -> FloatArray:
+        """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
+        spans = self.timeline.spans(
+            self.rows[:, 2 + 2 * self.masses + 2 * int(self.systems[0]["contacts"]) + contact] == 0.0
+        )
+        return spans[spans[:, 1] - spans[:, 0] > TOUCH]
+
+    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:  # noqa: ARG002
+        """Return x, v of the first mass and the force of the first contact (k,) at times within pieces of an index."""
+        n, found = self.masses, self._all(index, within)
+        return found[:, 0], found[:, n], found[:, 2 * n] if found.shape[1] > 2 * n else np.zeros(len(found))
+
+    def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return displacements, velocities (k, n) and forces (k, c) of all masses and contacts: see `Motion.all_at`."""
+        n, (_, _, index, within) = self.masses, self.timeline.place(np.atleast_1d(tau), None)
+        found = self._all(index, within)
+        return found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
+
+    def _all(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
+        """Displacements, velocities and contacts' forces (k, 2 n + c) at times within the pieces of an index."""
+        found = np.empty((len(index), 2 * self.masses + int(self.systems[0]["contacts"])))
         works, numbers = workspace(), np.asarray(index, np.int64)
         evaluate_all(self.systems, works, self.rows, numbers, within, found)
         while works[0]["phases"]["missing"]:
@@ -248,72 +244,14 @@ class Pieces:
             evaluate_all(self.systems, works, self.rows, numbers, within, found)
         return found
 
-    def stops(self, contact: int) -> FloatArray:
-        """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
-        n, c = int(self.systems[0]["masses"]), int(self.systems[0]["contacts"])
-        spans = self.timeline.spans(self.rows[:, 2 + 2 * n + 2 * c + contact] == 0.0)
-        return spans[spans[:, 1] - spans[:, 0] > TOUCH]
 
-
-@dataclass(frozen=True)
-class Trajectory(Motion):
-    """A motion of one problem, piece by piece: exact between its events.
-
-    Parameters
-    ----------
-    problem : Problem
-        What moves.
-    record : callable
-        Returns its pieces.
-    """
-
-    problem: Problem
-    record: Callable[[], Pieces]
-
-    @cached_property
-    def pieces(self) -> Pieces:
-        """Its pieces, made when they are asked for."""
-        return self.record()
-
-    @property
-    def timeline(self) -> Timeline:  # type: ignore[override] # a field there
-        """When its pieces are."""
-        return self.pieces.timeline
-
-    @property
-    def stops(self) -> FloatArray:
-        """Begin and end of each stop, rad, shape (m, 2): times in which nothing of the contact slips."""
-        return self.pieces.stops(0)
-
-    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
-        """Return displacement x and velocity x' of the mass at any times: see `Motion.at`."""
-        shape, found = self.pieces.at(tau, cycle)
-        return found[:, 0].reshape(shape), found[:, 1].reshape(shape)
-
-    def _evaluate(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
-        return self.pieces.within(index, within)
-
-    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
-        """Return the force of the contact on the mass, against the motion, over k Y, at any times: see `Motion.force`.
-
-        Examples
-        --------
-        >>> from frictionlab.simulator import Problem, steady_state
-        >>> steady_state(Problem(r=0.7, beta=0.5)).orbit.force([0.0, 3.0]).tolist()
-        [0.5, -0.5]
-        """
-        shape, found = self.pieces.at(tau, cycle)
-        return found[:, 2].reshape(shape)
-
-
-@dataclass(frozen=True)
-class Solved:
-    """What a search has found: its row, the numbers of contacts and masses, the pieces of the orbit (or none)."""
+class Solved(NamedTuple):
+    """What a search has found: its row, the numbers of contacts and masses, the pieces and the map of the orbit."""
 
     row: FloatArray
     numbers: Any
-    pieces: Callable[[], Pieces] | None
-    cycles: float
+    pieces: FloatArray
+    leg: Any
     spent: float  # evaluations
 
 
@@ -324,27 +262,24 @@ def solved(systems: Any, closed: int = answer.AUTO, start: FloatArray | None = N
     """
     works, legs, numbers = workspace(), record_of(orbit.LEG), record_of(NUMBERS)
     n, c, size = (int(systems[0][name]) for name in ("masses", "contacts", "sliders"))
-    rows, count, made, spent = np.empty((1, places.ROW)), PIECES, 0, 0.0
+    rows, count, made = np.empty((1, places.ROW)), PIECES, 0
     search = answer.solve if start is None else answer.wait_for
     while True:
         pieces = np.empty((count, 2 + 2 * n + 3 * c))
         ys = np.full((1, 2 * n + size), nan) if start is None else start[np.newaxis].copy()
         search(orbit.Carrier(systems, works, pieces), legs, ys, closed, numbers, rows, left)
-        code, spent = rows[0, places.OUTCOME], float(works[0]["spent"])
+        code = rows[0, places.OUTCOME]
         if code == places.LACKING:
             made = _made(systems, works, made)
         elif code == places.AWAITED:
             search = answer.wait_for
         elif code != places.OVERFULL:
-            break
+            kept = pieces[: int(works[0]["count"])]
+            return Solved(rows[0], numbers[0], kept, legs[0], float(works[0]["spent"]))
         else:
             count = int(works[0]["count"])
             if count > MOST_PIECES:
                 raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got {count}")
-    leg, found = legs[0], code in (places.PERIODIC, places.STUCK)
-    kept, mirror = pieces[: int(works[0]["count"])], bool(leg["sign"] < 0.0)
-    record = partial(Pieces.of_record, systems, kept, periodic=True, mirror=mirror) if found else None
-    return Solved(rows[0], numbers[0], record, float(leg["span"] * leg["turns"]) / TURN, spent)
 
 
 def workspace() -> Any:
@@ -369,63 +304,15 @@ def rows_of(systems: Any) -> FloatArray:
     awaited = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED)
     if awaited.size:
         found, starts = np.empty((len(awaited), places.ROW)), np.full((len(awaited), sizes), nan)
-        flow = flow._replace(systems=systems[awaited])
-        answer.wait_for(flow, legs, starts, answer.AUTO, numbers, found, inf)
+        answer.wait_for(flow._replace(systems=systems[awaited]), legs, starts, answer.AUTO, numbers, found, inf)
         rows[awaited] = found
     for k in np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL):
         rows[k] = solved(systems[k : k + 1]).row
     return rows
 
 
-def followed(systems: Any, start: FloatArray, cycles: int, keep: int, tau: float = 0.0) -> Pieces:
-    """Return the last `keep` of a number of cycles from a start (q, v, anchors) at a phase of the drive.
-
-    Raises
-    ------
-    SimulationError
-        Events do not end, or the gradient is so steep that friction would turn into a pull.
-    """
-    system, works, legs = systems[0], workspace(), record_of(orbit.LEG)
-    n, c = int(system["masses"]), int(system["contacts"])
-    works[0]["left"] = inf
-    legs[0]["tau"], legs[0]["span"], legs[0]["sign"] = tau, TURN, 1.0
-    y, image = start.copy(), start.copy()
-    if cycles > keep:
-        legs[0]["turns"] = cycles - keep
-        _carried(systems, works, np.empty((0, 0)), legs, y, image)
-        y = image.copy()
-    legs[0]["turns"] = keep
-    count = 64 + ceil(8 * keep * (max(1, int(system["harmonics"])) + 1.0 / float(system["r"])))
-    while True:
-        pieces = np.empty((min(count, MOST_PIECES), 2 + 2 * n + 3 * c))
-        _carried(systems, works, pieces, legs, y, image)
-        count = int(works[0]["count"])
-        if count <= len(pieces):
-            return Pieces.of_record(systems, pieces[:count], periodic=False, first=cycles - keep)
-        if count > MOST_PIECES:
-            raise SimulationError(
-                f"simulate: expected at most {MOST_PIECES} phases; got {count}; do: keep fewer cycles"
-            )
-
-
-def _carried(systems: Any, works: Any, pieces: FloatArray, legs: Any, y: FloatArray, image: FloatArray) -> None:
-    """Carry a state over a leg, with phases made as they are met."""
-    code, made = MISSING, 0
-    while code == MISSING:
-        code = int(answer.carry_on(orbit.Carrier(systems, works, pieces), legs, y, image, False))
-        if code == MISSING:
-            made = _made(systems, works, made)
-    _refuse(systems, code, image)
-
-
 def _made(systems: Any, works: Any, before: int) -> int:
-    """Make the phase that a run has missed; return how many were made.
-
-    Raises
-    ------
-    SimulationError
-        The motion passes more phases than are kept, so that they are made without end.
-    """
+    """Make the phase that a run has missed, unless phases are made without end; return how many were made."""
     if before >= 4 * SLOTS:
         raise SimulationError(
             f"structure: phases of {int(systems[0]['masses'])} masses; expected at most {SLOTS} in a motion; got more; "
@@ -435,29 +322,31 @@ def _made(systems: Any, works: Any, before: int) -> int:
     return before + 1
 
 
-def _refuse(systems: Any, code: int, state: FloatArray) -> None:
+def _refuse(what: Problem | Structure, code: int, state: str = "not kept") -> None:
     """Raise the named error of a run that did not come to its end."""
-    system = systems[0]
-    if code in (PULLS, STEEP):
+    contacts: Sequence[Problem | Contact] = (what,) if isinstance(what, Problem) else what.contacts
+    uneven = [n for n, contact in enumerate(contacts, 1) if contact.parameter("gradient")]
+    if code in (PULLS, STEEP) and uneven:
         raise SimulationError(
-            "simulation: gradient; expected so small that beta |gradient| < 1 and 1 + gradient z > 0 on the whole"
-            f" motion; got {system['gradient'][: int(system['contacts'])].tolist()}; do: take a smaller gradient"
+            f"simulation: contact {uneven[0]}: gradient; expected 1 + gradient z > 0 on the whole motion, and beta"
+            f" |gradient| < 1; got {contacts[uneven[0] - 1].parameter('gradient'):g}: friction would turn into a pull;"
+            " do: take a smaller gradient"
         )
     if code != DONE:
-        what = "events without end" if code == CHATTER else "more work than allowed"
+        why = "more work than allowed" if code == TIRED else "events without end"
+        numbers = ", ".join(f"beta = {contact.beta!r}" for contact in contacts)
         raise SimulationError(
-            f"simulation: {what}: r = {float(system['r'])!r}, beta = {float(system['limit'][0])!r}, "
-            f"{int(system['masses'])} masses, {int(system['contacts'])} contacts; expected at most some hundred phases"
-            f" in a cycle and natural period; got more, state at the start {state.tolist()}; do: report these numbers"
+            f"simulation: {why}: r = {what.r!r}, {numbers}; expected at most some hundred phases in a cycle and natural"
+            f" period; got more, state at the start {state}; do: report these numbers"
         )
 
 
-def steady(problem: Problem, solver: str = "auto", *, meter: Meter | None = None) -> SteadyState:
-    """Return the steady state of a problem: the closed form where it is valid ("auto", "closed-form"), else its orbit.
+def steady(what: Problem | Structure, solver: str = "auto", *, meter: Meter | None = None) -> SteadyState:
+    """Return the steady state that rest settles on: the closed form where it is valid, else the exact orbit.
 
     Parameters
     ----------
-    problem : Problem
+    what : Problem or Structure
     solver : {"auto", "closed-form", "exact"}
     meter : Meter, optional
         What a search of many steady states may still spend: this one's work is taken from it.
@@ -465,39 +354,103 @@ def steady(problem: Problem, solver: str = "auto", *, meter: Meter | None = None
     Raises
     ------
     SimulationError
-        Events do not end, or the closed form is asked for where it does not hold.
+        Events do not end, or the closed form is asked for where it does not hold; of several masses also: a gradient is
+        too steep, or rigid contacts hold a mass twice over.
     """
-    found = solved(system_of_one(problem), CLOSED[solver])
+    systems, many = system_of(what), isinstance(what, Structure)
+    found = solved(systems, answer.NEVER_CLOSED if many else CLOSED[solver])
     code = int(found.row[places.OUTCOME])
     if meter is not None:
         meter.take(EXACT_STATE + found.spent / LOOKS)
     if code == places.CHATTERED:
-        _refuse(system_of_one(problem), CHATTER, np.empty(0))
+        _refuse(what, CHATTER)
+    if many and code in (places.PULLING, places.RUNAWAY):
+        _refuse(what, PULLS)
     if solver == "closed-form" and code == places.NOT_FOUND:
         raise SimulationError(
-            f"steady state: closed form at r = {problem.r!r}, beta = {problem.beta!r}; expected continuous motion of "
-            "an undamped mass under a pure cosine (2.10); got stops, damping or harmonics; do: use solver 'exact'"
+            f"steady state: closed form at r = {what.r!r}; expected continuous motion of an undamped mass under a pure"
+            " cosine (2.10); got stops, damping or harmonics; do: use solver 'exact'"
         )
-    return _state(problem, found)
+    return _state(what, systems, found)
 
 
 def steady_from(problem: Problem, x0: float, v0: float, looks: float = inf) -> tuple[SteadyState, float]:
     """Return what the motion from a start at tau = 0 settles on, and what is left of the evaluations allowed."""
-    systems = system_of_one(problem)
+    systems = system_of(problem)
     found = solved(systems, answer.NEVER_CLOSED, rest_of(systems, x0, v0), looks)
-    return _state(problem, found), looks - found.spent
+    return _state(problem, systems, found), looks - found.spent
 
 
-def _state(problem: Problem, found: Solved) -> SteadyState:
-    orbit_of = None if found.pieces is None else Trajectory(problem, found.pieces)
-    return from_numbers(problem, found.row, orbit_of)
+def _state(what: Problem | Structure, systems: Any, found: Solved) -> SteadyState:
+    """The state of what a search has found; of several masses with the numbers of each mass and contact."""
+    problem, row, orbit_of = what if isinstance(what, Problem) else what.first_contact, found.row, None
+    if row[places.OUTCOME] in (places.PERIODIC, places.STUCK):
+        mirror = bool(found.leg["sign"] < 0.0)
+        orbit_of = Trajectory(problem, systems, found.pieces, periodic=True, mirror=mirror)
+    state = from_numbers(problem, row, orbit_of)
+    if isinstance(what, Problem):
+        return state
+    if orbit_of is None:  # what has no contacts is linear: without an orbit it is at resonance and undamped
+        linear: Outcome = "unbounded" if state.outcome == "not found" and not what.contacts else state.outcome
+        return replace(state, outcome=linear, structure=what)
+    cycles, contacts = float(found.leg["span"] * found.leg["turns"]) / TURN, []
+    for number, contact in enumerate(what.contacts):
+        energy, stuck = (float(found.numbers[name][number]) / cycles for name in ("contact", "stuck"))
+        holds = state.outcome == "stuck" or stuck >= TURN * (1.0 - 1e-12) or energy <= CREEP * contact.beta
+        stops = 0.0 if holds else float(found.numbers["stops"][number]) / cycles
+        named = (contact.mass, contact.against, contact.law.name)
+        contacts.append(ContactNumbers(*named, energy, stops, 1.0 if holds else stuck / TURN))
+    high, low = (np.asarray(found.numbers[name])[: what.masses] for name in ("high", "low"))
+    sizes = 0.5 * (high - low) if cycles >= 1.0 else np.maximum(high, -low)
+    stuck_all = bool(contacts) and all(contact.stuck_fraction == 1.0 for contact in contacts)
+    moves: Regime = "stick-slip" if any(contact.stuck_fraction for contact in contacts) else "continuous"
+    lasting = Note.FORGETS_SLOWLY * int(1.0 - abs(state.floquet_multiplier or 0.0) < SLOW)
+    return replace(
+        state,
+        outcome="stuck" if stuck_all else "periodic",
+        regime="stuck" if stuck_all else moves,
+        stops_per_cycle=contacts[0].stops_per_cycle if contacts else None,
+        stuck_fraction=contacts[0].stuck_fraction if contacts else None,
+        notes=int(lasting | Note.MAY_COEXIST * int(any(contact.weakens for contact in what.contacts))),
+        structure=what,
+        response_amplitudes=tuple(sizes.tolist()),
+        contacts=tuple(contacts),
+    )
 
 
-def run(problem: Problem, *, cycles: int, x0: float, v0: float, tau0: float, keep: int) -> Trajectory:
+def run(
+    what: Problem | Structure, *, cycles: int, keep: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0
+) -> Trajectory:
     """Carry the motion over cycles of the drive by exact phases; the last `keep` cycles are recorded."""
-    systems = system_of_one(problem)
-    pieces = followed(systems, rest_of(systems, x0, v0, tau0), cycles, keep, tau0)
-    return Trajectory(problem, lambda: pieces)
+    systems, works, legs = system_of(what), workspace(), record_of(orbit.LEG)
+    n, c, harmonics = (int(systems[0][name]) for name in ("masses", "contacts", "harmonics"))
+    works[0]["left"], legs[0]["tau"], legs[0]["span"], legs[0]["sign"] = inf, tau0, TURN, 1.0
+
+    def carried(start: FloatArray, turns: int, pieces: FloatArray) -> FloatArray:
+        """The state after so many cycles, with phases made as they are met."""
+        legs[0]["turns"], end, code, made = turns, start.copy(), MISSING, 0
+        while code == MISSING:
+            code = int(answer.carry_on(orbit.Carrier(systems, works, pieces), legs, start, end, False))
+            if code == MISSING:
+                made = _made(systems, works, made)
+        _refuse(what, code, str(end.tolist()))
+        return end
+
+    y = rest_of(systems, x0, v0, tau0)
+    if cycles > keep:
+        y = carried(y, cycles - keep, np.empty((0, 0)))
+    count = 64 + ceil(8 * keep * (max(1, harmonics) + 1.0 / what.r))
+    while True:
+        pieces = np.empty((min(count, MOST_PIECES), 2 + 2 * n + 3 * c))
+        carried(y, keep, pieces)
+        count = int(works[0]["count"])
+        if count <= len(pieces):
+            problem = what if isinstance(what, Problem) else what.first_contact
+            return Trajectory(problem, systems, pieces[:count].copy(), periodic=False, first=cycles - keep)
+        if count > MOST_PIECES:
+            raise SimulationError(
+                f"simulate: expected at most {MOST_PIECES} phases; got {count}; do: keep fewer cycles"
+            )
 
 
 def rest_of(systems: Any, x0: float = 0.0, v0: float = 0.0, tau: float = 0.0) -> FloatArray:

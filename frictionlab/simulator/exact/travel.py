@@ -21,17 +21,10 @@ def sample(flow: Any, found: FloatArray, i: int) -> None:
 
 @entry
 def travel(flow: Carrier, time: FloatArray, cubics: FloatArray, found: FloatArray) -> int:
-    """Carry the state at hand along the samples; return the number of the piece that it did not come through, or -1.
+    """Carry the state at hand along sampled times (n,); return the piece that it did not come through, or -1.
 
-    Parameters
-    ----------
-    flow : Carrier
-        Its system has no harmonics.
-    time : ndarray of shape (n,)
-    cubics : ndarray of shape (n - 1, 4)
-        Coefficients of what drives the mass, in the time from each sample on.
-    found : ndarray of shape (n, 3)
-        Displacement, velocity, force of the contact at the samples.
+    `cubics` (n - 1, 4): what drives the mass, in the time from each sample on; `found` (n, 3): displacement, velocity
+    and force of the contact at the samples.
     """
     system, work = flow.systems[0], flow.works[0]
     for i in range(len(time) - 1):

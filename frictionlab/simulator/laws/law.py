@@ -288,6 +288,11 @@ class Friction:
         return max(self.static_ratios)
 
     @property
+    def weakens(self) -> bool:
+        """Whether friction is larger at rest, falls with speed or varies along the path: then motions may coexist."""
+        return self.beta > 0.0 and any(term.weakens(self.parameters) for term in self.law.terms)
+
+    @property
     def zeta(self) -> float:
         """Damping ratio of the contact's dashpot."""
         return self.parameter("contact_damping_ratio")

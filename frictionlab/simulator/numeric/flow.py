@@ -1,10 +1,13 @@
-"""The integrated flow of a problem: it carries a state and its slopes, and records the motion."""
+"""The integrated flow of a problem: it carries a state and its slopes, and records the motion, step by step."""
 
 import functools
-from math import hypot, pi
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
+from math import hypot, inf, pi, sqrt
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
@@ -12,16 +15,144 @@ from frictionlab.simulator.compiled import callback, numba
 from frictionlab.simulator.laws import TERMS
 from frictionlab.simulator.laws.law import ContactForce
 from frictionlab.simulator.meter import Meter
-from frictionlab.simulator.motion import Timeline
+from frictionlab.simulator.motion import Motion, Nodes, Timeline
 from frictionlab.simulator.numeric import radau
-from frictionlab.simulator.numeric.motion import NumericMotion
-from frictionlab.simulator.numeric.radau import COUNT, STAGES, WIDTH, Forcing, Oscillator, Work
-from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.numeric.radau import (
+    COUNT,
+    MATRIX,
+    NODES,
+    STAGES,
+    WEIGHTS,
+    WIDTH,
+    Forcing,
+    Oscillator,
+    Work,
+    contacts,
+)
+from frictionlab.simulator.problem import Base, Problem
 
 TURN = 2.0 * pi
 FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
 CAP = 3_000_000  # steps before a run is given up
 STEPS = 256  # of a cycle that are recorded at first
+STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the contact always creeps
+DWELL = 10.0  # a stop lasts at least so many times as long as that speed, over the drive's rate: else it is a turn
+TOUCH = 1e-13  # rad: a shorter stick of a rigid contact is a touch, not a stop
+
+
+def stop_limits(problem: Problem, rate: float, own_time: float = 1.0) -> tuple[float, float, float]:
+    """Slip speed below which a contact is at rest, the shortest stop, and the longest slip that is part of one (rad).
+
+    A contact that creeps is at rest where it slips slower than 1/1000 of the drive's largest rate, or than an elastic
+    contact of the same stiffness would yield. A turn passes that speed too; a stop lasts ten times as long.
+    """
+    if problem.law.kind != "inner" or problem.beta == 0.0:
+        return 0.5, TOUCH, 0.0
+    kappa = problem.parameter("stiffness_ratio", inf)
+    share = max(STOP_SHARE, 1.0 / (1.0 + kappa))
+    return share * rate, DWELL * share * own_time, 2.0 * pi * problem.r / sqrt(1.0 + kappa)
+
+
+def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> FloatArray:
+    """Spans of time (m, 2) in which samples of slip are slow, ends by a straight line; made one across shorter gaps."""
+    size = np.abs(slip)
+    held = size < slow
+    if not held.any():
+        return np.zeros((0, 2))
+    change = np.flatnonzero(held[1:] != held[:-1])
+    at = times[change] + (slow - size[change]) / (size[change + 1] - size[change]) * (times[change + 1] - times[change])
+    edges = np.concatenate((times[:1] if held[0] else [], at, times[-1:] if held[-1] else []))
+    spans = edges.reshape(-1, 2)
+    apart = spans[1:, 0] - spans[:-1, 1] >= gap
+    begins, ends = np.concatenate(([True], apart)), np.concatenate((apart, [True]))
+    return np.column_stack((spans[begins, 0], spans[ends, 1]))
+
+
+def contact_along(law: Any, rig: Oscillator, side: FloatArray, values: FloatArray) -> FloatArray:
+    """Force of the contact on the mass, and its slip (2, ...): of states (n, 4) or (n, 4, 8), a side each of n.
+
+    At rest, side 0, neither is known from the state: both are 0 here.
+    """
+    states = np.ascontiguousarray(np.moveaxis(values, 1, -1)).reshape(-1, values.shape[1])
+    found = np.zeros((2, len(states)))
+    contacts(law, rig, np.repeat(side, len(states) // max(1, len(side))), states, found)
+    return found.reshape(2, len(side), *values.shape[2:])
+
+
+@dataclass(frozen=True)
+class NumericMotion(Motion):
+    """A motion of one problem as steps: z, v and inner states (n, 4, 8) at the nodes of each, and its side; 0: at rest.
+
+    `rig`: the law's formula, compiled, and the problem's numbers.
+    """
+
+    problem: Problem
+    timeline: Timeline
+    side: FloatArray
+    values: FloatArray
+    rig: tuple[Any, Oscillator]
+    solver: ClassVar[str] = "numeric"
+
+    @cached_property
+    def times(self) -> FloatArray:
+        """Times of all nodes, rad, shape (n, 8)."""
+        return np.asarray(self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES)
+
+    @cached_property
+    def slip(self) -> FloatArray:
+        """Speed at which the contact slips, at all nodes (n, 8)."""
+        return np.asarray(contact_along(*self.rig, self.side, self.values)[1])
+
+    @property
+    def nodes(self) -> Nodes:
+        """Those of the steps, where the motion is known without interpolation."""
+        tau, values = self.times[:, 1:], self.values[:, :, 1:]
+        x, v, force = self._seen(tau, self.side, values)
+        weight = self.timeline.duration[:, None] * MATRIX[-1]
+        return Nodes(*(part.ravel() for part in (tau, weight, x, v, force)))
+
+    def _seen(self, tau: FloatArray, side: FloatArray, values: FloatArray) -> tuple[FloatArray, ...]:
+        """Displacement, velocity and the contact's force, of states (n, 4, ...) at times (n, ...), a side each of n."""
+        z, v, problem = values[:, 0], values[:, 1], self.problem
+        held = side.reshape(-1, *(1,) * (z.ndim - 1)) == 0.0
+        force = np.where(held, Base(*problem.force).at(tau) - z, contact_along(*self.rig, side, values)[0])
+        return (
+            (z, v, force)
+            if problem.wall == "fixed"
+            else (z + problem.base.at(tau), v + problem.base.rate_at(tau), force)
+        )
+
+    def state(self, tau: ArrayLike) -> FloatArray:
+        """Return z, v and the inner states (relative to the wall) at times tau, shape (..., 4)."""
+        shape, _, index, within = self.timeline.place(tau, None)
+        return self._states(index, within).reshape(*shape, WIDTH)
+
+    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
+        """Return x, v and the contact's force (k,) at times within the steps of an index."""
+        return self._seen(tau, self.side[index], self._states(index, within))
+
+    @property
+    def stops(self) -> FloatArray:
+        """Begin and end of each stop, rad, shape (m, 2): as `stop_limits` says.
+
+        A periodic motion's stop across its end is told once, its end beyond it.
+        """
+        pairs = enumerate(zip(*self.problem.force, strict=True), 1)
+        slow, shortest, ringing = stop_limits(self.problem, sum(k * float(np.hypot(c, s)) for k, (c, s) in pairs))
+        spans = slow_times(self.times.ravel(), self.slip.ravel(), slow, ringing)
+        if self.timeline.periodic and len(spans) > 1 and spans[0, 0] == self.start and spans[-1, 1] >= self.end - 1e-12:
+            spans[-1, 1] = spans[0, 1] + self.end - self.start
+            spans = spans[1:]
+        return spans[spans[:, 1] - spans[:, 0] > shortest]
+
+    def _states(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
+        """The polynomials through the nodes' values (m, 4), at times within the steps of an index: barycentric."""
+        theta = np.clip(within / self.timeline.duration[index], 0.0, 1.0)
+        gap = theta[:, None] - NODES
+        hit = gap == 0.0
+        share = WEIGHTS / np.where(hit, 1.0, gap)
+        share = np.where(hit.any(axis=1)[:, None], hit * 1.0, share)
+        return np.asarray(np.einsum("mi,mki->mk", share, self.values[index]) / share.sum(axis=1)[:, None])
 
 
 class LostError(SimulationError):
@@ -29,23 +160,7 @@ class LostError(SimulationError):
 
 
 class Flow:
-    """The integrated flow of a problem.
-
-    Parameters
-    ----------
-    problem : Problem
-    rtol : float
-        Tolerance of a step, over the size of each component.
-    steps : int
-        How many may be tried.
-    meter : Meter, optional
-        Where steps are booked.
-
-    Raises
-    ------
-    SimulationError
-        The law has exact phases of its own.
-    """
+    """The integrated flow of a problem, to a tolerance of each step; the steps tried are booked on a meter."""
 
     def __init__(self, problem: Problem, rtol: float, *, steps: int = CAP, meter: Meter | None = None) -> None:
         self.problem, self.rtol, self.meter = problem, rtol, meter
@@ -53,13 +168,15 @@ class Flow:
         sizes = [hypot(c, s) for c, s in zip(*problem.force, strict=True)]
         bounds = [sum(k**n * c for k, c in enumerate(sizes, 1)) for n in (1, 2)]
         self.drive = Forcing(*(np.array(column, dtype=float) for column in (*problem.force, bounds)))
-        self.work = _work(self.rig.size)
-        self.work.clock.most = steps
-
-    @property
-    def scale(self) -> FloatArray:
-        """What counts as small of each component (n,): errors are relative to this and the state's own size."""
-        return self.rig.scale[: self.rig.size]
+        size, reduced = self.rig.size, STAGES * (self.rig.size - 1)
+        self.scale = self.rig.scale[:size]  # what counts as small of each component: errors are relative to it
+        shapes: tuple[tuple[int, ...], ...] = (
+            *((WIDTH, COUNT), (WIDTH, COUNT), (STAGES,), (WIDTH, STAGES), (WIDTH - 1, WIDTH, STAGES)),
+            *((reduced, reduced), (WIDTH, STAGES), (2, reduced), (2, COUNT), (0, 3 + WIDTH * COUNT)),
+        )
+        clock = np.zeros(1, radau.CLOCK).view(np.recarray)[0]
+        clock.most = steps
+        self.work = Work(np.zeros(WIDTH), np.eye(WIDTH), clock, *(np.zeros(shape) for shape in shapes))
 
     def rest_state(self, tau: float = 0.0) -> FloatArray:
         """The mass at rest with a relaxed spring, the contact unloaded; one that has an age has its steady one."""
@@ -72,14 +189,7 @@ class Flow:
     def carry(self, state: FloatArray, span: float, *, tau0: float = 0.0) -> FloatArray:
         """Return the state that another one becomes over a span of time from tau0 on.
 
-        Raises
-        ------
-        LostError
-            The motion cannot be carried on.
-        SimulationError
-            The steps allowed are used up.
-        OverspentError
-            Nothing is left on the meter.
+        Raises LostError where the motion cannot be carried on, SimulationError where the steps allowed are used up.
         """
         return self._carried(state, span, tau0, tangent=False)
 
@@ -152,17 +262,6 @@ class Flow:
             self.meter.take(float(self.work.clock.tried - before))
         if code != radau.FINE:
             raise self.failure(code, f"a motion at r = {self.problem.r!r}", f"{self.work.clock.most} steps")
-
-
-def _work(size: int) -> Work:
-    """Workspace for states of a size."""
-    reduced = STAGES * (size - 1)
-    shapes: tuple[tuple[int, ...], ...] = (
-        *((WIDTH, COUNT), (WIDTH, COUNT), (STAGES,), (WIDTH, STAGES), (WIDTH - 1, WIDTH, STAGES)),
-        *((reduced, reduced), (WIDTH, STAGES), (2, reduced), (2, COUNT), (0, 3 + WIDTH * COUNT)),
-    )
-    clock = np.zeros(1, radau.CLOCK).view(np.recarray)[0]
-    return Work(np.zeros(WIDTH), np.eye(WIDTH), clock, *(np.zeros(shape) for shape in shapes))
 
 
 @functools.cache

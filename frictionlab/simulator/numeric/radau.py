@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import announce, compiled, inlined
+from frictionlab.simulator.compiled import announce, compiled, inner
 
 STAGES, COUNT, WIDTH = 7, 8, 4  # stages and nodes of a step; z, v and up to two inner states
 PEAK = 7e-5  # largest value of the node polynomial on the step
@@ -116,7 +116,7 @@ CLOCK = np.dtype([("tried", np.int64), ("most", np.int64), ("rows", np.int64), (
 """Steps tried, and allowed; steps recorded; length of the next step, and of the last one (0: none to go on from)."""
 
 
-@inlined
+@inner
 def drive_at(drive: Forcing, t: float) -> tuple[float, float]:
     """Return F and its rate at a time."""
     cosine, sine = drive.cosine, drive.sine
@@ -134,7 +134,7 @@ def drive_at(drive: Forcing, t: float) -> tuple[float, float]:
     return value, rate
 
 
-@inlined
+@inner
 def contact_at(law: Any, rig: Oscillator, side: float, z: float, v: float, w: float, age: float) -> Any:
     """Return what the contact does (`Contact`), its dashpot apart."""
     return law(rig.own, side, rig.beta * (1.0 + rig.gradient * z), z, v, w, age)
@@ -149,7 +149,7 @@ def contacts(law: Any, rig: Oscillator, sides: FloatArray, states: FloatArray, f
             found[0, i], found[1, i] = c[0] + rig.dashpot * states[i, 1], c[5]
 
 
-@inlined
+@inner
 def rates(law: Any, rig: Oscillator, work: Work, side: float) -> None:
     """Write the rates of the trial's states at the stages, and their slopes."""
     x, rate, slopes, pull, own = work.trial, work.rate, work.slopes, work.pull, rig.own
@@ -168,7 +168,7 @@ def rates(law: Any, rig: Oscillator, work: Work, side: float) -> None:
             slopes[2, 1, i], slopes[2, 2, i], slopes[2, 3, i] = c[13], c[14], c[15]
 
 
-@inlined
+@inner
 def invert(a: FloatArray) -> bool:
     """Invert a matrix in place, by Gauss-Jordan with row exchanges; False if it is singular or not finite."""
     n = len(a)
@@ -197,7 +197,7 @@ def invert(a: FloatArray) -> bool:
     return True
 
 
-@compiled
+@inner
 def factorise(work: Work, h: float, size: int) -> bool:
     """Invert 1 - h A x J of the stages, J the slopes of their rates, with z' = v put in; False if that fails."""
     a, slopes, less = work.inverse, work.slopes, size - 1
@@ -216,7 +216,7 @@ def factorise(work: Work, h: float, size: int) -> bool:
     return invert(a)
 
 
-@inlined
+@inner
 def solve_stages(work: Work, h: float, size: int) -> None:
     """Solve the linear equations of all stages in place of their right-hand side, z by what v makes of it."""
     right, given, found, slopes = work.right, work.reduced[0], work.reduced[1], work.slopes
@@ -240,7 +240,7 @@ def solve_stages(work: Work, h: float, size: int) -> None:
             right[k + 1, i] = found[k * STAGES + i]
 
 
-@inlined
+@inner
 def correct(law: Any, rig: Oscillator, work: Work, side: float, h: float, fresh: int) -> float:
     """Correct the stages once by Newton's method; return its size over the scale, or FAILED if there is none."""
     trial, right, worst = work.trial, work.right, 0.0
@@ -262,7 +262,7 @@ def correct(law: Any, rig: Oscillator, work: Work, side: float, h: float, fresh:
     return worst
 
 
-@compiled
+@inner
 def step(law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, t: float, h: float) -> bool:
     """Solve one step from the state at t over h, from the guess in `trial`; False if Newton's method fails."""
     work.clock.tried += 1
@@ -284,7 +284,7 @@ def step(law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, t: 
     return False
 
 
-@compiled
+@inner
 def carry_tangent(work: Work, h: float, size: int) -> None:
     """Carry the slopes of the state over its start through the step just solved."""
     right, tangent = work.right, work.tangent
@@ -295,7 +295,7 @@ def carry_tangent(work: Work, h: float, size: int) -> None:
         tangent[:size, column] = right[:size, STAGES - 1]
 
 
-@inlined
+@inner
 def predict(work: Work, size: int, offset: float, ratio: float) -> None:
     """Write a first guess of the stages: the last step's polynomial, at shares offset + ratio * node of that step."""
     for i in range(1, COUNT):
@@ -316,7 +316,7 @@ def predict(work: Work, size: int, offset: float, ratio: float) -> None:
             work.trial[k, i] /= below
 
 
-@compiled
+@inner
 def error_of(rig: Oscillator, work: Work) -> float:
     """Return the size of the trial step's error over the tolerance; more than 1 if it is too long.
 
@@ -338,7 +338,7 @@ def error_of(rig: Oscillator, work: Work) -> float:
     return max(worst / rig.tolerance, widest**7)
 
 
-@inlined
+@inner
 def least_between(curve: FloatArray, part: FloatArray, begin: float, end: float) -> float:
     """Return a lower bound of a polynomial in Bernstein form between two shares of a step, by De Casteljau."""
     part[:] = curve
@@ -351,7 +351,7 @@ def least_between(curve: FloatArray, part: FloatArray, begin: float, end: float)
     return float(np.min(part))
 
 
-@compiled
+@inner
 def first_crossing(rig: Oscillator, work: Work, side: float, k: int) -> float:
     """Return the share of the trial step at which component k first falls below zero; 2 if it is proven not to."""
     trial, curve, part = work.trial, work.curve[0], work.curve[1]
@@ -373,7 +373,7 @@ def first_crossing(rig: Oscillator, work: Work, side: float, k: int) -> float:
     return begin + width
 
 
-@compiled
+@inner
 def land(
     law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, k: int, t: float, h: float, theta: float
 ) -> float:
@@ -403,7 +403,7 @@ def land(
     return length if abs(left) <= LOOSE * rig.scale[k] or h < SHORTEST_TRY else -1.0
 
 
-@compiled
+@inner
 def record(work: Work, t: float, h: float, side: float) -> None:
     """Append the step in `values` to the log, as far as there is space; count it in any case."""
     log, row = work.log, work.clock.rows
@@ -413,7 +413,7 @@ def record(work: Work, t: float, h: float, side: float) -> None:
         log[row, 3:] = work.values.reshape(WIDTH * COUNT)
 
 
-@compiled
+@inner
 def advance(
     law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, t: float, end: float, tangent: int, watched: int
 ) -> tuple[float, bool]:
@@ -456,7 +456,7 @@ def advance(
     return end + 1.0, False
 
 
-@compiled
+@inner
 def release(law: Any, rig: Oscillator, drive: Forcing, z: float, t: float, end: float) -> tuple[float, float]:
     """Return when and to which side a mass at rest at z breaks away: the first time after t, and before `end`."""
     up = rig.up * contact_at(law, rig, 1.0, z, 0.0, 0.0, 0.0)[0]
@@ -476,13 +476,13 @@ def release(law: Any, rig: Oscillator, drive: Forcing, z: float, t: float, end: 
     return end, 0.0
 
 
-@compiled
+@inner
 def acceleration(law: Any, rig: Oscillator, side: float, pull: float, z: float) -> Any:
     """Return the acceleration of a mass at rest under the force `pull`, about to slide."""
     return (pull - z - contact_at(law, rig, side, z, 0.0, 0.0, 0.0)[0]) / (rig.r * rig.r)
 
 
-@compiled
+@inner
 def rest(
     law: Any, rig: Oscillator, drive: Forcing, work: Work, t: float, end: float, before: float
 ) -> tuple[float, float]:
@@ -511,7 +511,7 @@ def rest(
     return go, side
 
 
-@compiled
+@inner
 def choose_side(law: Any, rig: Oscillator, drive: Forcing, x: FloatArray, ending: int, t: float) -> float:
     """Return the sign of the component that ends a phase, or of its rate where it is zero."""
     if x[ending] != 0.0:
@@ -567,17 +567,10 @@ def travel(
     longest: float,
     most: int,
 ) -> tuple[int, int, FloatArray]:
-    """Carry the state along a sampled drive, piece by piece from one of them on, while the log has space.
+    """Carry the state along pieces of a sampled drive, of these lengths (n,) and forces (n, 4), from the first one on.
 
-    Returns how it ended, the piece to go on with, and how many steps are recorded when each piece is over.
-
-    Parameters
-    ----------
-    lengths, pull : ndarray of shape (n,), (n, 4)
-        Length of each piece, and the force in it: coefficients over the time from its start.
-    first : int
-    longest, most : float, int
-        What is carried at once at most, rad, and the steps that may be recorded in it.
+    `longest`, `most`: what is carried at once (rad), and the steps that may be recorded in it. Returns how it ended,
+    the piece to go on with when the log has no more space, and how many steps are recorded when each piece is over.
     """
     clock, ends = work.clock, np.zeros(len(lengths))
     for i in range(first, len(lengths)):

@@ -11,12 +11,10 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
 from frictionlab.simulator.meter import STATE, WAITED_CYCLES, WAITED_STEPS, Meter
-from frictionlab.simulator.motion import energies_of
 from frictionlab.simulator.notes import COARSE, SLOW, Note
-from frictionlab.simulator.numeric.flow import TURN, Flow, LostError
-from frictionlab.simulator.numeric.motion import NumericMotion
+from frictionlab.simulator.numeric.flow import TURN, Flow, LostError, NumericMotion
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.state import SteadyState
+from frictionlab.simulator.state import SteadyState, numbers_of
 
 RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
@@ -105,7 +103,7 @@ def steady(
     begin: FloatArray | None = None
     if near is not None and isinstance(near.orbit, NumericMotion):
         begin = near.orbit.state(0.0)[: flow.rig.size]
-    elif not is_weakening(problem):
+    elif not problem.weakens:
         begin = flow.carry(flow.rest_state(), TURN)
     if begin is not None:
         found = newton(flow, begin, 1, mirrored=problem.has_mirror_image)
@@ -114,47 +112,24 @@ def steady(
     return _answer(flow, settle(flow, flow.rest_state()))
 
 
-def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
-    """Return what the motion from a displacement over Y and its rate, at tau = 0 and the contact unloaded, settles on.
-
-    Raises
-    ------
-    SimulationError
-        The law cannot be integrated with these parameters, or friction turns negative on the way.
-    """
+def steady_from(problem: Problem, x0: float, v0: float, looks: float = inf) -> tuple[SteadyState, float]:
+    """Return what the motion from displacement and rate at tau = 0, the contact unloaded, settles on; and `looks`."""
     flow = Flow(problem, RTOL, steps=MOST)
     begin = flow.rest_state()
     begin[:2] += (x0, v0)
-    return _answer(flow, settle(flow, begin))
+    return _answer(flow, settle(flow, begin)), looks
 
 
 def run(
     problem: Problem, *, cycles: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0, keep: int | None = None
 ) -> NumericMotion:
-    """Return the motion from initial conditions, the contact unloaded, as `frictionlab.simulator.simulate` has it.
-
-    Raises
-    ------
-    SimulationError
-        The law cannot be integrated with these parameters.
-
-    Examples
-    --------
-    >>> from frictionlab.simulator import Problem
-    >>> run(Problem(r=0.5, beta=0.4), cycles=3).stops.shape
-    (4, 2)
-    """
+    """Return the motion from initial conditions, the contact unloaded, as `frictionlab.simulator.simulate` has it."""
     flow, kept, begun = Flow(problem, RTOL), cycles if keep is None else keep, tau0 % TURN
     state = flow.rest_state(begun)
     state[:2] += (x0, v0)
     for _ in range(cycles - kept):
         state = flow.carry(state, TURN, tau0=begun)
     return flow.record(state, begun, kept, periodic=False, first=cycles - kept)
-
-
-def is_weakening(problem: Problem) -> bool:
-    """Whether friction may fall with speed or along the path: then motions may coexist, or last several cycles."""
-    return problem.beta > 0.0 and any(term.weakens(problem.parameters) for term in problem.law.terms)
 
 
 def _is_unbounded(flow: Flow) -> bool:
@@ -257,8 +232,8 @@ def _answer(flow: Flow, found: Orbit | None) -> SteadyState:
         return SteadyState(problem, "numeric", "not found", notes=Note.UNSETTLED | _passivity(problem))
     for _ in range(TIGHTER + 1):
         motion = flow.record(found.state, 0.0, found.cycles, periodic=True)
-        energies, off = energies_of(motion)
-        size = energies.contact + energies.frame
+        numbers = numbers_of(motion)
+        off, size = numbers["closure_error"], numbers["energies"].contact + numbers["energies"].frame
         closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
         dear = REFINING * len(motion.side) > MOST
         in_vain = off * TIGHTEN**TIGHTER > HIDDEN * size
@@ -269,34 +244,26 @@ def _answer(flow: Flow, found: Orbit | None) -> SteadyState:
         if better is None:
             break
         found = better
-    stops = motion.stops
-    resting = float(np.sum(np.diff(stops))) / (motion.end - motion.start)
-    stuck, (low, high) = resting > 1.0 - 1e-12, motion.range
+    stuck = numbers["regime"] == "stuck"
     if problem.beta > 0.0 and not stuck and off > HIDDEN * size:
         return SteadyState(problem, "numeric", "not found", notes=Note.FRICTION_HIDDEN)
     said = {
         Note.CREEPS: found.residual > ALMOST,
         Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(found.multiplier) < SLOW,
         Note.REST_STILL_FAR: not found.awaited,
-        Note.MAY_COEXIST: not stuck and found.awaited and is_weakening(problem),
+        Note.MAY_COEXIST: not stuck and found.awaited and problem.weakens,
         Note.FEWER_DIGITS: not stuck and size != 0.0 and off / size > COARSE,
     }
     return SteadyState(
         problem=problem,
         solver="numeric",
         outcome="stuck" if stuck else "periodic",
-        energies=energies,
-        response_amplitude=0.5 * (high - low),
-        stops_per_cycle=0.0 if stuck else len(stops) / found.cycles,
-        stuck_fraction=1.0 if stuck else resting,
-        regime="stuck" if stuck else "stick-slip" if len(stops) else "continuous",
         symmetric=found.mirrored or _is_symmetric(motion),
         period_cycles=found.cycles,
         floquet_multiplier=found.multiplier,
-        closure_error=off,
         residual=found.residual,
         notes=_passivity(problem) | sum(int(note) for note, is_so in said.items() if is_so),
-        orbit=motion,
+        **numbers,
     )
 
 

@@ -108,12 +108,8 @@ class BaseRecord:
 def force_of(problem: Problem, base: BaseRecord, cubics: FloatArray) -> FloatArray:
     """Return the force F in the displacement relative to the wall, while the base moves along `cubics` (n, 4).
 
-    Of a wall that moves with the base: -f''; of a fixed one: f and what the frame's dashpot adds.
-
-    Raises
-    ------
-    SimulationError
-        An acceleration of the base says nothing of where a fixed wall is.
+    Of a wall that moves with the base: -f''; of a fixed one: f and what the frame's dashpot adds. An acceleration says
+    nothing of where a fixed wall is, and is refused.
     """
     rate = cubics[:, 1:] * (1.0, 2.0, 3.0)
     if base.quantity == "acceleration":

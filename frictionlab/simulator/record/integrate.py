@@ -4,8 +4,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.numeric import RTOL, radau
-from frictionlab.simulator.numeric.flow import Flow
-from frictionlab.simulator.numeric.motion import contact_along, slow_times, stop_limits
+from frictionlab.simulator.numeric.flow import Flow, contact_along, slow_times, stop_limits
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record.base import BaseRecord, derivatives_of, force_of
 from frictionlab.simulator.record.respond import Carried

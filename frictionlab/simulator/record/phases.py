@@ -10,7 +10,7 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator.compiled import record_of
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.orbit import Carrier
-from frictionlab.simulator.exact.solve import TOUCH, system_of_one
+from frictionlab.simulator.exact.solve import TOUCH, system_of
 from frictionlab.simulator.exact.travel import travel
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record.base import BaseRecord, derivatives_of, force_of
@@ -21,7 +21,7 @@ FINE = 16.0  # parts per unit of the fastest phase's time
 
 def carried(problem: Problem, base: BaseRecord, x0: float, v0: float) -> Carried:
     """Let the exact flow carry the mass through the record."""
-    systems, works = system_of_one(problem), record_of(WORK)
+    systems, works = system_of(problem), record_of(WORK)
     system, work = systems[0], works[0]
     stiffness = 1.0 + problem.beta * abs(problem.parameter("gradient")) + float(np.sum(system["spring"]))
     fastest = max(sqrt(stiffness), 2.0 * (problem.frame_damping_ratio + problem.zeta))

@@ -43,7 +43,7 @@ class Response:
         Way of the mass along the wall while the contact slips.
     solver : {"exact", "numeric"}
         Closed forms, or numerical integration for the laws that have none. A contact with an inner state always creeps:
-        a stop is then slow slip (`frictionlab.simulator.numeric.motion.stop_limits`), and `path` is the way slipped.
+        a stop is then slow slip (`frictionlab.simulator.numeric.flow.stop_limits`), and `path` is the way slipped.
     """
 
     problem: Problem
