@@ -100,6 +100,7 @@ def by_load_cell(
     normal_force_n: float | None,
     inertia_kg: float,
     wall_moves: bool,
+    has_metres: bool,
 ) -> MeasuredFriction | None:
     """Measure friction by the channel of force or torque; None where there is none.
 
@@ -137,7 +138,7 @@ def by_load_cell(
     cycle = rows[used].mean(axis=0)
     omega = 2.0 * math.pi * layout.drive.frequency
     cycle = cycle - inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
-    energy = mean_over(each, used)
+    energy = mean_over(each, used) if has_metres or name == "torque" else Estimate()
     return MeasuredFriction(
         name=name,
         energy=energy.with_relative(math.hypot(gain, sources.mass_gain)),

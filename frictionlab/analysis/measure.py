@@ -97,6 +97,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         normal_force_n=normal_force_of(recording, scene),
         inertia_kg=scene.sensors.force_inertia_kg,
         wall_moves=wall_moves,
+        has_metres=scene.rig.radius_m is not None or not channels.is_angular(recording.measured()),
     )
     warnings += doubts.warnings(
         layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves, prescribed=prescribed
@@ -105,12 +106,9 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         taken = energy.taken_by_the_frame(cycle.mass_smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
         warnings += doubts.of_the_load_cell(friction, loop, joules, taken)
         cycle = replace(cycle, force=friction.cycle)
-        angular = channels.is_angular(recording.measured()) and scene.rig.radius_m is None
-        way_is_known = friction.name == "torque" or not angular
-        taken_in = friction.energy if way_is_known else Estimate()
         estimates |= {
-            "force_energy": taken_in.over(joules),
-            "force_energy_j": taken_in,
+            "force_energy": friction.energy.over(joules),
+            "force_energy_j": friction.energy,
             "measured_force": friction.force,
             "measured_coefficient": friction.coefficient,
         }
