@@ -73,7 +73,7 @@ __all__ = [
 
 CURVE_POINTS = 160
 DEAR_POINTS = 16  # of a law that is integrated step by step
-SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement tells it
+SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement says it
 NO_STIFFNESS = (
     "The scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency): friction ratios are known,"
     " forces and coefficients are not."
@@ -260,7 +260,7 @@ def _rows(
     model: Model,
     sources: Mapping[Setting, Sources],
 ) -> dict[str, list[RowObservation]]:
-    """The rows of each material that tell its friction."""
+    """The rows of each material that determine its friction."""
     rows: dict[str, list[RowObservation]] = {}
     for group, trials in groups.items():
         known = screened[group]

@@ -86,7 +86,7 @@ def read_measurements(path: Path) -> list[Row]:
 
 
 def is_comparison(row: Row) -> bool:
-    """Whether a row tells a comparison (or its failure), no measurement."""
+    """Whether a row is of a comparison (or its failure), no measurement."""
     return "law" in row or "laws" in row
 
 
@@ -169,7 +169,7 @@ def _roots(folders: Sequence[Path]) -> list[str]:
 
 
 def _is_inside(path: Path, roots: Sequence[str]) -> bool:
-    """Whether a path leads into one of these folders; told from its name, without looking at the disk."""
+    """Whether a path leads into one of these folders; known from its name, without looking at the disk."""
     return any(Path(os.path.abspath(path)).is_relative_to(root) for root in roots)  # noqa: PTH100 - leaves out ".."
 
 

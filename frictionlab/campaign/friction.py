@@ -192,7 +192,7 @@ class Screened:
     """What is known of the tests of one group before any fit, by source.
 
     ``left_out``: why some say nothing of one friction ratio; ``betas``: about what theirs is; ``units``: base
-    amplitudes, m (the mean one where a row does not tell it); ``not_unique``: those whose motion is one of many;
+    amplitudes, m (the mean one where a row does not say it); ``not_unique``: those whose motion is one of many;
     ``note``: what a reader must know.
     """
 
@@ -204,7 +204,7 @@ class Screened:
 
 
 def screen(trials: Sequence[Trial], model: Model) -> Screened:
-    """Say which tests of one material and normal force tell its friction, by their rows and by a model's own memory.
+    """Say which tests of one material and normal force show its friction, by their rows and by a model's own memory.
 
     Where no other is left, tests that are left out for what they are like serve, and the note says so.
     """
@@ -240,7 +240,7 @@ def screen(trials: Sequence[Trial], model: Model) -> Screened:
 
 
 def _by_its_row(trial: Trial, *, leave_long: bool) -> LeftOut | None:
-    """Why a test says nothing of one friction ratio, by what its measurement tells."""
+    """Why a test says nothing of one friction ratio, by what its measurement says."""
     if trial.is_long and leave_long:
         return Reason.LONG.because()
     if trial.regime == "stuck" or not min(trial.mean) > NOTHING:

@@ -119,7 +119,7 @@ class JointFit:
         return _shared(self.by_force, i).scaled(times)
 
     def coefficient(self, material: str, stiffness: float | None) -> Estimate:
-        """Return a material's friction coefficient by all its tests, stiffness and normal forces as they are told."""
+        """Return a material's friction coefficient by all its tests, stiffness and normal forces as they are known."""
         i = self.tests(material)[0]
         observation = self.posterior.observations[i]
         if stiffness is None or not observation.normal_force:
@@ -250,12 +250,12 @@ def fit_together(
         posterior = infer(chosen, near=near)
         of_cycles, none = isinstance(chosen[0], CycleObservation), np.zeros(len(posterior.unknowns))
         bare = posterior
-        if not of_cycles:  # two numbers tell an outlier by their noise alone
+        if not of_cycles:  # two numbers show an outlier by their noise alone
             bare = replace(posterior, fit=weighed(posterior.fit, np.zeros(len(chosen)), follows=False))
         if out := JointFit(bare, bare).standing_out():  # made again without those that stand out
             kept = [o for o in chosen if o.measurement.source not in out]
             posterior = infer(kept, near=posterior.values())
-        if not of_cycles:  # their interval counts how badly few tests tell the scatter
+        if not of_cycles:  # their interval counts how badly few tests determine the scatter
             posterior = replace(posterior, scatter_u=none)
         posterior, said = _against_richer_laws(posterior) if of_cycles else (posterior, [])
         joint = JointFit(posterior, at_each_force(posterior), ladders, out)

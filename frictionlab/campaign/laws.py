@@ -70,7 +70,7 @@ class LawParameter:
     """One parameter of one material's law, by all its tests.
 
     ``value``: dimensionless, of a test at the mean Y and omega; ``physical``: in ``unit``, None where the scene does
-    not say what it takes; ``is_told``: whether the tests tell it at all; ``scatter``: of the value from test to test
+    not say what it takes; ``is_told``: whether the tests determine it; ``scatter``: of the value from test to test
     beyond each test's own error.
     """
 

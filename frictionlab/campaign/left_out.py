@@ -101,7 +101,7 @@ def _expected(posterior: Posterior, i: int, others: int) -> _Expected:
     rest = of_several(fit_from(replace(model, tests=tests, scatter=0.0 * model.scatter), [posterior.fit.point]))
     rest = replace(rest, shifts=posterior.shifts)  # of what the law misses the others know no more
     mean, scatter = rest.fit.point[index], rest.fit.model.scatter[index]
-    if others == 1:  # one test tells no scatter: what is assumed of it before any
+    if others == 1:  # one test shows no scatter: what is assumed of it before any
         scatter = np.array([scatter_scale(model.unknowns[k], float(rest.fit.point[k])) for k in index])
     covariance = rest.covariance[np.ix_(index, index)] + np.diag(scatter**2)
     return _Expected(model, i, mean, covariance, scatter, others)

@@ -28,7 +28,7 @@ from frictionlab.uncertainty import Sources
 COULOMB = law_of("coulomb")
 STEP = 0.005  # relative step of differences: wide enough to see past the small steps where a stop appears
 MODEL_FLOOR = 0.002  # relative: no model is better than this
-RATIO_FLOOR = 0.0005  # relative: of a frequency ratio where nobody tells how well the natural frequency is known
+RATIO_FLOOR = 0.0005  # relative: of a frequency ratio where nobody says how well the natural frequency is known
 FLAT = 30.0  # times: how much wider than its usual range the prior of a friction ratio is
 
 
@@ -75,7 +75,7 @@ class Model:
 def model_of(scene: Scene, *, recorded: bool = False) -> Model:
     """The model that a scene switches on, by the same translation as a single comparison's.
 
-    ``recorded``: whether recordings are at hand, whose cycles tell more than rows of measurements.
+    ``recorded``: whether recordings are at hand, whose cycles say more than rows of measurements.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def _in_phase(energy: float, amplitude: float, r: float) -> float:
 class RowObservation(Observation):
     """Energy and amplitude of one test, over what was measured of them (2,), under a law.
 
-    Y is the mean of its group where the row does not tell it.
+    Y is the mean of its group where the row does not say it.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ class RowObservation(Observation):
 
     @property
     def law_unknowns(self) -> tuple[Unknown, ...]:
-        """The friction ratio, of which rows alone tell: no prior holds it."""
+        """The friction ratio, the one that rows determine: no prior holds it."""
         return tuple(replace(u, sd=FLAT * u.sd, scatter=u.scatter / FLAT) for u in of_law(self.law, self.held))
 
     @property

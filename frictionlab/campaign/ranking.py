@@ -2,7 +2,7 @@
 
 Materials are compared only where they were tested alike: at the *cells* (normal force x frequency ratio) that all have
 in common. A rank is one more than the number of materials that are better *beyond doubt* (95 %), so neighbours that the
-evidence does not tell apart share a rank; within a rank the better value stands first.
+evidence does not distinguish share a rank; within a rank the better value stands first.
 """
 
 import math
@@ -32,7 +32,7 @@ UNITS = {
 }
 HOUR = 3600.0
 NORMAL = 1.959964
-INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not tell the friction force
+INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not determine the friction force
 LEAST_CHANGE, MOST_CHANGE = 0.1, 0.6  # of the friction force, over which that must hold
 Cell = tuple[float, float]
 Tests = Sequence[tuple[Verdict, FrictionFit]]
@@ -122,7 +122,7 @@ def _steepness(trial: Trial, model: Model, fits: Sequence[FrictionFit], slope: f
 
 @dataclass(frozen=True)
 class Rank:
-    """One line of the ranking. ``rank`` None: not known. ``tied_with``: materials not told apart from this one."""
+    """One line of the ranking. ``rank`` None: not known. ``tied_with``: materials not distinguished from this one."""
 
     criterion: str
     rank: int | None

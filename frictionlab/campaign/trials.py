@@ -16,7 +16,7 @@ from frictionlab.tables.texts import encodable
 
 MOST = sys.float_info.max
 CUT = 0.01  # relative: what cutting and sampling the cycles a little differently does to an irregularity index
-UNKNOWN_ERROR = 0.05  # relative: of an energy or amplitude whose measurement tells no error; wide, and said
+UNKNOWN_ERROR = 0.05  # relative: of an energy or amplitude whose measurement gives no error; wide, and said
 NEARLY_NONE = 0.01  # kY^2: an energy below minus this and five errors is no contact's
 TURNED = (
     "energy_per_cycle is {:.3g} kY^2: a contact takes energy: a channel is inverted, or mass and base are swapped: read"
@@ -39,7 +39,7 @@ POSSIBLE: Mapping[tuple[float, float], str] = {
 }
 """What a measurement can be, generously: beyond, a table was edited wrongly or a sensor is connected wrongly."""
 LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
-LONG_S = 300.0  # from this duration on a test is a long one: it tells drift, and the fit over r leaves it to that
+LONG_S = 300.0  # from this duration on a test is a long one: it shows drift, and the fit over r leaves it to that
 NEEDED = ("frequency_ratio", "energy_per_cycle", "response_amplitude")
 ESTIMATES = {
     "ratio": "frequency_ratio",
@@ -61,7 +61,7 @@ NUMBERS = {
 
 @dataclass(frozen=True)
 class Trial:
-    """One test as its measurement tells it; ``None`` is not known. Units as the contract's keys; ``row`` is all of it.
+    """One test as its measurement has it; ``None`` is not known. Units as the contract's keys; ``row`` is all of it.
 
     ``ratio`` (the frequency ratio), ``energy`` (k Y^2 per cycle), ``amplitude`` (Y) are estimates, dimensionless;
     ``steady_energy``, ``steady_amplitude``: the same over all settled cycles, where ``energy`` is of the last only.
@@ -102,7 +102,7 @@ class Trial:
 
     @property
     def is_long(self) -> bool:
-        """Whether it lasts long enough to tell drift."""
+        """Whether it lasts long enough to show drift."""
         return self.duration_s >= LONG_S
 
     @property
@@ -119,7 +119,7 @@ class Trial:
 
     @property
     def mean_se(self) -> tuple[float, float]:
-        """Standard errors of `means`; where the measurement tells none, `UNKNOWN_ERROR` of the number."""
+        """Standard errors of `means`; where the measurement has none, `UNKNOWN_ERROR` of the number."""
         energy, amplitude = (UNKNOWN_ERROR * abs(e.value or math.nan) if e.se is None else e.se for e in self.means)
         return energy, amplitude
 
@@ -130,7 +130,7 @@ class Trial:
 
     @property
     def systematic(self) -> tuple[float | None, float | None, float | None]:
-        """Relative uncertainty of energy, amplitude and r by what sensors, clock and rig do; None: not told."""
+        """Relative uncertainty of energy, amplitude and r by what sensors, clock and rig do; None: not known."""
         energy, amplitude, ratio = (
             None if e.u is None or not e.value else math.sqrt(max(e.u**2 - (e.se or 0.0) ** 2, 0.0)) / abs(e.value)
             for e in (self.energy, self.amplitude, self.ratio)
@@ -188,7 +188,7 @@ class Trial:
 def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
     """A trial from one row of measurements, and from facts that the file's name or a sheet gives.
 
-    What the row says is taken; a fact that ``facts`` tells differently becomes a warning.
+    What the row says is taken; a fact that ``facts`` gives differently becomes a warning.
 
     Examples
     --------

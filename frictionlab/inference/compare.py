@@ -454,13 +454,13 @@ def _without_cycle(
         f" record, its numbers over Y = {1e3 * observation.unit:.4g} mm, the largest displacement of the base from its"
         " first value, and speeds over omega_n Y"
     )
-    told = (*scene.rig.doubts, *recording.source.warnings, no_cycle, *said, *strained_facts(found, scene))
+    known = (*scene.rig.doubts, *recording.source.warnings, no_cycle, *said, *strained_facts(found, scene))
     comparison = _comparison(
         found,
         scene,
         amplitude=amplitude,
         source=source_of(recording),
-        warnings=(*told, *found.warnings, *record.warnings, *not_tried(climbed)),
+        warnings=(*known, *found.warnings, *record.warnings, *not_tried(climbed)),
         model=f"{observation.law.words}, {observation.wall} wall, measured base",
         solver=motion.solver,
         closure_error=motion.closure_error,
@@ -495,7 +495,7 @@ def _as_cycle(observation: CycleObservation, record: Posterior) -> Posterior:
     residual = cycle.residual(0, point)
     if residual is None:
         residual = observation.white(observation.data)
-    slopes = np.ones((len(residual), len(keep)))  # each told, as far as its error says
+    slopes = np.ones((len(residual), len(keep)))  # each determined, as far as its error says
     place = Place(point, (np.zeros(len(keep)),), (residual,), (slopes,), cycle.strains(point))
     holds = np.diag(model.holds(record.fit.point)[keep])
     information = np.linalg.inv(record.covariance[np.ix_(keep, keep)]) - holds

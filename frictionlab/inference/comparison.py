@@ -19,7 +19,7 @@ Verdict = Literal["explained", "strained", "misfit"]
 Fitted = Literal["cycle", "whole"]
 SURE = 4.0  # errors between the least and the largest friction from which it is said to wander
 LIKELY = 5.0  # the logarithm by which friction that wanders is more likely, from which it is said
-SHOWN = 5  # stretches told one by one
+SHOWN = 5  # stretches reported one by one
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class ContactForce:
 
     Arrays (p,) on the phases of the mean cycle: ``displacement`` x/Y about its mean, ``velocity`` over omega Y,
     ``force`` over k Y as recovered, with lag, natural frequency and base motion as the fit has found them. Its mean is
-    the law's, for sensors do not tell where the spring is without force. ``law_displacement``, ``law_velocity``,
+    the law's, for sensors do not show where the spring is without force. ``law_displacement``, ``law_velocity``,
     ``law_force``: the same of the law, None without a prediction; ``residual`` x/Y: measured minus predicted;
     ``floor``: what noise alone leaves of it, rms, Y. ``law``: its name;
     ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
@@ -205,7 +205,7 @@ class Comparison(Result):
     ``cycle_law``, ``record_laws``: with law "auto", what the steady cycle requires, and the ladder that the record
     climbed (fit "whole"): ``law`` is then its top.
     A record without a steady cycle (a sweep, a start-up) has None for all that is a cycle's, and empty arrays: its law
-    is told over the largest displacement of the base from its first value and, of speeds, over omega_n times that.
+    is given over the largest displacement of the base from its first value and, of speeds, over omega_n times that.
     Of a table over frequency (``over_frequency``) the nrmse is of amplitudes relative, of phases in radians.
     """
 

@@ -146,7 +146,7 @@ def _other_causes(
         try:
             gain, other = _best(main, cause)
         except NO_MOTION:
-            continue  # no motion with this cause: it tells nothing
+            continue  # no motion with this cause: it shows nothing
         if math.isfinite(gain) and gain > AS_LIKELY:
             likely.append((gain, cause, other))
     said: list[str] = []
@@ -236,7 +236,7 @@ def _starts(model: Model, main: Fit, k: int, cause: Cause) -> Iterator[FloatArra
 
 
 def _untold_play(found: Posterior) -> Iterator[str]:
-    """Say what a usual play would do to the friction ratio, where the recording does not tell the two apart.
+    """Say what a usual play would do to the friction ratio, where the recording does not distinguish the two.
 
     At low frequency ratios a play p moves the ends of a stop as friction of ``k p`` does. One linear step from the fit:
     what the other unknowns make of the change that such a play brings, and whether the noise would hide the rest.
@@ -319,7 +319,7 @@ def _missed(fit: Fit, tests: Sequence[int]) -> float:
 def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
     """The posterior whose errors hold what place and speed in the law, or the energy of the loop, say instead.
 
-    Friction that a law does not know of moves the friction ratio that it finds, and these tell by how much: at the edge
+    Friction that a law does not know of moves the friction ratio that it finds, and these show by how much: at the edge
     of sticking a fit looks certain however wrong it is, and energy over path has no edge.
     """
     beta = found.fit.find("beta")

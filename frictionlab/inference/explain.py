@@ -31,7 +31,7 @@ TELLS = {
     "static_ratio_down": "a slower test, in which the mass stops for longer",
     "stiffness_ratio": "a smaller amplitude of the base, in which the contact bends more than it slides",
 }
-"""What would tell a parameter that a test does not."""
+"""What would determine a parameter that a test does not."""
 SHOWN = {
     "gradient": (0.1, "%/mm", "change of friction along the path"),
     "contact_damping_ratio": (1.0, "N s/m", "dashpot in the contact"),
@@ -40,7 +40,7 @@ SHOWN = {
     "rate_speed": (1e3, "mm/s", "speed from which friction changes"),
     "slip_distance": (1e6, "um", "way in which the contact is renewed"),
 }
-"""What is told in units that people read: times its size in newtons, metres and seconds, unit, words."""
+"""What is reported in units that people read: times its size in newtons, metres and seconds, unit, words."""
 PARTS = {"stops": "at stops", "slides up": "while the mass slides up", "slides down": "while the mass slides down"}
 """Parts of a cycle, as they stand in a sentence."""
 SOURCES = {
@@ -138,12 +138,12 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
     simpler = predict(measurement, scene, law=max(fewer, key=lambda name: evidence[name])) if fewer else None
     found, turn = _force(comparison), 2.0 * math.pi * measurement.drive_frequency_hz
     for name, (times, unit, words) in SHOWN.items():
-        told = comparison.parameters.get(name)
-        if told is not None and told["u"] is not None:
+        found_as = comparison.parameters.get(name)
+        if found_as is not None and found_as["u"] is not None:
             parameter = law_of(comparison.law).parameter(name)
             factor, _ = to_physical(parameter, scene, amplitude=measurement.base_amplitude_m, turn=turn)
             if factor is not None:
-                found[name] = (times * factor * told["value"], times * factor * told["u"], unit, words)
+                found[name] = (times * factor * found_as["value"], times * factor * found_as["u"], unit, words)
     return Explanation(comparison, simpler, found, measurement.base_amplitude_m, measurement.energy_per_cycle_j)
 
 
@@ -178,9 +178,9 @@ def missed(contact: ContactForce | None) -> dict[str, float]:
     return {name: math.sqrt(float(square[there].mean())) for name, there in parts.items() if there.any()}
 
 
-def _what_it_is(told: Explanation) -> Iterator[tuple[int, str]]:
+def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
     """Law, energy, values and what their error comes from, each sentence behind its rank."""
-    c = told.comparison
+    c = about.comparison
     law = law_of(c.law)
     yield 0, f"{c.source}: {c.law} at r = {c.frequency_ratio:.4g} ({law.words})"
     if c.response_nrmse is None or c.response_floor is None:
@@ -190,7 +190,7 @@ def _what_it_is(told: Explanation) -> Iterator[tuple[int, str]]:
         noise = f"the measurement's own error is {100 * c.response_floor:.2g} %"
         yield 0, f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the motion unexplained; {noise}."
     if c.energy_difference is not None:
-        joules = "" if told.energy_j is None else f" = {1e3 * told.energy_j:.4g} mJ"
+        joules = "" if about.energy_j is None else f" = {1e3 * about.energy_j:.4g} mJ"
         more = f"predicted {abs(100 * c.energy_difference):.2g} % {'more' if c.energy_difference > 0 else 'less'}"
         yield 3, f"Energy per cycle: {c.energy_per_cycle:.4g} k Y^2{joules} measured, {more}."
     for name, e in c.parameters.items():
@@ -200,8 +200,8 @@ def _what_it_is(told: Explanation) -> Iterator[tuple[int, str]]:
         if not e["told"]:
             limits = limits_in_words(e["lower"], e["upper"])
             yield 1, f"  {words}: not told by this recording ({name} {own}; {limits}, 95 %)"
-        elif name in told.physical:
-            size, error, unit, words = told.physical[name]
+        elif name in about.physical:
+            size, error, unit, words = about.physical[name]
             yield 1, f"  {words}: {with_error(size, error)} {unit} ({name} {own})"
         else:
             yield 1, f"  {words}: {own} ({name})"
@@ -219,9 +219,9 @@ def with_error(value: float, error: float | None) -> str:
     return f"{value:.{digits}f} +- {error:.{digits}f}"
 
 
-def _what_it_is_not(told: Explanation) -> Iterator[tuple[int, str]]:
+def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
     """What a simpler law misses and this one, which other laws were tried, and which were not."""
-    c, simpler = told.comparison, told.simpler
+    c, simpler = about.comparison, about.simpler
     if simpler is not None and simpler.response_nrmse is not None:
         where = missed(simpler.contact)
         most = max(where, key=lambda name: where[name], default="")
@@ -229,7 +229,7 @@ def _what_it_is_not(told: Explanation) -> Iterator[tuple[int, str]]:
         left = f"leaves {100 * simpler.response_nrmse:.2g} %, most of it {PARTS.get(most, '')}"
         enough = f"Its log evidence is {gain:.0f} lower; {REQUIRED:.0f} is enough."
         yield 3, f"A simpler law, {simpler.law}, {left}. {enough}"
-    here = ", ".join(f"{1e6 * told.unit_m * size:.2g} um {PARTS[name]}" for name, size in missed(c.contact).items())
+    here = ", ".join(f"{1e6 * about.unit_m * size:.2g} um {PARTS[name]}" for name, size in missed(c.contact).items())
     if here:
         yield 6, f"{c.law} misses (rms): {here}."
     if spare := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:
@@ -242,10 +242,10 @@ def _what_it_is_not(told: Explanation) -> Iterator[tuple[int, str]]:
         yield 6, f"Not tried, because only noise is left to explain: {', '.join(rest)}."
 
 
-def _what_next(told: Explanation) -> Iterator[tuple[int, str]]:
+def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
     """What to measure next, and what the comparison warns of."""
-    untold = [name for name, e in told.comparison.parameters.items() if e["u"] is not None and not e["told"]]
+    untold = [name for name, e in about.comparison.parameters.items() if e["u"] is not None and not e["told"]]
     yield from ((2, f"To measure {name}: {TELLS.get(name, ANY)}.") for name in untold)
     if not untold:
         yield 2, f"Next: {ANY}."
-    yield from ((5, f"! {said}") for said in told.comparison.warnings if "does not tell it" not in said)
+    yield from ((5, f"! {said}") for said in about.comparison.warnings if "does not tell it" not in said)

@@ -359,7 +359,7 @@ class Fit:
 
 
 def told_of(fit: Fit, i: int = 0) -> float:
-    """Return how many unknowns test i tells: of several tests that share them, half."""
+    """Return how many unknowns test i determines: of several tests that share them, half."""
     told = float((np.abs(fit.place.slopes[i]).max(axis=0, initial=0.0) > 1.0).sum())
     return told if len(fit.model.tests) == 1 else 0.5 * told
 
@@ -452,7 +452,7 @@ def with_scatter(found: Fit) -> tuple[Fit, FloatArray]:
     """Return the fit with the likeliest scatter from test to test, and the standard errors of the scatters (m,).
 
     Each scatter is tried on a grid, the others held, until nothing moves: the marginal likelihood of all tests by their
-    linear slopes, times a half-Cauchy prior. One test tells no scatter.
+    linear slopes, times a half-Cauchy prior. One test gives no scatter.
     """
     model = found.model
     errors = np.zeros(len(model.unknowns))

@@ -142,7 +142,7 @@ class Observation(ABC):
         return self
 
     def settled(self, values: Values) -> Self:  # noqa: ARG002 - most know their noise before
-        """Return the test with what the values of a first fit tell of its noise."""
+        """Return the test with what the values of a first fit show of its noise."""
         return self
 
     def share_missed(self, residual: FloatArray, values: Values) -> float | None:  # noqa: ARG002 - by kind

@@ -72,7 +72,7 @@ class Cycles:
         """Parts of the cycles about their mean (m, 2 K), each with the covariance of the mean by all others.
 
         A weight that is found from some cycles lets those scatter too little: this is how the others see them. Nothing
-        where the cycles are too few to tell their own scatter.
+        where the cycles are too few to determine their own scatter.
         """
         n, about = len(self.each), self.each - self.each.mean(axis=0)
         if n <= FEWEST_CYCLES:
@@ -400,8 +400,8 @@ def measured_base(measurement: Measurement, least: int = 1) -> Base:
         )
     noise = measurement.base_amplitude_m_se / measurement.base_amplitude_m
     size = np.hypot(cycle.base_cosine, cycle.base_sine)
-    told = np.flatnonzero(size > max(3.0 * noise, SEEN))
-    count = max(least, int(told[-1]) + 1 if len(told) else 1)
+    shown = np.flatnonzero(size > max(3.0 * noise, SEEN))
+    count = max(least, int(shown[-1]) + 1 if len(shown) else 1)
     if count == 1:
         return COSINE
     keep = (size > max(3.0 * noise, SEEN)) | (np.arange(len(size)) < least)

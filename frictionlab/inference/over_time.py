@@ -1,6 +1,6 @@
 """A whole record over its prediction from the first sample, period by period, and its friction over time.
 
-A small change of beta during a period moves the record by its sensitivity dx/dbeta there; the residual tells how large
+A small change of beta during a period moves the record by its sensitivity dx/dbeta there; the residual shows how large
 it was. The changes are smoothed as a random walk from period to period, whose step is the one that makes the values
 most likely (Kalman's filter; Rauch, Tung and Striebel 1965). A motion needs some periods to follow (near resonance
 many): what friction did shows so much later, and is put where it happened. Where friction changes by more than a
@@ -24,7 +24,7 @@ Periods = NDArray[np.intp]
 STEPS = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 41)])  # of the walk, over beta, that are tried
 WIDE = 10.0  # over beta: what is known of the first value
 SMALL = 1e-3  # relative change of beta for its derivative
-LINEAR, UNTOLD = 0.5, 10.0  # times beta: the largest change that is told, and the error where none is
+LINEAR, UNTOLD = 0.5, 10.0  # times beta: the largest change that is believed, and the error where none is
 SHAKES = 10  # draws of the base's noise, for what it does to single periods
 BAD = 3.0  # times the usual rms of what is left of a period, from which its own counts
 SETTLES = 200  # periods, at most, that a motion is followed after a step of friction
@@ -32,7 +32,7 @@ GRID = (-2.0, -1.0, 0.0, 1.0, 2.0)  # friction ratios simulated where it changes
 NOTABLE = 3e-3  # relative rms of the changes from which one derivative does not do
 LEAVES = 2.0  # times the usual misfit of a period at which the prediction has left the measurement
 NOISE = 3.0  # times the sensor's noise, at least
-FEW = 3  # periods, at most, that tell no usual one
+FEW = 3  # periods, at most, that show no usual one
 CALM = 3  # periods below that end such a stretch
 
 
@@ -163,7 +163,7 @@ def friction_over_time(observation: RecordObservation, values: Mapping[str, floa
     """Return the friction ratio of each period of a record as a random walk about the fitted one.
 
     Where it changes by more than a little, the record is simulated at some friction ratios, and each period takes the
-    derivative at the nearest. What a record does not tell (the mass stands) keeps the fitted value, with a wide error.
+    derivative at the nearest. What a record does not show (the mass stands) keeps the fitted value, with a wide error.
     The error of a period's change is by both sensors' noise, and by what is left where that is more.
     """
     beta, count, gap = observation.problem(values).beta, observation.periods, observation.data - predicted
@@ -194,13 +194,13 @@ def friction_over_time(observation: RecordObservation, values: Mapping[str, floa
     if size > NOTABLE * beta:  # the derivative at the friction ratio nearest to the first guess
         offsets = size * np.array(GRID)
         records = [at(beta + off) for off in offsets]
-        told = []
+        near = []
         for k, off in enumerate(offsets):
             low, high = max(k - 1, 0), min(k + 1, len(offsets) - 1)
             steep = (records[high] - records[low]) / (offsets[high] - offsets[low])
-            told.append(off + changes(observation.data - records[k], steep, periods, count)[0])
+            near.append(off + changes(observation.data - records[k], steep, periods, count)[0])
         nearest = np.argmin(np.abs(found.values[None, :] - offsets[:, None]), axis=0)
-        found = walked(np.array(told)[nearest, np.arange(count)])
+        found = walked(np.array(near)[nearest, np.arange(count)])
     delay, each = _delay(observation, values, slope), np.arange(count)
     late = np.maximum(each + delay - (count - 1.0), 0.0)  # what has not shown yet is the last value, less sure
     earlier, errors = (np.interp(each + delay, each, part) for part in (found.values, found.errors))

@@ -27,14 +27,14 @@ from frictionlab.simulator.laws import Law
 LEVEL = 0.95  # of a limit
 EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
 NOISE_LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
-TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
+TOLD = 0.5  # a parameter is determined if its variance has fallen below this share of its prior's ...
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 CORRECTED = 9.0  # by which correcting sensors and rig must lower the sum of squares: three errors of one of them
 RIVAL = 9.0  # chi-square within which another minimum is a rival
 NOISE = "noise and misfit"
 AS_KNOWN = "sensors and rig as known, or as fitted"
 MISSED = "the law itself"
-WIDER = 4.0  # times: prior of a lag that nobody has declared, where several tests tell it
+WIDER = 4.0  # times: prior of a lag that nobody has declared, where several tests determine it
 SAYS = 1e-9  # of what is known with the data: a direction of which they say less is left out
 BENDS = ("parabola", "cubic", "base_parabola", "base_cubic")  # of sensors: as large as the cycle fills their range
 
@@ -44,7 +44,7 @@ class ParameterEstimate:
     """One parameter of a law.
 
     ``se``: standard error with the rig as it is known; ``u``: with what is not known of sensors and rig as well; both
-    None for a value that was given. ``told``: whether the data tell it at all; ``lower``, ``upper``: 95 % limits, None
+    None for a value that was given. ``told``: whether the data determine it; ``lower``, ``upper``: 95 % limits, None
     where there is no limit.
     """
 
@@ -98,7 +98,7 @@ class Posterior:
 
     @cached_property
     def scatter(self) -> FloatArray:
-        """Scatter (m,) from test to test that errors count: so much larger as few tests tell it badly.
+        """Scatter (m,) from test to test that errors count: so much larger as few tests determine it badly.
 
         By its own error, or so that 1.96 errors hold what Student's t of the tests less one would.
         """
@@ -214,7 +214,7 @@ class Posterior:
     def parameters(self, i: int = 0) -> dict[str, ParameterEstimate]:
         """Return the parameters of test i's law with errors and limits, dimensionless in this test.
 
-        One is told if it is known better than before, off its upper bound, and away from where its term does nothing.
+        One is ``told`` if it is known better than before, off its upper bound, and not where its term does nothing.
         """
         law, test, slopes = self.law(i), self.tests[i], self.fit.place.slopes[i]
         covariance, statistical, own = self.own_covariance(i), self.statistical(i), self.fit.own(i)
@@ -345,7 +345,7 @@ def model_of(observations: Sequence[Observation], *, amontons: bool = True, rig:
 def _rig_unknowns(observations: Sequence[Observation]) -> tuple[tuple[Unknown, ...], list[dict[str, float]]]:
     """The rig's unknowns of some tests, and for each test how large a sensor's bend is over the largest one's.
 
-    A lag that nobody has declared is known less than a single test assumes (which cannot tell it from a detuned frame):
+    A lag that nobody has declared is known less than a single test assumes (it looks like a detuned frame there):
     several tests say what it is, and two of few would be pulled off by the narrow prior.
     """
     each = [{u.name: u for u in observation.rig_unknowns} for observation in observations]
@@ -453,7 +453,7 @@ def _weighed_by_start(model: Model, start: FloatArray) -> Fit:
 def _held(model: Model, starts: list[FloatArray], law: list[int]) -> tuple[Fit | None, Model, list[FloatArray]]:
     """The best fit of one test with sensors and rig as they are known (None: no start has a steady state).
 
-    With it the model, its noise as that fit tells it, and where a fit that moves sensors and rig is to begin.
+    With it the model, its noise as that fit shows it, and where a fit that moves sensors and rig is to begin.
     """
     plain = model_of([model.tests[0].observation], rig=False)
     try:

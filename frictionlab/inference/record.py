@@ -57,7 +57,7 @@ class RecordObservation(Observation):
     noise, about its mean; ``noise``, ``base_noise``: rms of the white noise of one sample of both sensors, Y, that of
     the base before it was smoothed away by a ``penalty``: what is left of it shakes the simulated mass; ``thin``: one
     of so many samples was kept after that. ``period`` of the drive, s; of the stretches that a record without a steady
-    cycle is told in. ``natural_frequency``: as it is known, Hz. ``middle`` of the steady mass (of the whole record
+    cycle is reported in. ``natural_frequency``: as it is known, Hz. ``middle`` of the steady mass (of the whole record
     where nothing is steady), Y: a sensor bends about it.
     """
 
@@ -190,7 +190,7 @@ class RecordObservation(Observation):
         return (spread_of(self.gap(residual), self.noise, by_base) ** 2 - self.noise**2) / self.rms**2
 
     def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
-        """Return the mean square of what a fit leaves in each period, and the nrmse: many samples tell few values."""
+        """Return the mean square of what a fit leaves in each period, and the nrmse; one moves no value."""
         del slopes, gain
         whole = max(len(self.data) // self.per_period, 1)
         parts = np.array_split(self.gap(residual)[: whole * self.per_period], whole)
@@ -220,8 +220,8 @@ def observe_record(
 
     What is known of sensors and log is taken back. The base is smoothed, but less than would bring it nearest to the
     truth: errors hold the noise that is left, not what smoothing takes of the motion. A wall that moves feels the
-    base's acceleration, and there noise counts more. Without a ``measurement`` of steady cycles the record is told in
-    stretches of its base's mean period, at least one of the frame.
+    base's acceleration, and there noise counts more. Without a ``measurement`` of steady cycles the record is reported
+    in stretches of its base's mean period, at least one of the frame.
 
     Raises
     ------

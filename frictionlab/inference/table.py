@@ -21,7 +21,7 @@ from frictionlab.simulator import Problem, SteadyState
 from frictionlab.simulator.meter import Meter
 from frictionlab.uncertainty import sources_of
 
-SEEN = ("natural_frequency", "gain", "lag_s", "frame_damping_ratio")  # what a table over frequency tells of the rig
+SEEN = ("natural_frequency", "gain", "lag_s", "frame_damping_ratio")  # what a table shows of the rig
 POINTS = 128  # of a simulated cycle
 STEP = 1e-4  # of a prior's standard deviation: finite differences
 SEARCH = tuple(np.geomspace(0.02, 2.0, 14).tolist())  # friction ratios to begin from
@@ -66,7 +66,7 @@ class TableObservation(Observation):
         return tuple(u for u in seen if u.name != "lag_s" or math.isfinite(self.turn))
 
     def covariance(self, at: Reached) -> FloatArray:
-        """Return the covariance (m, m) in the coordinates: few rows tell their scatter badly."""
+        """Return the covariance (m, m) in the coordinates: few rows determine their scatter badly."""
         freedom = max(1.0, len(at.residual) - float(at.slopes.shape[1]))
         return np.asarray(at.gain @ at.gain.T * (student(freedom) if self.missed or not self.is_stated else 1.0))
 

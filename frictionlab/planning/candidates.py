@@ -54,7 +54,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Measured:
-    """What comparisons tell of a number: ``u``: combined standard uncertainty; ``se``: its statistical part."""
+    """What comparisons say of a number: ``u``: combined standard uncertainty; ``se``: its statistical part."""
 
     value: float
     u: float

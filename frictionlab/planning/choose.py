@@ -1,6 +1,6 @@
-"""Which tests to run: one after the other, the one that tells most for its laboratory time beside those before it.
+"""Which tests to run: one after the other, the one that shows most for its laboratory time beside those before it.
 
-Two laws are told apart by the evidence to expect if the one holds and the other is fitted to what it shows, both ways.
+Two laws are distinguished by the evidence to expect if the one holds and the other is fitted to it, both ways.
 What a test would show under one law is fitted with the other by the inference itself, sensors and rig beside it, so
 that what a lag or a detuned frame explains does not count. The cycle fitted is free of noise: noise adds as much to
 both laws.
@@ -26,7 +26,7 @@ from frictionlab.simulator.laws import law_of
 MOST = 10  # tests, where nobody says how many
 SWEEPS = 2  # through the tests chosen, each compared with all others again
 SLOW = 1.0  # s that a law without exact slides takes for one candidate, roughly
-AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
+AGAIN = 1e-9  # of what a test shows: a tie goes to one not chosen yet
 NEAR = 12  # candidates of a choice between two laws to which both are fitted, at least
 MOST_STEPS = 12  # of a fit: the evidence need not be known better
 HOUR = 3600.0
@@ -44,11 +44,11 @@ def plan_tests(
     measured: Sequence[Mapping[str, object]] = (),
     everything: bool = False,
 ) -> Plan:
-    """Return the tests that tell most about a law's parameters, or most between two laws, best first.
+    """Return the tests that show most about a law's parameters, or most between two laws, best first.
 
     Each next test is the one that, with all before it, takes most from what is not known for the laboratory time it
     adds: from the product of the parameters' uncertainties (D-optimality), or in expected evidence between two laws.
-    A test may be chosen again where nothing else tells more.
+    A test may be chosen again where nothing else shows more.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def plan_tests(
     law : str, optional
         In place of the scene's.
     against : str, optional
-        Another law: tests are chosen to tell the two apart.
+        Another law: tests are chosen to distinguish the two.
     tests : int
         How many at most; by default ten, between two laws no more than are expected to decide.
     hours : float, optional
@@ -65,7 +65,7 @@ def plan_tests(
     aim : sequence of str
         Parameters of the law whose errors count; by default all.
     measured : sequence of mappings, optional
-        Comparisons at hand (rows of `compare-numeric`): what they told is known before the first test.
+        Comparisons at hand (rows of `compare-numeric`): what they reported is known before the first test.
     everything : bool
         Whether candidates that are not chosen are judged as closely as those that are (seconds): by the weights that a
         fit will find, and between two laws by a fit of their own.
@@ -75,7 +75,7 @@ def plan_tests(
     SceneError
         A range is empty, or the bounds forbid all candidates.
     UsageError
-        The law cannot be, no candidate tells anything about it, or no test fits the time.
+        The law cannot be, no candidate shows anything about it, or no test fits the time.
     """
     if tests is not None and tests < 1:
         raise UsageError(f"tests: expected at least 1; got {tests}")
@@ -235,23 +235,23 @@ class Limits:
         return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(self.allowed))
 
     def next(self, order: Sequence[int], gain: Gain, free: NDArray[np.bool_] | None = None) -> int | None:
-        """The candidate that tells most beside tests chosen, for the time it adds; None where none is ``free``.
+        """The candidate that shows most beside tests chosen, for the time it adds; None where none is ``free``.
 
         Free are those that time and repeats allow, unless it is said.
         """
         more, often = self.more(order), self.often(order)
         if free is None:
             free = self.allowed & (self.total(order) + more <= self.budget) & (often < self.most_repeats)
-        told = gain(order) * (1.0 - AGAIN * often)
-        rate = np.where(free, np.where(told > 0.0, told / more, told * more), -math.inf)
+        gained = gain(order) * (1.0 - AGAIN * often)
+        rate = np.where(free, np.where(gained > 0.0, gained / more, gained * more), -math.inf)
         return int(np.argmax(rate)) if free.any() else None
 
 
 def pick(gain: Gain, limits: Limits) -> list[int]:
     """Indices of the tests chosen, best first.
 
-    Each is the one that tells most for the time it adds. What the first tell beside nothing is no measure of what they
-    tell beside the rest: so each is put to the test again beside all others, and the set is ranked once more.
+    Each is the one that shows most for the time it adds. What the first show beside nothing is no measure of what they
+    show beside the rest: so each is put to the test again beside all others, and the set is ranked once more.
     """
     order = _filled([], gain, limits)
     if not order:
@@ -369,7 +369,7 @@ def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float | Non
 
 @dataclass(frozen=True)
 class Between:
-    """Two laws to be told apart, over all candidates.
+    """Two laws to be distinguished, over all candidates.
 
     ``evidence``, ``back`` (n,): logarithm of the Bayes factor to expect if the laboratory's law holds, and if the other
     does; NaN where it was not judged; ``limits``: those of the candidates judged.
@@ -383,14 +383,14 @@ class Between:
     def of(
         cls, lab: Laboratory, tests: Sequence[VirtualTest], against: str, limits: Limits, *, everything: bool
     ) -> "Between":
-        """Return two laws ready to be told apart, each fitted to what the other shows.
+        """Return two laws ready to be distinguished, each fitted to what the other shows.
 
         Of all candidates allowed if ``everything``; else tests are chosen among those whose cycles differ most.
 
         Raises
         ------
         UsageError
-            The other law cannot be, is the same, or nothing tells it.
+            The other law cannot be, is the same, or nothing distinguishes them.
         """
         other = lab.under(against)
         if other.law.name == lab.law.name:

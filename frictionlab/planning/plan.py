@@ -18,14 +18,14 @@ class PlannedTest:
     ``expected``: law parameter -> standard error of this test alone, what a fit calls ``se`` where sensors and rig
     are as they are known; ``expected_u``: the same with what is not known of them; ``cumulative`` and
     ``cumulative_u``: both after this and all better ones, and with friction that differs from test to test. The
-    friction coefficient is told as ``beta`` of this test.
+    friction coefficient is given as ``beta`` of this test.
 
     ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law over plain Coulomb
-    friction, or over the law it is to be told from; ``log_bayes_against``: for that law, if it is the one that holds;
+    friction, or over the law it is planned against; ``log_bayes_against``: for that law, if it is the one that holds;
     ``log_bayes_after``: for the one of the two that holds after this and all better tests, the lesser of both ways.
 
     ``laboratory_s``: laboratory time that this test adds; ``total_s``: of the plan so far; ``values``: the law's
-    parameters that are to be found, as they are expected in this test; ``told``: whether this test alone tells them.
+    parameters that are to be found, as they are expected in this test; ``told``: whether this test alone does.
     """
 
     rank: int | None
@@ -57,7 +57,7 @@ class PlannedTest:
 class Plan(Result):
     """A plan: ``tests``, best first; ``others``: candidates that were not chosen; ``notes``: what was assumed.
 
-    ``against``: the law from which ``law`` is to be told, if that was asked.
+    ``against``: the law from which ``law`` is to be distinguished, if that was asked.
     """
 
     law: str

@@ -45,7 +45,7 @@ class Setting:
     """One setting of one knob: the contract's keys, then what helps.
 
     ``error`` relative, of ``quantity``, against ``reference``; ``seconds``: the shortest of several runs;
-    ``default``: what commands use unless told otherwise; ``dominated``: another setting of the knob beats it in both;
+    ``default``: what commands use by default; ``dominated``: another setting of the knob beats it in both;
     ``over_bound``: the error in units of the Cramer-Rao bound; ``size_bytes``: of the file; ``None`` where it has none.
     """
 
