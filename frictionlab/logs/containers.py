@@ -238,10 +238,11 @@ def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -
     columns: dict[str, FloatArray] = {}
     facts: Facts = {}
     for name, value in _leaves("", chosen):
-        if value.size == 1:
-            facts |= _rate(name, float(value.ravel()[0]))
-        else:
+        plain, number = name.rpartition(".")[2].lower(), float(value.ravel()[0])
+        if value.size > 1:
             columns |= _columns_of(name, value)
+        elif plain in (*_RATES, *_STEPS) and 0.0 < number < np.inf:
+            facts["interval_s"] = 1.0 / number if plain in _RATES else number
     if not columns:
         raise LogError(
             f"no arrays of numbers found: expected vectors such as t, x, y; got {others or _names(chosen)}: save the "
@@ -335,14 +336,6 @@ def _columns_of(name: str, array: FloatArray) -> dict[str, FloatArray]:
     return {}
 
 
-def _rate(name: str, value: float) -> Facts:
-    """The sampling interval, where a number is called one, or a rate."""
-    plain = name.rpartition(".")[2].lower()
-    if not 0.0 < value < np.inf or plain not in (*_RATES, *_STEPS):
-        return {}
-    return {"interval_s": 1.0 / value if plain in _RATES else value}
-
-
 def _usual_length(columns: Sequence[Any]) -> int:
     """The length that most columns have; of several, the largest."""
     lengths = [len(column) for column in columns]
@@ -352,25 +345,13 @@ def _usual_length(columns: Sequence[Any]) -> int:
 _KINDS = (
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file (.xls), or another old Office file: save it as .xlsx"),
     (b"RIFF", "a sound file (WAV, AVI): its samples have no unit of length: export the displacement as text"),
-    (b"\x89PNG", "a picture: give the log itself"),
-    (b"\xff\xd8\xff", "a picture: give the log itself"),
-    (b"GIF8", "a picture: give the log itself"),
+    *((magic, "a picture: give the log itself") for magic in (b"\x89PNG", b"\xff\xd8\xff")),
     (b"%PDF", "a PDF document: give the log itself"),
-    (b"7z\xbc\xaf\x27\x1c", "a 7z archive: unpack it first"),
-    (b"Rar!", "a rar archive: unpack it first"),
-    (b"\x28\xb5\x2f\xfd", "compressed by Zstandard: unpack it first"),
-    (b"\x04\x22\x4d\x18", "compressed by LZ4: unpack it first"),
-    (b"BZh", "compressed by bzip2: unpack it first, or pack it by gzip or zip"),
-    (b"\xfd7zXZ\0", "compressed by xz: unpack it first, or pack it by gzip or zip"),
+    *((magic, "packed: unpack it first") for magic in (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh", b"\xfd7zXZ\0")),
     (b"MDF     ", "an ASAM MDF measurement: export it as text or as MATLAB"),
     (b"SQLite format 3", "a database (SQLite): export the log as text"),
-    (b"\x80\x04\x95", "a Python pickle, which could run anything: save it as text"),
-    (b"\x80\x05\x95", "a Python pickle, which could run anything: save it as text"),
     (b"ARROW1", "an Arrow (Feather) file: save it as Parquet"),
-    (b"CDF\x01", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
-    (b"CDF\x02", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
-    (b"\x7fELF", "a program"),
-    (b"MZ", "a Windows program"),
+    (b"CDF", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
     (b"source,status,reason,", "a table of results, not a log: `frictionlab show` and `frictionlab campaign` read it"),
 )  # fmt: skip
 
@@ -395,5 +376,5 @@ def refuse_by_name(first: bytes, name: str) -> None:
     if (kind := _SUFFIXES.get(PurePath(name).suffix.lower())) is not None:
         raise LogError(f"{name}: {kind}, not a log")
     for magic, words in _KINDS:
-        if first.startswith(magic) and (len(magic) > 2 or b"\0" in first[:64]):
+        if first.startswith(magic):
             raise LogError(f"{name}: {words}")

@@ -9,7 +9,7 @@ from scipy.io import loadmat
 
 import frictionlab as fl
 from frictionlab.errors import AnalysisError, LogError, UsageError
-from frictionlab.logs.frequency_table import read_frequency_table
+from frictionlab.logs.table import read_frequency_table
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state

@@ -225,7 +225,7 @@ def test_tdms_states_its_rate_and_units(tmp_path: Path, monkeypatch: pytest.Monk
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file .* save it as .xlsx"),
         (b"RIFF\x00\x00\x00\x00WAVEfmt ", "a sound file"),
         (b"SQLite format 3\x00", "a database"),
-        (b"BZh91AY", "compressed by bzip2: unpack it first"),
+        (b"BZh91AY", "packed: unpack it first"),
     ],
 )
 def test_what_is_not_read_is_named(first: bytes, words: str, tmp_path: Path) -> None:
