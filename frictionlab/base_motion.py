@@ -1,4 +1,4 @@
-"""A recorded motion of the base -> what the mass does under it: units put on, doubtful records refused or told of."""
+"""A recorded motion of the base -> what the mass does under it: units put on, doubtful records refused or doubted."""
 
 import math
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ LARGE = 0.05  # ... if it is this share of the whole range
 AROUND = 5  # steps looked at on either side
 HOLE = 1000.0  # times the usual step between two samples
 QUIET = 1e-7  # of the base's range: a motion whose noise is less is clean
-COARSE = 1e-3  # sampling error over Y from which it is told
+COARSE = 1e-3  # sampling error over Y from which it is said
 ORDER_LEFT = 15.0  # 2^4 - 1: what a spline of every other sample errs more
 
 

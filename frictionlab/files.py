@@ -177,7 +177,7 @@ def check_regular(path: Path) -> None:
 
 
 def identities(path: Path) -> set[object]:
-    """What tells a file from others: its true path and, where it stands, its number on the disk (links share it).
+    """What distinguishes a file: its true path and, where it stands, its number on the disk (links share it).
 
     Examples
     --------
@@ -192,7 +192,7 @@ def identities(path: Path) -> set[object]:
 
 
 def as_disks_see(name: str) -> str:
-    """Return a file's name as disks see it that tell neither case nor ways to write an accent apart.
+    """Return a file's name as disks see it that distinguish neither case nor ways to write an accent.
 
     Examples
     --------

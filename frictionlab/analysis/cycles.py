@@ -176,7 +176,7 @@ def _fundamentals(signal: FloatArray, start: FloatArray, end: FloatArray, points
         rows = fold(signal, start[some], end[some], points)
         lines[some], means[some] = first_harmonic(rows, turn) / points, rows.mean(axis=1)
     n = len(start)
-    if n < 3 or start[1] < end[0] - 1e-6 * (end[0] - start[0]):  # cycles that overlap tell no drift
+    if n < 3 or start[1] < end[0] - 1e-6 * (end[0] - start[0]):  # cycles that overlap show no drift
         return lines
     # mean of up to 12 cycles after less that of as many before: motions that repeat every 2, 3, 4 or 6 have no drift
     width = min(12, (n - 1) // 2)

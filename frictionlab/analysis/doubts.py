@@ -22,7 +22,7 @@ from frictionlab.estimate import Estimate
 FEW_CYCLES = 5
 COARSE = 0.02  # sensor step over the amplitude of the response: what stands still longer than that may be moving
 QUIET = 0.01  # rounding that noise does not average away, over the step: a sensor that shows the same in every cycle
-FEW_STEPS = 2.5  # a motion over fewer steps is not told from its sensor's
+FEW_STEPS = 2.5  # a motion over fewer steps is not distinguished from its sensor's
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
 DISTORTED = 0.05
 USUAL_RATIOS = (0.02, 5.0)
@@ -141,7 +141,7 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
         return
     of_mass, signals = layout.of_mass, [("base_amplitude_m", layout.base, layout.of_base, False)]
     if not answer.is_stuck:
-        # a mass that slows or stops on its way up has steep flanks everywhere, and no corner tells a clipping sensor
+        # a mass that slows or stops on its way up has steep flanks everywhere, and no corner shows a clipping sensor
         speed = np.abs(answer.how.cycle(1024)[1])
         fast = speed > speed.max() / 3.0
         slows = answer.stops_per_cycle >= 2.5 or int(np.count_nonzero(fast & ~np.roll(fast, 1))) > 2
@@ -173,7 +173,7 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
 
 
 def _is_blurred(answer: Response) -> bool:
-    """Whether no stop can be told: how long the mass stands is not known then, and 0 is no finding."""
+    """Whether no stop can be seen: how long the mass stands is not known then, and 0 is no finding."""
     return answer.shortest_stop >= 1.0
 
 

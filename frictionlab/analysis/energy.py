@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
     from frictionlab.analysis.response import Response
 
-FEW = 8  # cycles that tell their own scatter; fewer take that of all
+FEW = 8  # cycles that show their own scatter; fewer take that of all
 CLEAR = 2.0  # deviations by which scatter must exceed what noise explains
 
 

@@ -18,7 +18,7 @@ FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, wi
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
 FINE_SAMPLES = 24  # a cycle; between fewer a cubic takes from the third harmonic
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
-RESOLVED = 3.0  # resolution cells between a line and a harmonic, in a window that tells them apart
+RESOLVED = 3.0  # resolution cells between a line and a harmonic, in a window that parts them
 ROUNDS = 0.1  # of a sensor's step: a line below it may be rounding
 
 
@@ -218,7 +218,7 @@ def _lines_of(signal: FloatArray, lines: Spectrum, drive: DriveLine) -> tuple[Li
 
 
 def _without(signal: FloatArray, step: float, found: tuple[Line, ...], cut: Cut) -> FloatArray:
-    """A channel (n,) without the lines to go, first in windows that tell them from harmonics, then in short ones."""
+    """A channel (n,) without the lines to go, first in windows that part them from harmonics, then in short ones."""
     gone = [line for line in found if line.removed]
     for line in gone:
         signal = signal - line_in(signal, step, line, _window(line, cut.frequency / step))
@@ -229,7 +229,7 @@ def _without(signal: FloatArray, step: float, found: tuple[Line, ...], cut: Cut)
 
 
 def _window(line: Line, drive: float) -> float:
-    """Length of a window [s] that tells a line from the drive's harmonic next to it."""
+    """Length of a window [s] that parts a line from the drive's harmonic next to it."""
     beside = abs(line.frequency - round(line.frequency / drive) * drive)
     return max(SHORTEST_S, RESOLVED / max(beside, 1e-300))
 

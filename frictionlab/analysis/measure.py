@@ -35,7 +35,7 @@ NO_NATURAL_FREQUENCY = (
     " --natural-frequency; `frictionlab free-vibration` measures it"
 )
 MOST_GAPS = 5  # named one by one
-MOST_SINGLE, MOST_HARMONICS = 400, 128  # of the single cycles that tell the scatter
+MOST_SINGLE, MOST_HARMONICS = 400, 128  # of the single cycles that show the scatter
 LONG_TEST_S = 300.0  # from this length on a trend of the energy is fitted
 BUDGETED = {
     "frequency_ratio": "ratio",

@@ -19,7 +19,7 @@ from frictionlab.analysis.signals import white_noise
 from frictionlab.analysis.stops import Move, Thresholds
 from frictionlab.arrays import ComplexArray, FloatArray
 
-FEW = 5  # cycles whose mean tells a slip within a stop
+FEW = 5  # cycles whose mean shows a slip within a stop
 LEVELLED = 0.5  # of the range, which stops of one place each never take away
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
 _KEPT_FROM = 1.5  # amplitude over the noise's, about, from which a harmonic stands out
@@ -35,7 +35,7 @@ class Smoother:
     ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
     what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the error left in one point of
     x and v (v: with the harmonics given up); ``x_tail``: what the harmonics that drown in noise may add to an extreme;
-    ``resolution``: the shortest time that can be told apart, in radians of tau.
+    ``resolution``: the shortest time that can be resolved, in radians of tau.
     """
 
     mean: ComplexArray
@@ -129,8 +129,8 @@ class Response:
     each stop; ``energy_noise``, ``amplitude_noise``: standard error of one cycle's value from sensor noise alone;
     ``energy_shared``: standard error that all cycles have in common; ``stops_per_cycle``, ``stuck_fraction``,
     ``regime``: over all cycles; ``asymmetry``: rms of the even part of the mean cycle over its rms; ``how``: the
-    smoother of all cycles; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles (1: none
-    can); ``doubtful``: pauses of a cycle that are too short to tell, and their mean length in cycles;
+    smoother of all cycles; ``shortest_stop``: shortest stop that differs from a slow passage, in cycles (1: none
+    can); ``doubtful``: pauses of a cycle that are too short to be sure, and their mean length in cycles;
     ``smallest_slip``: way (Y) of the smallest slip within a stop of a tenth of a cycle that is seen; ``unclear``: a
     move within a stop that may part it or not.
     """

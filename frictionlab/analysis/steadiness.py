@@ -15,7 +15,7 @@ from frictionlab.arrays import FloatArray, IntArray, runs
 COARSE_POINTS = 64  # of a cycle, to find the transient on
 REPEATS = 0.005  # of the motion: cycles that differ by less repeat
 IRREGULAR = 0.02  # of the cycles after the transient may be farther off
-INTERVAL_S = 10.0  # one cycle so often tells the trend of a long test (thesis 4.4.3)
+INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
 
 def distance(rows: FloatArray, final: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 A mass comes to a stop with the velocity falling linearly (it is braked until it stands) and leaves it with the velocity
 rising as the square of time (the spring's force has only just reached the friction's). So the moments at which the
-speed passes two thresholds, v and 2 v, tell where the stop itself begins and ends, and a turning point or a slow
+speed passes two thresholds, v and 2 v, show where the stop itself begins and ends, and a turning point or a slow
 passage that never stands comes out with a dwell of nothing.
 
 A slip too slow for the thresholds leaves one stop in two places: the mean cycle shows it (`parted`).

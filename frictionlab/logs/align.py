@@ -1,8 +1,8 @@
 """Two logs, two clocks: the base's samples brought to the mass's stamps, and how sure that is.
 
 The clocks are related by absolute time where both logs have it, else by the lag given, else by the lag at which the
-two motions resemble each other most. The last cannot tell a clock's lag from the mechanical phase between mass and
-base, and says so. Their relative drift is found from the phase between the motions, which one drive makes, over the
+two motions resemble each other most. The last takes the mechanical phase between mass and base for a clock's lag,
+and says so. Their relative drift is found from the phase between the motions, which one drive makes, over the
 whole record. Whatever the way, ``lag_s_u`` says how well the lag is known: energy per cycle depends on it.
 """
 

@@ -1,7 +1,7 @@
 """The time column of a log in seconds, and the one time base made of it.
 
 Unit found or said, what the log states about its clock; restarts, stray and repeated stamps, missing samples, sampling
-rate. No stamp is moved unless the clock forces it (it restarted, or it is too coarse to tell samples apart), and then a
+rate. No stamp is moved unless the clock forces it (it restarted, or it is too coarse to part samples), and then a
 warning says so.
 """
 

@@ -183,7 +183,7 @@ def _further(
 
 
 def channel_named(column: LogColumn, *, numbered: bool = True) -> str:
-    """The further channel that a column is by its unit and its name; "" if it is none, or that cannot be told.
+    """The further channel that a column is by its unit and its name; "" if it is none, or that is not clear.
 
     ``numbered``: whether several masses are numbered; then all but the first are further channels.
 

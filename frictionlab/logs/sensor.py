@@ -82,7 +82,7 @@ def _sample(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _is_comb(apart: NDArray[np.float64], step: float) -> bool:
-    """Whether neighbouring levels are whole steps apart, most of them one, as far as the printed digits tell."""
+    """Whether neighbouring levels are whole steps apart, most of them one, as far as the printed digits show."""
     if not 0.4 * step <= np.quantile(apart, _SPIKES) < 1.5 * step:
         return False
     small = apart[apart < 20 * step] / step

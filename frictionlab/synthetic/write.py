@@ -100,20 +100,20 @@ def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
         )
     time = np.arange(round(test.duration_s * rate)) / rate
     more: dict[str, FloatArray] = {}
-    told: dict[str, object] = {}
+    beyond: dict[str, object] = {}
     if names or not test.base.is_plain:
         run = driven(test, scene)
         mass, base = (test.base_amplitude_m * each[:: run.every] for each in (run.displacement, run.base))
-        more, told = run.channels(names), {key: _twelve_digits(value) for key, value in run.totals().items()}
+        more, beyond = run.channels(names), {key: _twelve_digits(value) for key, value in run.totals().items()}
     else:
         base = np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
         if test.is_plain_coulomb:
             mass = motion(test, time, scene)
         else:
-            mass, told = _changing(test, scene, time)
+            mass, beyond = _changing(test, scene, time)
     if test.friction_wander and not test.is_plain_coulomb:
-        told["friction_ratio_of_cycles"] = [float(f"{beta:.8g}") for beta in cycle_friction_ratios(test, scene)]
-    return _lines(test, scene, time, mass, base, more), told
+        beyond["friction_ratio_of_cycles"] = [float(f"{beta:.8g}") for beta in cycle_friction_ratios(test, scene)]
+    return _lines(test, scene, time, mass, base, more), beyond
 
 
 def _changing(test: SyntheticTest, scene: Scene, time: FloatArray) -> tuple[FloatArray, dict[str, object]]:
