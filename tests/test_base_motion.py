@@ -15,7 +15,6 @@ import frictionlab as fl
 from frictionlab.base_motion import respond_to
 from frictionlab.cli import app
 from frictionlab.errors import LogError, RecordingError, SimulationError, UsageError
-from frictionlab.figures.style import MOST_POINTS, thinned
 from frictionlab.hdf5 import describe, read_recording, write_recording
 from frictionlab.recording import Channel, Quality, Recording
 from frictionlab.schema import RESPONSES
@@ -197,18 +196,6 @@ def test_a_base_at_rest_and_an_unknown_frequency_are_refused() -> None:
         fl.respond(Recording(t, y, 0 * t), PLAIN, natural_frequency_hz=FN)
     with pytest.raises(UsageError, match="--natural-frequency HZ"):
         fl.respond(Recording(t, y, y), PLAIN)
-
-
-def test_the_figure_shows_every_extreme_of_a_long_line(tmp_path: Path) -> None:
-    rng = np.random.default_rng(1)
-    long = rng.standard_normal(100_000)
-    some = thinned(long)
-    assert len(some) <= MOST_POINTS + 60
-    assert long[some].max() == long.max()
-    assert np.all(np.diff(some) >= 0)
-    t, y = base_of()
-    answer = fl.respond(Recording(t, 0 * t, y), PLAIN, natural_frequency_hz=FN)
-    assert fl.plot(answer, tmp_path / "a.svg").stat().st_size > 10_000
 
 
 def run(*arguments: str | float | Path) -> Result:

@@ -1,11 +1,7 @@
 """The ingest command: exit status, one line per fault, outputs whole, JSON Lines and nothing else."""
 
 import json
-import os
 import re
-import signal
-import time
-from collections import Counter
 from pathlib import Path
 
 import h5py
@@ -15,7 +11,6 @@ from typer.testing import CliRunner, Result
 
 from frictionlab.cli import app
 from frictionlab.errors import UsageError
-from frictionlab.files import SUFFIX
 from frictionlab.hdf5 import read_recording
 from frictionlab.verbs.one_test import ingest
 from tests.logs.samples import sensortool, table, truth, write
@@ -182,45 +177,6 @@ def test_text_from_logs_is_escaped_and_warnings_name_their_log(log: Path) -> Non
     assert re.search(r"warning \(steel_N10_r0\.5\): a gap of 0\.204 s after", result.stderr)
     quiet = run(log, "--quiet")
     assert (quiet.exit_code, quiet.stdout.splitlines()[0], quiet.stderr) == (0, "1 of 1 logs ingested", "")
-
-
-def test_kills_leave_the_old_recording_or_the_new_one(log: Path, tmp_path: Path) -> None:
-    place, before = tmp_path / "out" / "a.h5", truth(500, seed=9)
-    place.parent.mkdir()
-    other = write(tmp_path / "other.csv", table(before, HEADER, ","))
-    assert run(other, "-o", place, "--quiet").exit_code == 0
-    old = place.read_bytes()
-    draw, latest = np.random.default_rng(0), 0.1
-    seen = Counter[str]()
-    for _ in range(24):
-        place.write_bytes(old)
-        killed = _killed_after(draw.uniform(0.0, latest), log, "-o", place, "--quiet", "--force")
-        latest *= 1.3 if killed else 0.8  # on a slow machine and on a fast one, half of them are hit
-        found = read_recording(place)  # whole in any case
-        expected = DATA if len(found) == len(DATA.mass) else before
-        np.testing.assert_array_equal(found.mass_displacement, expected.mass)
-        seen[f"{'killed' if killed else 'done'}, {'new' if expected is DATA else 'old'}"] += 1
-    assert seen["done, old"] == 0
-    assert seen["killed, old"] > 2
-    assert seen["done, new"] > 2
-    for left in place.parent.glob(f".*{SUFFIX}"):
-        os.utime(left, (0.0, time.time() - 3700.0))
-    assert run(log, "-o", place, "--quiet", "--force").exit_code == 0
-    assert [p.name for p in place.parent.iterdir()] == ["a.h5"]  # what killed runs left is swept
-
-
-def _killed_after(seconds: float, *words: str | Path) -> bool:
-    """Start an ingest in a child and kill it: whether it was still alive."""
-    child = os.fork()
-    if child == 0:
-        status = 1
-        try:
-            status = run(*words).exit_code
-        finally:
-            os._exit(status)
-    time.sleep(seconds)
-    os.kill(child, signal.SIGKILL)
-    return os.WIFSIGNALED(os.waitpid(child, 0)[1])
 
 
 def test_real_recordings_of_the_rig() -> None:

@@ -114,13 +114,6 @@ def test_matlab_of_every_version(version: Literal["4", "5", "7.3"], tmp_path: Pa
     assert np.array_equal(both.base_displacement, DATA.base)
 
 
-def test_a_structure_and_a_rate_instead_of_a_time(tmp_path: Path) -> None:
-    path = matlab(tmp_path / "log.mat", "5", run={"mass_mm": X, "base_mm": Y, "note": "steel"}, fs=250.0)
-    recording = read_log(path)
-    assert np.array_equal(recording.mass_displacement, DATA.mass)
-    assert recording.sampling_rate_hz == pytest.approx(250.0)
-
-
 def test_a_matrix_has_a_column_for_each_channel(tmp_path: Path) -> None:
     path = matlab(tmp_path / "log.mat", "7.3", data=np.array([T, X, Y]))
     options = LogOptions(time="data1", mass="data2", base=3, unit="mm")
@@ -152,15 +145,6 @@ def test_a_recording_is_no_log(tmp_path: Path) -> None:
     write_recording(Recording(DATA.time, DATA.mass, DATA.base), tmp_path / "a.h5")
     with pytest.raises(LogError, match="a recording of frictionlab, not a log"):
         read_log(tmp_path / "a.h5")
-
-
-def test_excel_with_a_preamble_and_a_units_row(tmp_path: Path) -> None:
-    head: list[tuple[object, ...]] = [("Rig 2",), ("time", "mass", "base"), ("s", "mm", "mm")]
-    rows = [(float(a), float(b), float(c)) for a, b, c in DATA.rows]
-    recording = read_log(workbook(tmp_path / "log.xlsx", *head, *rows))
-    assert_is_the_log(recording)
-    assert recording.source.dialect["compression"] == "xlsx"
-    assert recording.source.dialect["first_data_line"] == 4
 
 
 def test_excel_with_dates_and_a_hole(tmp_path: Path) -> None:
