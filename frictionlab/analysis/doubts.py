@@ -69,9 +69,8 @@ def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
     drive = layout.drive
     if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
         yield (
-            f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}, where a rig of this"
-            " kind is driven: check natural_frequency_hz in [rig] (--natural-frequency) and the unit of time"
-            " (--time-unit)"
+            f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}: check"
+            " natural_frequency_hz in [rig] (--natural-frequency) and the unit of time (--time-unit)"
         )
     distortion = float(np.linalg.norm(drive.harmonics[1:]))
     if distortion > DISTORTED:
@@ -97,7 +96,6 @@ def _of_lines(layout: Layout) -> Iterator[str]:
                 yield (
                     f"{role}: a line at {line.frequency:.5g} Hz, {100.0 * line.amplitude / unit:.2g} % of the base's"
                     f" amplitude, {mains_of(line) or 'no harmonic of the drive'}: it is taken out: look for its source"
-                    " (earthing, cables, a bearing)"
                 )
     for line in foreign.on_harmonics[:MANY]:
         hum = mains_of(line)
@@ -105,14 +103,12 @@ def _of_lines(layout: Layout) -> Iterator[str]:
         yield (
             f"response_amplitude: harmonic {round(line.frequency / hz)} of the drive, at {line.frequency:.5g} Hz, is"
             f" {100.0 * line.amplitude / unit:.2g} % of the base's amplitude and stands out of those beside it:"
-            f" {cause}; so near a harmonic it cannot be told from the motion: amplitude (its error holds it) and"
-            " stops_per_cycle may be wrong by it: drive a little faster or slower"
+            f" {cause}; stops_per_cycle may be wrong by it, the amplitude's error holds it: drive a little faster"
         )
     if foreign.masked > LEAST * unit and not foreign.on_harmonics:
         yield (
-            f"response_amplitude: a harmonic of the drive lies on the frequency of the mains: hum of up to"
-            f" {100.0 * foreign.masked / unit:.2g} % of the base's amplitude could not be told from it, and is in the"
-            " uncertainty: drive a little faster or slower"
+            f"response_amplitude: hum of up to {100.0 * foreign.masked / unit:.2g} % of the base's amplitude may hide"
+            " in a harmonic of the drive, and is in the uncertainty: drive a little faster or slower"
         )
     low = [line for line in (*foreign.mass, *foreign.base) if not line.removed]
     if low:
@@ -129,14 +125,10 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
     """Of few cycles and samples, and of a sensor that clips, is coarse, or too noisy to show a stop."""
     if len(layout) < FEW_CYCLES:
         yield (
-            f"cycles: only {len(layout)} full cycles after the transient, where {FEW_CYCLES} would tell their scatter:"
-            " record longer or cut a shorter transient"
+            f"cycles: only {len(layout)} full cycles after the transient, of {FEW_CYCLES} for a scatter: record longer"
         )
     if layout.samples < FEW_SAMPLES:
-        yield (
-            f"sampling_rate_hz: {layout.samples:.3g} samples a cycle; energy and stops ask for {FEW_SAMPLES}: sample"
-            " faster"
-        )
+        yield (f"sampling_rate_hz: {layout.samples:.3g} samples a cycle; energy and stops ask for {FEW_SAMPLES}")
     if prescribed:
         return
     of_mass, signals = layout.of_mass, [("base_amplitude_m", layout.base, layout.of_base, False)]
@@ -158,7 +150,7 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
         size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
     if of_mass.step > COARSE * size > QUIET * of_mass.step:
         step = of_mass.step / size
-        few = ", so that it cannot be told whether it moves" if FEW_STEPS * step > 2.0 else ""
+        few = ", too coarse to say whether it moves" if FEW_STEPS * step > 2.0 else ""
         yield (
             f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}:"
             " stops, stuck fraction and regime are those of the sensor's steps, and the energy's error is larger than"
@@ -181,10 +173,7 @@ def _of_settling(layout: Layout, settled: float | None, transient: float) -> Ite
     if len(layout) < FEW_CYCLES:
         return
     if settled is None:
-        yield (
-            "transient_s: the motion had not settled by the end of the recording; the numbers are of a passing"
-            " state: record longer"
-        )
+        yield ("transient_s: the motion had not settled by the end of the recording: record longer")
     elif settled > transient + 1.0 / layout.drive.frequency:
         yield (
             f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s:"
@@ -199,14 +188,13 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     share = float(np.var(layout.mass.mean(axis=0))) / power
     if share < 0.5 and len(layout) >= FEW_CYCLES:
         yield (
-            f"drive_frequency_hz: the mass does not answer at the drive's frequency: only {100 * share:.2g} % of its"
-            " power repeats with the drive"
+            f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with the drive: check its column"
         )
     growth = steadiness.growth(answer.amplitude, least=GROWTH)
     if growth and len(layout) / drive.frequency < LONG_S:
         yield (
             f"response_amplitude: drifts by {100 * growth:+.2g} % from the first cycle to the last: the contact wears,"
-            " or the gain of the mass's sensor changes: one cycle is not the mean: compare --cycles last and all"
+            " or the sensor's gain changes: compare --cycles last and all"
         )
     # a sample lost in one channel moves all that follows against the other
     stride, points = max(1, layout.mass.shape[1] // 64), layout.mass.shape[1]
@@ -222,8 +210,7 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
             yield (
                 f"energy_per_cycle: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples"
                 f" {'earlier' if by < 0.0 else 'later'} than before: as if samples had been lost in the"
-                f" {'mass' if by < 0.0 else 'base'}'s channel; the energies before and after differ: cut the log there,"
-                " or give the channels their own times"
+                f" {'mass' if by < 0.0 else 'base'}'s channel: cut the log there, or give the channels their own times"
             )
     for name, series in (("amplitude", answer.amplitude), ("mean position", answer.position)):
         found = steadiness.jumps(series / size, noise=answer.amplitude_noise / size).tolist()
@@ -239,27 +226,24 @@ def _of_stops(answer: Response) -> Iterator[str]:
     if often >= OFTEN and not _is_blurred(answer):
         yield (
             f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %:"
-            " too short to tell a stop from a slow passage here (surely told from"
-            f" {100.0 * answer.shortest_stop:.2g} % on), and not counted: a faster or quieter sensor would tell"
+            f" not counted, for stops are seen from {100.0 * answer.shortest_stop:.2g} % on: take a quieter sensor"
         )
     if answer.unclear is not None:
         way, length = answer.unclear
         yield (
             f"stops_per_cycle: within a stop of {100.0 * length:.2g} % of a cycle the mass moves by"
-            f" {way:.1g} Y: two stops parted by a slip, or one with a creep or a slow passage; the sensor does not"
-            " tell which, and the count may be off by it"
+            f" {way:.1g} Y: two stops parted by a slip, or one with a creep or a slow passage: the count may be off"
         )
     count = round(answer.stops_per_cycle)
     if count % 2 == 1 and abs(answer.stops_per_cycle - count) < SAME_COUNT and answer.asymmetry < MIRRORED:
         yield (
             f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
-            f" {100.0 * answer.asymmetry:.2g} %) and stops come in pairs: one of them was too short to be seen, or is"
-            " a slow passage"
+            f" {100.0 * answer.asymmetry:.2g} %) and stops come in pairs: one of them was not seen, or is none"
         )
     if np.ptp(answer.stops) > 0.0:
         yield (
-            f"stops_per_cycle: not the same in all cycles: {answer.stops.min():g} to {answer.stops.max():g}; stops"
-            f" shorter than {100 * answer.shortest_stop:.2g} % of a cycle cannot be told from a slow passage here"
+            f"stops_per_cycle: not the same in all cycles: {answer.stops.min():g} to {answer.stops.max():g}; they are"
+            f" seen from {100 * answer.shortest_stop:.2g} % of a cycle on"
         )
 
 
@@ -317,8 +301,7 @@ def _of_the_channels(
         if of_mass.noise >= NOISIER * max(of_base.noise, of_base.step):
             yield (
                 f"mass: its channel holds nothing but noise of {of_mass.noise:.3g} Y rms,"
-                f" {of_mass.noise / max(of_base.noise, 1e-300):.2g} times the base's: check the mass's column (--mass,"
-                " [log] mass) and its sensor"
+                f" {of_mass.noise / max(of_base.noise, 1e-300):.2g} times the base's: check its column (--mass)"
             )
         return
     noise = math.hypot(of_mass.noise, of_base.noise) / math.sqrt(len(layout))

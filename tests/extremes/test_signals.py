@@ -129,7 +129,7 @@ def test_stops_of_a_coarse_sensor_are_said_to_be_the_sensors(step: float) -> Non
     mass = np.round(whole.mass_displacement / (step * 1e-3)) * step * 1e-3
     found = measure(Recording(whole.time, mass, whole.base_displacement), SCENE)
     (said,) = [w for w in found.warnings if w.startswith("stops_per_cycle: the sensor's step")]
-    assert ("cannot be told whether it moves" in said) == (step >= 0.5)
+    assert ("too coarse to say whether it moves" in said) == (step >= 0.5)
     assert_finite(found)
 
 
