@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictionlab.analysis.channels import denoised, integrated, integrated_noise
+from frictionlab.analysis.channels import denoised, integrated_at_a_cost
 from frictionlab.analysis.signals import white_noise
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import RecordingError
@@ -177,18 +177,11 @@ def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str])
     if highpass_hz is None or not 0.0 < highpass_hz < 0.25 * rate:
         raise RecordingError(
             "base: an acceleration; a fixed wall needs the base's displacement, and so it is integrated twice; expected"
-            f" --highpass HZ, the slowest motion that is kept (more than 0, less than {0.25 * rate:.4g}); got"
-            f" {highpass_hz or 'none'}; do: give one well below the base's slowest motion and above 1 over the record's"
-            f" length ({1.0 / max(part.duration_s, 1e-300):.3g} Hz), or --wall base, which needs no integration"
+            f" --highpass HZ, the slowest motion that is kept (more than {1.0 / max(part.duration_s, 1e-300):.3g}, less"
+            f" than {0.25 * rate:.4g}); got {highpass_hz or 'none'}; do: give one, or --wall base, which needs none"
         )
-    y = integrated(a, rate, highpass_hz)
-    u = integrated_noise(white_noise(a) if len(a) >= 16 else 0.0, rate, highpass_hz)
-    share = 100.0 * u / max(float(np.std(y)), 1e-300)
-    warnings.append(
-        f"base: an acceleration, integrated twice: what moves slower than {highpass_hz:g} Hz is gone, the first and"
-        f" last {1.0 / highpass_hz:.3g} s are doubtful, and its sensor's noise makes {1e6 * u:.3g} um rms of"
-        f" displacement ({share:.2g} % of the base's)"
-    )
+    y, u, said = integrated_at_a_cost(a, rate, highpass_hz)
+    warnings.append(f"base: an acceleration, integrated twice: {said}")
     return y, u
 
 

@@ -232,16 +232,23 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     if times == 0:
         return signal, [], 0
     slowest = SLOWEST * spectrum.strongest_tone(spectrum.amplitude_spectrum(signal, step)).frequency
-    moved = integrated(signal, rate, slowest, times=times)
-    u = integrated_noise(white_noise(signal), rate, slowest, times=times)
-    edge = min(round(rate / slowest), len(signal) // 4)
+    moved, _, said = integrated_at_a_cost(signal, rate, slowest, times=times)
+    words = f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: {said}"
+    return moved, [words], min(round(rate / slowest), len(signal) // 4)
+
+
+def integrated_at_a_cost(
+    signal: FloatArray, rate: float, highpass_hz: float, *, times: int = 2
+) -> tuple[FloatArray, float, str]:
+    """Return what `integrated` makes of a signal (n,), the rms of its sensor's noise in it [m], and both in words."""
+    moved = integrated(signal, rate, highpass_hz, times=times)
+    u = integrated_noise(white_noise(signal) if len(signal) >= 16 else 0.0, rate, highpass_hz, times=times)
     share = 100.0 * u / max(float(np.std(moved)), 1e-300)
     said = (
-        f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: what moves slower than"
-        f" {slowest:.3g} Hz, drift and offset are gone, {edge * step:.3g} s at either end are cut, and its sensor's"
-        f" noise makes {1e6 * u:.3g} um rms of displacement ({share:.2g} % of the motion)"
+        f"what moves slower than {highpass_hz:.3g} Hz, drift and offset are gone, {1.0 / highpass_hz:.3g} s at either"
+        f" end are doubtful, and its sensor's noise makes {1e6 * u:.3g} um rms of displacement ({share:.2g} % of it)"
     )
-    return moved, [said], edge
+    return moved, u, said
 
 
 def is_angular(names: Iterable[str]) -> bool:
