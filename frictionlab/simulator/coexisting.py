@@ -77,12 +77,8 @@ def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attracto
         else:
             groups[place] = (groups[place][0], groups[place][1] + 1)
     groups.sort(key=lambda group: -group[1])
-    return tuple(Attractor(_of_any_start(state), count / starts) for state, count in groups)
-
-
-def _of_any_start(state: SteadyState) -> SteadyState:
-    """A steady state without the notes about rest and other motions: all are told. What its numbers need is kept."""
-    return replace(state, notes=state.notes & ~OF_REST) if state.orbit is not None else state
+    alone = [replace(state, notes=state.notes & ~OF_REST) if state.orbit is not None else state for state, _ in groups]
+    return tuple(Attractor(state, count / starts) for state, (_, count) in zip(alone, groups, strict=True))
 
 
 def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[SteadyState]:

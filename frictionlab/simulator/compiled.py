@@ -21,7 +21,7 @@ numba: Any = importlib.import_module("numba")  # its types are none that a formu
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-EXACT = ("phase", "motion", "flow", "account", "orbit", "answer", "travel")
+EXACT = ("phase", "motion", "flow", "account", "orbit", "answer")
 SOURCES = ("compiled", "row", "laws/law", "numeric/radau", *(f"exact/{name}" for name in EXACT))  # what is compiled
 
 
@@ -55,14 +55,9 @@ FOLDER = _machine_code_folder()
 OPTIONS = {"cache": _prepared(FOLDER), "error_model": "numpy"}
 
 
-def is_kept(module: str) -> bool:
-    """Whether machine code of a module is at hand: then it loads in a second."""
-    return any(FOLDER.glob(f"**/{module.rpartition('.')[2]}.*.nbi"))
-
-
 def announce(module: str) -> None:
     """Say to whoever listens to this module's logger that compiling begins, if it has to."""
-    if not numba.config.DISABLE_JIT and not is_kept(module):
+    if not numba.config.DISABLE_JIT and not any(FOLDER.glob(f"**/{module.rpartition('.')[2]}.*.nbi")):
         logging.getLogger(__name__).info("compiling the simulator once for this machine, about half a minute")
 
 

@@ -21,10 +21,5 @@ class Meter:
     def take(self, steps: float) -> None:
         """Book so many steps; OverspentError where no work is left."""
         self.left -= steps
-        if self.is_spent:
+        if self.left < 0.0:
             raise OverspentError("the steps of integration allowed are used up")
-
-    @property
-    def is_spent(self) -> bool:
-        """Whether no work is left."""
-        return self.left < 0.0

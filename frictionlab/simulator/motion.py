@@ -1,7 +1,6 @@
 """A motion made of phases: when they are, what every solver's motion offers, and the energies of one."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
@@ -153,10 +152,14 @@ class Motion(ABC):
     @property
     def range(self) -> tuple[float, float]:
         """Least and largest displacement x of the mass."""
-        nodes, ends = self.nodes, np.array((self.start, self.end))
+        nodes = self.nodes
         turns = np.flatnonzero(nodes.v[:-1] * nodes.v[1:] < 0.0)
-        found = bisected(lambda tau: self.at(tau)[1], nodes.tau[turns], nodes.tau[turns + 1])
-        x = np.concatenate((nodes.x, self.at(np.concatenate((ends, found)))[0]))
+        low, high, falls = nodes.tau[turns], nodes.tau[turns + 1], nodes.v[turns] > 0.0
+        for _ in range(BISECTIONS if len(turns) else 0):
+            middle = 0.5 * (low + high)
+            same = (self.at(middle)[1] > 0.0) == falls
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        x = np.concatenate((nodes.x, self.at(np.concatenate(((self.start, self.end), low)))[0]))
         return float(x.min()), float(x.max())
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
@@ -235,16 +238,6 @@ def cycles_of(tau: FloatArray, duration: FloatArray) -> NDArray[np.int64]:
     """
     turns = np.round((tau[:-1] + duration[:-1] - tau[1:]) / TURN).astype(np.int64)
     return np.concatenate((np.zeros(1, np.int64), np.cumsum(turns)))
-
-
-def bisected(rate: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return where a rate changes its sign, once in each interval."""
-    falls = rate(low) > 0.0
-    for _ in range(BISECTIONS if len(low) else 0):
-        middle = 0.5 * (low + high)
-        same = (rate(middle) > 0.0) == falls
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return 0.5 * (low + high)
 
 
 class Energies(NamedTuple):

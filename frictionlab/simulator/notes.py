@@ -131,7 +131,7 @@ def _not(truth: Any) -> Any:
 
 
 def in_continuum(asked: Asked) -> Any:
-    """Tell whether the problem lies on the continuum of asymmetric motions, eq. (3.3)."""
+    """Return whether the problem lies on the continuum of asymmetric motions, eq. (3.3)."""
     n = (0.5 / asked.r + 0.5) // 1.0
     cosine = (asked.zeta == 0.0) & (asked.frame == 0.0) & (asked.mu == 1.0) & (asked.gradient == 0.0) & asked.plain
     there = (n >= 1.0) & (abs(asked.r * 2.0 * n - 1.0) <= 1e-12)

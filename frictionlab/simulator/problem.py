@@ -69,14 +69,15 @@ class Base:
 
     def at(self, tau: ArrayLike) -> NDArray[np.float64]:
         """Return the displacement of the base over Y at times tau (rad)."""
-        phase = np.multiply.outer(np.asarray(tau, dtype=np.float64), np.arange(1, self.harmonics + 1))
-        return np.asarray(np.cos(phase) @ np.array(self.cosine) + np.sin(phase) @ np.array(self.sine))
+        return self._series(tau, self.lines)
 
     def rate_at(self, tau: ArrayLike) -> NDArray[np.float64]:
         """Return the derivative of the displacement with respect to tau at times tau (rad)."""
-        k = np.arange(1, self.harmonics + 1)
-        phase = np.multiply.outer(np.asarray(tau, dtype=np.float64), k)
-        return np.asarray(np.cos(phase) @ (k * np.array(self.sine)) - np.sin(phase) @ (k * np.array(self.cosine)))
+        return self._series(tau, 1j * np.arange(1, self.harmonics + 1) * self.lines)
+
+    def _series(self, tau: ArrayLike, lines: NDArray[np.complex128]) -> NDArray[np.float64]:
+        phase = np.multiply.outer(np.asarray(tau, dtype=np.float64), np.arange(1, self.harmonics + 1))
+        return np.asarray(np.cos(phase) @ lines.real - np.sin(phase) @ lines.imag)
 
 
 COSINE = Base()
@@ -148,9 +149,9 @@ class Problem(Friction):
         vars(self).update(r=R.checked(r), law=law, numbers=law.complete(given), wall=wall, base=base)
 
     def __repr__(self) -> str:
-        told = ", ".join(f"{name} {value:g}" for name, value in self.parameters.items())
+        said = ", ".join(f"{name} {value:g}" for name, value in self.parameters.items())
         base = "" if self.base == COSINE else f", base of {self.base.harmonics} harmonics"
-        return f"<Problem r = {self.r:g}, {self.law.name}: {told}, {self.wall} wall{base}>"
+        return f"<Problem r = {self.r:g}, {self.law.name}: {said}, {self.wall} wall{base}>"
 
     @property
     def has_mirror_image(self) -> bool:

@@ -166,13 +166,15 @@ class SteadyState:
         if self.outcome == "unbounded":
             return "There is no steady state: the drive is exactly at resonance and friction too weak to bound it."
         if self.outcome == "not found":
-            return "No orbit is told: " + (self.warnings[0] if self.warnings else "none was found from rest.")
+            return "No orbit is given: " + (self.warnings[0] if self.warnings else "none was found from rest.")
         if self.outcome == "stuck" and self.problem.law.kind == "inner":
             lost = f"{self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})"
             return f"The contact holds all the time: it yields, and creeps more slowly than a stop may: {lost}."
         if self.outcome == "stuck" and self.problem.law.kind == "elastic":
             return "The contact never slips: it only yields elastically, and holds at the largest force on it."
-        if self.outcome == "stuck" and hold_of(self.problem) < self.problem.force_size:
+        problem = self.problem
+        held = problem.beta * max(min(problem.static_ratios), problem.parameter("static_ratio", 1.0))
+        if self.outcome == "stuck" and held < problem.force_size:
             return (
                 "The mass comes to rest displaced, where static friction holds it against the force in both directions."
             )
@@ -181,8 +183,8 @@ class SteadyState:
         kept = (
             "has not repeated yet" if self.outcome == "not settled" else f"repeats every {_cycles(self.period_cycles)}"
         )
-        told = "1 stop" if self.stops_per_cycle == 1.0 else f"{self.stops_per_cycle:g} stops"
-        stops = f" with {told} per cycle" if self.stops_per_cycle else ""
+        said = "1 stop" if self.stops_per_cycle == 1.0 else f"{self.stops_per_cycle:g} stops"
+        stops = f" with {said} per cycle" if self.stops_per_cycle else ""
         return f"The motion {kept}: {self.regime}{stops}, {self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})."
 
     def row(self) -> dict[str, object]:
@@ -201,11 +203,6 @@ class SteadyState:
             "response_amplitudes": amplitudes,
             "contacts": [contact._asdict() for contact in contacts],
         }
-
-
-def hold_of(problem: Problem) -> float:
-    """Return the largest force over k Y that holds a mass at rest in both directions, where z = 0."""
-    return problem.beta * max(min(problem.static_ratios), problem.parameter("static_ratio", 1.0))
 
 
 def _cycles(count: int | None) -> str:

@@ -291,14 +291,9 @@ def sweep_points(points: FloatArray, family: Family) -> FloatArray:
         return np.array([to_numbers(steady_state(family.problem(point))) for point in points.tolist()])
     from frictionlab.simulator.exact.solve import rows_of, systems_of  # noqa: PLC0415 - half a second to load
 
-    systems = systems_of(family.values(points), family.wall, family.base)
-    return _with_notes(rows_of(systems), points, family)
-
-
-def _with_notes(rows: FloatArray, points: FloatArray, family: Family) -> FloatArray:
-    """Add notes to rows; where a motion does not repeat, MISS is its growth and moves to that column."""
+    rows = rows_of(systems_of(family.values(points), family.wall, family.base))
     parts, kept = rows[:, places.OUTCOME] == places.PARTING, (places.PERIODIC, places.STUCK, places.COSTLY)
-    rows[:, places.GROWTH] = np.where(parts, rows[:, places.MISS], np.nan)
+    rows[:, places.GROWTH] = np.where(parts, rows[:, places.MISS], np.nan)  # MISS is its growth
     known = np.isin(rows[:, places.OUTCOME], kept) & np.isfinite(rows[:, places.MISS])
     rows[:, places.MISS] = np.where(known, rows[:, places.MISS], np.nan)
     rows[:, places.NOTES] = notes_of(family.asked(points), rows.T)

@@ -2,7 +2,7 @@
 
 Its flowchart (Fig. 3.1): where |x - cos tau| > mu beta the mass slides and RK45 runs until the velocity is zero; else
 it sticks and brentq finds when (3.2) lets it go. One hundred cycles count as steady, the last one is evaluated. Both
-energies are integrated along, so that the numbers are as good as the integration; the README tells how good that is.
+energies are integrated along, so that the numbers are as good as the integration; the README says how good that is.
 """
 
 from math import cos, hypot, pi, sin

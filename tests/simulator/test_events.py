@@ -12,7 +12,6 @@ from frictionlab.simulator import Base, Problem, simulate
 from frictionlab.simulator.exact.phase import CHATTER
 from frictionlab.simulator.exact.solve import _refuse
 from tests.simulator.phases import phases_of, sides
-from tests.simulator.several_twin import Twin
 
 
 @settings(deadline=None, max_examples=60)
@@ -85,27 +84,6 @@ def test_a_release_is_the_first_time_the_pull_passes_the_limit(
         assert (side == 0.0) == (t == pytest.approx(2 * pi, abs=1e-12))
         if side:
             assert pull[-1] * side == pytest.approx(hold, abs=1e-12)
-
-
-@settings(deadline=None, max_examples=8)
-@given(
-    r=st.floats(0.08, 3.0),
-    beta=st.floats(0.05, 0.9),
-    mu=st.sampled_from([1.0, 1.4]),
-    z=st.floats(-1, 1),
-    v=st.floats(-1, 1),
-)
-def test_a_cycle_from_anywhere_agrees_with_the_slow_twin(r: float, beta: float, mu: float, z: float, v: float) -> None:
-    fast, twin = phases_of(Problem(r, beta, mu), cycles=1, x0=z, v0=v), Twin.of_one(Problem(r, beta, mu))
-    if 0.0 < abs(v) < 1e-6 or float(fast.timeline.duration.min()) < 1e-3:
-        return  # so short a phase is beyond the twin's scan
-    x, speed = fast.at(2 * pi)
-    assert twin.run(np.array([z, v]), 2 * pi)[:2] == pytest.approx([float(x), float(speed)], abs=1e-8 / min(r, 1.0))
-
-
-def test_a_touch_of_no_duration_is_no_stop() -> None:
-    run = simulate(Problem(0.7, 0.5), cycles=3)
-    assert run.stops.shape[0] == 0 or (run.stops[:, 1] > run.stops[:, 0]).all()
 
 
 def test_chatter_is_named_with_its_place() -> None:

@@ -1,4 +1,4 @@
-"""Several masses, contacts anywhere: against the engines of one mass, a slow twin, and closed forms."""
+"""Several masses, contacts anywhere: against one mass, a slow twin, and closed forms."""
 
 import math
 
@@ -20,7 +20,6 @@ def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: floa
 
 
 @pytest.mark.parametrize("wall", ["fixed", "base"])
-@pytest.mark.parametrize(("r", "beta"), [(0.5, 0.4), (0.95, 0.3), (0.1, 0.3), (1.0, 0.3), (1.5, 2.0)])
 @pytest.mark.parametrize(
     ("law", "values"),
     [
@@ -32,17 +31,15 @@ def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: floa
         ("coulomb+iwan", {"stiffness_ratio": 20.0, "sliders": 10, "chi": -0.3}),
     ],
 )
-def test_one_mass_is_what_the_engines_of_one_mass_say(
-    law: str, values: dict[str, float], r: float, beta: float, wall: str
-) -> None:
+def test_a_structure_of_one_mass_is_the_problem(law: str, values: dict[str, float], wall: str) -> None:
+    r, beta = 0.5, 0.4
     one = steady_state(Problem(r, beta, law=law, parameters=values, frame_damping_ratio=0.02, wall=wall))  # type: ignore[arg-type]
     contact = rubs(law, 1, "wall" if wall == "fixed" else "base", beta=beta, **values)
     found = steady_state(Structure.of_storeys(r, [3.0], [700.0], [0.02], [contact]))
     assert found.outcome == one.outcome
     assert found.response_amplitudes[0] == pytest.approx(one.response_amplitude, abs=1e-12)
-    near = 1e-7 if "iwan" in law else 1e-12  # quadrature over the kinks of ten sliders, in the engine of one mass
-    assert found.energy_per_cycle == pytest.approx(one.energy_per_cycle, abs=near)
-    assert found.contact_energy_per_cycle == pytest.approx(one.contact_energy_per_cycle, abs=near)
+    assert found.energy_per_cycle == pytest.approx(one.energy_per_cycle, abs=1e-12)
+    assert found.contact_energy_per_cycle == pytest.approx(one.contact_energy_per_cycle, abs=1e-12)
     assert found.contacts[0].stops_per_cycle == one.stops_per_cycle
     assert found.contacts[0].stuck_fraction == pytest.approx(one.stuck_fraction, abs=1e-12)
     if one.outcome == "periodic":

@@ -13,7 +13,7 @@ from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import compiled, entry, inner
 from frictionlab.simulator.exact.flow import TURN_OF, is_rigid
-from frictionlab.simulator.exact.motion import base_at_time, place_of
+from frictionlab.simulator.exact.motion import base_at_time, contact_force, place_of
 from frictionlab.simulator.exact.orbit import (
     TURN,
     Carrier,
@@ -80,7 +80,7 @@ def den_hartog(r: float, beta: float) -> tuple[float, float]:
 
 @inner
 def is_plain(system: Any) -> bool:
-    """Tell whether it is one undamped mass with one rigid contact on a wall, the same everywhere: eq. (2.9)."""
+    """Return whether it is one undamped mass with one rigid contact on a wall, the same everywhere: eq. (2.9)."""
     if system.masses != 1 or system.contacts != 1 or not is_rigid(system, 0):
         return False
     return system.damping[0, 0] == 0.0 and system.gradient[0] == 0.0
@@ -88,7 +88,7 @@ def is_plain(system: Any) -> bool:
 
 @inner
 def is_undamped_frame(system: Any) -> bool:
-    """Tell whether all of the loop of one mass is its contact's: of r^2 times it, on a wall that follows a cosine."""
+    """Return whether all of the loop of one mass is its contact's: of r^2 times it, on a wall that follows a cosine."""
     if system.masses != 1 or system.contacts != 1 or system.damping[0, 0] != system.dashpot[0]:
         return False
     return system.follow[0] == 0.0 or system.harmonics == 1
@@ -96,7 +96,7 @@ def is_undamped_frame(system: Any) -> bool:
 
 @inner
 def grows(system: Any) -> bool:
-    """Tell whether a harmonic drives the mass exactly at resonance harder than friction can brake it."""
+    """Return whether a harmonic drives the mass exactly at resonance harder than friction can brake it."""
     if system.masses != 1 or system.damping[0, 0] != 0.0:
         return False
     force = 0.0
@@ -140,10 +140,10 @@ def crests(system: Any, work: Any, slot: int) -> tuple[float, float]:
 
 @inner
 def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
-    """Tell whether the motion of one mass with a rigid contact ends at rest; its place is written into y.
+    """Return whether the motion of one mass with a rigid contact ends at rest; its place is written into y.
 
     Under plain dry friction it does wherever a place holds the mass: the distance to a motion at rest never grows. It
-    may need endlessly many ever smaller slides, and ends at the edge of the places then; elsewhere such slides tell.
+    may need endlessly many ever smaller slides, and ends at the edge of the places then; elsewhere such slides show it.
     """
     system, work = flow.systems[0], flow.works[0]
     if system.masses != 1 or system.contacts != 1 or not is_rigid(system, 0):
@@ -237,7 +237,7 @@ def fill_starts(system: Any, work: Any, starts: FloatArray) -> None:
 
 @inner
 def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
-    """Write Den Hartog's motion as an orbit; tell whether it is one: a straight way between two turns, no stop."""
+    """Write Den Hartog's motion as an orbit; return whether it is one: a straight way between two turns, no stop."""
     system, work = flow.systems[0], flow.works[0]
     if not is_plain(system) or system.harmonics != 1 or system.limit[0] == 0.0:
         return False
@@ -265,7 +265,7 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
 
 @inner
 def is_mirrored(system: Any) -> bool:
-    """Tell whether a system is its own mirror image half a cycle later: no even harmonic, contacts alike both ways."""
+    """Return whether it is its own mirror image half a cycle later: no even harmonic, contacts alike both ways."""
     for m in range(1, system.harmonics, 2):
         if system.lines[m] != 0.0:
             return False
@@ -277,7 +277,7 @@ def is_mirrored(system: Any) -> bool:
 
 @inner
 def is_alone(system: Any) -> bool:
-    """Tell whether motions only draw nearer to each other: friction is neither larger at rest nor anywhere else."""
+    """Return whether motions only draw nearer to each other: friction is neither larger at rest nor anywhere else."""
     for c in range(system.contacts):
         if system.limit[c] != 0.0 and (system.gradient[c] != 0.0 or max(system.up[c], system.down[c]) > 1.0):
             return False
@@ -345,7 +345,7 @@ def wait(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
 
 @inner
 def is_symmetric(flow: Any, leg: Any, y: FloatArray, image: FloatArray) -> bool:
-    """Tell whether an orbit is its own mirror image half a cycle later; the run last carried is that of the orbit."""
+    """Return whether an orbit is its own mirror image half a cycle later; the run last carried is that of the orbit."""
     system, work = flow.systems[0], flow.works[0]
     if leg.sign < 0.0 or leg.turns != 1 or not is_mirrored(system):
         return leg.sign < 0.0
@@ -467,3 +467,27 @@ def wait_for(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, r
 def carry_on(flow: Carrier, legs: Any, y: FloatArray, image: FloatArray, derived: bool) -> int:
     """Carry a state over a leg; return how that ended. Its pieces are recorded."""
     return carry(flow, legs[0], y, image, derived)
+
+
+@entry
+def travel(flow: Carrier, time: FloatArray, cubics: FloatArray, found: FloatArray) -> int:
+    """Carry the state at hand along sampled times (n,); return the piece that it did not come through, or -1.
+
+    `cubics` (n - 1, 4): what drives the mass, in the time from each sample on; `found` (n, 3): displacement, velocity
+    and force of the contact at the samples.
+    """
+    system, work = flow.systems[0], flow.works[0]
+    for i in range(len(time) - 1):
+        for k in range(4):
+            system.cubic[k] = cubics[i, k]
+        work.tau = time[i]
+        code = flow.run(flow.systems, flow.works, flow.pieces, time[i + 1] - time[i], False, i == 0)
+        if code != DONE:
+            return i
+        if i == 0:
+            found[0, 0], found[0, 1] = flow.pieces[0, 2], flow.pieces[0, 3]
+        base_at_time(system, work)
+        work.now_q[0], work.now_v[0], slot = work.q[0], work.v[0], slot_of(system, work.phases, work.kappa)
+        found[i + 1, 0], found[i + 1, 1] = work.q[0], work.v[0]
+        found[i + 1, 2] = contact_force(system, work, slot, 0)
+    return -1

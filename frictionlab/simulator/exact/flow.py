@@ -38,7 +38,7 @@ EVENTS = 400.0  # in a natural period and contact that no motion has
 
 @inner
 def is_rigid(system: Any, c: int) -> bool:
-    """Tell whether a contact has no spring of its own."""
+    """Return whether a contact has no spring of its own."""
     return system.first[c] == system.first[c + 1]
 
 
@@ -241,7 +241,7 @@ def begin(system: Any, work: Any) -> None:
 
 @inner
 def watches(work: Any, c: int, which: int) -> bool:
-    """Tell whether a contact can end a phase in one of the three ways."""
+    """Return whether a contact can end a phase in one of the three ways."""
     return work.side[c] != 0 if which == TURN_OF else work.upper[c] < inf if which == UPWARDS else work.lower[c] > -inf
 
 
@@ -390,7 +390,7 @@ def nearest_event(system: Any, work: Any, slot: int, t: float, reach: float) -> 
 
 @inner
 def pulls(system: Any, work: Any) -> bool:
-    """Tell whether friction has fallen along the path to a pull at the state at hand."""
+    """Return whether friction has fallen along the path to a pull at the state at hand."""
     for c in range(system.contacts):
         if system.gradient[c] != 0.0 and load_at(system, work, c) <= 0.0:
             return True
@@ -399,7 +399,7 @@ def pulls(system: Any, work: Any) -> bool:
 
 @inner
 def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
-    """Let a contact hold or give way at its event; tell whether it does: then contacts are to be settled."""
+    """Let a contact hold or give way at its event; return whether it does: then contacts are to be settled."""
     for other in range(system.contacts):
         work.resting[other] = 1 if is_rigid(system, other) and work.side[other] == 0 else 0
         for which in range(3):
@@ -430,18 +430,16 @@ def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
 
 
 @inner
-def start_account(system: Any, work: Any, tangent: bool) -> None:
-    """Begin to count and measure what a run does."""
-    size = 2 * system.masses + system.sliders
+def start_account(system: Any, work: Any, size: int) -> None:
+    """Begin to count and measure what a run does, and its derivative of a size."""
     work.count, work.signature, work.path = 0, 0, 0.0
     for i in range(system.sliders):
         work.slipped[i] = work.slips[i] = 0
     for a in range(system.masses):
         work.high[a] = work.low[a] = work.q[a]
-    if tangent:
-        for a in range(size):
-            for b in range(size):
-                work.jacobian[a, b] = 1.0 if a == b else 0.0
+    for a in range(size):
+        for b in range(size):
+            work.jacobian[a, b] = 1.0 if a == b else 0.0
 
 
 @inner
@@ -588,7 +586,7 @@ def run(systems: Any, works: Any, pieces: FloatArray, span: float, tangent: bool
     system, work = systems[0], works[0]
     work.until = work.tau + span
     if fresh:
-        start_account(system, work, tangent)
+        start_account(system, work, 2 * system.masses + system.sliders if tangent else 0)
     begin(system, work)
     slot, count = settle(system, work), 1 + system.contacts + system.sliders
     idle, left = 0, EVENTS * count * (1.0 + span / system.r)

@@ -411,7 +411,7 @@ def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
 
 @inner
 def leaves_some(system: Any, work: Any) -> bool:
-    """Tell whether friction varies along the path and some sliders did not slip in the run last carried."""
+    """Return whether friction varies along the path and some sliders did not slip in the run last carried."""
     for c in range(system.contacts):
         for i in range(system.first[c], system.first[c + 1]):
             if system.gradient[c] != 0.0 and not work.slipped[i]:

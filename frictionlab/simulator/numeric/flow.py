@@ -135,7 +135,7 @@ class NumericMotion(Motion):
     def stops(self) -> FloatArray:
         """Begin and end of each stop, rad, shape (m, 2): as `stop_limits` says.
 
-        A periodic motion's stop across its end is told once, its end beyond it.
+        A periodic motion's stop across its end is listed once, its end beyond it.
         """
         pairs = enumerate(zip(*self.problem.force, strict=True), 1)
         slow, shortest, ringing = stop_limits(self.problem, sum(k * float(np.hypot(c, s)) for k, (c, s) in pairs))

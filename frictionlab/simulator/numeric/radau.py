@@ -321,7 +321,7 @@ def error_of(rig: Oscillator, work: Work) -> float:
     """Return the size of the trial step's error over the tolerance; more than 1 if it is too long.
 
     A Stribeck curve that falls within nu may stand between two nodes unseen, and the polynomial looks perfect. So near
-    v = 0 two nodes are at most nu apart; by how much they are more is told in the power of the error, so that the step
+    v = 0 two nodes are at most nu apart; by how much they are more enters the error by a power, so that the step
     shrinks in proportion.
     """
     trial, worst, widest = work.trial, 0.0, 0.0

@@ -88,7 +88,7 @@ def _accounted(flow: Flow, cubics: FloatArray, pull: FloatArray) -> tuple[FloatA
 def _events(nodes: FloatArray, slow: float, shortest: float, gap: float) -> FloatArray:
     """What begins, when and where (m, 3), as a `Response` lists it, from time, slip and z (3, n).
 
-    A slow time that does not last is a turn, and told only if slip goes on the other way.
+    A slow time that does not last is a turn, and listed only if slip goes on the other way.
     """
     times, slip, z = nodes
     spans = slow_times(times, slip, slow, gap)

@@ -8,10 +8,10 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.compiled import record_of
+from frictionlab.simulator.exact.answer import travel
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.orbit import Carrier
 from frictionlab.simulator.exact.solve import TOUCH, system_of
-from frictionlab.simulator.exact.travel import travel
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record.base import BaseRecord, derivatives_of, force_of
 from frictionlab.simulator.record.respond import Carried
