@@ -84,6 +84,7 @@ def ranking(campaign: Campaign) -> Figure:
                 ax.margins(x=0.12)
                 ax.set_xlim(left=-0.03 * ax.get_xlim()[1])
                 ax.xaxis.set_major_locator(MaxNLocator(4))
+                ax.ticklabel_format(axis="x", scilimits=(-2, 3))  # 0.00008 beside 0.00016 would touch
             else:
                 ax.set_xticks([])
     return figure
@@ -97,6 +98,7 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     (orange).
     """
     loops = [loop for loop in campaign.loops if loop.material == material]
+    loops.sort(key=lambda loop: (round(loop.r, 2), loop.normal_force_n))
     tried = sorted((law for law in campaign.laws if law.material == material), key=lambda law: -law.log_evidence)
     unit = "N" if campaign.scene.rig.stiffness is not None else "k Y"
     law = None if campaign.joint is None else campaign.joint.law(material)
