@@ -151,8 +151,8 @@ def make_map(
             file.finish(force=force)
             return
         file.checkpoint()
-        told = (row for step in _blocks(file) for row in rows(grid, step))
-        write_rows(told, path, STEADY_STATES, force=force)
+        every = (row for step in _blocks(file) for row in rows(grid, step))
+        write_rows(every, path, STEADY_STATES, force=force)
         file.discard()
 
 
@@ -180,7 +180,7 @@ class Tally:
         self.outcomes.update(records["outcome"].astype(str).tolist())
         for note in Note if np.any(records["warnings"]) else ():
             here = np.flatnonzero(records["warnings"] & note.value)
-            if here.size and note != Note.FAILED:  # told point by point
+            if here.size and note != Note.FAILED:  # said point by point
                 count, first = self.notes.get(note, (0, self._place(start + int(here[0]))))
                 self.notes[note] = count + here.size, first
         lost = np.flatnonzero(records["outcome"] == FAILED.encode()) + start

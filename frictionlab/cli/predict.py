@@ -48,7 +48,7 @@ def plan(
     every: bool = False,
     to: Results,
 ) -> None:
-    """Plan the next tests: which frequency ratios and forces tell most about a contact law, with what errors.
+    """Plan the next tests: which frequency ratios and forces say most about a contact law, with what errors.
 
     Example: frictionlab plan --scene my_rig.toml --law coulomb+place+speed --tests 6 -o tests.csv
 

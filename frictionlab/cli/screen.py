@@ -179,7 +179,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def short_names(sources: Sequence[str]) -> list[str]:
-    """The names of files without folder and suffix, where that tells them apart; else as they are."""
+    """The names of files without folder and suffix, where these differ; else as they are."""
     stems = [printable(Path(source).name.removesuffix(".gz")) for source in sources]
     stems = [Path(stem).stem if Path(stem).suffix[1:2].isalpha() else stem for stem in stems]  # r = 0.5 has none
     return stems if len(set(stems)) == len(set(sources)) else [printable(source) for source in sources]

@@ -65,7 +65,7 @@ def _show_rows(file: Path) -> None:
     try:
         rows = read_rows(file)
     except UsageError as error:
-        hint = f"; if it is a log, `frictionlab ingest --dry-run {file}` tells what is in it"
+        hint = f"; if it is a log, `frictionlab ingest --dry-run {file}` shows what is in it"
         raise UsageError(f"{error}{hint if file.suffix == '.csv' else ''}") from error
     good = [row for row in rows if row.get("status") != "failed"]
     names = list(dict.fromkeys(key for row in good for key in row))

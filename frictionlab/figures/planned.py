@@ -31,9 +31,9 @@ def plan_figure(plan: Plan) -> Figure:
     """One panel a parameter, or one for each way of two laws; rings with numbers: the tests chosen."""
     drawn = list(_panels(plan))
     laws = plan.law if plan.against is None else f"{plan.law} against {plan.against}"
-    hollow = "not told" if plan.against is None else f"below {DECIDES:g}, which does not decide"
+    hollow = "not known by it" if plan.against is None else f"below {DECIDES:g}, which does not decide"
     marks = f"rings: the plan; cross: the mass stands still, or may; hollow: {hollow}"
-    title = f"{laws}: what each candidate tells alone; {marks}"
+    title = f"{laws}: what each candidate says alone; {marks}"
     with style.drawing(2.7 * ((len(drawn) + 1) // 2), title) as figure:
         for (words, value, name), ax in zip(drawn, style.panels(figure, len(drawn)), strict=True):
             _draw_candidates(plan, ax, value, name)
@@ -63,8 +63,8 @@ def _uncertainty(test: PlannedTest, *, name: str) -> float | None:
 def _draw_candidates(plan: Plan, ax: Axes, value_of: Value, name: str | None) -> None:
     """What each candidate alone says, by frequency ratio and normal force; of several at one place the best.
 
-    The smaller an uncertainty the better, and the larger an evidence. Hollow: a test that moves but does not tell it; a
-    cross: a test in which the mass stands still, or may; rings: the tests chosen, with their ranks.
+    The smaller an uncertainty the better, and the larger an evidence. Hollow: a test that moves but leaves it unknown;
+    a cross: a test in which the mass stands still, or may; rings: the tests chosen, with their ranks.
     """
     places: dict[Place, list[tuple[float, PlannedTest]]] = {}
     for test in (*plan.tests, *plan.others):

@@ -34,7 +34,7 @@ SINGLE = 8  # stops up to which each number has a colour of its own; beyond, cla
 REST, NONE = "#B0B0B0", "#F2EFE6"
 TURN = 2.0 * np.pi
 MOST_POINTS = 4000  # of a line: more cannot be seen in print
-# Okabe and Ito, "Color universal design" (2008): told apart with any common colour blindness, and in grey.
+# Okabe and Ito, "Color universal design" (2008): distinct with any common colour blindness, and in grey.
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
 )  # fmt: skip

@@ -24,7 +24,7 @@ NOT_KNOWN = frozenset({"", "nan", "na", "n/a", "null", "none"})
 LINES_AT_ONCE = 1000
 FIRST_BYTES = 1 << 20  # of a file, in which its mark must be found
 MOST_DEPTH = 60  # of a value in JSON; results have 3
-MOST_DIGITS = 15  # of a whole number; beyond, not even a float tells two of them apart
+MOST_DIGITS = 15  # of a whole number; beyond, two of them are one float
 GRAVE = re.compile(
     r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
     r"|times what|gives no stiffness|not at hand"

@@ -48,7 +48,7 @@ def evaluate(
     ----------
     measurements : iterable, str or Path
         A file, or measurements, rows of them (failed ones too) and files that `frictionlab analyze` wrote, mixed;
-        comparisons or files of them too: their ``laws`` tell which law each material requires.
+        comparisons or files of them too: their ``laws`` say which law each material requires.
     scene : Scene, str, Path or None
         ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold;
         ``[experiment]`` gives the facts of each test by the name of its source.

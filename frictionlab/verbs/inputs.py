@@ -119,7 +119,7 @@ def names_of(logs: Sequence[Path]) -> Mapping[Path, str]:
     """A name for the results of each log: its own without suffix, where no other log has that too.
 
     Like-named logs keep their suffixes, and a number where that is not enough; names that differ in case, or in how an
-    accent is written, count as like, so that results may be copied to a disk that does not tell them apart.
+    accent is written, count as like, so that results may be copied to a disk that takes them for one.
 
     Examples
     --------

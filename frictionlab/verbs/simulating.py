@@ -186,7 +186,7 @@ def plan(
     everything: bool = False,
     **settings: object,
 ) -> "Plan":
-    """Return the tests that tell most about a contact law, or most between two, best first.
+    """Return the tests that say most about a contact law, or most between two, best first.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def plan(
     law : str, optional
         In place of the scene's.
     against : str, optional
-        Another law: the tests are to tell the two apart.
+        Another law: the tests are to decide between the two.
     tests : int
         How many at most.
     hours : float, optional
@@ -204,7 +204,7 @@ def plan(
     aim : sequence of str
         Parameters of the law whose errors count; by default all.
     measured : sequence of str or Path
-        Tables of comparisons at hand: what they told is known before.
+        Tables of comparisons at hand: what they found is known before.
     sheet : str or Path, optional
         Write the plan here as a sheet (CSV) for the laboratory, which ``[experiment] sheet`` reads after the tests.
     force : bool
@@ -219,7 +219,7 @@ def plan(
     SceneError
         A range is empty, the bounds forbid all, or the rig is not known.
     UsageError
-        The law cannot be, or nothing tells anything about it.
+        The law cannot be, or nothing says anything about it.
     """
     from frictionlab.planning import plan_tests, sheet_rows
     from frictionlab.tables import read_rows, write_rows

@@ -35,31 +35,15 @@ HEAD = """\
 
 @dataclass(frozen=True)
 class Found:
-    """What stands in a folder of logs.
+    """What stands in a folder of logs."""
 
-    Attributes
-    ----------
-    tests, taps : tuple of Path
-        Logs of tests, and of free decays of the mass.
-    unread : mapping of Path to str
-        Logs that cannot be read as they are, with the reason.
-    sheet : str or None
-        Name of a CSV that lists the tests: it has a `log` column.
-    name_pattern : str or None
-        What the names of the logs say, as ``[experiment] name_pattern``.
-    settled_s : mapping of Path to float
-        When the motion of each test that was looked at had settled.
-    frame : mapping of str to Average
-        Natural frequency and damping ratio, from the taps.
-    """
-
-    tests: tuple[Path, ...] = ()
-    taps: tuple[Path, ...] = ()
-    unread: Mapping[Path, str] = field(default_factory=dict)
-    sheet: str | None = None
-    name_pattern: str | None = None
-    settled_s: Mapping[Path, float] = field(default_factory=dict)
-    frame: "Mapping[str, Average]" = field(default_factory=dict)
+    tests: tuple[Path, ...] = ()  # logs of tests
+    taps: tuple[Path, ...] = ()  # logs of free decays of the mass
+    unread: Mapping[Path, str] = field(default_factory=dict)  # logs that cannot be read as they are, with the reason
+    sheet: str | None = None  # name of a CSV that lists the tests: it has a `log` column
+    name_pattern: str | None = None  # what the names of the logs say, as in [experiment]
+    settled_s: Mapping[Path, float] = field(default_factory=dict)  # when the motion of each test looked at had settled
+    frame: "Mapping[str, Average]" = field(default_factory=dict)  # natural frequency and damping ratio, from the taps
 
     @property
     def lacks(self) -> tuple[str, ...]:
@@ -73,10 +57,7 @@ class Found:
 def look(folder: FilePath) -> Found:
     """Look at a folder of logs: which are tests, which are taps, what their names say, when they settle.
 
-    Parameters
-    ----------
-    folder : str or Path
-        One that is not there, or has no logs, is an empty one.
+    A folder that is not there, or has no logs, is an empty one.
     """
     from frictionlab.analysis.free_vibration import averages
     from frictionlab.verbs.one_test import analyze, free_vibration, ingest
