@@ -11,18 +11,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
-from frictionlab.figures.style import (
-    GREY,
-    LINES,
-    MEASURED,
-    PREDICTED,
-    SMALL,
-    TURN,
-    closed,
-    drawing,
-    over_time,
-    plain_numbers,
-)
+from frictionlab.figures import style
 from frictionlab.inference import Comparison, ContactForce
 from frictionlab.inference.comparison import OverFrequency
 
@@ -44,21 +33,21 @@ def comparison_figure(comparison: Comparison) -> Figure:
         return _frequency_figure(comparison, comparison.over_frequency)
     if not len(comparison.tau):
         raise UsageError("plot: there is no steady cycle to draw; do: plot its whole record (comparison.record)")
-    turns, base = np.append(comparison.tau / TURN, 1.0), closed(comparison.base)
-    lines = {"measured": closed(comparison.measured)}
+    turns, base = np.append(comparison.tau / style.TURN, 1.0), style.closed(comparison.base)
+    lines = {"measured": style.closed(comparison.measured)}
     if comparison.predicted is not None:
-        lines["predicted"] = closed(comparison.predicted - comparison.predicted.mean())
+        lines["predicted"] = style.closed(comparison.predicted - comparison.predicted.mean())
     nrmse, foretold = comparison.response_nrmse, comparison.predicted_energy_per_cycle
     fit = "no prediction" if nrmse is None else f"nrmse {100 * nrmse:.2g} %"
     versus = "" if foretold is None else f", predicted {foretold:.4g}"
     title = f"{_name(comparison.source)}: {comparison.model}{_verdict(comparison)}"
-    with drawing(3.1, title, comparison.warnings) as figure:
+    with style.drawing(3.1, title, comparison.warnings) as figure:
         response, loop = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
         both = {"base": base, **lines}
-        over_time(response, turns, both, xlabel="drive cycle, ωt / 2π", ylabel="displacement, x / Y")
+        style.over_time(response, turns, both, xlabel="drive cycle, ωt / 2π", ylabel="displacement, x / Y")
         response.set_title(f"r = {comparison.frequency_ratio:.5g}   β = {comparison.friction}   {fit}")
         for label, values in lines.items():
-            loop.plot(values, base, **LINES[label])
+            loop.plot(values, base, **style.LINES[label])
         loop.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
         loop.locator_params(nbins=6)  # -0.75 beside -0.50 would touch
         loop.set_title(f"energy {comparison.energy_per_cycle:.4g}{versus} kY²")
@@ -86,14 +75,14 @@ def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
     measured = {label: values for label, values in kinds.items() if np.isfinite(values[0]).any()}
     left = f"   what is left: {100 * comparison.response_nrmse:.2g} %" if comparison.response_nrmse else ""
     title = f"{drawn.source}: {drawn.law}   beta {comparison.friction}{left}{_verdict(comparison)}"
-    with drawing(3.1, title, comparison.warnings) as figure:
+    with style.drawing(3.1, title, comparison.warnings) as figure:
         axes = figure.subplots(1, len(measured), squeeze=False)[0]
         for ax, (label, (values, u, curve)) in zip(axes, measured.items(), strict=True):
             there = np.isfinite(values)
             error = 1.96 * u[there] if np.isfinite(u[there]).all() else None
             points = (drawn.r[there], values[there])
-            ax.errorbar(*points, yerr=error, fmt="o", ms=4, color=MEASURED, label="measured")
-            ax.plot(drawn.curve_r, curve, color=PREDICTED, lw=1.0, label=drawn.law)
+            ax.errorbar(*points, yerr=error, fmt="o", ms=4, color=style.MEASURED, label="measured")
+            ax.plot(drawn.curve_r, curve, color=style.PREDICTED, lw=1.0, label=drawn.law)
             ax.set(xlabel="frequency ratio r", ylabel=label)
             ax.legend()
     return figure
@@ -102,11 +91,11 @@ def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
 def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
     """Force over displacement and speed, the residual, and the ladder where one was climbed; warnings below."""
     ladder = max(2.5, 0.7 + ROW * len(contact.laws))
-    with drawing(2.9 + ladder, f"{_name(title or contact.source)}: {contact.said}", contact.warnings) as figure:
+    with style.drawing(2.9 + ladder, f"{_name(title or contact.source)}: {contact.said}", contact.warnings) as figure:
         [above], [below] = figure.subfigures(2, 1, squeeze=False, height_ratios=(2.9, ladder))
         for ax, over_speed in zip(above.subplots(1, 2), (False, True), strict=True):
             _draw_force(contact, ax, over_speed=over_speed)
-        above.axes[0].legend(loc="center", fontsize=SMALL)
+        above.axes[0].legend(loc="center", fontsize=style.SMALL)
         if contact.laws:
             left, misfit, evidence = below.subplots(1, 3, width_ratios=WIDTHS)
             _draw_ladder(contact, misfit, evidence)
@@ -124,11 +113,12 @@ def _draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> None:
     unit = 1e3 * contact.unit_m * (contact.turn if over_speed else 1.0)
     newtons = 1.0 if contact.unit_n is None else contact.unit_n
     way = contact.velocity if over_speed else contact.displacement
-    ax.plot(unit * closed(way), newtons * closed(contact.force), label="recovered from the motion", **LINES["measured"])
+    seen, force = unit * style.closed(way), newtons * style.closed(contact.force)
+    ax.plot(seen, force, label="recovered from the motion", **style.LINES["measured"])
     law_way, speed = contact.law_velocity if over_speed else contact.law_displacement, contact.law_velocity
     if law_way is not None and speed is not None and contact.law_force is not None:
         way, force = _with_jumps(law_way, contact.law_force, np.abs(speed) < STILL)
-        ax.plot(unit * way, newtons * force, color=PREDICTED, lw=1.0, label=contact.law)
+        ax.plot(unit * way, newtons * force, color=style.PREDICTED, lw=1.0, label=contact.law)
     ax.set_xlabel("speed of the mass [mm/s]" if over_speed else "displacement of the mass [mm]")
     ax.set_ylabel("force of the contact, n / kY" if contact.unit_n is None else "force of the contact [N]")
 
@@ -139,20 +129,20 @@ def _with_jumps(way: FloatArray, force: FloatArray, still: NDArray[np.bool_]) ->
     second = np.roll(first, -1)
     jumps = np.flatnonzero(still[first] != still[second])
     at, by = np.where(still[jumps], (jumps, second[jumps]), (second[jumps], jumps))
-    return closed(np.insert(way, jumps + 1, way[at])), closed(np.insert(force, jumps + 1, force[by]))
+    return style.closed(np.insert(way, jumps + 1, way[at])), style.closed(np.insert(force, jumps + 1, force[by]))
 
 
 def _draw_residual(contact: ContactForce, ax: Axes) -> None:
     """What the law misses over the cycle, stops shaded; the dotted lines are the standard error of the mean cycle."""
-    turns, unit, above = contact.tau / TURN, 1e6 * contact.unit_m, ax.get_xaxis_transform()
+    turns, unit, above = contact.tau / style.TURN, 1e6 * contact.unit_m, ax.get_xaxis_transform()
     for edge in (-contact.floor, contact.floor):
         label = "standard error of the mean cycle" if edge > 0.0 else None
-        ax.axhline(unit * edge, color=GREY, lw=0.8, ls=":", label=label)
+        ax.axhline(unit * edge, color=style.GREY, lw=0.8, ls=":", label=label)
     if contact.residual is not None:
-        ax.plot(turns, unit * contact.residual, color=MEASURED, lw=1.0)
+        ax.plot(turns, unit * contact.residual, color=style.MEASURED, lw=1.0)
     if contact.law_velocity is not None:
         way = np.where(np.abs(contact.law_velocity) < STILL, 0, np.sign(contact.law_velocity)).astype(int)
-        ax.fill_between(turns, 0, 1, where=way == 0, transform=above, color=GREY, alpha=0.2, lw=0)
+        ax.fill_between(turns, 0, 1, where=way == 0, transform=above, color=style.GREY, alpha=0.2, lw=0)
         starts = np.concatenate([[0], np.flatnonzero(np.diff(way)) + 1, [len(way)]])
         for first, after in pairwise(starts.tolist()):
             if way[first] != 0 and after - first > SHORTEST * len(way):
@@ -160,10 +150,10 @@ def _draw_residual(contact: ContactForce, ax: Axes) -> None:
                     "slides up" if way[first] > 0 else "slides down",
                     0.5 * (turns[first] + turns[after - 1]),
                 )
-                ax.text(middle, 0.97, words, transform=above, ha="center", va="top", fontsize=SMALL)
+                ax.text(middle, 0.97, words, transform=above, ha="center", va="top", fontsize=style.SMALL)
     ax.set(xlabel="drive cycle, ωt / 2π (stops shaded)", ylabel="measured - predicted [µm]", xlim=(0, 1))
     ax.margins(y=0.2)
-    ax.legend(loc="lower right", fontsize=SMALL)
+    ax.legend(loc="lower right", fontsize=style.SMALL)
 
 
 def _draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
@@ -181,12 +171,12 @@ def _draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
     misfit.set(
         xlabel="nrmse [%]", ylabel="parameters, law", xscale="log", xlim=(low / 1.4, 1.8 * high * (high / low) ** 0.6)
     )
-    plain_numbers(misfit.xaxis)
+    style.plain_numbers(misfit.xaxis)
     draw_evidence(evidence, names, [log - best for _, (_, _, log) in tried], contact.law)
     evidence.set_yticks(range(len(names)), [""] * len(names))
     for end in np.cumsum([len(list(group)) for _, group in groupby(counts)])[:-1]:
         for ax in (misfit, evidence):
-            ax.axhline(end - 0.5, color=GREY, lw=0.5)
+            ax.axhline(end - 0.5, color=style.GREY, lw=0.5)
 
 
 def draw_evidence(ax: Axes, names: Sequence[str], evidence: Sequence[float], required: str | None) -> None:
@@ -201,14 +191,14 @@ def draw_evidence(ax: Axes, names: Sequence[str], evidence: Sequence[float], req
 
 def draw_rungs(ax: Axes, names: Sequence[str], values: Sequence[float], required: str | None, form: str) -> None:
     """A point for each law, one below the other, with its number beside it."""
-    colors = [PREDICTED if name == required else MEASURED for name in names]
+    colors = [style.PREDICTED if name == required else style.MEASURED for name in names]
     ax.scatter(values, range(len(values)), c=colors, s=14, zorder=3, clip_on=False)
     for place, (value, color) in enumerate(zip(values, colors, strict=True)):
         beside: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
-        ax.annotate(form.format(value), (value, place), fontsize=SMALL, color=color, **beside)
+        ax.annotate(form.format(value), (value, place), fontsize=style.SMALL, color=color, **beside)
     ax.set_ylim(len(values) - 0.4, -0.6)
     ax.set_yticks(range(len(names)), [short(name) for name in names])
-    ax.tick_params(labelsize=SMALL)
+    ax.tick_params(labelsize=style.SMALL)
 
 
 def short(law: str) -> str:
