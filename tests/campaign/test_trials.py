@@ -12,15 +12,6 @@ from frictionlab.errors import UsageError
 from tests.campaign.fabricate import row, small_campaign
 
 
-def test_a_row_becomes_a_trial() -> None:
-    trial = trial_of(row("steel", 1.25, 0.3, 0.6, noise=0.0))
-    assert trial.group == ("steel", 1.25)
-    assert trial.reason is None
-    assert trial.mean == (trial.energy.value, trial.amplitude.value)
-    assert trial.excess_irregularity is not None
-    assert not trial.is_long
-
-
 def test_means_over_all_settled_cycles_are_preferred() -> None:
     more = {"steady_energy_per_cycle": 2.0, "steady_response_amplitude": 1.0, "steady_energy_per_cycle_se": 0.1}
     trial = trial_of({**row("steel", 1.25, 0.3, 0.6), **more})
