@@ -227,7 +227,7 @@ def evaluate(
         folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
     )
-    found = replace(found, notes=(*_notes(found), *unfitted, *(() if joint is None else joint.rig_notes())))
+    found = replace(found, notes=(*_notes(found), *unfitted, *(() if joint is None else joint.rig_notes(scene))))
     if named := elsewhere(tests, folders):
         found = replace(found, notes=(*found.notes, NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])))
     return found if joint is None else _with_laws(found, joint)

@@ -187,7 +187,7 @@ def examples(trials: Sequence[Trial]) -> tuple[tuple[str, Trial], ...]:
     steady = [next((t for t in rising if t.regime == regime), None) for regime in ("continuous", "stick-slip")]
     chosen = [("steady", t) for t in steady if t is not None]
     taken = {t.source for _, t in chosen}
-    unsteady = [("unsteady", t) for t in reversed(rising) if t.source not in taken and t.regime != "stuck"]
+    unsteady = [("least steady", t) for t in reversed(rising) if t.source not in taken and t.regime != "stuck"]
     return (*chosen, *unsteady[:2])
 
 

@@ -92,7 +92,8 @@ class Verdict:
     """What the fit says of one test.
 
     ``alone``: the friction ratio of this test (scatter from test to test not included in its error); ``predicted``: by
-    the group's friction; ``residual``: measured over predicted energy - 1; ``excluded``: why it is left out, or None;
+    the group's friction; ``seen``: its energy as the sensors show it, with the lag found; ``residual``: measured energy
+    over that, less 1; ``excluded``: why it is left out, or None;
     ``elasticity``: relative change of the energy over that of the friction ratio; ``misfit``: root of chi-square per
     number fitted; ``nrmse``, ``floor``: of its cycle, and what noise alone leaves of it, where that was fitted.
     """
@@ -101,6 +102,7 @@ class Verdict:
     excluded: LeftOut | None
     alone: Estimate = NOT_KNOWN
     predicted: SteadyState | None = None
+    seen: float | None = None
     elasticity: float = 0.0
     misfit: float | None = None
     nrmse: float | None = None
@@ -112,8 +114,7 @@ class Verdict:
     @property
     def residual(self) -> float | None:
         """Measured over predicted energy - 1."""
-        energy = None if self.predicted is None else self.predicted.energy_per_cycle
-        return self.trial.mean[0] / energy - 1 if energy and math.isfinite(self.trial.mean[0]) else None
+        return self.trial.mean[0] / self.seen - 1 if self.seen and math.isfinite(self.trial.mean[0]) else None
 
 
 @dataclass(frozen=True)
@@ -345,10 +346,15 @@ def _verdict(trial: Trial, screened: Screened, joint: JointFit, model: Model, so
     own = beta * joint.unit(trial.group) / screened.units[source]
     base = COSINE if cycle is None else cycle.base
     steep = elasticity(model, trial.r, own, base)
+    state = predict(model, trial.r, own, base)
+    seen = None if state is None else state.energy_per_cycle
+    if i is not None and cycle is not None and state is not None:
+        seen = cycle.shown(state, posterior.values(i))[1]
     found = Verdict(
         trial,
         excluded,
-        predicted=predict(model, trial.r, own, base),
+        predicted=state,
+        seen=seen,
         elasticity=steep if math.isfinite(steep) else 0.0,
     )
     if i is None or observation is None:
@@ -389,4 +395,5 @@ def _notes(
         yield "no force: no test tells its base amplitude"
     off = sum((v.nrmse or 0.0) > 2.0 * (v.floor or 0.0) for v in missed)
     if off:
-        yield f"{model.law.name} does not explain {off} of {len(missed)} cycles to their noise"
+        which = "its test" if len(missed) == 1 else f"{off} of {len(missed)} tests"
+        yield f"{model.law.name} leaves more than noise of {which} unexplained"

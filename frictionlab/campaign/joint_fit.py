@@ -18,12 +18,13 @@ from frictionlab.arrays import FloatArray
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.errors import FrictionlabError
 from frictionlab.estimate import NOT_KNOWN, Estimate
-from frictionlab.inference.diagnose import varied_friction
+from frictionlab.inference.diagnose import to_declare, varied_friction
 from frictionlab.inference.fit import Fit, weighed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, infer, model_of
 from frictionlab.inference.unknowns import STRAINED
+from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
 
@@ -183,8 +184,11 @@ class JointFit:
                 out[self.posterior.observations[i].measurement.source] = (beta * math.exp(self.own[i][0]), beta)
         return out
 
-    def rig_notes(self) -> tuple[str, ...]:
-        """Return where the tests find sensors and rig, and which of them are far from what is known."""
+    def rig_notes(self, scene: Scene) -> tuple[str, ...]:
+        """Return where the tests find sensors and rig, and which of them are far from what is known.
+
+        Measured energies are those of the declared lag, so one that is found elsewhere is to be declared.
+        """
         parts, far = [], []
         for k, u in enumerate(self.posterior.unknowns):
             if u.law:
@@ -195,7 +199,11 @@ class JointFit:
             parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
             if abs(off) > STRAINED * u.known_to:
                 against = f"{u.key} declares" if math.isinf(u.tail) else f"is assumed where {u.key} is not declared"
-                far.append(f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}")
+                far.append(
+                    f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}: declare"
+                    f" {to_declare(u.name, u.value(off), scene) or u.key} and measure again"
+                    + (", for measured energies are those of the lag declared" if u.name == "lag_s" else "")
+                )
         return (FOUND.format("; ".join(parts)), *far) if parts and len(self.posterior.tests) > 1 else ()
 
 

@@ -115,6 +115,7 @@ MEASURED = (
 COMPARED = (
     *(*_FIRST, known("beta", "friction_ratio", 4), known("F [N]", "friction_force_n", 5)),
     *(known("mu", "friction_coefficient", 8), word("law", "law", 9), word("verdict", "verdict", 9)),
+    word("record nrmse", "record_nrmse", 7, ".2%"),
 )
 FOUND = (
     *(word("layout", "layout", 4), word("samples", "samples", 9)),

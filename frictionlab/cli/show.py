@@ -49,9 +49,13 @@ def show(file: Path) -> None:
 
 
 def _show_scene(file: Path) -> None:
+    from frictionlab.inference.material_law import is_material_law, read_material_law
     from frictionlab.scene import read_scene
     from frictionlab.scene.text import to_toml
 
+    if is_material_law(file):
+        typer.echo("\n".join(map(printable, read_material_law(file).text().splitlines())))
+        return
     lines = to_toml(read_scene(file)).rstrip("\n").splitlines()
     given = [line for line in lines if not line.endswith("is not given")]
     typer.echo("\n".join(given))

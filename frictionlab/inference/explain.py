@@ -202,7 +202,9 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
             yield 1, f"  {words}: not told by this recording ({name} {own}; {limits}, 95 %)"
         elif name in about.physical:
             size, error, unit, words = about.physical[name]
-            yield 1, f"  {words}: {with_error(size, error)} {unit} ({name} {own})"
+            mu = c.coefficient.value if name == "beta" else None
+            more = "" if mu is None else f"; coefficient {with_error(mu, c.coefficient.u)}"
+            yield 1, f"  {words}: {with_error(size, error)} {unit} ({name} {own}){more}"
         else:
             yield 1, f"  {words}: {own} ({name})"
     shares = c.budget.get("friction_ratio", {})

@@ -48,6 +48,7 @@ Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 HEAD = """\
 # The contact law of one material, by all its tests: frictionlab campaign wrote it, frictionlab predict reads it.
 # Values in N, m and s; "scatter" is their standard deviation from test to test, "scatter_u" the error of that.
+# Errors are those of the tests; the rig's own (stiffness, normal force) are in none: predictions on it share them.
 # A value of level "test" is another in each test of the material: re-seating the contact changes it.
 """
 

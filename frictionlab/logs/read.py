@@ -117,10 +117,10 @@ def _read(log: OpenLog, options: LogOptions, progress: Progress | None = None) -
 
 
 def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
-    """Read a log of a free vibration, as `read_log`: both channels, or the mass alone, whose base then stands at 0."""
+    """Read a log of a free vibration, as `read_log`: all channels, or the mass alone, whose base then stands at 0."""
     options = options or LogOptions()
     log = open_log(path, options)
-    if len(possible(log, options)) > 1 or any(getattr(options, role) is not None for role in FURTHER):
+    if len(possible(log, options)) != 1 or any(getattr(options, role) is not None for role in FURTHER):
         return _read(log, options)
     sensors = _examined(read_table(log, options.but(base=None), ("mass",)), options)
     return _recording(sensors, options, still="base")
@@ -253,7 +253,8 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
         example = f'{role} = "{"5 mm" if is_laser else f"50 {UNIT[quantity]}"}/V"'
         raise LogError(
             f"{table.name}: column {column} is in {_named(wrong)}: expected {a}, one of "
-            f"{', '.join(QUANTITIES[quantity])}: take another column by --{role.replace('_', '-')}"
+            f"{', '.join(QUANTITIES[quantity])}: take another column by --{role.replace('_', '-')}, or correct the unit"
+            " in the log's head"
             + (f", or give what a volt is, such as {example} in [log.units]" if wrong in VOLTS else "")
             + (f", or if the grams are a load say --units {role}=gf" if wrong == "g" and quantity == "force" else "")
         )

@@ -266,12 +266,15 @@ def names_in_json(path: Path) -> tuple[str, ...]:
 def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, ...]]]:
     """Group warnings (source, sentence) by cause, grave ones first.
 
-    Sentences that differ in their numbers alone are one, with the least and the largest of each number.
+    Sentences that differ in their numbers alone are one, with the least and the largest of each number; of ranges
+    the ends that are farthest.
 
     Examples
     --------
     >>> kinds_of([("a", "lag: 3 s"), ("b", "no unit"), ("c", "lag: 4.5e-3 s")])
     [('lag: 4.5e-3 to 3 s', ('a', 'c')), ('no unit', ('b',))]
+    >>> kinds_of([("a", "from 2 to 5 N"), ("b", "from 1 to 4 N")])
+    [('from 1 to 5 N', ('a', 'b'))]
     """
     found: dict[str, list[tuple[str, str]]] = {}
     for source, sentence in warnings:
@@ -290,7 +293,8 @@ def _in_one(sentences: Sequence[str]) -> str:
     for before, after, numbers in zip(words, words[1:], each, strict=False):
         low, high = (pick(numbers, key=_size) for pick in (min, max))
         sign = "-" if before.endswith((" -", "(-")) else ""
-        said += [low if _size(low) == _size(high) else f"{low} to {sign}{high}", after]
+        whole = low if _size(low) == _size(high) else f"{low} to {sign}{high}"
+        said += [low if after == " to " else high if before == " to " else whole, after]
     return "".join(said)
 
 

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from frictionlab.recording import FrequencyTable, Recording
     from frictionlab.scene import Scene
 
+NO_PENDULUM = (
+    'natural_frequency_hz: the spring of this angle is taken as linear; of a pendulum say [rig] restoring = "pendulum"'
+)
 JUDGED = ("model", "analysis", "rig")
 """Tables of a scene whose keys `compare` and `explain` take as settings."""
 
@@ -315,6 +318,8 @@ def free_vibration(
             refused.append(error)
     if not taps:
         raise refused[0]
+    if mass == "angle" and not pendulum:
+        taps = [replace(tap, warnings=(*tap.warnings, NO_PENDULUM)) for tap in taps]
     return tuple(sorted(taps, key=lambda tap: tap.start_s))
 
 

@@ -308,6 +308,8 @@ def predict(
         return predict_record(known, found, normal_force_n=force, **more)
     ratios = _positive(known, "frequency_ratio", None) if r is None else r
     several = [float(ratios)] if isinstance(ratios, int | float) else [float(x) for x in ratios]
+    if wrong := [x for x in several if not 0.0 < x < math.inf]:
+        raise UsageError(f"r: expected frequency ratios above 0; got {wrong[0]:g}")
     return predict_tests(
         known, several, normal_force_n=force, base_amplitude_m=amplitude, draws=draws, progress=progress
     )

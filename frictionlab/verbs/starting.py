@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 MOST_READ = 12  # logs that are read; the names of all are
 MOVES = 0.05  # a base that moves more than this share of the mass drives it
 LATEST = 0.7  # share of a record after which nothing is said to have settled
+KEPT_FREQUENCY, KEPT_DAMPING = 1e-4, 0.02  # relative: what a clock, and a frame mounted again, are off between days
 TOKEN = re.compile(r"([A-Za-z]*?)(\d+(?:[.,]\d+)?)([A-Za-z]*)")
 PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
@@ -196,10 +197,10 @@ def _lines(found: Found, facts: Mapping[str, object]) -> Iterator[str]:
     frequency, damping = found.frame.get("natural_frequency_hz"), found.frame.get("damping_ratio")
     if frequency is not None:
         yield f"natural_frequency_hz = {frequency.mean:.6g}  # from {', '.join(tap.name for tap in found.taps)}"
-        yield f"natural_frequency_hz_u = {max(frequency.se, 1e-9):.2g}"
+        yield f"natural_frequency_hz_u = {max(frequency.se, KEPT_FREQUENCY * frequency.mean):.2g}"
         if damping is not None and damping.mean > 0.0:
             yield f"damping_ratio = {damping.mean:.4g}"
-            yield f"damping_ratio_u = {max(damping.se, 1e-9):.2g}"
+            yield f"damping_ratio_u = {max(damping.se, KEPT_DAMPING * damping.mean):.2g}"
     else:
         yield _key("natural_frequency_hz", facts, "needed: a tap of the frame gives it (frictionlab free-vibration)")
     yield _key("mass_kg", facts, "this or the stiffness gives newtons and joules")
