@@ -110,16 +110,19 @@ def integrate(system: Any, work: Any, slot: int, length: float, numbers: Any) ->
             modes_at(system, work, slot, middle + half * NODES[rule, k])
             weight, f, rate = half * WEIGHTS[rule, k], work.f[0], work.f[1]
             for c in range(system.contacts):
-                speed = place_of(system, work.now_v, c, rate)
-                force = system.dashpot[c] * speed
-                numbers.contact[c] += weight * force * speed
+                force = 0.0
+                if system.dashpot[c] != 0.0:
+                    speed = place_of(system, work.now_v, c, rate)
+                    force = system.dashpot[c] * speed
+                    numbers.contact[c] += weight * force * speed
                 if system.follow[c] != 0.0:  # what rubs against the base works on the mass beyond its own slip
                     numbers.gap -= weight * (contact_force(system, work, slot, c) - force) * rate
             for a in range(n):
                 drive, thick = system.push[a, 0] * f + system.push[a, 1] * rate, 0.0
                 for b in range(n):
-                    drive -= system.damping[a, b] * work.now_v[b]
-                    thick += of_frame(system, a, b) * (work.now_v[b] - rate)
+                    if system.damping[a, b] != 0.0:
+                        drive -= system.damping[a, b] * work.now_v[b]
+                        thick += of_frame(system, a, b) * (work.now_v[b] - rate)
                 numbers.gap += weight * drive * work.now_v[a]
                 numbers.frame += weight * thick * (work.now_v[a] - rate)
             numbers.loop += weight * f * work.now_v[0]
