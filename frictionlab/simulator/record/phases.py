@@ -1,7 +1,6 @@
 """A sampled base motion under a law with exact phases: the exact flow, event by event between the samples."""
 
 from math import ceil, inf, sqrt
-from typing import Any
 
 import numpy as np
 
@@ -42,9 +41,11 @@ def carried(problem: Problem, base: BaseRecord, x0: float, v0: float) -> Carried
         if work["count"] <= count:
             break
         count, works[:] = int(work["count"]), start
-    held = _slider_forces(problem, system, work, float(samples[-1, 0] - system["follow"][0] * base.values[-1]))
-    stored = float(np.sum(0.5 * held**2 / system["spring"][: len(held)]))
-    rows, moves = pieces[: int(work["count"])], float(system["follow"][0])
+    rows, moves, last = pieces[: int(work["count"])], float(system["follow"][0]), slice(int(system["sliders"]))
+    z = float(samples[-1, 0]) - moves * float(base.values[-1])
+    limit = work["side"][0] * system["strength"][last] * (1.0 + problem.parameter("gradient") * z)
+    held = np.where(work["slips"][last] != 0, limit, system["spring"][last] * (z - work["anchor"][last]))
+    stored = float(np.sum(0.5 * held**2 / system["spring"][last]))
     return _accounted(problem, rows, (time, cubics, force), samples, moves)._replace(
         samples=samples[::parts].T.copy(), stored=stored
     )
@@ -62,14 +63,6 @@ def _stranded(problem: Problem, tau: float, z: float) -> SimulationError:
     )
 
 
-def _slider_forces(problem: Problem, system: Any, work: Any, z: float) -> FloatArray:
-    """Forces of the elastic sliders at a displacement relative to the wall, over k Y."""
-    count = int(system["sliders"])
-    held = system["spring"][:count] * (z - work["anchor"][:count])
-    limit = system["strength"][:count] * (1.0 + problem.parameter("gradient") * z)
-    return np.asarray(np.where(work["slips"][:count] != 0, float(work["side"][0]) * limit, held))
-
-
 def _accounted(
     problem: Problem,
     rows: FloatArray,
@@ -77,7 +70,7 @@ def _accounted(
     samples: FloatArray,
     moves: float,
 ) -> Carried:
-    """Energies and events of pieces (m, 7) as `exact.solve.Pieces` has them, by what is at their ends (2, m).
+    """Energies and events of pieces (m, 7) as `exact.solve.Trajectory` has them, by what is at their ends (2, m).
 
     Writes the contact's force at the first sample. `drive`: times, base and force; `moves`: 1 where the wall follows.
     """
