@@ -264,4 +264,4 @@ def test_make_takes_the_scene_that_is_given_or_beside_the_logs_and_no_other_rigs
     done = make_without_scene(desk)
     assert "scene logs/frictionlab.toml, line 1: rigs: unknown key; did you mean rig?" in done.stderr
     assert "nowhere.toml: cannot be read" in make(desk, "SCENE=nowhere.toml").stderr
-    assert "no logs in nowhere: expected *.csv" in make(desk, "LOGS=nowhere").stderr
+    assert "no logs in nowhere: there is no such file or folder: expected *.csv" in make(desk, "LOGS=nowhere").stderr

@@ -149,10 +149,14 @@ class Posterior:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Posterior covariance (m, m) of the coordinates: data, priors with their tails, systematic distances."""
+        """Posterior covariance (m, m) of the coordinates: data, priors with their tails, systematic distances.
+
+        What is known of sensors and rig makes no value surer than where it is held as known.
+        """
         left = self.plain * self._doubts
         shifted = sum((np.outer(s, s) for s in self.shifts.values()), np.zeros_like(self.plain))
-        return np.asarray(self._of_data + left @ left.T + shifted)
+        whole = np.asarray(self._of_data + left @ left.T + shifted)
+        return whole if self.held_se is None else at_least(whole, self.held_se**2)
 
     def own_covariance(self, i: int = 0) -> FloatArray:
         """Posterior covariance of test i's own coordinates, in the order of its index."""

@@ -272,7 +272,11 @@ def batch(
     beside = {os.path.realpath(path) for path in others}  # they stand among the logs and are none
     found = tuple(log for log in files_of(places, logs_in) if os.path.realpath(log) not in beside)
     strange = [place for place in places if not (place.exists() or is_log_name(place))]
-    if strange or not found:
-        raise UsageError(f"no logs in {', '.join(map(str, strange or places))}: {EXPECTED_LOGS}")
+    if strange:
+        raise UsageError(
+            f"{strange[0]}: there is no such file or folder, nor is this the name of a log: {EXPECTED_LOGS}"
+        )
+    if not found:
+        raise UsageError(f"no logs in {', '.join(map(str, places))}: {EXPECTED_LOGS}")
     work = Batch(found, found, scene, Path(output), compare, law, names_of(found))
     return work if again else replace(work, due=tuple(log for log in found if not work.is_fresh(log)))

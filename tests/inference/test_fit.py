@@ -213,3 +213,12 @@ def test_the_part_of_a_normal_distribution_inside_its_bounds(mean: tuple[float, 
     covariance = np.array([[1.0, rho], [rho, 1.0]])
     exact = multivariate_normal(np.array(mean), covariance).cdf(np.full(2, 30.0), lower_limit=np.zeros(2))
     assert log_orthant(np.array(mean), covariance) == pytest.approx(math.log(exact), abs=0.12)
+
+
+def test_what_is_known_of_the_rig_makes_no_value_surer_than_with_the_rig_held() -> None:
+    """A combined uncertainty holds the standard error: values, rig held as known, of a record with few cycles."""
+    truth = Problem(0.32, 0.6, law="coulomb+place+speed", parameters={"gradient": 0.05, "contact_damping_ratio": 0.03})
+    recording = recorded(truth, np.random.default_rng(4), scatter=0.03, seconds=12.0)
+    found = compare(recording, scene(sensors={"lag_s_u": 0.001}), law="coulomb+place+speed")
+    for told in found.parameters.values():
+        assert told["se"] is None or told["se"] <= told["u"]
