@@ -273,9 +273,7 @@ def batch(
     found = tuple(log for log in files_of(places, logs_in) if os.path.realpath(log) not in beside)
     strange = [place for place in places if not (place.exists() or is_log_name(place))]
     if strange:
-        raise UsageError(
-            f"{strange[0]}: there is no such file or folder, nor is this the name of a log: {EXPECTED_LOGS}"
-        )
+        raise UsageError(f"no logs in {strange[0]}: there is no such file or folder: {EXPECTED_LOGS}")
     if not found:
         raise UsageError(f"no logs in {', '.join(map(str, places))}: {EXPECTED_LOGS}")
     work = Batch(found, found, scene, Path(output), compare, law, names_of(found))
