@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.analysis import channels, steadiness
+from frictionlab.analysis.measurement import LoadCell
 from frictionlab.analysis.signals import variance_of_mean
 from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 FEW = 8  # cycles that show their own scatter; fewer take that of all
 CLEAR = 2.0  # deviations by which scatter must exceed what noise explains
+MOST_SINGLE = 400  # of the single cycles that are kept
 
 
 def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
@@ -80,7 +82,7 @@ def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: fl
 class MeasuredFriction:
     """What the load cell says: energy of a cycle (J), friction force (N), coefficient, the mean cycle of force (p,) N.
 
-    ``cycle`` starts at tau = 0; ``turned``: the cell counts the other way.
+    ``cycle`` starts at tau = 0; ``cell``: single cycles of it, of a force; ``turned``: the cell counts the other way.
     """
 
     name: str
@@ -88,6 +90,7 @@ class MeasuredFriction:
     force: Estimate
     coefficient: Estimate
     cycle: FloatArray
+    cell: LoadCell | None
     turned: bool
 
 
@@ -135,16 +138,25 @@ def by_load_cell(
         ratio = float(each[used].mean()) / mean
         return mean_over(ratio + (each - ratio * size) / mean, used)
 
-    cycle = rows[used].mean(axis=0)
     omega = 2.0 * math.pi * layout.drive.frequency
-    cycle = cycle - inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
+    inertia = inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
+
+    def at_contact(cycles: FloatArray) -> FloatArray:
+        """Cycles (..., p) about their means from tau = 0 on, the inertia taken off."""
+        about = cycles - cycles.mean(axis=-1, keepdims=True) - inertia
+        return np.asarray(np.roll(about, -(points // 4), axis=-1))
+
+    some = np.linspace(0, len(rows) - 1, min(len(rows), MOST_SINGLE)).astype(np.intp)
+    pressed = float(normal[used].mean())
+    cell = LoadCell(at_contact(rows[some]), pressed if math.isfinite(pressed) else None, "normal_force" in layout.more)
     energy = mean_over(each, used) if has_metres or name == "torque" else Estimate()
     return MeasuredFriction(
         name=name,
         energy=energy.with_relative(math.hypot(gain, sources.mass_gain)),
         force=over(way).with_relative(gain),
         coefficient=over(way * normal).with_relative(math.hypot(gain, u_normal)),
-        cycle=np.roll(cycle - cycle.mean(), -(points // 4)),
+        cycle=at_contact(rows[used].mean(axis=0)),
+        cell=None if name == "torque" else cell,
         turned=turned,
     )
 

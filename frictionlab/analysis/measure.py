@@ -105,7 +105,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     if friction is not None:
         taken = energy.taken_by_the_frame(cycle.mass_smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
         warnings += doubts.of_the_load_cell(friction, loop, joules, taken)
-        cycle = replace(cycle, force=friction.cycle)
+        cycle = replace(cycle, force=friction.cycle, cell=friction.cell)
         estimates |= {
             "force_energy": friction.energy.over(joules),
             "force_energy_j": friction.energy,

@@ -32,6 +32,7 @@ class Cycle:
     ``each`` (n, K): complex amplitudes of harmonics 1 to K of x/Y in single steady cycles, up to 400 of them evenly
     chosen: how far one cycle may be from another;
     ``force`` (p,) N (a torque: N m): at the contact, about its mean, known inertia taken off; None: not measured;
+    ``cell``: the same of single cycles;
     ``others``: the masses from the second on, of a frame of several.
     """
 
@@ -45,7 +46,20 @@ class Cycle:
     each: NDArray[np.complex128]
     kept: FloatArray
     force: FloatArray | None = None
+    cell: "LoadCell | None" = None
     others: "tuple[OtherMass, ...]" = ()
+
+
+@dataclass(frozen=True)
+class LoadCell:
+    """The measured force in single steady cycles ``each`` (n, p) N, as `Cycle.force`, and what pressed the contact.
+
+    ``normal_force``: mean over the way, N; None: not known; ``normal_is_measured``: by a channel of its own.
+    """
+
+    each: FloatArray
+    normal_force: float | None
+    normal_is_measured: bool
 
 
 @dataclass(frozen=True)

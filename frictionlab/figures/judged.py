@@ -31,6 +31,8 @@ def comparison_figure(comparison: Comparison) -> Figure:
     """
     if comparison.over_frequency is not None:
         return _frequency_figure(comparison, comparison.over_frequency)
+    if not len(comparison.tau) and comparison.contact is not None:  # the motion is given: only the force is judged
+        return contact_figure(comparison.contact)
     if not len(comparison.tau):
         raise UsageError("plot: there is no steady cycle to draw; do: plot its whole record (comparison.record)")
     turns, base = np.append(comparison.tau / style.TURN, 1.0), style.closed(comparison.base)
@@ -114,7 +116,8 @@ def _draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> None:
     newtons = 1.0 if contact.unit_n is None else contact.unit_n
     way = contact.velocity if over_speed else contact.displacement
     seen, force = unit * style.closed(way), newtons * style.closed(contact.force)
-    ax.plot(seen, force, label="recovered from the motion", **style.LINES["measured"])
+    label = "load cell" if contact.is_measured else "recovered from the motion"
+    ax.plot(seen, force, label=label, **style.LINES["measured"])
     law_way, speed = contact.law_velocity if over_speed else contact.law_displacement, contact.law_velocity
     if law_way is not None and speed is not None and contact.law_force is not None:
         way, force = _with_jumps(law_way, contact.law_force, np.abs(speed) < STILL)
@@ -135,6 +138,8 @@ def _with_jumps(way: FloatArray, force: FloatArray, still: NDArray[np.bool_]) ->
 def _draw_residual(contact: ContactForce, ax: Axes) -> None:
     """What the law misses over the cycle, stops shaded; the dotted lines are the standard error of the mean cycle."""
     turns, unit, above = contact.tau / style.TURN, 1e6 * contact.unit_m, ax.get_xaxis_transform()
+    if contact.is_measured:
+        unit = contact.unit_n or 1.0
     for edge in (-contact.floor, contact.floor):
         label = "standard error of the mean cycle" if edge > 0.0 else None
         ax.axhline(unit * edge, color=style.GREY, lw=0.8, ls=":", label=label)
@@ -151,7 +156,7 @@ def _draw_residual(contact: ContactForce, ax: Axes) -> None:
                     0.5 * (turns[first] + turns[after - 1]),
                 )
                 ax.text(middle, 0.97, words, transform=above, ha="center", va="top", fontsize=style.SMALL)
-    ax.set(xlabel="drive cycle, ωt / 2π (stops shaded)", ylabel="measured - predicted [µm]", xlim=(0, 1))
+    ax.set(xlabel="drive cycle, ωt / 2π (stops shaded)", ylabel=f"measured - predicted [{'N' if contact.is_measured else 'µm'}]", xlim=(0, 1))
     ax.margins(y=0.2)
     ax.legend(loc="lower right", fontsize=style.SMALL)
 

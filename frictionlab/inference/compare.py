@@ -19,6 +19,14 @@ from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
 from frictionlab.inference.diagnose import diagnose, strained_facts
 from frictionlab.inference.fit import Fit, Model, Place, Test, fit_from, start_place
+from frictionlab.inference.force import (
+    GAIN,
+    ForceObservation,
+    disagreement,
+    in_newtons,
+    observe_force,
+    with_force,
+)
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.material_law import MaterialLaw
 from frictionlab.inference.observation import Observation, as_kind
@@ -43,6 +51,7 @@ from frictionlab.recording import FrequencyTable, Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.prescribed import shifted
 
 HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires
@@ -77,6 +86,10 @@ def compare(
     UsageError
         The law or the friction ratio cannot be.
     """
+    if scene.rig.kind == "prescribed" and (whole or fit == "whole"):
+        raise UsageError(
+            'the whole record (--whole, --fit whole): needs a base that drives a spring; got rig.kind = "prescribed"'
+        )
     if not whole and fit == "cycle":
         return predict(measure(recording, scene), scene, law=law, friction_ratio=friction_ratio, solver=solver)
     _check_given(law, friction_ratio)
@@ -113,6 +126,8 @@ def predict(
 ) -> Comparison:
     """As :func:`compare`, from a measurement that is already made; so without the whole record."""
     _check_given(law, friction_ratio)
+    if scene.rig.kind == "prescribed":
+        return compare_force(measurement, scene, law=law, friction_ratio=friction_ratio)
     found, ladder = identified(measurement, scene, law, friction_ratio)
     return compared(measurement, scene, found, ladder, solver or scene.model.solver)
 
@@ -129,7 +144,8 @@ def identified(
     UsageError
         The law cannot be.
     """
-    return _found(observe(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
+    observation = with_force(observe(measurement, scene, None if law == AUTO else law), scene)
+    return _found(observation, scene, law, friction_ratio)
 
 
 def _found(
@@ -255,6 +271,74 @@ def compare_table(
     )
 
 
+def compare_force(
+    measurement: Measurement, scene: Scene, *, law: str | None = None, friction_ratio: float | None = None
+) -> Comparison:
+    """Identify a contact whose motion is given, as on a tribometer, from its measured force, and say what is left.
+
+    Numbers are over the normal force (so that the friction ratio is the coefficient; over the measured friction force
+    where it is not known), lengths over half the stroke Y, speeds over omega Y.
+
+    Raises
+    ------
+    AnalysisError
+        No force was measured, or the contact stands nearly all the time.
+    """
+    found, ladder = _found(observe_force(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
+    observation, values = as_kind(found.tests[0].observation, ForceObservation), found.values()
+    force = observation.motion(values)
+    if force is None:
+        raise AnalysisError(f"force: law {observation.law.name} has none at the values found")
+    nrmse = observation.nrmse(found.fit.residual())
+    misfit, rows = nrmse / observation.floor, _rows(ladder, nrmse)
+    verdict = verdict_of(misfit, strained=bool(found.strained))
+    said = [*measurement.warnings, *strained_facts(found, scene), *found.warnings]
+    said += doubts(found, verdict, misfit, ladder, what="force", of="standard error of the measured mean cycle")
+    over = "friction" if observation.normal_force is None else "normal"
+    unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over Y = {1e3 * observation.unit:.4g} mm"
+    cycle, shown = measurement.cycle, force * (1.0 + values.get(GAIN, 0.0))
+    speed = shifted(observation.place, 0.0, order=1)
+    contact = ContactForce(
+        source=measurement.source,
+        law=observation.law.name,
+        tau=cycle.tau,
+        displacement=observation.place,
+        velocity=speed,
+        force=observation.force,
+        law_displacement=observation.place,
+        law_velocity=speed,
+        law_force=shown,
+        residual=observation.force - shown,
+        floor=observation.floor * math.sqrt(observation.cycles.power),
+        laws=_points(ladder, rows),
+        unit_m=observation.unit,
+        turn=observation.turn,
+        unit_n=observation.unit_n,
+        said=f"{observation.law.name}{verdict_in_words(nrmse, misfit, verdict, of='force')}",
+        warnings=tuple(said),
+        is_measured=True,
+    )
+    return _comparison(
+        found,
+        scene,
+        amplitude=measurement.base_amplitude,
+        source=measurement.source,
+        response_amplitude=measurement.response_amplitude,
+        stops_per_cycle=measurement.stops_per_cycle,
+        regime=measurement.regime,
+        warnings=tuple(said),
+        model=model_words(observation.law, "prescribed motion", observation.held, unit),
+        solver="prescribed",
+        closure_error=None,
+        response_nrmse=nrmse,
+        response_floor=observation.floor,
+        misfit=misfit,
+        verdict=verdict,
+        laws=rows,
+        contact=contact,
+    )
+
+
 def _check_given(law: str | None, friction_ratio: float | None) -> None:
     if friction_ratio is not None and not (friction_ratio >= 0 and math.isfinite(friction_ratio)):
         raise UsageError(f"friction ratio: expected a number of at least 0; got {friction_ratio:g}")
@@ -281,6 +365,7 @@ def compared(
         found = found.with_shift(UNSETTLED, shift)
     said = [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]
     said += doubts(found, verdict, misfit, ladder, what="cycle", of="standard error of the measured mean cycle")
+    said += disagreement(found)
     said += [restless] if restless else []
     said += [f"no prediction: {state.outcome}"] if predicted is None else []
     rows, left = _rows(ladder, nrmse), None if predicted is None else measurement.cycle.mass - predicted
@@ -331,6 +416,9 @@ def _comparison(
 ) -> Comparison:
     """The comparison of any observation: what its posterior says, and `more`."""
     friction, observation = friction_of(found, scene, amplitude), found.tests[0].observation
+    by_force = in_newtons(found)
+    friction["budget"] |= by_force.pop("budget", {})
+    friction |= by_force
     own: dict[str, Any] = {
         "parameters": {name: asdict(e) for name, e in found.parameters().items()},
         "budget": {**(budget or {}), **friction.pop("budget")},

@@ -92,7 +92,8 @@ class ContactForce:
     ``floor``: what noise alone leaves of it, rms, Y. ``law``: its name;
     ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
     ``unit_m``: Y [m]; ``turn``: omega [rad/s]; ``unit_n``: k Y [N], None where the stiffness is not known; ``said``:
-    law and verdict in words; ``warnings``: sentences of the comparison.
+    law and verdict in words; ``warnings``: sentences of the comparison; ``is_measured``: the force and,
+    over its unit, ``residual`` and ``floor`` are a load cell's.
     """
 
     source: str
@@ -112,6 +113,7 @@ class ContactForce:
     unit_n: float | None = None
     said: str = ""
     warnings: tuple[str, ...] = ()
+    is_measured: bool = False
 
 
 class AtContact(NamedTuple):

@@ -33,7 +33,7 @@ from frictionlab.inference.fit import (
     with_scatter,
 )
 from frictionlab.inference.observation import Observation
-from frictionlab.inference.observations import CycleObservation
+from frictionlab.inference.observations import CycleObservation, OfCycles
 from frictionlab.inference.posterior import Posterior, infer, misfit_is_noise, model_of, posterior_of
 from frictionlab.inference.starts import FIRST_GUESSES, point_at, starting_points
 from frictionlab.simulator.laws import TERMS, Law, law_of
@@ -118,7 +118,7 @@ def climb(
     ladder = _Climb(observations, accuracy, near)
     bottom = ladder.tried(observations[0].law.name, None)
     rigid = not all(observation.single for observation in observations)
-    cycles = not rigid and all(isinstance(observation, CycleObservation) for observation in observations)
+    cycles = not rigid and all(isinstance(observation, OfCycles) for observation in observations)
     top = ladder.upward(bottom, CHEAP if rigid or accuracy == "fast" else EXACT)
     if accuracy == "exact" or (accuracy != "fast" and not ladder.is_noise(top)):
         if cycles:

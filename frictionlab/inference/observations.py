@@ -87,7 +87,63 @@ class Cycles:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CycleObservation(Observation):
+class OfCycles(Observation):
+    """What single cycles were observed of, with their scatter: of ``cycles`` the mean is fitted."""
+
+    cycles: Cycles
+    steps: ClassVar = (STEP, -STEP, 0.1 * STEP)
+
+    def covariance(self, at: Reached) -> FloatArray:
+        """Return the covariance (n, n) that noise, scatter of the cycles and misfit leave in the coordinates of a fit.
+
+        Of each coordinate the largest variance counts of: the sensors' noise; single cycles carried through the fit
+        that the others ask for; what the law cannot explain, harmonic by harmonic (MacKinnon and White's HC3), where
+        that is more than noise. The correlations are those of the larger of the two.
+        """
+        cycles, bare, assumed = self.cycles, self.gap(at.slopes), at.gain @ at.gain.T
+        if cycles.left_out:
+            white, share = self.over_gap(at.gain), self.missed * cycles.power * np.eye(len(bare))
+            sensor = cycles.sensor * (white @ white.T)
+            moved = []
+            for part, covariance in cycles.left_out:
+                weighed = np.linalg.solve(covariance + share, bare)
+                moved.append(part @ np.linalg.solve(bare.T @ weighed + at.hold, weighed.T).T)
+            each = np.concatenate(moved)
+            freedom = len(each) - 1.0
+            grown = each * np.sqrt(variance_inflation(each) * student(freedom) / freedom / cycles.used)
+            shown = at_least(of_few(grown, assumed), np.diag(sensor)) + white @ cycles.of_base @ white.T
+        else:
+            shown = assumed
+        if at.is_noise:
+            return shown
+        leverage = np.clip(np.diag(at.slopes @ at.gain), 0.0, 0.9)
+        missed = at.gain * (at.residual / (1.0 - leverage))
+        by_misfit = of_few(missed.T, assumed)
+        larger, other = sorted((shown, by_misfit), key=lambda c: -float(np.log(np.diag(c) + 1e-300).sum()))
+        return at_least(larger, np.maximum(np.diag(other), np.diag(assumed)))
+
+    def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
+        """Return the score of each part of the cycles by the fit to the others, one linear step, and their nrmse.
+
+        Every second cycle (or fifth, of many) is a part.
+        """
+        cycles, n = self.cycles, len(self.cycles.each)
+        count = 2 if n < FEW_LEFT_OUT else 5
+        if n < count:
+            return np.zeros(0), None
+        scores, squares = [], []
+        for first in range(count):
+            block = np.arange(first, n, count)
+            others = self.white(np.delete(cycles.each, block, axis=0).mean(axis=0) - cycles.mean)
+            here = self.white(cycles.each[block].mean(axis=0) - cycles.mean)
+            left = residual + here - slopes @ (gain @ others)
+            scores.append(float(left @ left))
+            squares.append(self.nrmse(left) ** 2)
+        return np.array(scores), math.sqrt(float(np.mean(squares)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CycleObservation(OfCycles):
     """The mean cycle of one test, under a law: unknowns -> harmonics that would be measured.
 
     ``base``: its motion over Y, as its sensor shows it; ``kept`` (K,): how much of each harmonic the mass's filter
@@ -95,11 +151,9 @@ class CycleObservation(Observation):
     """
 
     measurement: Measurement
-    cycles: Cycles
     base: Base
     kept: FloatArray
     spring_harmonics: int = SPRING_HARMONICS
-    steps: ClassVar = (STEP, -STEP, 0.1 * STEP)
     by_sensors: ClassVar = (*SENSORS, "mass_in_base")
 
     @property
@@ -211,54 +265,6 @@ class CycleObservation(Observation):
         seen_base = 1.0 + values.get("mass_in_base", 0.0) * first
         late = self.turn * values.get("lag_s", 0.0) - float(np.angle(seen_base))
         return (1.0 + values.get("gain", 0.0)) / abs(seen_base), late
-
-    def covariance(self, at: Reached) -> FloatArray:
-        """Return the covariance (n, n) that noise, scatter of the cycles and misfit leave in the coordinates of a fit.
-
-        Of each coordinate the largest variance counts of: the sensors' noise; single cycles carried through the fit
-        that the others ask for; what the law cannot explain, harmonic by harmonic (MacKinnon and White's HC3), where
-        that is more than noise. The correlations are those of the larger of the two.
-        """
-        cycles, bare, assumed = self.cycles, self.gap(at.slopes), at.gain @ at.gain.T
-        if cycles.left_out:
-            white, share = self.over_gap(at.gain), self.missed * cycles.power * np.eye(len(bare))
-            sensor = cycles.sensor * (white @ white.T)
-            moved = []
-            for part, covariance in cycles.left_out:
-                weighed = np.linalg.solve(covariance + share, bare)
-                moved.append(part @ np.linalg.solve(bare.T @ weighed + at.hold, weighed.T).T)
-            each = np.concatenate(moved)
-            freedom = len(each) - 1.0
-            grown = each * np.sqrt(variance_inflation(each) * student(freedom) / freedom / cycles.used)
-            shown = at_least(of_few(grown, assumed), np.diag(sensor)) + white @ cycles.of_base @ white.T
-        else:
-            shown = assumed
-        if at.is_noise:
-            return shown
-        leverage = np.clip(np.diag(at.slopes @ at.gain), 0.0, 0.9)
-        missed = at.gain * (at.residual / (1.0 - leverage))
-        by_misfit = of_few(missed.T, assumed)
-        larger, other = sorted((shown, by_misfit), key=lambda c: -float(np.log(np.diag(c) + 1e-300).sum()))
-        return at_least(larger, np.maximum(np.diag(other), np.diag(assumed)))
-
-    def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
-        """Return the score of each part of the cycles by the fit to the others, one linear step, and their nrmse.
-
-        Every second cycle (or fifth, of many) is a part.
-        """
-        cycles, n = self.cycles, len(self.cycles.each)
-        count = 2 if n < FEW_LEFT_OUT else 5
-        if n < count:
-            return np.zeros(0), None
-        scores, squares = [], []
-        for first in range(count):
-            block = np.arange(first, n, count)
-            others = self.white(np.delete(cycles.each, block, axis=0).mean(axis=0) - cycles.mean)
-            here = self.white(cycles.each[block].mean(axis=0) - cycles.mean)
-            left = residual + here - slopes @ (gain @ others)
-            scores.append(float(left @ left))
-            squares.append(self.nrmse(left) ** 2)
-        return np.array(scores), math.sqrt(float(np.mean(squares)))
 
     def nrmse(self, residual: FloatArray) -> float:
         """Return the rms of a whitened residual (2 K,) over the rms of the measured mean cycle."""
@@ -428,14 +434,7 @@ def cycles_of(measurement: Measurement, *, masses: int = 1) -> Cycles:
     sensor = 2.0 * (measurement.mass_noise_m / measurement.base_amplitude_m) ** 2 / samples
     least = sensor + 2.0 * ROUNDING**2 * power / count
     beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)
-    raised, one_cycle = 1.0, np.eye(len(mean)) * least
-    if len(single) >= FEWEST_CYCLES:
-        one_cycle, about = shrunk(single, least), single - single.mean(axis=0)
-        few = len(about) <= about.shape[1]  # the cycles' main direction: the same, and cheaper where cycles are many
-        product = about @ about.T if few else about.T @ about
-        main = eigh(product, subset_by_index=[len(product) - 1] * 2)[1][:, 0]
-        inflated = variance_inflation((main if few else about @ main)[:, None])
-        raised = min(max(1.0, float(inflated[0])), MOST_RAISED)
+    one_cycle, raised = of_one_cycle(single, least)
     lines, order = mean.reshape(masses, 2, -1), np.arange(1, count + 1)
     later = np.stack([order * lines[:, 1], -order * lines[:, 0]], axis=1).ravel()
     relative = measurement.base_amplitude_m_se / measurement.base_amplitude_m
@@ -443,6 +442,21 @@ def cycles_of(measurement: Measurement, *, masses: int = 1) -> Cycles:
     covariance = one_cycle * (raised / used) + of_base
     floor = math.sqrt((0.5 * float(np.trace(covariance)) + beyond) / power)
     return Cycles(mean, single, covariance, sensor / used, used, power, floor, of_base, raised)
+
+
+def of_one_cycle(single: FloatArray, least: float) -> tuple[FloatArray, float]:
+    """Return the covariance (d, d) of one cycle of n (n, d), no variance below `least`, and what it is raised by.
+
+    By the autocorrelation of the cycles, in that of their mean; few cycles say neither.
+    """
+    if len(single) < FEWEST_CYCLES:
+        return np.eye(single.shape[1]) * least, 1.0
+    about = single - single.mean(axis=0)
+    few = len(about) <= about.shape[1]  # the cycles' main direction: the same, and cheaper where cycles are many
+    product = about @ about.T if few else about.T @ about
+    main = eigh(product, subset_by_index=[len(product) - 1] * 2)[1][:, 0]
+    inflated = variance_inflation((main if few else about @ main)[:, None])
+    return shrunk(single, least), min(max(1.0, float(inflated[0])), MOST_RAISED)
 
 
 def shrunk(single: FloatArray, least: float) -> FloatArray:

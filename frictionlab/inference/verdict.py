@@ -50,12 +50,12 @@ def never_settles(state: SteadyState, cycles: int, floor: float) -> str | None:
     )
 
 
-def verdict_in_words(nrmse: float | None, misfit: float | None, verdict: Verdict | None) -> str:
-    """Return the verdict as it stands behind a law's name."""
+def verdict_in_words(nrmse: float | None, misfit: float | None, verdict: Verdict | None, *, of: str = "motion") -> str:
+    """Return the verdict as it stands behind a law's name; ``of``: what was measured."""
     if nrmse is None or misfit is None:
         return ": no prediction"
     said = {"explained": "explained", "strained": "strained"}.get(verdict or "", "not explained")
-    return f": {said}, it leaves {100 * nrmse:.2g} % of the motion, {misfit:.2g} times the error of the measured cycle"
+    return f": {said}, it leaves {100 * nrmse:.2g} % of the {of}, {misfit:.2g} times the error of the measured cycle"
 
 
 def model_words(law: Law, place: str, held: Mapping[str, float], base: str) -> str:

@@ -164,7 +164,7 @@ class Flow:
 
     def __init__(self, problem: Problem, rtol: float, *, steps: int = CAP, meter: Meter | None = None) -> None:
         self.problem, self.rtol, self.meter = problem, rtol, meter
-        self.law, self.rig = _rig(problem, rtol)
+        self.law, self.rig = rig_of(problem, rtol)
         sizes = [hypot(c, s) for c, s in zip(*problem.force, strict=True)]
         bounds = [sum(k**n * c for k, c in enumerate(sizes, 1)) for n in (1, 2)]
         self.drive = Forcing(*(np.array(column, dtype=float) for column in (*problem.force, bounds)))
@@ -271,7 +271,7 @@ def _compiled(contact: ContactForce) -> Any:
     return callback(contact, numba.types.UniTuple(number, 16)(number[::1], *(number,) * 6))
 
 
-def _rig(problem: Problem, rtol: float) -> tuple[Any, Oscillator]:
+def rig_of(problem: Problem, rtol: float) -> tuple[Any, Oscillator]:
     """A law's formula, compiled, and the numbers of a problem; without friction every law is none."""
     r, p, terms = problem.r, problem.parameters, problem.law.terms
     term = next((term for term in terms if term.kind in ("smooth", "inner") and problem.beta > 0.0), TERMS["coulomb"])

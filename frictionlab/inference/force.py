@@ -1,0 +1,383 @@
+"""The measured force of a contact as an observation: what a law makes of the measured motion, without an oscillator.
+
+The data are means of the force over short parts of the cycle. While the contact stands, or turns faster than sensors
+show, a rigid law does not say its force: parts in which the measured speed is not clear of its noise, and those within
+two and a half samples of them, have no weight. They are the same under every law, so that laws can be compared; what
+stands of a turn in the parts beside them tells a contact that yields. A load cell has no zero, so the mean of the parts
+is taken off.
+
+A motion with a force is one observation (`MotionAndForce`): the two share law, frame and sensors. The force gives
+newtons, the motion a ratio to k Y; what is not known of that product and of the load cell's gain stands between them.
+"""
+
+import math
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from frictionlab.analysis.measurement import LoadCell, Measurement
+from frictionlab.analysis.signals import white_noise
+from frictionlab.arrays import FloatArray
+from frictionlab.errors import AnalysisError
+from frictionlab.estimate import Estimate
+from frictionlab.inference.observation import NO_MOTION, SENSORS, Observation, Reached, Values
+from frictionlab.inference.observations import (
+    FEWEST_CYCLES,
+    CycleObservation,
+    Cycles,
+    Motion,
+    OfCycles,
+    law_and_held,
+    of_one_cycle,
+)
+from frictionlab.inference.posterior import NOISE, Posterior
+from frictionlab.inference.starts import loop_friction_ratio, slid_of
+from frictionlab.inference.unknowns import STRAINED, TAIL, UNDECLARED_LAG, Unknown
+from frictionlab.scene import Scene
+from frictionlab.simulator import Problem
+from frictionlab.simulator.laws import Law
+from frictionlab.simulator.prescribed import force_under, shifted
+from frictionlab.uncertainty import Sources, unit_uncertainty
+
+PARTS = 128  # of a cycle, at most
+FEWEST_PARTS = 8  # that must be clear of stops and turns
+CLEAR = 3.0  # errors of the speed, from which a contact slides ...
+SLOW = 0.01  # ... and the share of its largest
+AROUND = 2.5  # samples beside a stop or turn that have no weight: the force is interpolated between them
+POINTS = 512  # of a cycle at which the law's force is taken, at least
+GAIN, UNIT, LAG = "force_gain", "force_unit", "force_lag_s"
+LEAST = 0.1  # of the white noise that single cycles show, below which no variance is taken
+FREE_UNIT = 1.0  # relative: of k Y where the stiffness is not known
+FRICTIONS = tuple(np.geomspace(0.4, 2.5, 13).tolist())  # over the measured one, that a fit tries
+STIFFNESSES = tuple(np.geomspace(3.0, 1000.0, 11).tolist())  # of a contact that yields
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceObservation(OfCycles):
+    """The mean cycle of the measured force, under a law: unknowns -> means over parts of the cycle.
+
+    ``place`` (p,): of the contact over Y, in the measured mean cycle, without noise; ``parts`` (N,): which of ``count``
+    equal parts of the cycle are fitted; ``unit_n``: force that all are over [N], known to ``unit_u``, relative;
+    ``normal_force_u``: relative, of the normal force; ``sampling_rate``: Hz; ``force`` (p,): as measured, over
+    `unit_n`.
+    """
+
+    place: FloatArray
+    parts: NDArray[np.intp]
+    count: int
+    unit_n: float
+    unit_u: float
+    normal_force_u: float
+    sampling_rate: float
+    force: FloatArray
+    by_sensors: ClassVar = (GAIN, UNIT)
+
+    @property
+    def rig_unknowns(self) -> tuple[Unknown, ...]:
+        """What is not known of the load cell: its gain, its lag, and the unit of the forces."""
+        lag = 0.5 / math.sqrt(3.0) / self.sampling_rate
+        return tuple(
+            u
+            for u in (
+                Unknown(GAIN, "gain of the load cell", sd=self.sources.mass_gain, key="sensors.gain_error"),
+                Unknown(UNIT, "stiffness times base amplitude", sd=self.unit_u, low=-0.9, key="rig.stiffness_n_per_m"),
+                Unknown(
+                    *(LAG, "lag of the force behind the motion"),
+                    sd=UNDECLARED_LAG * lag,
+                    tail=TAIL,
+                    known_to=1.0 / UNDECLARED_LAG,
+                    unit=(1e3, "ms"),
+                    key="time of the force's channel",
+                ),
+            )
+            if u.sd > 0.0
+        )
+
+    def tried(self, near: Values) -> list[dict[str, float]]:
+        """Return values at which a fit is tried: stiffnesses of a contact that yields, else friction ratios."""
+        known = {"beta": self.guess or 1.0} | dict(near)
+        if "stiffness_ratio" in {u.name for u in self.law_unknowns}:
+            return [known | {"stiffness_ratio": stiffness} for stiffness in STIFFNESSES]
+        return [] if "beta" in self.held else [known | {"beta": known["beta"] * times} for times in FRICTIONS]
+
+    def problem(self, values: Values) -> Problem:
+        """Return the contact at some values, dimensionless in this test."""
+        return self.simulated(values, self.r)
+
+    def motion(self, values: Values, near: Any = None) -> FloatArray | None:  # noqa: ARG002 - nothing is looked for
+        """Return the law's force (p,) under the measured motion; None where it has none."""
+        gain, late = 1.0 + values.get("gain", 0.0), self.turn * values.get(LAG, 0.0)
+        times = -(-POINTS // len(self.place))
+        fine = np.fft.irfft(np.fft.rfft(self.place), times * len(self.place)) * times
+        try:
+            return force_under(self.problem(values), shifted(fine, -late) / gain)[::times]
+        except NO_MOTION:
+            return None
+
+    def seen(self, motion: FloatArray, values: Values) -> FloatArray:
+        """Return a force (p,) as the load cell shows its parts (N,)."""
+        times = (1.0 + values.get(GAIN, 0.0)) * (1.0 + values.get(UNIT, 0.0))
+        return times * of_parts(motion, self.count, self.parts)
+
+
+def of_parts(force: FloatArray, count: int, parts: NDArray[np.intp]) -> FloatArray:
+    """Return the means (..., N) of cycles (..., p) over some of so many equal parts, about their own mean."""
+    edges = np.ceil(np.arange(count) * (force.shape[-1] / count)).astype(np.intp)
+    sizes = np.diff(edges, append=force.shape[-1])
+    means = (np.add.reduceat(force, edges, axis=-1) / sizes)[..., parts]
+    return np.asarray(means - means.mean(axis=-1, keepdims=True))
+
+
+def sliding_parts(measurement: Measurement, place: FloatArray, count: int) -> NDArray[np.intp]:
+    """Return which of so many parts of the cycle are clear of stops and turns."""
+    speed, samples = shifted(place, 0.0, order=1), measurement.sampling_rate_hz / measurement.drive_frequency_hz
+    noise = measurement.mass_noise_m / measurement.base_amplitude_m
+    variance = 2.0 * noise**2 / (samples * max(1, int(measurement.series.used.sum())))  # of a cosine part
+    lines = np.abs(np.fft.rfft(place))
+    highest = int(np.flatnonzero(lines > 1e-12 * lines.max())[-1])
+    error = math.sqrt(variance * highest**3 / 3.0)
+    slow = np.abs(speed) < max(CLEAR * error, SLOW * float(np.abs(speed).max()))
+    slow |= np.sign(speed) != np.sign(np.roll(speed, 1))
+    around = math.ceil(AROUND * len(place) / samples)
+    near = np.convolve(np.concatenate([slow[-around:], slow, slow[:around]]), np.ones(2 * around + 1), mode="valid") > 0
+    edges = np.ceil(np.arange(count) * (len(place) / count)).astype(np.intp)
+    return np.flatnonzero(np.add.reduceat(near.astype(int), edges) == 0)
+
+
+def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None = None) -> ForceObservation:
+    """Return the measured force of a contact as a fit sees it.
+
+    Where the frame has a natural frequency, numbers are those of its motion: forces over k Y. On a tribometer they are
+    over the normal force, so that the friction ratio is the coefficient, or over the measured friction force where that
+    is not known; speeds are over omega Y, and r is 1.
+
+    Raises
+    ------
+    AnalysisError
+        No force was measured, or the contact stands nearly all the time.
+    """
+    cell, measured = measurement.cycle.cell, measurement.measured_force.value
+    if cell is None or measured is None or measurement.cycle.force is None:
+        raise AnalysisError(
+            "force: not measured, or the contact stands: expected a channel of the contact's force beside the motion:"
+            " name its column with --force"
+        )
+    chosen, held = law_and_held(scene, law)
+    sources, prescribed = measurement.sources, scene.rig.kind == "prescribed"
+    normal = cell.normal_force
+    unit, unit_u = (measured if normal is None else normal), 0.0
+    if not prescribed and scene.rig.stiffness is not None:
+        unit, unit_u = scene.rig.stiffness * measurement.base_amplitude_m, _unit_error(sources)
+    elif not prescribed:
+        unit, unit_u = measured / loop_friction_ratio(measurement, scene.model.wall), FREE_UNIT
+    place = measurement.cycle.mass_smooth if prescribed else slid_of(measurement, scene.model.wall)
+    samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
+    count = max(4 * FEWEST_PARTS, min(PARTS, int(samples), len(place)))
+    parts = sliding_parts(measurement, place, count)
+    if len(parts) < FEWEST_PARTS:
+        raise AnalysisError(
+            f"force: the contact slides in {len(parts)} of {count} parts of its cycle; expected at least"
+            f" {FEWEST_PARTS}: sample faster, or measure a larger motion"
+        )
+    cycles = _cycles_of(measurement, cell, count, parts, unit)
+    variances, directions = np.linalg.eigh(cycles.covariance)
+    return ForceObservation(
+        law=chosen,
+        held=held,
+        wall=scene.model.wall,
+        material=measurement.material,
+        normal_force=normal,
+        r=1.0 if prescribed else measurement.frequency_ratio or math.nan,
+        unit=measurement.base_amplitude_m,
+        turn=2.0 * math.pi * measurement.drive_frequency_hz,
+        sources=sources,
+        swing=0.5 * float(np.ptp(place)),
+        data=cycles.mean,
+        variances=np.maximum(variances, 1e-300),
+        directions=directions,
+        powers=cycles.power,
+        floor=cycles.floor,
+        guess=measured / unit,
+        cycles=cycles,
+        place=place,
+        parts=parts,
+        count=count,
+        unit_n=unit,
+        unit_u=unit_u,
+        normal_force_u=sources.mass_gain if cell.normal_is_measured else sources.normal_force,
+        sampling_rate=measurement.sampling_rate_hz,
+        force=measurement.cycle.force / unit,
+    )
+
+
+def _unit_error(sources: Sources) -> float:
+    """Relative standard uncertainty of k Y."""
+    return math.hypot(sources.stiffness, unit_uncertainty(sources))
+
+
+def _cycles_of(measurement: Measurement, cell: LoadCell, count: int, parts: NDArray[np.intp], unit: float) -> Cycles:
+    """The parts of the mean cycle of the force with the covariance that its single cycles show."""
+    whole = measurement.cycle.force
+    mean = of_parts((cell.each.mean(axis=0) if whole is None else whole) / unit, count, parts)
+    single = of_parts(cell.each / unit, count, parts)
+    used, power = max(1, int(measurement.series.used.sum())), float(np.mean(mean**2))
+    about = single - single.mean(axis=0) if len(single) > 1 else single
+    noise = max(white_noise(about.ravel()) ** 2, 1e-12 * power)
+    one_cycle, raised = of_one_cycle(single, noise if len(single) < FEWEST_CYCLES else LEAST * noise)
+    covariance = one_cycle * (raised / used)
+    floor = math.sqrt(float(np.trace(covariance)) / len(mean) / power)
+    return Cycles(mean, single, covariance, noise / used, used, power, floor, np.zeros_like(covariance), raised)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionAndForce(CycleObservation):
+    """The mean cycle of a test's motion, and of the force at its contact: harmonics, then parts of the force."""
+
+    force: ForceObservation
+    by_sensors: ClassVar = (*SENSORS, "mass_in_base", GAIN, UNIT, LAG)
+    free: ClassVar = (UNIT,)
+
+    @property
+    def own(self) -> int:
+        """How many of the data are the motion's."""
+        return len(self.cycles.mean)
+
+    @property
+    def rig_unknowns(self) -> tuple[Unknown, ...]:
+        """What is not known of sensors and rig, and of the load cell."""
+        return (*super().rig_unknowns, *self.force.rig_unknowns)
+
+    def under(self, law: Law, held: Values | None = None) -> Self:
+        """Return the same test under another law; what that law lacks is no longer held."""
+        return replace(super().under(law, held), force=self.force.under(law, held))
+
+    def seen(self, motion: Motion, values: Values) -> FloatArray:
+        """Return harmonics as the sensors show them, then the force (N,); NaN where it has none."""
+        force = self.force.predict(values)
+        shown = np.full(len(self.force.data), math.nan) if force is None else force
+        return np.concatenate([super().seen(motion, values), shown])
+
+    @cached_property
+    def alone(self) -> CycleObservation:
+        """The motion without the force."""
+        n = self.own
+        known: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(CycleObservation)}
+        known |= {"data": self.data[:n], "variances": np.asarray(self.variances)[:n], "powers": self.cycles.power}
+        known["directions"] = None if self.directions is None else self.directions[:n, :n]
+        return CycleObservation(**known)
+
+    def covariance(self, at: Reached) -> FloatArray:
+        """Return the covariance (n, n) in the coordinates: that which the motion leaves and that which the force does.
+
+        Each by its own cycles; what the other says holds the coordinates too.
+        """
+        n, total = self.own, np.zeros_like(at.hold)
+        both = (self.alone, slice(n)), (self.force.missing(self.missed), slice(n, None))
+        for observation, some in both:
+            rest = slice(n, None) if some.stop else slice(n)
+            others = at.hold + at.slopes[rest].T @ at.slopes[rest]
+            reached = replace(
+                at, residual=at.residual[some], slopes=at.slopes[some], gain=at.gain[:, some], hold=others
+            )
+            total = total + observation.covariance(reached)
+        return total
+
+    def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
+        """Return the score of each part of the cycles by the fit to the others, and the nrmse of their motion."""
+        n = self.own
+        scores, nrmse = self.alone.left_out(residual[:n], slopes[:n], gain[:, :n])
+        force = self.force.missing(self.missed)
+        more = force.left_out(residual[n:], slopes[n:], gain[:, n:])[0]
+        return scores + more if len(more) == len(scores) else scores, nrmse
+
+    def nrmse(self, residual: FloatArray) -> float:
+        """Return the rms of a whitened residual over that of what was measured, of the motion."""
+        return self.alone.nrmse(residual[: self.own])
+
+    def force_misfit(self, residual: FloatArray) -> tuple[float, float]:
+        """Return the rms that a whitened residual leaves of the force, relative, and that over what noise leaves."""
+        nrmse = self.force.missing(self.missed).nrmse(residual[self.own :])
+        return nrmse, nrmse / self.force.floor
+
+
+def with_force(observation: CycleObservation, scene: Scene) -> CycleObservation:
+    """Return the motion of a test together with its measured force; as it is where none was measured."""
+    measurement = observation.measurement
+    if measurement.cycle.cell is None or not observation.single or measurement.measured_force.value is None:
+        return observation
+    force = observe_force(measurement, scene).under(observation.law, observation.held)
+    both = observation, force
+    known: dict[str, Any] = {f.name: getattr(observation, f.name) for f in fields(CycleObservation)}
+    known |= {
+        "data": np.concatenate([o.data for o in both]),
+        "variances": np.concatenate([o.variances * np.ones(len(o.data)) for o in both]),
+        "directions": block_diag(*(np.eye(len(o.data)) if o.directions is None else o.directions for o in both)),
+        "powers": np.concatenate([np.full(len(o.data), o.cycles.power) for o in both]),
+    }
+    return MotionAndForce(**known, force=force)
+
+
+def force_of(observation: Observation) -> ForceObservation | None:
+    """Return the measured force in an observation; None where it has none."""
+    if isinstance(observation, MotionAndForce):
+        return observation.force
+    return observation if isinstance(observation, ForceObservation) else None
+
+
+def in_newtons(found: Posterior) -> dict[str, Any]:
+    """Return friction force (N) and coefficient by a measured force, and what adds to their uncertainty.
+
+    As `verdict.friction_of`; nothing where no force was measured.
+    """
+    force, beta = force_of(found.tests[0].observation), found.parameters()["beta"]
+    if force is None:
+        return {}
+    values = found.values()
+    value = beta.value * force.unit_n * (1.0 + values.get(UNIT, 0.0))
+    along = np.zeros(len(found.unknowns))  # relative change of the force with the coordinates
+    for name, size in (("beta", beta.value), (UNIT, 1.0 + values.get(UNIT, 0.0))):
+        k = found.fit.find(name)
+        if k is not None and size:
+            along[k] = found.slope(k) / size
+    reach = value * along @ found.plain
+    of_rig = zip(found.unknowns, reach.tolist(), found.fit.point.tolist(), strict=True)
+    shares = {u.name: abs(moved) * u.doubt(c) for u, moved, c in of_rig if not u.law}
+    shares |= {source: abs(value * float(along @ shift)) for source, shift in found.shifts.items() if shift.any()}
+    u = value * math.sqrt(float(along @ found.covariance @ along))
+    shares[NOISE] = math.sqrt(max(u**2 - sum(share**2 for share in shares.values()), 0.0))
+    known = Estimate(value, None if beta.se is None else beta.se / beta.value * value, u) if u else Estimate(value)
+    budget = {"friction_force_n": {source: share for source, share in shares.items() if share}}
+    of_normal = force.normal_force_u
+    coefficient = known.over(force.normal_force)
+    if coefficient.u is not None and coefficient.value is not None and force.normal_force:
+        own = {source: share / force.normal_force for source, share in budget["friction_force_n"].items()}
+        budget["friction_coefficient"] = {**own, "normal force": coefficient.value * of_normal}
+        coefficient = coefficient.with_u(math.hypot(coefficient.u, coefficient.value * of_normal))
+    return {"force": known, "coefficient": coefficient, "budget": budget}
+
+
+def disagreement(found: Posterior) -> tuple[str, ...]:
+    """Say where force and motion tell different friction, by more than three of what is not known between them."""
+    observation = found.tests[0].observation
+    if not isinstance(observation, MotionAndForce):
+        return ()
+    said, force, measurement = [], observation.force, observation.measurement
+    places = [k for name in (GAIN, UNIT) if (k := found.fit.find(name)) is not None]
+    if math.hypot(*found.fit.point[places]) > STRAINED:
+        by_motion = force.unit_n * loop_friction_ratio(measurement, observation.wall)
+        more = (measurement.measured_force.value or math.nan) / by_motion - 1.0
+        said.append(
+            f"friction_force_n: force and motion give different friction: the force's is {100 * more:+.2g} % off the"
+            " motion's; check the gain of the load cell, the stiffness and the base's sensor"
+        )
+    nrmse, misfit = observation.force_misfit(found.fit.residual())
+    if misfit > STRAINED:
+        said.append(
+            f"force: the law leaves {100 * nrmse:.2g} % of the measured force, {misfit:.2g} times its error: what it"
+            " misses is counted in the errors"
+        )
+    return tuple(said)

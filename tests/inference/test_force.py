@@ -1,0 +1,160 @@
+"""A law fitted to a measured force: on a tribometer, whose motion is given, and beside the motion of a frame."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measure import measure
+from frictionlab.hdf5 import write_recording
+from frictionlab.inference import Comparison, compare, predict
+from frictionlab.inference.force import in_newtons, observe_force
+from frictionlab.inference.posterior import infer
+from frictionlab.recording import Channel, Recording
+from frictionlab.scene import scene_from_tables
+from frictionlab.simulator import Problem
+from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.prescribed import force_under, shifted
+from tests.analysis.seen import BASE_M
+from tests.analysis.test_force import NORMAL_N, STIFFNESS, channels_of, recording
+from tests.analysis.test_force import scene as scene_of
+from tests.desk import answer
+
+FloatArray = NDArray[np.float64]
+STROKE, HZ, FRICTION, DASHPOT, NORMAL = 5e-3, 0.8, 3.4, 20.0, 20.0  # m, Hz, N, N s/m, N
+OMEGA = 2.0 * math.pi * HZ
+TABLES = {"rig": {"kind": "prescribed"}, "experiment": {"normal_force_n": NORMAL}}
+COSINE = np.cos(2.0 * math.pi * np.arange(1024) / 1024)
+
+
+def tribometer(stiffness: float | None = None, *, seed: int = 5) -> Recording:
+    """A reciprocating test: Coulomb friction with a dashpot, or Dahl's contact of a stiffness, N/m, in closed form."""
+    rng, t = np.random.default_rng(seed), np.arange(0.0, 40.0, 0.002)
+    x, v = STROKE * np.sin(OMEGA * t), STROKE * OMEGA * np.cos(OMEGA * t)
+    force = FRICTION * np.sign(v) + DASHPOT * v
+    if stiffness is not None:
+        way, most = np.where(v > 0.0, STROKE + x, STROKE - x), FRICTION * math.tanh(stiffness * STROKE / FRICTION)
+        force = np.sign(v) * (FRICTION - (FRICTION + most) * np.exp(-stiffness * way / FRICTION))
+    force = force + 0.05 * rng.standard_normal(len(t))
+    channels = (Channel("contact_force", force),)
+    return Recording(t, x + 1e-6 * rng.standard_normal(len(t)), None, channels=channels)  # type: ignore[arg-type]
+
+
+def within(comparison: Comparison, name: str, truth: float, errors: float = 2.5) -> bool:
+    """Whether a parameter is found within so many of its uncertainties, and known to better than a twentieth."""
+    found = comparison.parameters[name]
+    return bool(abs(found["value"] - truth) < errors * found["u"] < 0.05 * truth * errors)
+
+
+@pytest.mark.parametrize(
+    ("law", "parameters", "energy"),
+    [
+        ("coulomb+speed", {"contact_damping_ratio": 0.05}, 4 * 0.3 + 2 * math.pi * 0.05 * 0.5),
+        ("coulomb+place", {"gradient": 0.1}, 4 * 0.3),
+        ("coulomb+compliance", {"stiffness_ratio": 30.0}, 4 * 0.3 * (1 - 0.3 / 30.0)),  # Masing
+        ("coulomb+iwan", {"stiffness_ratio": 30.0, "sliders": 1.0}, 4 * 0.3 * (1 - 0.3 / 30.0)),
+    ],
+)
+def test_the_loop_of_a_given_motion_has_its_exact_area(law: str, parameters: dict[str, float], energy: float) -> None:
+    force = force_under(Problem(0.5, 0.3, law=law, parameters=parameters), COSINE)
+    assert 2.0 * math.pi * float(np.mean(force * shifted(COSINE, 0.0, 1))) == pytest.approx(energy, rel=1e-4)
+
+
+@pytest.mark.parametrize("law", ["coulomb+dahl", "coulomb+bouc-wen", "coulomb+lugre"])
+def test_contacts_with_a_state_follow_dahls_exponential(law: str) -> None:
+    """As Bouc-Wen's of exponent 1, and LuGre's without damping and Stribeck's curve, have it too."""
+    given = {"stiffness_ratio": 100.0, "exponent": 1.0, "bristle_damping": 0.0, "static_ratio": 1.0}
+    given |= {"stribeck_speed": 0.1}
+    own = {p.name: given[p.name] for p in law_of(law).own if p.name in given}
+    down = force_under(Problem(0.5, 0.3, law=law, parameters=own), COSINE)[:512]
+    assert down == pytest.approx(-0.3 + 0.6 * np.exp(-100.0 * (1.0 - COSINE[:512]) / 0.3), abs=2e-4)
+
+
+def test_rate_and_state_slides_steadily_as_its_logarithm_says() -> None:
+    own = {"direct_effect": 0.02, "evolution_effect": 0.03, "slip_distance": 1e-3, "reference_speed": 0.1}
+    force = force_under(
+        Problem(0.5, 0.3, law="coulomb+rate-state", parameters=own | {"stiffness_ratio": 300.0}), COSINE
+    )
+    assert -force[256] == pytest.approx(0.3 * (1.0 + (0.02 - 0.03) * math.log(1.0 / 0.1)), rel=2e-3)
+
+
+def test_a_tribometer_gives_coulombs_force_and_the_dashpot() -> None:
+    found = compare(tribometer(), scene_from_tables(TABLES), law="auto")
+    assert (found.law, found.verdict, found.frequency_ratio) == ("coulomb+speed", "explained", None)
+    assert found.friction_force_n == pytest.approx(FRICTION, abs=2.5 * (found.friction_force_n_u or 0.0))
+    assert found.friction_coefficient == pytest.approx(FRICTION / NORMAL, abs=2.5 * (found.friction_coefficient_u or 0))
+    assert within(found, "contact_damping_ratio", DASHPOT * OMEGA * STROKE / 2.0 / NORMAL)
+    assert found.friction_coefficient_u == pytest.approx(0.01 * FRICTION / NORMAL, rel=0.05)  # the normal force's 1 %
+
+
+def test_a_contact_with_a_state_is_found_by_its_force() -> None:
+    scene, stiffness = scene_from_tables(TABLES), 3e4
+    found = compare(tribometer(stiffness), scene, law="coulomb+dahl")
+    assert found.verdict == "explained"
+    assert within(found, "beta", FRICTION / NORMAL)
+    assert within(found, "stiffness_ratio", stiffness * STROKE / NORMAL)
+    assert compare(tribometer(stiffness), scene, law="coulomb").verdict == "misfit"
+
+
+def test_errors_of_a_measured_force_cover_the_truth() -> None:
+    """The noise of 20 tests, sensors without error: shares within 1 and 2 standard errors of both parameters."""
+    scene, off = scene_from_tables(TABLES), []
+    for seed in range(20):
+        found = compare(tribometer(seed=seed), scene, law="coulomb+speed").parameters
+        truth = {"beta": FRICTION / NORMAL, "contact_damping_ratio": DASHPOT * OMEGA * STROKE / 2.0 / NORMAL}
+        off += [(found[name]["value"] - value) / found[name]["se"] for name, value in truth.items()]
+    assert float(np.mean(np.abs(off) < 1.0)) > 0.5
+    assert float(np.mean(np.abs(off) < 2.0)) > 0.85
+
+
+@pytest.mark.parametrize(("r", "beta"), [(0.3, 0.4), (0.7, 0.3)])
+def test_force_and_motion_give_one_friction_and_together_a_surer_one(r: float, beta: float) -> None:
+    seen, scene = channels_of(r, beta), scene_of()
+    names, truth = ("mass_displacement", "base_displacement"), beta * STIFFNESS * BASE_M
+    motion = predict(measure(recording(seen, *names), scene), scene)
+    measured = measure(recording(seen, *names, "contact_force"), scene)
+    both, alone = predict(measured, scene), infer([observe_force(measured, scene)])
+    force = in_newtons(alone)["force"]
+    assert force.value == pytest.approx(motion.friction_force_n, abs=math.hypot(force.u, motion.force.u or 0.0))
+    for found in (motion.force, force, both.force):
+        assert found.value == pytest.approx(truth, abs=2.0 * (found.u or 0.0))
+    assert (both.force.u or 1.0) < min(force.u, motion.force.u or 0.0)
+    assert both.friction_ratio_u < motion.friction_ratio_u  # type: ignore[operator]
+    assert both.coefficient.value == pytest.approx(truth / NORMAL_N, abs=2.0 * (both.coefficient.u or 0.0))
+    assert (both.verdict, [w for w in both.warnings if "force" in w]) == ("explained", [])
+
+
+def test_a_force_without_a_known_stiffness_still_gives_newtons() -> None:
+    tables = {"rig": {"natural_frequency_hz": 3.13}, "experiment": {"normal_force_n": NORMAL_N}}
+    seen, scene = channels_of(0.5, 0.4), scene_from_tables(tables)
+    found = compare(recording(seen, "mass_displacement", "base_displacement", "contact_force"), scene)
+    assert found.friction_force_n == pytest.approx(0.4 * STIFFNESS * BASE_M, abs=2.0 * (found.friction_force_n_u or 0))
+    assert (found.friction_force_n_u or 1.0) < 0.01 * (found.friction_force_n or 0.0)
+
+
+def test_a_load_cell_that_says_something_else_than_the_motion_is_named() -> None:
+    seen = channels_of(0.5, 0.4, gain=1.05)
+    found = compare(recording(seen, "mass_displacement", "base_displacement", "contact_force"), scene_of())
+    assert found.verdict == "strained"
+    (said,) = [w for w in found.warnings if "force and motion give different friction" in w]
+    assert "+5 %" in said
+
+
+def test_a_tribometer_through_the_command_line(tmp_path: Path) -> None:
+    write_recording(tribometer(), tmp_path / "pin.h5")
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[rig]\nkind = "prescribed"\n[experiment]\nnormal_force_n = 20.0\n')
+    words = ("compare-numeric", tmp_path / "pin.h5", "--scene", scene)
+    done = answer(*words, "--law", "coulomb+speed", "--json", "--plot", tmp_path / "figures")
+    assert done.returncode == 0, done.stderr
+    row = json.loads(done.stdout)
+    assert (row["status"], row["verdict"], row["frequency_ratio"]) == ("ok", "explained", None)
+    assert row["friction_force_n"] == pytest.approx(FRICTION, rel=3e-3)
+    assert row["friction_coefficient"] == pytest.approx(FRICTION / NORMAL, rel=3e-3)
+    assert [path.name for path in (tmp_path / "figures").iterdir()] == ["pin.contact.png"]
+    refused = answer(*words, "--whole")
+    assert refused.returncode != 0
+    assert "needs a base" in refused.stderr + refused.stdout
