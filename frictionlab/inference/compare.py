@@ -295,7 +295,8 @@ def compare_force(
     said = [*measurement.warnings, *strained_facts(found, scene), *found.warnings]
     said += doubts(found, verdict, misfit, ladder, what="force", of="standard error of the measured mean cycle")
     over = "friction" if observation.normal_force is None else "normal"
-    unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over Y = {1e3 * observation.unit:.4g} mm"
+    stroke = f"Y = {1e3 * observation.unit:.4g} mm" if measurement.force_energy_j.known else "half the stroke"
+    unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over {stroke}"
     cycle, shown = measurement.cycle, force * (1.0 + values.get(GAIN, 0.0))
     speed = shifted(observation.place, 0.0, order=1)
     contact = ContactForce(

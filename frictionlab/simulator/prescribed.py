@@ -62,7 +62,7 @@ def _of_sliders(problem: Problem, place: FloatArray) -> FloatArray:
     """Force (p,) of elastic sliders side by side, from the largest displacement round and round."""
     from frictionlab.simulator.exact.solve import sliders_of  # noqa: PLC0415 - compiled, for such laws alone
 
-    springs, strengths = (np.array(column)[:, None] for column in sliders_of(problem))
+    springs, strengths = (np.array(column)[:, None] for column in sliders_of(problem.parameters))
     first, q = int(np.argmax(place)), problem.parameter("gradient")
     z = np.concatenate([place[first:], place[: first + 1]])
     ends = [0, *(np.flatnonzero(np.diff(np.sign(np.diff(z)))) + 1).tolist(), len(z) - 1]
