@@ -47,8 +47,11 @@ def force_under(problem: Problem, place: FloatArray) -> FloatArray:
     term = next((term for term in problem.law.terms if term.kind == "smooth"), TERMS["coulomb"])
     contact: Any = term.contact
     own = tuple(problem.parameters[parameter.name] for parameter in term.parameters)
-    each = zip(np.where(speed < 0.0, -1.0, 1.0).tolist(), friction.tolist(), speed.tolist(), strict=True)
-    return np.asarray(dashpot + np.array([contact(own, side, f, 0.0, v, 0.0, 0.0)[0] for side, f, v in each]))
+    side = np.where(speed < 0.0, -1.0, 1.0)
+    if term is TERMS["coulomb"]:  # its formula has no branches
+        return np.asarray(dashpot + contact(own, side, friction, place, speed, 0.0, 0.0)[0])
+    each = zip(side.tolist(), friction.tolist(), place.tolist(), speed.tolist(), strict=True)
+    return np.asarray(dashpot + np.array([contact(own, *at, 0.0, 0.0)[0] for at in each]))
 
 
 def shifted(cycle: FloatArray, phase: float, order: int = 0) -> FloatArray:
