@@ -156,7 +156,11 @@ def _draw_residual(contact: ContactForce, ax: Axes) -> None:
                     0.5 * (turns[first] + turns[after - 1]),
                 )
                 ax.text(middle, 0.97, words, transform=above, ha="center", va="top", fontsize=style.SMALL)
-    ax.set(xlabel="drive cycle, ωt / 2π (stops shaded)", ylabel=f"measured - predicted [{'N' if contact.is_measured else 'µm'}]", xlim=(0, 1))
+    ax.set(
+        xlabel="drive cycle, ωt / 2π (stops shaded)",
+        ylabel=f"measured - predicted [{'N' if contact.is_measured else 'µm'}]",
+        xlim=(0, 1),
+    )
     ax.margins(y=0.2)
     ax.legend(loc="lower right", fontsize=style.SMALL)
 
