@@ -51,7 +51,6 @@ from frictionlab.recording import FrequencyTable, Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.prescribed import shifted
 
 HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires
@@ -298,16 +297,15 @@ def compare_force(
     stroke = f"Y = {1e3 * observation.unit:.4g} mm" if measurement.force_energy_j.known else "half the stroke"
     unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over {stroke}"
     cycle, shown = measurement.cycle, force * (1.0 + values.get(GAIN, 0.0))
-    speed = shifted(observation.place, 0.0, order=1)
     contact = ContactForce(
         source=measurement.source,
         law=observation.law.name,
         tau=cycle.tau,
         displacement=observation.place,
-        velocity=speed,
+        velocity=cycle.mass_velocity,
         force=observation.force,
         law_displacement=observation.place,
-        law_velocity=speed,
+        law_velocity=cycle.mass_velocity,
         law_force=shown,
         residual=observation.force - shown,
         floor=observation.floor * math.sqrt(observation.cycles.power),

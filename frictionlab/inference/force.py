@@ -40,7 +40,6 @@ from frictionlab.inference.unknowns import STRAINED, TAIL, UNDECLARED_LAG, Unkno
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law
-from frictionlab.simulator.prescribed import force_under, shifted
 from frictionlab.uncertainty import Sources, unit_uncertainty
 
 PARTS = 128  # of a cycle, at most
@@ -110,6 +109,8 @@ class ForceObservation(OfCycles):
 
     def motion(self, values: Values, near: Any = None) -> FloatArray | None:  # noqa: ARG002 - nothing is looked for
         """Return the law's force (p,) under the measured motion; None where it has none."""
+        from frictionlab.simulator.prescribed import force_under, shifted  # noqa: PLC0415 - for measured forces alone
+
         gain, late = 1.0 + values.get("gain", 0.0), self.turn * values.get(LAG, 0.0)
         times = -(-POINTS // len(self.place))
         fine = np.fft.irfft(np.fft.rfft(self.place), times * len(self.place)) * times
@@ -134,6 +135,8 @@ def of_parts(force: FloatArray, count: int, parts: NDArray[np.intp]) -> FloatArr
 
 def sliding_parts(measurement: Measurement, place: FloatArray, count: int) -> NDArray[np.intp]:
     """Return which of so many parts of the cycle are clear of stops and turns."""
+    from frictionlab.simulator.prescribed import shifted  # noqa: PLC0415 - as above
+
     speed, samples = shifted(place, 0.0, order=1), measurement.sampling_rate_hz / measurement.drive_frequency_hz
     noise = measurement.mass_noise_m / measurement.base_amplitude_m
     variance = 2.0 * noise**2 / (samples * max(1, int(measurement.series.used.sum())))  # of a cosine part
