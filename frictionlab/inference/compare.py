@@ -19,14 +19,6 @@ from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
 from frictionlab.inference.diagnose import diagnose, strained_facts
 from frictionlab.inference.fit import Fit, Model, Place, Test, fit_from, start_place
-from frictionlab.inference.force import (
-    GAIN,
-    ForceObservation,
-    disagreement,
-    in_newtons,
-    observe_force,
-    with_force,
-)
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.material_law import MaterialLaw
 from frictionlab.inference.observation import Observation, as_kind
@@ -143,7 +135,11 @@ def identified(
     UsageError
         The law cannot be.
     """
-    observation = with_force(observe(measurement, scene, None if law == AUTO else law), scene)
+    observation = observe(measurement, scene, None if law == AUTO else law)
+    if measurement.cycle.cell is not None:
+        from frictionlab.inference.force import with_force  # noqa: PLC0415 - for measured forces alone
+
+        observation = with_force(observation, scene)
     return _found(observation, scene, law, friction_ratio)
 
 
@@ -283,6 +279,8 @@ def compare_force(
     AnalysisError
         No force was measured, or the contact stands nearly all the time.
     """
+    from frictionlab.inference.force import GAIN, ForceObservation, observe_force  # noqa: PLC0415 - as above
+
     found, ladder = _found(observe_force(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
     observation, values = as_kind(found.tests[0].observation, ForceObservation), found.values()
     force = observation.motion(values)
@@ -364,7 +362,7 @@ def compared(
         found = found.with_shift(UNSETTLED, shift)
     said = [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]
     said += doubts(found, verdict, misfit, ladder, what="cycle", of="standard error of the measured mean cycle")
-    said += disagreement(found)
+    said += observation.disagreement(found)
     said += [restless] if restless else []
     said += [f"no prediction: {state.outcome}"] if predicted is None else []
     rows, left = _rows(ladder, nrmse), None if predicted is None else measurement.cycle.mass - predicted
@@ -415,7 +413,7 @@ def _comparison(
 ) -> Comparison:
     """The comparison of any observation: what its posterior says, and `more`."""
     friction, observation = friction_of(found, scene, amplitude), found.tests[0].observation
-    by_force = in_newtons(found)
+    by_force = observation.in_newtons(found)
     friction["budget"] |= by_force.pop("budget", {})
     friction |= by_force
     own: dict[str, Any] = {

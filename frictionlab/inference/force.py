@@ -24,7 +24,7 @@ from frictionlab.analysis.signals import white_noise
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
-from frictionlab.inference.observation import NO_MOTION, SENSORS, Observation, Reached, Values
+from frictionlab.inference.observation import NO_MOTION, SENSORS, Reached, Values
 from frictionlab.inference.observations import (
     FEWEST_CYCLES,
     CycleObservation,
@@ -123,6 +123,34 @@ class ForceObservation(OfCycles):
         """Return a force (p,) as the load cell shows its parts (N,)."""
         times = (1.0 + values.get(GAIN, 0.0)) * (1.0 + values.get(UNIT, 0.0))
         return times * of_parts(motion, self.count, self.parts)
+
+    def in_newtons(self, found: Posterior) -> dict[str, Any]:
+        """Return friction force (N) and coefficient by a measured force, and what adds to their uncertainty.
+
+        As `verdict.friction_of`.
+        """
+        beta, values = found.parameters()["beta"], found.values()
+        value = beta.value * self.unit_n * (1.0 + values.get(UNIT, 0.0))
+        along = np.zeros(len(found.unknowns))  # relative change of the force with the coordinates
+        for name, size in (("beta", beta.value), (UNIT, 1.0 + values.get(UNIT, 0.0))):
+            k = found.fit.find(name)
+            if k is not None and size:
+                along[k] = found.slope(k) / size
+        reach = value * along @ found.plain
+        of_rig = zip(found.unknowns, reach.tolist(), found.fit.point.tolist(), strict=True)
+        shares = {u.name: abs(moved) * u.doubt(c) for u, moved, c in of_rig if not u.law}
+        shares |= {source: abs(value * float(along @ shift)) for source, shift in found.shifts.items() if shift.any()}
+        u = value * math.sqrt(float(along @ found.covariance @ along))
+        shares[NOISE] = math.sqrt(max(u**2 - sum(share**2 for share in shares.values()), 0.0))
+        known = Estimate(value, None if beta.se is None else beta.se / beta.value * value, u) if u else Estimate(value)
+        budget = {"friction_force_n": {source: share for source, share in shares.items() if share}}
+        of_normal = self.normal_force_u
+        coefficient = known.over(self.normal_force)
+        if coefficient.u is not None and coefficient.value is not None and self.normal_force:
+            own = {source: share / self.normal_force for source, share in budget["friction_force_n"].items()}
+            budget["friction_coefficient"] = {**own, "normal force": coefficient.value * of_normal}
+            coefficient = coefficient.with_u(math.hypot(coefficient.u, coefficient.value * of_normal))
+        return {"force": known, "coefficient": coefficient, "budget": budget}
 
 
 def of_parts(force: FloatArray, count: int, parts: NDArray[np.intp]) -> FloatArray:
@@ -306,6 +334,29 @@ class MotionAndForce(CycleObservation):
         nrmse = self.force.missing(self.missed).nrmse(residual[self.own :])
         return nrmse, nrmse / self.force.floor
 
+    def in_newtons(self, found: Posterior) -> dict[str, Any]:
+        """Return friction force (N) and coefficient of a posterior by the force, and what adds to their uncertainty."""
+        return self.force.in_newtons(found)
+
+    def disagreement(self, found: Posterior) -> tuple[str, ...]:
+        """Say where force and motion tell different friction, by more than three of what is not known between them."""
+        said, force, measurement = [], self.force, self.measurement
+        places = [k for name in (GAIN, UNIT) if (k := found.fit.find(name)) is not None]
+        if math.hypot(*found.fit.point[places]) > STRAINED:
+            by_motion = force.unit_n * loop_friction_ratio(measurement, self.wall)
+            more = (measurement.measured_force.value or math.nan) / by_motion - 1.0
+            said.append(
+                f"friction_force_n: force and motion give different friction: the force is {100 * more:+.2g} % off the"
+                " motion's; check the gain of the load cell, the stiffness and the base's sensor"
+            )
+        nrmse, misfit = self.force_misfit(found.fit.residual())
+        if misfit > STRAINED:
+            said.append(
+                f"force: the law leaves {100 * nrmse:.2g} % of the measured force, {misfit:.2g} times its error: what"
+                " it misses is counted in the errors"
+            )
+        return tuple(said)
+
 
 def with_force(observation: CycleObservation, scene: Scene) -> CycleObservation:
     """Return the motion of a test together with its measured force; as it is where none was measured."""
@@ -322,65 +373,3 @@ def with_force(observation: CycleObservation, scene: Scene) -> CycleObservation:
         "powers": np.concatenate([np.full(len(o.data), o.cycles.power) for o in both]),
     }
     return MotionAndForce(**known, force=force)
-
-
-def force_of(observation: Observation) -> ForceObservation | None:
-    """Return the measured force in an observation; None where it has none."""
-    if isinstance(observation, MotionAndForce):
-        return observation.force
-    return observation if isinstance(observation, ForceObservation) else None
-
-
-def in_newtons(found: Posterior) -> dict[str, Any]:
-    """Return friction force (N) and coefficient by a measured force, and what adds to their uncertainty.
-
-    As `verdict.friction_of`; nothing where no force was measured.
-    """
-    force, beta = force_of(found.tests[0].observation), found.parameters()["beta"]
-    if force is None:
-        return {}
-    values = found.values()
-    value = beta.value * force.unit_n * (1.0 + values.get(UNIT, 0.0))
-    along = np.zeros(len(found.unknowns))  # relative change of the force with the coordinates
-    for name, size in (("beta", beta.value), (UNIT, 1.0 + values.get(UNIT, 0.0))):
-        k = found.fit.find(name)
-        if k is not None and size:
-            along[k] = found.slope(k) / size
-    reach = value * along @ found.plain
-    of_rig = zip(found.unknowns, reach.tolist(), found.fit.point.tolist(), strict=True)
-    shares = {u.name: abs(moved) * u.doubt(c) for u, moved, c in of_rig if not u.law}
-    shares |= {source: abs(value * float(along @ shift)) for source, shift in found.shifts.items() if shift.any()}
-    u = value * math.sqrt(float(along @ found.covariance @ along))
-    shares[NOISE] = math.sqrt(max(u**2 - sum(share**2 for share in shares.values()), 0.0))
-    known = Estimate(value, None if beta.se is None else beta.se / beta.value * value, u) if u else Estimate(value)
-    budget = {"friction_force_n": {source: share for source, share in shares.items() if share}}
-    of_normal = force.normal_force_u
-    coefficient = known.over(force.normal_force)
-    if coefficient.u is not None and coefficient.value is not None and force.normal_force:
-        own = {source: share / force.normal_force for source, share in budget["friction_force_n"].items()}
-        budget["friction_coefficient"] = {**own, "normal force": coefficient.value * of_normal}
-        coefficient = coefficient.with_u(math.hypot(coefficient.u, coefficient.value * of_normal))
-    return {"force": known, "coefficient": coefficient, "budget": budget}
-
-
-def disagreement(found: Posterior) -> tuple[str, ...]:
-    """Say where force and motion tell different friction, by more than three of what is not known between them."""
-    observation = found.tests[0].observation
-    if not isinstance(observation, MotionAndForce):
-        return ()
-    said, force, measurement = [], observation.force, observation.measurement
-    places = [k for name in (GAIN, UNIT) if (k := found.fit.find(name)) is not None]
-    if math.hypot(*found.fit.point[places]) > STRAINED:
-        by_motion = force.unit_n * loop_friction_ratio(measurement, observation.wall)
-        more = (measurement.measured_force.value or math.nan) / by_motion - 1.0
-        said.append(
-            f"friction_force_n: force and motion give different friction: the force's is {100 * more:+.2g} % off the"
-            " motion's; check the gain of the load cell, the stiffness and the base's sensor"
-        )
-    nrmse, misfit = observation.force_misfit(found.fit.residual())
-    if misfit > STRAINED:
-        said.append(
-            f"force: the law leaves {100 * nrmse:.2g} % of the measured force, {misfit:.2g} times its error: what it"
-            " misses is counted in the errors"
-        )
-    return tuple(said)

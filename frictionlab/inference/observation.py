@@ -133,6 +133,14 @@ class Observation(ABC):
     def problem(self, values: Values) -> Problem:
         """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
 
+    def in_newtons(self, found: Any) -> dict[str, Any]:  # noqa: ARG002 - by kind
+        """Return friction force (N) and coefficient of a posterior by a measured force; nothing without one."""
+        return {}
+
+    def disagreement(self, found: Any) -> tuple[str, ...]:  # noqa: ARG002 - by kind
+        """Say where a measured force and the motion give different friction."""
+        return ()
+
     def tried(self, near: Values) -> list[dict[str, float]]:  # noqa: ARG002 - by kind
         """Return values at which a fit is tried, about those of another fit; none: by the loop of a cycle."""
         return []

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis.measure import measure
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference import Comparison, compare, predict
-from frictionlab.inference.force import in_newtons, observe_force
+from frictionlab.inference.force import observe_force
 from frictionlab.inference.posterior import infer
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import scene_from_tables
@@ -117,7 +117,7 @@ def test_force_and_motion_give_one_friction_and_together_a_surer_one(r: float, b
     motion = predict(measure(recording(seen, *names), scene), scene)
     measured = measure(recording(seen, *names, "contact_force"), scene)
     both, alone = predict(measured, scene), infer([observe_force(measured, scene)])
-    force = in_newtons(alone)["force"]
+    force = alone.tests[0].observation.in_newtons(alone)["force"]
     assert force.value == pytest.approx(motion.friction_force_n, abs=math.hypot(force.u, motion.force.u or 0.0))
     for found in (motion.force, force, both.force):
         assert found.value == pytest.approx(truth, abs=2.0 * (found.u or 0.0))
