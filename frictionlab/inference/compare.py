@@ -289,7 +289,7 @@ def compare_force(
     nrmse = observation.nrmse(found.fit.residual())
     misfit, rows = nrmse / observation.floor, _rows(ladder, nrmse)
     verdict = verdict_of(misfit, strained=bool(found.strained))
-    said = [*measurement.warnings, *strained_facts(found, scene), *found.warnings]
+    said = [*measurement.warnings, *observation.said, *strained_facts(found, scene), *found.warnings]
     said += doubts(found, verdict, misfit, ladder, what="force", of="standard error of the measured mean cycle")
     over = "friction" if observation.normal_force is None else "normal"
     stroke = f"Y = {1e3 * observation.unit:.4g} mm" if measurement.force_energy_j.known else "half the stroke"

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
-from frictionlab.analysis.measurement import LoadCell, Measurement
+from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.signals import white_noise
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
@@ -49,6 +49,7 @@ SLOW = 0.01  # ... and the share of its largest
 AROUND = 2.5  # samples beside a stop or turn that have no weight: the force is interpolated between them
 POINTS = 512  # of a cycle at which the law's force is taken, at least
 GAIN, UNIT, LAG = "force_gain", "force_unit", "force_lag_s"
+STRANGE = 6.0  # times as far from the median as the usual cycle is no cycle of the same friction
 LEAST = 0.1  # of the white noise that single cycles show, below which no variance is taken
 FREE_UNIT = 1.0  # relative: of k Y where the stiffness is not known
 FRICTIONS = tuple(np.geomspace(0.4, 2.5, 13).tolist())  # over the measured one, that a fit tries
@@ -60,7 +61,8 @@ class ForceObservation(OfCycles):
     """The mean cycle of the measured force, under a law: unknowns -> means over parts of the cycle.
 
     ``place`` (p,): of the contact over Y, in the measured mean cycle, without noise; ``parts`` (N,): which of ``count``
-    equal parts of the cycle are fitted; ``unit_n``: force that all are over [N], known to ``unit_u``, relative;
+    equal parts of the cycle are fitted; ``strangers``: cycles left out, for their force is not that of the others;
+    ``unit_n``: force that all are over [N], known to ``unit_u``, relative;
     ``normal_force_u``: relative, of the normal force; ``sampling_rate``: Hz; ``force`` (p,): as measured, over
     `unit_n`.
     """
@@ -73,6 +75,7 @@ class ForceObservation(OfCycles):
     normal_force_u: float
     sampling_rate: float
     force: FloatArray
+    strangers: int
     by_sensors: ClassVar = (GAIN, UNIT)
 
     @property
@@ -95,6 +98,15 @@ class ForceObservation(OfCycles):
             )
             if u.sd > 0.0
         )
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """Sentences on what was left out."""
+        many = (
+            f"force: {self.strangers} of {len(self.cycles.each) + self.strangers} cycles are left out: theirs is unlike"
+        )
+        why = "as where a test begins or ends: --transient and --cycles choose others"
+        return (f"{many} that of the others, {why}",) if self.strangers else ()
 
     def tried(self, near: Values) -> list[dict[str, float]]:
         """Return values at which a fit is tried: stiffnesses of a contact that yields, else friction ratios."""
@@ -214,7 +226,10 @@ def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None 
             f"force: the contact slides in {len(parts)} of {count} parts of its cycle; expected at least"
             f" {FEWEST_PARTS}: sample faster, or measure a larger motion"
         )
-    cycles = _cycles_of(measurement, cell, count, parts, unit)
+    usual = usual_cycles(cell.each)
+    strangers = len(cell.each) - len(usual)
+    whole = measurement.cycle.force if not strangers else cell.each[usual].mean(axis=0)
+    cycles = _cycles_of(measurement, whole / unit, cell.each[usual] / unit, count, parts)
     variances, directions = np.linalg.eigh(cycles.covariance)
     return ForceObservation(
         law=chosen,
@@ -241,7 +256,8 @@ def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None 
         unit_u=unit_u,
         normal_force_u=sources.mass_gain if cell.normal_is_measured else sources.normal_force,
         sampling_rate=measurement.sampling_rate_hz,
-        force=measurement.cycle.force / unit,
+        force=whole / unit,
+        strangers=strangers,
     )
 
 
@@ -250,11 +266,17 @@ def _unit_error(sources: Sources) -> float:
     return math.hypot(sources.stiffness, unit_uncertainty(sources))
 
 
-def _cycles_of(measurement: Measurement, cell: LoadCell, count: int, parts: NDArray[np.intp], unit: float) -> Cycles:
-    """The parts of the mean cycle of the force with the covariance that its single cycles show."""
-    whole = measurement.cycle.force
-    mean = of_parts((cell.each.mean(axis=0) if whole is None else whole) / unit, count, parts)
-    single = of_parts(cell.each / unit, count, parts)
+def usual_cycles(each: FloatArray) -> NDArray[np.intp]:
+    """Return which cycles (n, p) are no farther from their median than a few times as the usual one."""
+    away = np.sqrt(np.mean((each - np.median(each, axis=0)) ** 2, axis=1))
+    return np.flatnonzero(away <= STRANGE * max(float(np.median(away)), 1e-300))
+
+
+def _cycles_of(
+    measurement: Measurement, whole: FloatArray, each: FloatArray, count: int, parts: NDArray[np.intp]
+) -> Cycles:
+    """The parts of the mean cycle (p,) of the force with the covariance that single cycles (n, p) show."""
+    mean, single = of_parts(whole, count, parts), of_parts(each, count, parts)
     used, power = max(1, int(measurement.series.used.sum())), float(np.mean(mean**2))
     about = single - single.mean(axis=0) if len(single) > 1 else single
     noise = max(white_noise(about.ravel()) ** 2, 1e-12 * power)
@@ -340,7 +362,7 @@ class MotionAndForce(CycleObservation):
 
     def disagreement(self, found: Posterior) -> tuple[str, ...]:
         """Say where force and motion tell different friction, by more than three of what is not known between them."""
-        said, force, measurement = [], self.force, self.measurement
+        said, force, measurement = list(self.force.said), self.force, self.measurement
         places = [k for name in (GAIN, UNIT) if (k := found.fit.find(name)) is not None]
         if math.hypot(*found.fit.point[places]) > STRAINED:
             by_motion = force.unit_n * loop_friction_ratio(measurement, self.wall)

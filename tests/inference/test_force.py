@@ -99,6 +99,16 @@ def test_a_contact_with_a_state_is_found_by_its_force() -> None:
     assert compare(tribometer(stiffness), scene, law="coulomb").verdict == "misfit"
 
 
+def test_cycles_before_the_contact_is_loaded_are_left_out() -> None:
+    made = tribometer()
+    force = np.where(made.time < 3.1, 0.0, made.measured()["contact_force"])
+    loaded = made.changed(channels=(Channel("contact_force", force),))
+    found = compare(loaded, scene_from_tables({**TABLES, "analysis": {"transient_s": 0.0}}), law="coulomb+speed")
+    assert found.friction_force_n == pytest.approx(FRICTION, abs=2.5 * (found.friction_force_n_u or 0.0))
+    (said,) = [w for w in found.warnings if w.startswith("force: ")]
+    assert "are left out" in said
+
+
 def test_errors_of_a_measured_force_cover_the_truth() -> None:
     """The noise of 20 tests, sensors without error: shares within 1 and 2 standard errors of both parameters."""
     scene, off = scene_from_tables(TABLES), []
