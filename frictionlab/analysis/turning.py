@@ -28,6 +28,10 @@ NO_METRES = (
 )
 
 
+ONE_WAY = "an offset of the force cannot be told from friction"
+"""How the sentence on a motion that was folded ends."""
+
+
 class Folded(NamedTuple):
     """The folded ``motion`` (n,) in m or rad, its ``sign`` (n,) against the true one, and what is to be said of it."""
 
@@ -108,4 +112,4 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> Folded | None:
         )
     phase = REVOLUTION * way / whole
     motion, sign = -0.25 * whole * np.cos(phase), np.where(np.sin(phase) < 0.0, -1.0, 1.0)
-    return Folded(motion, sign, f"contact: {said}; an offset of the force cannot be told from friction")
+    return Folded(motion, sign, f"contact: {said}; {ONE_WAY}")

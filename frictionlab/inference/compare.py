@@ -14,6 +14,7 @@ import numpy as np
 
 from frictionlab.analysis.measure import measure, source_of
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.turning import ONE_WAY
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
@@ -118,6 +119,7 @@ def predict(
     """As :func:`compare`, from a measurement that is already made; so without the whole record."""
     _check_given(law, friction_ratio)
     if scene.rig.kind == "prescribed":
+        law = _told_one_way(measurement, scene, law)
         return compare_force(measurement, scene, law=law, friction_ratio=friction_ratio)
     found, ladder = identified(measurement, scene, law, friction_ratio)
     return compared(measurement, scene, found, ladder, solver or scene.model.solver)
@@ -264,6 +266,16 @@ def compare_table(
         verdict=verdict,
         over_frequency=observation.curve(values, tuple(said)),
     )
+
+
+def _told_one_way(measurement: Measurement, scene: Scene, law: str | None) -> str | None:
+    """Law that is asked for; of a contact that slides one way, at one speed, there is only Coulomb's."""
+    if not any(said.endswith(ONE_WAY) for said in measurement.warnings):
+        return law
+    asked = "coulomb" if law == AUTO else law_and_held(scene, law)[0].name
+    if asked != "coulomb":
+        raise UsageError(f"law: the contact slides one way at one speed, which shows no {asked}: do: --law coulomb")
+    return asked
 
 
 def compare_force(

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
+from frictionlab.errors import UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference import Comparison, compare, predict
 from frictionlab.inference.force import observe_force
@@ -97,6 +98,21 @@ def test_a_contact_with_a_state_is_found_by_its_force() -> None:
     assert within(found, "beta", FRICTION / NORMAL)
     assert within(found, "stiffness_ratio", stiffness * STROKE / NORMAL)
     assert compare(tribometer(stiffness), scene, law="coulomb").verdict == "misfit"
+
+
+def test_a_turning_contact_shows_coulombs_friction_alone() -> None:
+    t, rng = np.arange(0.0, 30.0, 0.004), np.random.default_rng(0)
+    seen = {"torque": 0.1 + 0.01 * rng.standard_normal(len(t)), "angular_velocity": np.full(len(t), 6.0)}
+    channels = tuple(Channel(name, values) for name, values in seen.items())
+    made = Recording(t, None, None, channels=channels)  # type: ignore[arg-type]
+    scene = scene_from_tables({**TABLES, "rig": {"kind": "prescribed", "radius_m": 0.01}})
+    found = compare(made, scene, law="auto")
+    assert (found.law, found.verdict) == ("coulomb", "explained")
+    assert found.friction_coefficient == pytest.approx(
+        0.1 / 0.01 / NORMAL, abs=2.5 * (found.friction_coefficient_u or 0)
+    )
+    with pytest.raises(UsageError, match="slides one way at one speed"):
+        compare(made, scene, law="coulomb+speed")
 
 
 def test_cycles_before_the_contact_is_loaded_are_left_out() -> None:
