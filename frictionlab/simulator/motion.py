@@ -16,7 +16,7 @@ from frictionlab.simulator.problem import Problem
 TURN = 2.0 * np.pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PANEL = 0.5  # of the shortest of natural and drive's time scale: far below rounding between events
-BISECTIONS = 50  # of an interval: to rounding
+SECANTS = 8  # to a turn of the motion: its time to 1e-9 of a step, its place to rounding
 
 
 @dataclass(frozen=True)
@@ -154,12 +154,14 @@ class Motion(ABC):
         """Least and largest displacement x of the mass."""
         nodes = self.nodes
         turns = np.flatnonzero(nodes.v[:-1] * nodes.v[1:] < 0.0)
-        low, high, falls = nodes.tau[turns], nodes.tau[turns + 1], nodes.v[turns] > 0.0
-        for _ in range(BISECTIONS if len(turns) else 0):
-            middle = 0.5 * (low + high)
-            same = (self.at(middle)[1] > 0.0) == falls
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
-        x = np.concatenate((nodes.x, self.at(np.concatenate(((self.start, self.end), low)))[0]))
+        one, other = (nodes.tau[turns], nodes.v[turns]), (nodes.tau[turns + 1], nodes.v[turns + 1])
+        for _ in range(SECANTS if len(turns) else 0):  # Illinois: x is stationary there, so few steps do
+            middle = other[0] - other[1] * (other[0] - one[0]) / (other[1] - one[1])
+            rate = self.at(middle)[1]
+            passed = rate * other[1] < 0.0
+            one = np.where(passed, other[0], one[0]), np.where(passed, other[1], 0.5 * one[1])
+            other = middle, rate
+        x = np.concatenate((nodes.x, self.at(np.concatenate(((self.start, self.end), other[0])))[0]))
         return float(x.min()), float(x.max())
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:

@@ -79,6 +79,12 @@ def test_a_steady_state_is_booked_by_the_evaluations_that_it_took() -> None:
             spent.append(1e6 - meter.left)
     assert 50.0 < spent[1] < spent[0] < spent[2] < 300.0
     assert 50.0 < spent[3] < spent[2]
+    meter = Meter(1e6)  # a state that the last search of all finds, which has no limit, gave the meter without end
+    steady(
+        Problem(1.043, 0.995, law="coulomb+breakaway", parameters={"static_ratio_up": 1, "static_ratio_down": 1.03}),
+        meter,
+    )
+    assert 50.0 < 1e6 - meter.left < 1e5
 
 
 @pytest.mark.parametrize(

@@ -405,7 +405,7 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
     """Fill the row of what was found with so many evaluations given; an orbit is that of the run last carried."""
     system, work, image = flow.systems[0], flow.works[0], np.empty(len(y))
     outcome = LACKING if work.phases.missing else COSTLY if work.left < 0.0 else found
-    work.spent, work.left = given - work.left, inf
+    work.spent, work.left = given - (work.left if work.left < inf else work.spent), inf
     row[places.OUTCOME] = float(outcome)
     if outcome not in (PERIODIC, STUCK, UPCOMING):
         return

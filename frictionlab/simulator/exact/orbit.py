@@ -493,7 +493,7 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: in
 def any_stable(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: int) -> tuple[float, int]:
     """Find a stable orbit of few cycles to which Newton's method comes from a state or the forced motion, afar."""
     system, work, orbit = flow.systems[0], flow.works[0], y.copy()
-    work.left = inf
+    work.spent, work.left = work.left, inf  # the last search has no limit: what was left before it says what was spent
     for attempt in range(3):
         whole(leg, 1 if attempt == 0 else 2 if each == 1 else 4, each)
         if attempt == 2:
