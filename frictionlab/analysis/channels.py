@@ -251,9 +251,10 @@ def integrated_at_a_cost(
     return moved, u, said
 
 
-def is_angular(names: Iterable[str]) -> bool:
+def is_angular(measured: Mapping[str, FloatArray]) -> bool:
     """Whether the motion is known as an angle alone, or not at all: nothing tells metres then but a radius."""
-    return not any(name.startswith("mass_") for name in names)
+    still = [name for name in ("mass_displacement",) if name in measured and float(np.ptp(measured[name])) == 0.0]
+    return not any(name.startswith("mass_") and name not in still for name in measured)
 
 
 def other_masses(names: Iterable[str]) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ PARTS = 10  # of a straight motion
 BACK = 0.02  # of the way that may be gone backward: what is more is no turning
 EVEN = 0.1  # relative, from cycle to cycle: speeds that differ by more are several tests
 ROTATIONS = {"angle": 0, "angular_velocity": 1}
-STRAIGHT = {"mass_displacement": 0, "mass_velocity": 1}
+KNOWN = {**ROTATIONS, "mass_displacement": 0, "mass_velocity": 1}
 """Channels that say the way -> how often they are integrated for it; the first that is measured counts."""
 NO_METRES = (
     "base_amplitude_m: no motion in metres is measured: {} stand for them; radius_m in [rig] makes metres of an angle"
@@ -63,8 +63,8 @@ def given_motion(
     if not is_angular(measured):
         return motion, seen, said, edge
     if radius is None:
-        unit = "radians" if ROTATIONS.keys() & seen else "parts of the record"
-        return motion, seen, [*said, NO_METRES.format(unit)], edge
+        said.append(NO_METRES.format("radians" if ROTATIONS.keys() & seen else "parts of the record"))
+        return motion, seen, said, edge
     if "torque" in seen:
         seen["contact_force"] = seen.pop("torque") / radius
     return motion * radius, seen, said, edge
@@ -80,8 +80,7 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> Folded | None:
     AnalysisError
         The speed changes during the record, or less than two cycles are there.
     """
-    known = {name: times for name, times in (ROTATIONS | STRAIGHT).items() if name in measured}
-    name = next(iter(known), None)
+    name = next((n for n, t in KNOWN.items() if n in measured and (t or float(np.ptp(measured[n])) > 0.0)), None)
     force = next((measured[name] for name in FORCES if name in measured), None)
     if name is None:
         if force is None or abs(float(force.mean())) < 0.8 * math.sqrt(float(np.mean(force**2))):
@@ -90,7 +89,7 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> Folded | None:
         said = f"no motion is measured: taken as an even one, in {PARTS} parts"
     else:
         signal = np.unwrap(measured[name]) if name == "angle" else measured[name]
-        way = signal - signal[0] if known[name] == 0 else np.cumsum(signal) * step
+        way = signal - signal[0] if KNOWN[name] == 0 else np.cumsum(signal) * step
         way = way if way[-1] > 0.0 else -way
         whole = REVOLUTION if name in ROTATIONS else float(way[-1]) / PARTS
         said = "it turns one way: a cycle is a revolution" if name in ROTATIONS else "it slides one way, in ten parts"
@@ -110,6 +109,7 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> Folded | None:
             f"analysis: it turns one way, at {1 / lengths.max():.3g} to {1 / lengths.min():.3g} cycles a second:"
             " expected one speed: record each speed by itself"
         )
-    phase = REVOLUTION * way / whole
-    motion, sign = -0.25 * whole * np.cos(phase), np.where(np.sin(phase) < 0.0, -1.0, 1.0)
+    phase = REVOLUTION * way / whole  # which way it slides where no motion is known, the force says: against it
+    against = 1.0 if name is not None or force is None else math.copysign(1.0, float(force.mean()))
+    motion, sign = -0.25 * whole * np.cos(phase), np.where(np.sin(phase) < 0.0, -against, against)
     return Folded(motion, sign, f"contact: {said}; {ONE_WAY}")

@@ -1,5 +1,6 @@
 """What is fitted: the scene's whole [model], or it is refused by name; and the law that a material requires."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -144,12 +145,8 @@ def test_the_coefficient_under_a_law_that_misses_the_cycles_holds_what_a_richer_
     assert joint is not None
     bare = replace(joint, posterior=infer(observations)).coefficient("brass", STIFFNESS)
     found = joint.coefficient("brass", STIFFNESS)
-    assert found.value is not None
     assert found.value == bare.value
-    assert bare.u is not None
-    assert found.u is not None
-    assert abs(found.value - TRUE) > 1.5 * bare.u
-    assert abs(found.value - TRUE) < found.u
+    assert 1.5 * (bare.u or math.inf) < abs((found.value or math.nan) - TRUE) < (found.u or 0.0)
     assert any("if friction may vary with place and speed" in note for note in notes)
 
 

@@ -220,5 +220,4 @@ def test_what_is_known_of_the_rig_makes_no_value_surer_than_with_the_rig_held() 
     truth = Problem(0.32, 0.6, law="coulomb+place+speed", parameters={"gradient": 0.05, "contact_damping_ratio": 0.03})
     recording = recorded(truth, np.random.default_rng(4), scatter=0.03, seconds=12.0)
     found = compare(recording, scene(sensors={"lag_s_u": 0.001}), law="coulomb+place+speed")
-    for told in found.parameters.values():
-        assert told["se"] is None or told["se"] <= told["u"]
+    assert all(told["se"] is None or told["se"] <= told["u"] for told in found.parameters.values())
