@@ -81,7 +81,7 @@ def irregularity(campaign: Campaign) -> Figure:
 def stops(campaign: Campaign) -> Figure:
     """Stops per cycle.
 
-    Measured on the left; on the right as Coulomb's law predicts it for the fitted friction ratio. Blank: not measured,
+    Measured on the left; on the right as the fitted law predicts it. Blank: not measured,
     or no steady state.
     """
 

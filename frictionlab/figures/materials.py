@@ -142,7 +142,7 @@ def energy(campaign: Campaign, material: str) -> Figure:
 def comparison(campaign: Campaign) -> Figure:
     """Materials compared.
 
-    Energy per cycle at the normal forces that materials have in common; lines: Coulomb's law.
+    Energy per cycle at the normal forces that materials have in common; lines: the fitted law.
     """
     forces = common_forces(campaign)
     with style.drawing(0.4 + 2.3 * ((len(forces) + 1) // 2)) as figure:
@@ -163,7 +163,7 @@ def common_forces(campaign: Campaign) -> tuple[float, ...]:
 
 
 def residuals(campaign: Campaign) -> Figure:
-    """What Coulomb's law leaves unexplained.
+    """What the fitted law leaves unexplained.
 
     Measured over predicted energy per cycle, less one, with the 95 % confidence of the test's own cycles. Open: tests
     left out of the fit; what stands at an edge lies beyond it.
@@ -222,7 +222,7 @@ def _set_across(ax: Axes, campaign: Campaign) -> None:
 def _draw_energies(
     ax: Axes, campaign: Campaign, fits: Sequence[FrictionFit], labels: Sequence[str], colours: Sequence[str]
 ) -> None:
-    """Measured energies of some groups, and what Coulomb's law predicts of them.
+    """Measured energies of some groups, and what the fitted law predicts of them.
 
     The axes show all that was measured; over r, a prediction near resonance may leave them at the top.
     """
