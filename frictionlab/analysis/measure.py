@@ -117,7 +117,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     is_long = not prescribed and layout.time[-1] - layout.time[0] >= LONG_TEST_S
     trend = steadiness.trend_of(layout.time, answer.energy) if is_long else None
     return Measurement(
-        **_facts(recording, scene, layout, rate),
+        **_facts(recording, scene, layout, parts),
         **_of_the_answer(layout, answer, used),
         **estimates,
         warnings=(*scene.rig.doubts, *warnings),
@@ -133,7 +133,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     )
 
 
-def _facts(recording: Recording, scene: Scene, layout: Layout, rate: float) -> dict[str, Any]:
+def _facts(recording: Recording, scene: Scene, layout: Layout, parts: list[Stretch]) -> dict[str, Any]:
     """Fields of a measurement that say which test it is of, and what its sensors are like."""
     return {
         "source": source_of(recording),
@@ -141,7 +141,8 @@ def _facts(recording: Recording, scene: Scene, layout: Layout, rate: float) -> d
         "reason": None,
         "material": material_of(recording, scene),
         "normal_force_n": normal_force_of(recording, scene),
-        "sampling_rate_hz": rate,
+        "sampling_rate_hz": 1.0 / parts[0].step,
+        "slides_one_way": any(part.one_way for part in parts),
         "duration_s": recording.duration_s,
         "natural_frequency_hz": scene.rig.natural_frequency,
         "base_distortion": float(np.linalg.norm(layout.drive.harmonics[1:])),
@@ -194,10 +195,11 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], l
             time, measured = part.time[some], {name: values[some] for name, values in part.measured().items()}
             seen, off = signals.evenly(time, step, measured)
             strays = max(strays, off)
+            one_way = False
             if scene.rig.kind == "prescribed":
                 from frictionlab.analysis.turning import given_motion  # noqa: PLC0415 - for tribometers alone
 
-                mass, seen, said, edge = given_motion(seen, step, scene.rig.radius_m)
+                mass, seen, said, edge, one_way = given_motion(seen, step, scene.rig.radius_m)
                 base = mass
             else:
                 mass, said, edge = channels.displacement(seen, "mass", step)
@@ -206,7 +208,8 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], l
             more = {name: seen[name] for name in channels.KEPT if name in seen}
             more |= {name: channels.restored(seen[name], step, of_mass) for name in channels.other_masses(seen)}
             mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
-            parts.append(Stretch(float(time[0]), step, mass, base, more).part(edge, len(mass) - edge))
+            whole = Stretch(float(time[0]), step, mass, base, more, one_way)
+            parts.append(whole.part(edge, len(mass) - edge))
     warnings += said
     if strays > 0.0:
         warnings.append(

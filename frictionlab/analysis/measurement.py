@@ -168,6 +168,7 @@ class Measurement(Result):
     measured_coefficient: Estimate
     budget: Mapping[str, Shares]
     sources: Sources
+    slides_one_way: bool = False
 
     drive_frequency_hz = FlatKnown("drive")
     drive_frequency_hz_se = Flat("drive", "se")

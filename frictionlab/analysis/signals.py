@@ -15,7 +15,7 @@ in mid-cycle; a lag-one correlation gives 1.7, 0.96, 0.81. A steady drift is no 
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -32,7 +32,7 @@ MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are
 class Stretch:
     """Uninterrupted samples (n,): ``time`` of the first [s], ``step`` [s], ``mass`` and ``base`` [m], evenly spaced.
 
-    ``more``: further channels by their names, (n,) each.
+    ``more``: further channels by their names, (n,) each; ``one_way``: the motion is one way, folded (`turning`).
     """
 
     time: float
@@ -40,12 +40,13 @@ class Stretch:
     mass: FloatArray
     base: FloatArray
     more: Mapping[str, FloatArray] = field(default_factory=dict)
+    one_way: bool = False
 
     def part(self, first: int, last: int) -> "Stretch":
         """The samples from one number up to another, not included."""
         some = slice(first, last)
-        more = {name: values[some] for name, values in self.more.items()}
-        return Stretch(self.time + first * self.step, self.step, self.mass[some], self.base[some], more)
+        begin, more = self.time + first * self.step, {name: values[some] for name, values in self.more.items()}
+        return replace(self, time=begin, mass=self.mass[some], base=self.base[some], more=more)
 
     def after(self, time: float) -> "Stretch":
         """The part from a time on; empty if there is none."""

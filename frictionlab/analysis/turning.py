@@ -28,7 +28,6 @@ NO_METRES = (
 )
 
 
-ONE_WAY = "an offset of the force cannot be told from friction"
 """How the sentence on a motion that was folded ends."""
 
 
@@ -42,11 +41,11 @@ class Folded(NamedTuple):
 
 def given_motion(
     measured: Mapping[str, FloatArray], step: float, radius: float | None
-) -> tuple[FloatArray, dict[str, FloatArray], list[str], int]:
+) -> tuple[FloatArray, dict[str, FloatArray], list[str], int, bool]:
     """Return the prescribed motion (n,) of the contact in m (rad where no radius is known), and the channels with it.
 
     ``measured``: channels (n,) by their names, SI units, one sample every ``step`` s; ``radius`` m: makes a way of an
-    angle and a force of a torque. Last come what is to be said, and how many samples at either end are doubtful.
+    angle and a force of a torque. Last: what is to be said, doubtful samples at either end, whether it slides one way.
 
     Raises
     ------
@@ -61,13 +60,13 @@ def given_motion(
         seen.pop("mass_velocity", None)
         seen |= {name: seen[name] * fold.sign for name in FORCES if name in seen}
     if not is_angular(measured):
-        return motion, seen, said, edge
+        return motion, seen, said, edge, fold is not None
     if radius is None:
         said.append(NO_METRES.format("radians" if ROTATIONS.keys() & seen else "parts of the record"))
-        return motion, seen, said, edge
+        return motion, seen, said, edge, fold is not None
     if "torque" in seen:
         seen["contact_force"] = seen.pop("torque") / radius
-    return motion * radius, seen, said, edge
+    return motion * radius, seen, said, edge, fold is not None
 
 
 def folded(measured: Mapping[str, FloatArray], step: float) -> Folded | None:
@@ -112,4 +111,4 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> Folded | None:
     phase = REVOLUTION * way / whole  # which way it slides where no motion is known, the force says: against it
     against = 1.0 if name is not None or force is None else math.copysign(1.0, float(force.mean()))
     motion, sign = -0.25 * whole * np.cos(phase), np.where(np.sin(phase) < 0.0, -against, against)
-    return Folded(motion, sign, f"contact: {said}; {ONE_WAY}")
+    return Folded(motion, sign, f"contact: {said}; an offset of the force cannot be told from friction")

@@ -17,7 +17,7 @@ from frictionlab.campaign.prediction import Model, elasticity, loop_ratio, obser
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import infer
+from frictionlab.inference.posterior import EXPLAINED, infer
 from frictionlab.simulator import COSINE, SteadyState
 from frictionlab.uncertainty import Sources, unit_uncertainty
 
@@ -393,7 +393,7 @@ def _notes(
         yield "no force: the scene gives no stiffness"
     elif not any(math.isfinite(v.trial.base_amplitude_m) for v in used):
         yield "no force: no test tells its base amplitude"
-    off = sum((v.nrmse or 0.0) > 2.0 * (v.floor or 0.0) for v in missed)
+    off = sum((v.nrmse or 0.0) > EXPLAINED * (v.floor or 0.0) for v in missed)
     if off:
         which = "its test" if len(missed) == 1 else f"{off} of {len(missed)} tests"
         yield f"{model.law.name} leaves more than noise of {which} unexplained"

@@ -22,7 +22,7 @@ from frictionlab.inference.diagnose import to_declare, varied_friction
 from frictionlab.inference.fit import Fit, weighed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, infer, model_of
+from frictionlab.inference.posterior import MISSED, Posterior, explains, infer, model_of
 from frictionlab.inference.unknowns import STRAINED
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
@@ -274,14 +274,11 @@ def fit_together(
 
 def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:
     """The posterior whose errors hold what place and speed would say, of each material whose law leaves a misfit."""
-    said = []
-    joint = JointFit(posterior, posterior)
+    said, joint = [], JointFit(posterior, posterior)
     for material in joint.materials:
         tests = joint.tests(material)
         k = posterior.fit.find("beta", tests[0])
-        missed = [posterior.observations[i].nrmse(posterior.fit.residual(i)) for i in tests]
-        floors = [posterior.observations[i].floor for i in tests]
-        if k is None or all(m <= EXPLAINED * f for m, f in zip(missed, floors, strict=True)):
+        if k is None or explains(posterior.fit, tests):
             continue
         some = [joint.place[o.measurement.source] for o in _spread_out([posterior.observations[i] for i in tests])]
         varied = varied_friction(posterior, some)
@@ -297,9 +294,9 @@ def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:
 
 def _spread_out(observations: Sequence[Seen]) -> list[Seen]:
     """At most `MOST_CLIMBED` tests, spread evenly over normal force and frequency ratio."""
-    order = sorted(range(len(observations)), key=lambda i: (observations[i].normal_force or 0.0, observations[i].r))
-    places = np.linspace(0, len(order) - 1, min(len(order), MOST_CLIMBED)).round()
-    return [observations[order[int(place)]] for place in places]
+    ordered = sorted(observations, key=lambda o: (o.normal_force or 0.0, o.r))
+    places = np.linspace(0, len(ordered) - 1, min(len(ordered), MOST_CLIMBED)).round()
+    return [ordered[int(place)] for place in places]
 
 
 def at_each_force(posterior: Posterior) -> Posterior:

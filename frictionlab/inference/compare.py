@@ -14,7 +14,6 @@ import numpy as np
 
 from frictionlab.analysis.measure import measure, source_of
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.analysis.turning import ONE_WAY
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
@@ -119,7 +118,7 @@ def predict(
     """As :func:`compare`, from a measurement that is already made; so without the whole record."""
     _check_given(law, friction_ratio)
     if scene.rig.kind == "prescribed":
-        law = _told_one_way(measurement, scene, law)
+        law = _law_one_way(measurement, scene, law)
         return compare_force(measurement, scene, law=law, friction_ratio=friction_ratio)
     found, ladder = identified(measurement, scene, law, friction_ratio)
     return compared(measurement, scene, found, ladder, solver or scene.model.solver)
@@ -268,9 +267,9 @@ def compare_table(
     )
 
 
-def _told_one_way(measurement: Measurement, scene: Scene, law: str | None) -> str | None:
+def _law_one_way(measurement: Measurement, scene: Scene, law: str | None) -> str | None:
     """Law that is asked for; of a contact that slides one way, at one speed, there is only Coulomb's."""
-    if not any(said.endswith(ONE_WAY) for said in measurement.warnings):
+    if not measurement.slides_one_way:
         return law
     asked = "coulomb" if law == AUTO else law_and_held(scene, law)[0].name
     if asked != "coulomb":

@@ -40,7 +40,7 @@ from frictionlab.inference.unknowns import STRAINED, TAIL, UNDECLARED_LAG, Unkno
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law
-from frictionlab.uncertainty import Sources, unit_uncertainty
+from frictionlab.uncertainty import unit_uncertainty
 
 PARTS = 128  # of a cycle, at most
 FEWEST_PARTS = 8  # that must be clear of stops and turns
@@ -214,7 +214,8 @@ def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None 
     normal = cell.normal_force
     unit, unit_u = (measured if normal is None else normal), 0.0
     if not prescribed and scene.rig.stiffness is not None:
-        unit, unit_u = scene.rig.stiffness * measurement.base_amplitude_m, _unit_error(sources)
+        unit = scene.rig.stiffness * measurement.base_amplitude_m
+        unit_u = math.hypot(sources.stiffness, unit_uncertainty(sources))
     elif not prescribed:
         unit, unit_u = measured / loop_friction_ratio(measurement, scene.model.wall), FREE_UNIT
     place = measurement.cycle.mass_smooth if prescribed else slid_of(measurement, scene.model.wall)
@@ -259,11 +260,6 @@ def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None 
         force=whole / unit,
         strangers=strangers,
     )
-
-
-def _unit_error(sources: Sources) -> float:
-    """Relative standard uncertainty of k Y."""
-    return math.hypot(sources.stiffness, unit_uncertainty(sources))
 
 
 def usual_cycles(each: FloatArray) -> NDArray[np.intp]:

@@ -7,7 +7,7 @@ is the list of these terms.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import cast
@@ -486,9 +486,13 @@ def of_several(found: Fit) -> Posterior:
     """
     first = with_scatter(found)
     again = with_scatter(tempered(first[0]))
-    each = zip(again[0].model.tests, again[0].place.residual, strict=True)
-    explained = all(t.observation.nrmse(r) <= EXPLAINED * t.observation.floor for t, r in each)
-    return posterior_of(*(again if explained else first))
+    return posterior_of(*(again if explains(again[0], range(len(again[0].model.tests))) else first))
+
+
+def explains(fit: Fit, tests: Iterable[int]) -> bool:
+    """Return whether a fit leaves of each of some tests no more than `EXPLAINED` times what noise leaves."""
+    seen = ((fit.model.tests[i].observation, fit.residual(i)) for i in tests)
+    return all(observation.nrmse(residual) <= EXPLAINED * observation.floor for observation, residual in seen)
 
 
 def _of_one(held: Fit | None, moved: Sequence[Fit], law: list[int]) -> Posterior:
