@@ -2,6 +2,7 @@
 
 import json
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,17 +10,16 @@ import h5py
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline, make_interp_spline
-from typer.testing import CliRunner, Result
 
 import frictionlab as fl
 from frictionlab.base_motion import respond_to
-from frictionlab.cli import app
 from frictionlab.errors import LogError, RecordingError, SimulationError, UsageError
 from frictionlab.hdf5 import describe, read_recording, write_recording
 from frictionlab.recording import Channel, Quality, Recording
 from frictionlab.schema import RESPONSES
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.record import BaseRecord, respond
+from tests.desk import invoke
 
 FN = 3.0
 PLAIN = Problem(1.0, 0.4)
@@ -198,8 +198,7 @@ def test_a_base_at_rest_and_an_unknown_frequency_are_refused() -> None:
         fl.respond(Recording(t, y, y), PLAIN)
 
 
-def run(*arguments: str | float | Path) -> Result:
-    return CliRunner().invoke(app, ["simulate", *(str(argument) for argument in arguments)])
+run = partial(invoke, "simulate")
 
 
 @pytest.fixture

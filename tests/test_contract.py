@@ -8,17 +8,16 @@ from typing import Any, NoReturn
 
 import h5py
 import pytest
-from typer.testing import CliRunner
 
 from frictionlab import tradeoff
 from frictionlab.campaign.files import REPORT, TABLES, write_tables
-from frictionlab.cli import app
 from frictionlab.scene import scene_from_tables
 from frictionlab.tables import read_rows
 from frictionlab.tradeoff import Setting
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import SCENE as RIG
 from tests.campaign.fabricate import small_campaign
+from tests.desk import invoke
 
 ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "configs" / "sample_data.toml"
@@ -83,7 +82,7 @@ def refuse(constant: str) -> NoReturn:
 @cache
 def run_json(*command: str, status: int = 0) -> list[dict[str, Any]]:
     """The rows that a command prints; nothing else may be on its standard output."""
-    told = CliRunner().invoke(app, [*command, "--json"])
+    told = invoke(*command, "--json")
     assert told.exit_code == status, told.stderr
     return [json.loads(line, parse_constant=refuse) for line in told.stdout.splitlines()]
 
@@ -140,7 +139,7 @@ def test_a_failed_input_is_its_source_and_reason_and_the_others_go_on(tmp_path: 
 @pytest.mark.parametrize("suffix", [".csv", ".jsonl", ".h5", ".xlsx"])
 def test_a_table_of_any_suffix_begins_with_the_contracts_columns(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"new/table{suffix}"
-    done = CliRunner().invoke(app, ["analyze", str(LOG), *SCENED, "-q", "-o", str(path)])
+    done = invoke("analyze", LOG, *SCENED, "-q", "-o", path)
     assert done.exit_code == 0, done.stderr
     assert done.stdout.startswith("1 of 1 recordings measured")
     (row,) = read_rows(path)
@@ -161,10 +160,10 @@ def test_a_map_is_drawn_over_one_axis_and_two_and_refused_over_three(tmp_path: P
     one = ["sweep", "--r", "0.5:1.5:0.25", "--beta", "0.4", "-o", f"{tmp_path}/a.csv", "--plot", str(place)]
     two = ["sweep", "--r", "0.5,1", "--beta", "0.2,0.4", "-o", f"{tmp_path}/b.h5", "--plot", f"{tmp_path}/b.pdf"]
     for command in (one, two):
-        done = CliRunner().invoke(app, command)
+        done = invoke(*command)
         assert done.exit_code == 0, done.stderr
     assert b"<dc:title>frictionlab</dc:title>" in place.read_bytes()
-    three = CliRunner().invoke(app, [*two, "--mu", "1,2", "--force"])
+    three = invoke(*two, "--mu", "1,2", "--force")
     assert three.exit_code == 2
     assert "expected one or two axes" in three.stderr
 
@@ -174,9 +173,9 @@ def test_like_named_inputs_keep_figures_of_their_own(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
         (tmp_path / name / "log.csv").write_bytes(b"".join(LOG.read_bytes().splitlines(keepends=True)[:7503]))
     logs = [str(tmp_path / name / "log.csv") for name in ("a", "b")]
-    refused = CliRunner().invoke(app, ["analyze", *logs, "--plot", f"{tmp_path}/x.pdf"])
+    refused = invoke("analyze", *logs, "--plot", f"{tmp_path}/x.pdf")
     assert "expected a folder" in refused.stderr
-    done = CliRunner().invoke(app, ["analyze", *logs, "--scene", str(SCENE), "-q", "--plot", f"{tmp_path}/figures"])
+    done = invoke("analyze", *logs, "--scene", SCENE, "-q", "--plot", f"{tmp_path}/figures")
     assert done.exit_code == 0, done.stderr
     assert len(list((tmp_path / "figures").iterdir())) == 2
 
@@ -184,8 +183,8 @@ def test_like_named_inputs_keep_figures_of_their_own(tmp_path: Path) -> None:
 def test_a_maps_own_axes_are_shown(tmp_path: Path) -> None:
     path = str(tmp_path / "map.csv")
     command = ["sweep", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", "gradient=0,0.1"]
-    assert CliRunner().invoke(app, [*command, "-o", path]).exit_code == 0
-    assert CliRunner().invoke(app, ["show", path]).stdout.split()[0] == "gradient"
+    assert invoke(*command, "-o", path).exit_code == 0
+    assert invoke("show", path).stdout.split()[0] == "gradient"
 
 
 FRICTION = words(
@@ -232,7 +231,7 @@ def test_rows_of_a_campaign_are_one_a_material_and_force_and_best_first(tables: 
 
 def test_a_recording_has_the_contracts_datasets(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
-    assert CliRunner().invoke(app, ["ingest", str(LOG), *SCENED, "-o", str(path), "-q"]).exit_code == 0
+    assert invoke("ingest", LOG, *SCENED, "-o", path, "-q").exit_code == 0
     with h5py.File(path) as file:
         assert [file.attrs["format"], int(file.attrs["format_version"])] == ["frictionlab recording", 1]
         assert file.attrs["Conventions"] == "CF-1.11"

@@ -6,19 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
-from frictionlab.cli import app
 from frictionlab.verbs.inputs import files_of, logs_in, tables_in
 from tests.desk import ROOT
+from tests.desk import invoke as run
 
 SCENE = ROOT / "configs" / "sample_data.toml"
 LOG = ROOT / "sample_data" / "aramid_N1.25_r1.2.csv"
 SCENED = ("--scene", SCENE)
-
-
-def run(*words: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words])
 
 
 @pytest.fixture(scope="module")

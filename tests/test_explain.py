@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import frictionlab as fl
-from frictionlab.cli import app
 from frictionlab.figures.judged import contact_figure
 from frictionlab.inference.explain import Explanation, missed
 from frictionlab.simulator import Problem
+from tests.desk import invoke
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
 
 ROOT = Path(__file__).parents[1]
@@ -128,7 +127,7 @@ def test_the_figure_has_newtons_and_millimetres_every_law_tried_the_verdict_and_
 def test_the_command_prints_the_text_draws_the_figure_and_tells_the_same_in_json(tmp_path: Path) -> None:
     scened = ["--scene", str(SCENE)]
     shown, told, lost = (
-        CliRunner().invoke(app, ["explain", *words, *scened])
+        invoke("explain", *words, *scened)
         for words in ([str(SAMPLE), "--plot", f"{tmp_path}/figures"], [str(SAMPLE), "--json"], ["nothing.h5"])
     )
     assert (shown.exit_code, told.exit_code, lost.exit_code) == (0, 0, 1)

@@ -2,25 +2,25 @@
 
 import json
 import re
+from functools import partial
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
-from frictionlab.cli import app
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import read_recording
 from frictionlab.verbs.one_test import ingest
+from tests.desk import invoke
 from tests.logs.samples import sensortool, table, truth, write
 
 DATA = truth(300)
 HEADER = "time [s],mass [mm],base [mm]"
 
 
-def run(*words: str | Path) -> Result:
-    return CliRunner().invoke(app, ["ingest", *map(str, words)])
+run = partial(invoke, "ingest")
 
 
 def rows(result: Result) -> list[dict[str, object]]:

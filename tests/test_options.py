@@ -4,14 +4,13 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import frictionlab as fl
-from frictionlab.cli import app
 from frictionlab.cli.options import ANALYSIS, LOG, Settings, values_of
 from frictionlab.cli.screen import short_names
 from frictionlab.errors import UsageError
 from frictionlab.simulator.laws import TERMS
+from tests.desk import invoke
 
 LINES = "\n".join(f"{4000 * i}|{1.5 + 0.001 * (i % 7):.3f}|{2.25 + 0.001 * (i % 5):.3f}" for i in range(100))
 LOG_TEXT = f"t|mass|base\n{LINES}\n"
@@ -26,7 +25,7 @@ def log(tmp_path: Path) -> Path:
 
 
 def ingested(log: Path, *words: str) -> dict[str, object]:
-    done = CliRunner().invoke(app, ["ingest", str(log), "--dry-run", "--json", *words])
+    done = invoke("ingest", log, "--dry-run", "--json", *words)
     assert done.exit_code == 0, done.output
     row: dict[str, object] = json.loads(done.stdout)
     return row
@@ -56,7 +55,7 @@ def test_an_option_means_the_same_wherever_it_is_said(log: Path) -> None:
     ],
 )
 def test_every_key_of_a_table_is_an_option_with_its_words(command: str, settings: Settings, named: str) -> None:
-    helped = CliRunner().invoke(app, [command, "--help-all"], env={"COLUMNS": "200"}).stdout
+    helped = invoke(command, "--help-all", env={"COLUMNS": "200"}).stdout
     helped = " ".join(helped.split())
     for _, words in settings.values():
         assert f" {words.flags} {words.takes} " in helped
@@ -66,7 +65,7 @@ def test_every_key_of_a_table_is_an_option_with_its_words(command: str, settings
 
 
 def test_a_wrong_option_is_one_line_that_names_it(log: Path) -> None:
-    done = CliRunner().invoke(app, ["ingest", str(log), "--unit", "parsec", "--time-unit", "mm"])
+    done = invoke("ingest", log, "--unit", "parsec", "--time-unit", "mm")
     assert done.exit_code == 2
     first, second = done.stderr.splitlines()
     assert first.startswith("frictionlab: setting: log.unit: expected a unit of displacement, one of m, mm")
@@ -74,19 +73,19 @@ def test_a_wrong_option_is_one_line_that_names_it(log: Path) -> None:
 
 
 def test_laws_are_listed_with_parameters_and_one_is_drawn(tmp_path: Path) -> None:
-    every = [json.loads(line) for line in CliRunner().invoke(app, ["laws", "--json"]).stdout.splitlines()]
+    every = [json.loads(line) for line in invoke("laws", "--json").stdout.splitlines()]
     assert [row["law"] for row in every] == list(TERMS)
     assert all(
         set(parameter) > {"words", "low", "high", "usual"} for row in every for parameter in row["parameters"].values()
     )
-    listed = CliRunner().invoke(app, ["laws"]).stdout.splitlines()
+    listed = invoke("laws").stdout.splitlines()
     assert [line.split()[0] for line in listed[1:-1]] == list(TERMS)
     assert max(map(len, listed)) <= 80
     figure = tmp_path / "loop.svg"
-    done = CliRunner().invoke(app, ["laws", "place", "--plot", str(figure)])
+    done = invoke("laws", "place", "--plot", figure)
     assert (done.exit_code, figure.exists()) == (0, True)
     assert done.stdout.splitlines()[2].startswith("place: friction varying along the path: ")
-    assert CliRunner().invoke(app, ["laws", "coulomb+nothing"]).exit_code == 2
+    assert invoke("laws", "coulomb+nothing").exit_code == 2
 
 
 def test_a_step_beyond_its_range_is_refused_not_one_value() -> None:

@@ -11,14 +11,12 @@ from unittest import mock
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
-from frictionlab.cli import app
 from frictionlab.cli.screen import cell, print_table
 from frictionlab.cli.show import show
 from frictionlab.schema import COMPARISONS, FRICTION, MEASUREMENTS, TABLES, Table
 from frictionlab.tables import Row, write_rows
-from tests.desk import ROOT
+from tests.desk import ROOT, invoke
 
 LONG = "build/recordings/a long folder/aramid_N1.25_r0.3.h5"
 MEASURED: Row = {
@@ -93,7 +91,7 @@ def test_few_rows_are_turned_many_lose_their_last_columns_and_a_pipe_gets_all() 
 
 
 def shown(path: Path) -> list[list[str]]:
-    done = CliRunner().invoke(app, ["show", str(path)])
+    done = invoke("show", path)
     assert done.exit_code == 0, done.output
     return [line.split() for line in done.stdout.splitlines()]
 
@@ -117,14 +115,14 @@ def test_show_tells_rows_of_a_users_own_table_and_failures(tmp_path: Path) -> No
     assert shown(path) == [["log", "dose"], ["a.csv", "0.5"]]
     write_rows([{"source": "a", "status": "failed", "reason": "empty"}], tmp_path / "f.jsonl", MEASUREMENTS)
     assert ["a:", "failed:", "empty"] in shown(tmp_path / "f.jsonl")
-    log = CliRunner().invoke(app, ["show", str(ROOT / "sample_data" / "steel_N1.25_r0.3.csv")])
+    log = invoke("show", ROOT / "sample_data" / "steel_N1.25_r0.3.csv")
     assert "`frictionlab ingest --dry-run " in log.stderr
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
 def test_show_waits_for_no_pipe(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.csv")
-    done = CliRunner().invoke(app, ["show", str(tmp_path / "pipe.csv")])
+    done = invoke("show", tmp_path / "pipe.csv")
     assert done.exit_code == 2
     assert "expected a file; got a folder or a device" in done.stderr
 

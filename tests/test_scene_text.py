@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 import frictionlab as fl
-from frictionlab.cli import app
 from frictionlab.errors import UsageError
 from frictionlab.scene import Scene, find_scene, read_scene, scene_from_tables
 from frictionlab.scene.text import tables_of_keys, template, to_toml, value_text
-from tests.desk import ROOT
+from tests.desk import ROOT, invoke
 
 CONFIGS = ROOT / "configs"
 Run = Callable[..., Result]
@@ -26,7 +25,7 @@ Run = Callable[..., Result]
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
     """A command in an empty folder."""
     monkeypatch.chdir(tmp_path)
-    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
+    return invoke
 
 
 def test_every_key_has_its_sentence() -> None:

@@ -8,10 +8,8 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
 import frictionlab as fl
-from frictionlab.cli import app
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.inference.observations import observe
 from frictionlab.recording import Channel, Recording
@@ -20,6 +18,7 @@ from frictionlab.scene.physical import structure_of
 from frictionlab.simulator import Contact, steady_state
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.state import KEYS
+from tests.desk import invoke as run
 
 SCENE = """
 [[rig.masses]]
@@ -57,10 +56,6 @@ CONTACTS = [(1, "wall", "coulomb"), (2, 1, "coulomb")]
 def desk(tmp_path: Path) -> Path:
     (tmp_path / "two.toml").write_text(SCENE, encoding="utf-8")
     return tmp_path
-
-
-def run(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def test_the_command_gives_a_list_over_masses_and_contacts(desk: Path) -> None:

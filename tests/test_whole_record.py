@@ -8,13 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from typer.testing import CliRunner
 
 import frictionlab as fl
 from frictionlab.analysis.channels import denoised
 from frictionlab.analysis.signals import white_noise
 from frictionlab.base_motion import respond_to
-from frictionlab.cli import app
 from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference import ladder
@@ -28,6 +26,7 @@ from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.synthetic.virtual_motion import ramp, random_motion
+from tests.desk import invoke
 
 FloatArray = NDArray[np.float64]
 FN, Y, NOISE = 3.0, 2e-3, 1e-6
@@ -173,13 +172,13 @@ def test_a_record_climbs_as_far_as_it_must(
 def test_the_command_gives_the_keys_and_the_figure(tmp_path: Path) -> None:
     write_recording(virtual(0.4, 20.0, Problem(1.0, 0.4, frame_damping_ratio=0.01)), tmp_path / "a.h5")
     settings = ["--natural-frequency", "3.0", "--transient", "8", "--whole", "--plot", str(tmp_path), "--json"]
-    done = CliRunner().invoke(app, ["compare-numeric", str(tmp_path / "a.h5"), *settings])
+    done = invoke("compare-numeric", tmp_path / "a.h5", *settings)
     row = json.loads(done.stdout)
     assert done.exit_code == 0
     assert 0.0 < row["record_nrmse"] < 5e-3
     assert abs(row["record_energy_difference"]) < 5e-3
     assert (tmp_path / "a.record.png").stat().st_size > 20_000
-    wide = CliRunner().invoke(app, ["compare-numeric", str(tmp_path / "a.h5"), *settings[:5], "--wide"])
+    wide = invoke("compare-numeric", tmp_path / "a.h5", *settings[:5], "--wide")
     assert "lag [ms]" in wide.stdout
 
 

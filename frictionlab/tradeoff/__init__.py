@@ -124,7 +124,7 @@ def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Run]) 
 Knob = Callable[[], tuple[Setting, ...]]
 Measured = tuple[str, Callable[[Recording], float | FloatArray], bool, float]
 ENERGY = "energy_per_cycle"
-# Energy per cycle (r, beta) from 50-digit orbits: tests/extremes/reference/make_orbits.py, rounded to 25 digits.
+# Energy per cycle (r, beta) from 50-digit orbits: tests/simulator/reference/make_reference.py, rounded to 25 digits.
 CONTINUOUS, CONTINUOUS_ENERGY = Problem(0.7, 0.5), 3.488507872497761966686743
 STICK_SLIP, STICK_SLIP_ENERGY = Problem(0.5, 0.4), 2.126042266393348841691811
 SLOW, SLOW_ENERGY = Problem(0.95, 0.1), 4.070974217426422039358113

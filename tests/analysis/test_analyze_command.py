@@ -2,24 +2,23 @@
 
 import json
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
-from frictionlab.cli import app
 from frictionlab.hdf5 import read_tree, write_recording
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import read_rows
 from tests.analysis.seen import NATURAL_HZ, recording_of, steady
+from tests.desk import invoke
 
 HZ = ["--natural-frequency", str(NATURAL_HZ)]
 LATE = [*HZ, "--transient", "20"]
 
 
-def run(*words: object) -> Result:
-    return CliRunner().invoke(app, ["analyze", *(str(word) for word in words)])
+run = partial(invoke, "analyze")
 
 
 @pytest.fixture(scope="module")

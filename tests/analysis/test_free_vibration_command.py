@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from frictionlab.cli import app
 from frictionlab.hdf5 import write_recording
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene
 from tests.analysis.test_free_vibration import HZ, RATE, decaying, viscous
+from tests.desk import invoke
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +27,7 @@ def decays(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def test_each_decay_and_the_average_as_json(decays: list[str]) -> None:
-    result = CliRunner().invoke(app, ["free-vibration", *decays, "--json"])
+    result = invoke("free-vibration", *decays, "--json")
     rows = [json.loads(line) for line in result.stdout.splitlines()]
     assert result.exit_code == 0
     assert [row["source"] for row in rows] == decays
@@ -38,7 +37,7 @@ def test_each_decay_and_the_average_as_json(decays: list[str]) -> None:
 
 
 def test_what_it_prints_to_paste_is_a_scene(decays: list[str], tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["free-vibration", *decays])
+    result = invoke("free-vibration", *decays)
     assert result.exit_code == 0
     shown = result.stdout
     assert "[rig]\nnatural_frequency_hz = 3.12" in shown
@@ -58,7 +57,7 @@ def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text("[rig]\nmass_kg = 3.0\n[experiment]\nnormal_force_n = 2.0\n")
     files = ["--plot", str(tmp_path / "figures"), "-o", str(tmp_path / "taps.jsonl"), "--scene", str(scene)]
-    result = CliRunner().invoke(app, ["free-vibration", str(log), "--json", *files])
+    result = invoke("free-vibration", log, "--json", *files)
     assert result.exit_code == 0, result.output
     row = json.loads(result.stdout)
     assert [tap["damping_ratio"] for tap in row["taps"]] == pytest.approx([0.0055] * 2, rel=0.01)
@@ -75,7 +74,7 @@ def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
 def test_a_log_without_a_decay_fails_and_the_others_go_on(decays: list[str], tmp_path: Path) -> None:
     bad = tmp_path / "flat.csv"
     bad.write_text("time [s],mass [mm],base [mm]\n" + "".join(f"{i / 100},{1.0},{0.0}\n" for i in range(500)))
-    result = CliRunner().invoke(app, ["free-vibration", str(bad), decays[0], "--json"])
+    result = invoke("free-vibration", bad, decays[0], "--json")
     rows = [json.loads(line) for line in result.stdout.splitlines()]
     assert result.exit_code == 1
     assert rows[0]["status"] == "failed"

@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from typer.testing import CliRunner
 
 from frictionlab.analysis.free_vibration import modes
-from frictionlab.cli import app
 from frictionlab.errors import AnalysisError
 from frictionlab.hdf5 import write_recording
 from frictionlab.recording import Channel, Recording
+from tests.desk import invoke
 
 FloatArray = NDArray[np.float64]
 MASSES, STIFFNESSES, ZETA = (3.0, 2.0), (1200.0, 800.0), (0.01, 0.02)
@@ -57,7 +56,7 @@ def test_the_command_gives_each_mode(tmp_path: Path) -> None:
     t, x, hz, _ = two_storeys()
     one = Recording(t, x[0], np.zeros(len(t)), channels=(Channel("mass_2_displacement", x[1]),))
     write_recording(one, tmp_path / "tap.h5")
-    result = CliRunner().invoke(app, ["free-vibration", str(tmp_path / "tap.h5"), "--json"])
+    result = invoke("free-vibration", tmp_path / "tap.h5", "--json")
     row = json.loads(result.stdout)
     assert [mode["natural_frequency_hz"] for mode in row["modes"]] == pytest.approx(hz.tolist(), rel=1e-4)
     assert len(row["modes"][0]["shape"]) == 2

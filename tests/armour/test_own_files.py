@@ -7,9 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
-from frictionlab.cli import app
 from frictionlab.errors import OutputError, SceneError
 from frictionlab.figures import is_figure
 from frictionlab.figures.plates import plates
@@ -23,14 +22,11 @@ from tests.campaign.fabricate import SCENE as CAMPAIGN
 from tests.campaign.fabricate import row as row_of
 from tests.campaign.fabricate import small_campaign
 from tests.desk import ROOT
+from tests.desk import invoke as run
 
 SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
 SCENE = ROOT / "configs" / "sample_data.toml"
 PHOTO = b"\x89PNG\r\n\x1a\n a photo of the rig"
-
-
-def run(*words: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words])
 
 
 def refused(done: Result, words: str, code: int = 2) -> None:

@@ -8,15 +8,14 @@ from random import Random
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
 from frictionlab.campaign import evaluate, read_measurements, trial_of
 from frictionlab.campaign.files import check_folder, write_tables
-from frictionlab.cli import app
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.report import page
 from frictionlab.scene import Rig, Scene
 from tests.campaign.fabricate import STIFFNESS, row, small_campaign
+from tests.desk import invoke
 
 SCENE = Scene(rig=Rig(natural_frequency_hz=3.13, stiffness_n_per_m=STIFFNESS))
 SOUND = [r for r in small_campaign() if r.get("status") != "failed"][:8]
@@ -45,7 +44,7 @@ def test_a_hostile_table_is_evaluated_or_refused(tmp_path_factory: pytest.TempPa
     check_folder(folder)
     write_tables(found, folder)
     page(found, (), {}).encode()
-    assert CliRunner().invoke(app, ["show", str(folder / "friction.csv")]).exit_code == 0
+    assert invoke("show", folder / "friction.csv").exit_code == 0
 
 
 @pytest.mark.parametrize(

@@ -5,13 +5,11 @@ from pathlib import Path
 
 from hypothesis import given
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
-from frictionlab.cli import app
 from frictionlab.tables import write_rows
 from frictionlab.tables.texts import kinds_of
 from tests.campaign.fabricate import row
-from tests.desk import ROOT
+from tests.desk import ROOT, invoke
 
 SAID = st.tuples(st.sampled_from("abcd"), st.sampled_from(["lag: 3 s", "lag: 0.4 s", "no unit", "beats every 1e-3 s"]))
 
@@ -31,7 +29,7 @@ def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path
         for r in (0.3, 0.5, 0.7)
     ]
     write_rows(rows, tmp_path / "m.jsonl")
-    done = CliRunner().invoke(app, ["campaign", str(tmp_path / "m.jsonl"), "-o", str(tmp_path / "out")])
+    done = invoke("campaign", tmp_path / "m.jsonl", "-o", tmp_path / "out")
     assert done.exit_code == 0, done.output
     told = [line for line in done.stderr.splitlines() if "warning (" in line]
     assert told == [

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from frictionlab.cli import app
 from frictionlab.errors import LogError, RecordingError
 from frictionlab.hdf5 import read_recording, write_recording
 from frictionlab.log_options import LogOptions
 from frictionlab.logs import read_log
+from tests.desk import invoke
 
 T = np.arange(400) / 200.0
 X = 2.0 * np.sin(2 * np.pi * T)
@@ -129,7 +128,7 @@ def test_a_column_in_a_wrong_or_doubtful_unit_is_refused_by_name(
 def test_force_names_a_column_or_replaces_an_output(tmp_path: Path) -> None:
     path = log(tmp_path, **{"time [s]": T, "mass [mm]": X, "base [mm]": X, "p": FORCE})
     for words in (["--force", "p", "--units", "force=N"], ["--force", "--force=4", "--units", "force=N"], ["--force"]):
-        done = CliRunner().invoke(app, ["ingest", str(path), *words, "-o", str(tmp_path / "a.h5")])
+        done = invoke("ingest", path, *words, "-o", tmp_path / "a.h5")
         assert done.exit_code == 0, done.stderr
         found = read_recording(tmp_path / "a.h5").measured()
         assert ("contact_force" in found) == (len(words) > 1)

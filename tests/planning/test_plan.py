@@ -7,11 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import frictionlab as fl
 from frictionlab.analysis.measure import measure
-from frictionlab.cli import app
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.inference.compare import identified
@@ -19,6 +17,7 @@ from frictionlab.planning import Plan, plan_tests
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
 from frictionlab.simulator.sweep import warm_up
+from tests.desk import invoke
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded
 from tests.planning.rig import scene
 
@@ -151,7 +150,7 @@ friction_coefficient = [0.6, 0.1]
 def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_read(tmp_path: Path) -> None:
     path, sheet = tmp_path / "rig.toml", tmp_path / "tests.csv"
     path.write_text(TOML)
-    done = CliRunner().invoke(app, ["plan", "--scene", str(path), "--tests", "2", "-o", str(sheet), "--json"])
+    done = invoke("plan", "--scene", path, "--tests", "2", "-o", sheet, "--json")
     assert done.exit_code == 0, done.output
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert len(lines) == 2
@@ -162,7 +161,7 @@ def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_re
     log = tmp_path / str(fl.read_rows(sheet)[0]["log"])
     facts = facts_of(scene_from_tables({"experiment": {"sheet": sheet.name}}, folder=tmp_path), log).values
     assert (facts["normal_force_n"], facts["material"]) == (1.0, "steel")
-    again = CliRunner().invoke(app, ["plan", "--scene", str(path), "-o", str(sheet)])
+    again = invoke("plan", "--scene", path, "-o", sheet)
     assert again.exit_code == 2
     assert "give --force" in again.output
 
@@ -175,12 +174,12 @@ def test_two_laws_are_told_apart_on_the_command_line(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
     path.write_text(TOML)
     asked = ["plan", "--scene", str(path), "--law", "coulomb+place", "--against", "coulomb+speed", "--tests", "1"]
-    told = json.loads(CliRunner().invoke(app, [*asked, "--json"]).stdout)
+    told = json.loads(invoke(*asked, "--json").stdout)
     assert list(told)[: len(LINE)] == LINE
     assert told["log_bayes_after"] == pytest.approx(min(told["log_bayes"], told["log_bayes_against"]), rel=0.05)
-    said = CliRunner().invoke(app, asked).stdout
+    said = invoke(*asked).stdout
     assert "law coulomb+place against coulomb+speed: 1 test, of 2 candidates" in said
     assert "Set a normal force of 1 N." in said
-    refused = CliRunner().invoke(app, [*asked, "--for", "nothing"])
+    refused = invoke(*asked, "--for", "nothing")
     assert refused.exit_code == 2
     assert "has no parameter 'nothing' to find" in refused.output

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
-from frictionlab.cli import app
+from tests.desk import invoke
 
 LAW, DASHPOT, COEFFICIENT = "coulomb+speed", 0.02, 0.52
 RIG = """
@@ -68,7 +67,7 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _run(*words: object) -> str:
-    done = CliRunner().invoke(app, [str(word) for word in words])
+    done = invoke(*words)
     assert done.exit_code == 0, done.output
     return done.stdout
 

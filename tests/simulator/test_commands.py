@@ -7,15 +7,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
-from frictionlab.cli import app
 from frictionlab.simulator.state import KEYS
 from frictionlab.tables import read_rows
-
-
-def run(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+from tests.desk import invoke as run
 
 
 def test_simulate_prints_the_keys_of_the_contract() -> None:

@@ -7,9 +7,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from frictionlab.cli import app
 from frictionlab.maps import Grid, make_map
 from frictionlab.simulator import Base, Problem, steady_state, sweep
 from frictionlab.simulator import row as places
@@ -17,6 +15,7 @@ from frictionlab.simulator.notes import SENTENCES, WORDS, Note, asked_of
 from frictionlab.simulator.state import from_numbers
 from frictionlab.simulator.sweep import Family, warm_up
 from frictionlab.tables import read_rows
+from tests.desk import invoke
 
 CHAOS = (0.36543323682064005, 0.1186830137216871, 2.5182266324590397)
 SAID = {  # r, beta, mu, zeta, law, parameters: a word of what is to be said
@@ -129,7 +128,7 @@ def test_the_file_of_a_map_has_flags_with_their_meanings(tmp_path: Path) -> None
 
 
 def _ran(*arguments: str) -> Any:
-    return CliRunner().invoke(app, [*arguments])
+    return invoke(*arguments)
 
 
 def test_a_sweep_tells_each_kind_of_warning_once_with_its_place(tmp_path: Path) -> None:

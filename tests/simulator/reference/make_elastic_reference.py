@@ -2,8 +2,8 @@
 
     python -m tests.simulator.reference.make_elastic_reference    # points that the file lacks; without it: all
 
-Independent of the package on purpose: the textbook's slide of `make_reference`, divided by the phase's stiffness; turns
-by dense scanning, limits by bisection (the way only grows between turns); orbits by Newton with differences.
+Independent of the package on purpose: the textbook's slide and turns of `make_reference`; limits by bisection (the way
+only grows between turns); orbits by Newton with differences.
 """
 
 import json
@@ -13,7 +13,7 @@ from typing import Any
 
 import mpmath as mp
 
-from tests.simulator.reference.make_reference import SCAN, Slide, bisect, coulomb, den_hartog, series
+from tests.simulator.reference.make_reference import Slide, bisect, den_hartog, series, turning
 
 POINTS: list[dict[str, Any]] = [
     {"r": 0.5, "beta": 0.4, "kappa": 100.0, "why": "stops hardly"},
@@ -29,43 +29,14 @@ POINTS: list[dict[str, Any]] = [
     {"r": 0.6, "beta": 0.4, "kappa": 100.0, "q": 0.1, "zeta_c": 0.03, "why": "friction along the path"},
     {"r": 0.6, "beta": 0.3, "kappa": 20.0, "sliders": 5, "chi": 0.0, "why": "five sliders"},
     {"r": 0.47, "beta": 0.4, "kappa": 60.0, "cosine": [1.0, 0.2, 0.1], "sine": [0.0, 0.1, -0.15], "why": "harmonics"},
-    {
-        "r": 0.8,
-        "beta": 0.4,
-        "kappa": 40.0,
-        "zeta_c": 0.03,
-        "zeta_f": 0.02,
-        "cosine": [1.0, 0.15],
-        "sine": [0.0, -0.1],
-        "wall": "base",
-        "why": "harmonics on a moving wall, both dashpots",
-    },
-    {
-        "r": 0.6,
-        "beta": 0.4,
-        "kappa": 25.0,
-        "sliders": 3,
-        "chi": -0.3,
-        "up": 1.2,
-        "down": 1.1,
-        "q": 0.08,
-        "zeta_c": 0.05,
-        "zeta_f": 0.04,
-        "cosine": [1.0, 0.1, 0.1],
-        "sine": [0.0, 0.1, 0.1],
-        "why": "all terms of three sliders, harmonics, a damped frame",
-    },
-    {
-        "r": 0.8,
-        "beta": 0.4,
-        "kappa": 50.0,
-        "sliders": 8,
-        "chi": -0.5,
-        "q": 0.05,
-        "zeta_f": 0.05,
-        "why": "eight, uneven",
-    },
-]
+    {"r": 0.8, "beta": 0.4, "kappa": 40.0, "zeta_c": 0.03, "zeta_f": 0.02, "cosine": [1.0, 0.15], "sine": [0.0, -0.1],
+     "wall": "base", "why": "harmonics on a moving wall, both dashpots"},
+    {"r": 0.6, "beta": 0.4, "kappa": 25.0, "sliders": 3, "chi": -0.3, "up": 1.2, "down": 1.1, "q": 0.08, "zeta_c": 0.05,
+     "zeta_f": 0.04, "cosine": [1.0, 0.1, 0.1], "sine": [0.0, 0.1, 0.1],
+     "why": "all terms of three sliders, harmonics, a damped frame"},
+    {"r": 0.8, "beta": 0.4, "kappa": 50.0, "sliders": 8, "chi": -0.5, "q": 0.05, "zeta_f": 0.05,
+     "why": "eight, uneven"},
+]  # fmt: skip
 WHOLE = {"r": 0, "beta": 0, "kappa": 0, "up": 1.0, "down": 1.0, "zeta_c": 0.0, "zeta_f": 0.0, "q": 0.0, "sliders": 1}
 WHOLE |= {"chi": 0.0}
 
@@ -81,80 +52,21 @@ class Contact:
         cuts = [(mp.mpf(i) / n) ** (2 / (chi + 2)) for i in range(n + 1)]
         self.kappa = [given["kappa"] * (b ** (chi + 1) - a ** (chi + 1)) for a, b in pairwise(cuts)]
         self.beta = [given["beta"] * (b ** (chi + 2) - a ** (chi + 2)) for a, b in pairwise(cuts)]
-        lead = 2 * self.zeta_f * self.r  # F = cos - lead sin = size cos(tau + ahead)
-        self.size, self.ahead = mp.sqrt(1 + lead * lead), mp.atan(lead)
         self.moving = point.get("wall") == "base"
         self.base = [mp.mpc(c, -s) for c, s in zip(point.get("cosine", [1]), point.get("sine", [0]), strict=True)]
         self.lines = [
-            b * ((k * self.r) ** 2 if self.moving else mp.mpc(1, lead * k)) for k, b in enumerate(self.base, 1)
+            b * ((k * self.r) ** 2 if self.moving else mp.mpc(1, 2 * self.zeta_f * self.r * k))
+            for k, b in enumerate(self.base, 1)
         ]
-
-    def push(self, tau: Any) -> Any:
-        return series(self.lines, tau)
 
     def frame_sees(self, v: Any, tau: Any) -> Any:
         """The velocity between mass and base: z is relative to a wall that stands, or to one that is the base."""
         return v if self.moving else v - series(self.base, tau, 1)
 
 
-def under_harmonics(c: Contact, tau: Any, z: Any, v: Any, whole: Any, offset: Any) -> Any:
-    """The motion t -> z, v of a phase of stiffness `whole` about an offset: particular integral plus free motion."""
-    zeta, r = c.zeta_c + c.zeta_f, c.r
-    gains = [f / mp.mpc(whole - (k * r) ** 2, 2 * zeta * r * k) for k, f in enumerate(c.lines, 1)]
-    root = mp.sqrt(mp.mpc(zeta * zeta - whole))
-    l1, l2 = (-zeta + root) / r, (-zeta - root) / r
-    a, b = z - offset - series(gains, tau), v - series(gains, tau, 1)
-    c1 = (b - l2 * a) / (l1 - l2)
-    c2 = a - c1
-
-    def at(t: Any) -> Any:
-        e1, e2 = c1 * mp.exp(l1 * t), c2 * mp.exp(l2 * t)
-        return offset + series(gains, tau + t) + (e1 + e2).real, series(gains, tau + t, 1) + (l1 * e1 + l2 * e2).real
-
-    return at
-
-
-def phase(c: Contact, tau: Any, z: Any, v: Any, n: list[Any], side: list[int]) -> Any:
-    """The motion t -> z, v of a phase."""
-    stiff = sum(k if s == 0 else s * b * c.q for k, b, s in zip(c.kappa, c.beta, side, strict=True))
-    whole = 1 + stiff
-    root = mp.sqrt(whole)
-    if len(c.base) > 1:
-        return under_harmonics(c, tau, z, v, whole, (stiff * z - sum(n)) / whole), c.r / root
-    offset = (sum(n) - stiff * z) / c.size
-    zeta = (c.zeta_c + c.zeta_f) / root
-    start = (tau + c.ahead, whole * z / c.size, whole * v / c.size)
-    slide = Slide(coulomb(c.r / root, offset, zeta), *start, mp.mpf(1))
-
-    def at(t: Any) -> Any:
-        u, du = slide.at(t)
-        return u * c.size / whole, du * c.size / whole
-
-    return at, c.r / root
-
-
-def turning(speed: Any, scale: Any, limit: Any) -> Any:
-    """First zero of a speed that begins positive, or None; minima between two scanned points are looked into."""
-    step = min(scale, mp.mpf(1)) * mp.pi / SCAN
-    marks = [step * mp.mpf(2) ** -k for k in range(60, 0, -1)]
-    before, early = marks[0], None
-    t, k = marks[0], 1
-    values = [speed(marks[0])]
-    while before < limit:
-        t = min(limit, marks[k] if k < len(marks) else before + step)
-        k += 1
-        values.append(speed(t))
-        if values[-1] <= 0:
-            return bisect(speed, before, t)
-        if len(values) > 2 and values[-2] < values[-3] and values[-2] < values[-1]:
-            low, high = early, t
-            for _ in range(120):
-                a, b = low + (high - low) * mp.mpf("0.382"), low + (high - low) * mp.mpf("0.618")
-                low, high = (low, b) if speed(a) < speed(b) else (a, high)
-            if speed(low) <= 0:
-                return bisect(speed, early, low)
-        early, before = before, t
-    return None
+def stiffness(c: Contact, side: list[int]) -> Any:
+    """What the contact adds: springs that hold, friction that varies along the path where it slips."""
+    return sum(k if s == 0 else s * b * c.q for k, b, s in zip(c.kappa, c.beta, side, strict=True))
 
 
 def carry(c: Contact, state: Any, span: Any, tau: Any) -> Any:
@@ -164,7 +76,7 @@ def carry(c: Contact, state: Any, span: Any, tau: Any) -> Any:
     high, low, held, stops, still = -mp.inf, mp.inf, mp.mpf(0), 0, mp.mpf(0)
     while tau < end:
         thick = 2 * (c.zeta_c + c.zeta_f) * c.r
-        a = c.push(tau) - z - sum(n) - thick * v
+        a = series(c.lines, tau) - z - sum(n) - thick * v
         way = int(mp.sign(v) if v != 0 else mp.sign(a))
         ratio = c.up if way > 0 else c.down
         left = {
@@ -172,7 +84,9 @@ def carry(c: Contact, state: Any, span: Any, tau: Any) -> Any:
             for i in range(len(n))
             if side[i] == 0
         }
-        at, scale = phase(c, tau, z, v, n, side)
+        stiff = stiffness(c, side)
+        whole, scale = 1 + stiff, c.r / mp.sqrt(1 + stiff)
+        at = Slide(c.r, c.zeta_c + c.zeta_f, c.lines, (tau, z, v), whole, (stiff * z - sum(n)) / whole).at
         t = turning(lambda t, at=at, way=way: way * at(t)[1], scale, end - tau)
         turned, t = t is not None, end - tau if t is None else t
         made = way * (at(t)[0] - z)
@@ -189,7 +103,6 @@ def carry(c: Contact, state: Any, span: Any, tau: Any) -> Any:
                 frame += (
                     2 * c.zeta_f * c.r * mp.quad(lambda s, at=at, tau=tau: c.frame_sees(at(s)[1], tau + s) ** 2, edges)
                 )
-        stiff = sum(k if s == 0 else s * b * c.q for k, b, s in zip(c.kappa, c.beta, side, strict=True))
         work += (sum(n) + stiff * (after - z) / 2) * (after - z)
         if not any(side):
             held += t

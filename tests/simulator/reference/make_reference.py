@@ -1,19 +1,23 @@
-"""Make reference.json, laws.json and uneven.json: steady states at hard points, at 50 digits, by the textbook alone.
+"""Make reference.json, laws.json, uneven.json and orbits.json (of tests/extremes): steady states at hard points.
 
-    python tests/simulator/reference/make_reference.py          # points that the files lack
+    python -m tests.simulator.reference.make_reference          # points that the files lack
 
-Independent of the package on purpose: mpmath, the textbook solution between events (with the secular form at r = 1 and
-the degenerate form at zeta = 1), zeros by dense scanning and bisection, orbits by Newton with differences. It takes
-minutes. Parameters are the doubles themselves, so that the package is compared at exactly the same point.
+At 50 digits by the textbook alone, independent of the package on purpose: mpmath, the textbook solution between events
+(with the secular form at r = 1 and the degenerate form at zeta = 1), zeros by dense scanning and bisection, orbits by
+Newton with differences. It takes minutes, the extremes an hour. Parameters are the doubles themselves, so that the
+package is compared at exactly the same point.
 """
 
 import json
+import math
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import mpmath as mp
 
 mp.mp.dps = 50
+HERE = Path(__file__).parent
 SCAN = 40  # points per natural (or drive) half-period
 
 POINTS = [
@@ -40,7 +44,6 @@ POINTS = [
     (1000.0, 0.5, 1.0, 0.0, "three decades over resonance"),
 ]
 
-
 LAWS = [
     # r, beta, then what the law adds: why it is hard
     (0.5, 0.4, {"gradient": 0.05}, "friction varying along the path"),
@@ -48,42 +51,50 @@ LAWS = [
     (0.2, 0.3, {"gradient": 0.1}, "place, several stops"),
     (0.45, 0.5, {"static_ratio_up": 1.3, "static_ratio_down": 1.05}, "break-away by direction"),
     (0.6, 0.3, {"frame_damping_ratio": 0.05}, "the frame's own dashpot"),
-    (
-        0.4,
-        0.5,
-        {"gradient": 0.08, "static_ratio_up": 1.1, "static_ratio_down": 1.2, "frame_damping_ratio": 0.03},
-        "all together",
-    ),
-]
-
+    (0.4, 0.5, {"gradient": 0.08, "static_ratio_up": 1.1, "static_ratio_down": 1.2, "frame_damping_ratio": 0.03},
+     "all together"),
+]  # fmt: skip
 
 UNEVEN: list[tuple[Any, ...]] = [
     # r, beta, law's parameters, base's cosine and sine, wall: why it is hard
     (0.45, 0.5, {}, ([1.0, 0.2, 0.1], [0.0, 0.1, -0.15]), "fixed", "harmonics"),
     (0.9, 0.6, {}, ([1.0, 0.15], [0.0, -0.1]), "base", "harmonics on a moving wall"),
-    (
-        0.4,
-        0.45,
-        {"static_ratio_up": 1.2, "static_ratio_down": 1.05, "frame_damping_ratio": 0.04},
-        ([1.0, 0.2, 0.0, 0.1, 0.05], [0.1, 0.1, 0.15, 0.0, 0.1]),
-        "fixed",
-        "five harmonics, break-away, a damped frame",
-    ),
-    (
-        0.7,
-        0.35,
-        {
-            "gradient": -0.1,
-            "contact_damping_ratio": 0.05,
-            "static_ratio_up": 1.15,
-            "static_ratio_down": 1.3,
-            "frame_damping_ratio": 0.02,
-        },
-        ([1.0, 0.2, 0.1], [0.0, 0.1, 0.1]),
-        "base",
-        "all terms, harmonics, a moving wall, a damped frame",
-    ),
-]
+    (0.4, 0.45, {"static_ratio_up": 1.2, "static_ratio_down": 1.05, "frame_damping_ratio": 0.04},
+     ([1.0, 0.2, 0.0, 0.1, 0.05], [0.1, 0.1, 0.15, 0.0, 0.1]), "fixed",
+     "five harmonics, break-away, a damped frame"),
+    (0.7, 0.35, {"gradient": -0.1, "contact_damping_ratio": 0.05, "static_ratio_up": 1.15, "static_ratio_down": 1.3,
+                 "frame_damping_ratio": 0.02},
+     ([1.0, 0.2, 0.1], [0.0, 0.1, 0.1]), "base", "all terms, harmonics, a moving wall, a damped frame"),
+]  # fmt: skip
+
+
+def extremes() -> Iterator[tuple[float, float, float, float]]:
+    """The oscillators of orbits.json: r, beta, mu, zeta."""
+    for r in (1e-3, 0.01, 0.1, 0.3, 3.0, 10.0, 100.0, 1000.0):
+        yield from ((r, beta, 1.0, 0.0) for beta in (0.1, 0.4, 0.9) if r > 0.02 or beta == 0.4)
+    for beta, powers in ((0.4, range(1, 16)), (0.9, (1, 3, 6, 9, 12))):
+        yield from ((1 + sign * 10.0**-k, beta, 1.0, 0.0) for k in powers for sign in (1, -1))
+    yield from ((1.0, beta, 1.0, 0.0) for beta in (0.7860, 0.8, 0.9, 0.99))
+    for value in (1 / n for n in range(2, 6)):  # a double, its neighbours at one unit in the last place, and at 1e-9
+        steps = math.nextafter(value, 0.0), math.nextafter(value, math.inf), value * (1 - 1e-9), value * (1 + 1e-9)
+        yield from ((r, beta, 1.0, 0.0) for r in (value, *steps) for beta in (0.05, 0.4))
+    yield from ((r, beta, 1.0, 0.0) for r in (0.3, 0.7, 1.5) for beta in (1e-12, 1e-6, 1 - 1e-6))
+    yield from ((r, 1 - 1e-12, 1.0, 0.0) for r in (0.3, 1.5))
+    for r in (0.6, 0.8, 0.9, 1.2, 2.0):
+        yield from ((r, float(continuous_limit(r)) * (1 + side * 1e-9), 1.0, 0.0) for side in (-1, 1))
+    yield from ((0.7, 0.2, 4.0, 0.0), (0.45, 0.1, 2.0, 0.0), (0.3, 0.05, 10.0, 0.0), (2.2, 0.08, 10.0, 0.0))
+    damped = ((r, beta, 1.0, zeta) for r in (0.3, 1.0, 3.0) for beta in (0.4, 0.9) for zeta in (1e-9, 1.0, 10.0))
+    yield from (case for case in damped if case != (1.0, 0.4, 1.0, 1e-9))
+    yield from ((1.0, 0.4, 1.0, 1e-3), (0.5, 0.1, 3.0, 0.02))
+    yield from ((0.7, 0.5, 1.0, 0.0), (0.95, 0.1, 1.0, 0.0))  # with (0.5, 0.4): of frictionlab.tradeoff
+
+
+def continuous_limit(r: Any) -> Any:
+    """Largest beta without stops: |cos(phi) - X| = beta at the turn, in Den Hartog's motion (2.11)-(2.14)."""
+    r = mp.mpf(r)
+    v, u = 1 / (1 - r * r), mp.tan(mp.pi / (2 * r)) / r
+    reach = abs(v) - mp.sign(v)
+    return reach / mp.sqrt(1 + (reach * u / v) ** 2)
 
 
 class Rig(NamedTuple):
@@ -99,6 +110,15 @@ class Rig(NamedTuple):
     base: Any = (mp.mpc(1),)
     moving: Any = False
 
+    @classmethod
+    def of(
+        cls, r: float, beta: float, more: dict[str, float], base: Any = ([1.0], [0.0]), wall: str = "fixed"
+    ) -> "Rig":
+        names = ("static_ratio_up", "static_ratio_down", "contact_damping_ratio", "gradient", "frame_damping_ratio")
+        up, down, contact, gradient, frame = (mp.mpf(more.get(name, name.startswith("static"))) for name in names)
+        lines = tuple(mp.mpc(c, -s) for c, s in zip(*base, strict=True))
+        return cls(mp.mpf(r), mp.mpf(beta), up, down, contact + frame, gradient, frame, lines, wall == "base")
+
     @property
     def lines(self) -> Any:
         """F = sum Re(line exp(i k tau)), k from 1 on: the frame's dashpot sees the base move, or the wall does."""
@@ -107,37 +127,33 @@ class Rig(NamedTuple):
             for k, b in enumerate(self.base, 1)
         ]
 
-    def force(self, tau: Any) -> Any:
-        return series(self.lines, tau)
-
     def load(self, z: Any) -> Any:
         return self.beta * (1 + self.gradient * z)
 
-
-def coulomb(r: Any, beta: Any, zeta: Any, mu: Any = 1) -> Rig:
-    """Friction that knows only its direction, and one dashpot."""
-    return Rig(r, beta, mp.mpf(mu), mp.mpf(mu), zeta, mp.mpf(0), mp.mpf(0))
+    def slide(self, tau: Any, z: Any, v: Any, side: Any) -> "Slide":
+        """The motion from (z, v) to a side."""
+        stiffness = 1 + side * self.beta * self.gradient
+        return Slide(self.r, self.zeta, self.lines, (tau, z, v), stiffness, -self.beta * side / stiffness)
 
 
 def series(lines: Any, tau: Any, order: int = 0) -> Any:
     """A Fourier series, or a derivative of it."""
-    return mp.fsum(((1j * k) ** order * line * mp.expj(k * tau)).real for k, line in enumerate(lines, 1))
+    return mp.fsum(((1j * k) ** order * line * mp.exp(mp.mpc(0, k * tau))).real for k, line in enumerate(lines, 1))
 
 
 class Slide:
-    """The textbook motion of one slide: particular integral plus free motion."""
+    """The textbook motion r^2 z'' + 2 zeta r z' + stiffness (z - offset) = F: particular integral plus free motion."""
 
-    def __init__(self, rig: Rig, tau: Any, z: Any, v: Any, side: Any) -> None:
-        r, zeta, stiffness = rig.r, rig.zeta, 1 + side * rig.beta * rig.gradient
-        self.r, self.zeta, self.tau, self.offset = r, zeta, tau, -rig.beta * side / stiffness
-        self.resonant = r == 1 and zeta == 0
-        bends = [mp.mpc(stiffness - (k * r) ** 2, 2 * zeta * r * k) for k in range(1, len(rig.base) + 1)]
-        self.gains = None if self.resonant else [line / bend for line, bend in zip(rig.lines, bends, strict=True)]
+    def __init__(self, r: Any, zeta: Any, lines: Any, start: Any, stiffness: Any, offset: Any) -> None:
+        self.r, self.zeta, self.tau, self.offset = r, zeta, start[0], offset
+        self.resonant = r == 1 and zeta == 0 and stiffness == 1 and len(lines) == 1
+        bends = [mp.mpc(stiffness - (k * r) ** 2, 2 * zeta * r * k) for k in range(1, len(lines) + 1)]
+        self.gains = lines if self.resonant else [line / bend for line, bend in zip(lines, bends, strict=True)]
         z0, v0 = self.forced(mp.mpf(0))
-        a, b = z - z0 - self.offset, v - v0
-        self.critical = zeta == 1
+        a, b = start[1] - z0 - offset, start[2] - v0
+        self.critical = zeta * zeta == stiffness
         if self.critical:
-            self.c1, self.c2 = a, b + a / r
+            self.c1, self.c2 = a, b + a * zeta / r
             return
         root = mp.sqrt(mp.mpc(zeta * zeta - stiffness))
         self.l1, self.l2 = (-zeta + root) / r, (-zeta - root) / r
@@ -145,16 +161,18 @@ class Slide:
         self.c2 = a - self.c1
 
     def forced(self, t: Any) -> Any:
-        if self.resonant:  # x'' + x = cos(tau): t sin(tau) / 2 about the start
-            now = self.tau + t
-            return t * mp.sin(now) / 2, mp.sin(now) / 2 + t * mp.cos(now) / 2
-        return series(self.gains, self.tau + t), series(self.gains, self.tau + t, 1)
+        now = self.tau + t
+        if self.resonant:  # x'' + x = F: t F(tau - pi/2) / 2 about the start
+            push = series(self.gains, now - mp.pi / 2)
+            return t * push / 2, push / 2 + t * series(self.gains, now) / 2
+        return series(self.gains, now), series(self.gains, now, 1)
 
     def at(self, t: Any) -> Any:
+        """Displacement and velocity after a time."""
         z, v = self.forced(t)
         if self.critical:
-            e = mp.exp(-t / self.r)
-            return z + self.offset + e * (self.c1 + self.c2 * t), v + e * (self.c2 - (self.c1 + self.c2 * t) / self.r)
+            e, rate = mp.exp(-self.zeta * t / self.r), self.zeta / self.r
+            return z + self.offset + e * (self.c1 + self.c2 * t), v + e * (self.c2 - (self.c1 + self.c2 * t) * rate)
         e1, e2 = self.c1 * mp.exp(self.l1 * t), self.c2 * mp.exp(self.l2 * t)
         return z + self.offset + (e1 + e2).real, v + (self.l1 * e1 + self.l2 * e2).real
 
@@ -167,36 +185,27 @@ def bisect(f: Any, low: Any, high: Any) -> Any:
     return high
 
 
-def slide_end(slide: Any, side: Any, limit: Any) -> Any:
-    """First zero of the velocity; minima between two scanned points are looked into."""
-    step = min(slide.r, mp.mpf(1)) * mp.pi / SCAN
+def turning(speed: Any, scale: Any, limit: Any) -> Any:
+    """First zero of a speed that begins positive, or None; minima between two scanned points are looked into."""
+    step = min(scale, mp.mpf(1)) * mp.pi / SCAN
     marks = [step * mp.mpf(2) ** -k for k in range(60, 0, -1)]
-    t = step
-    while t < limit:
-        marks.append(t)
-        t += step
-    marks = [m for m in marks if m < limit] + [limit]
-
-    def speed(t: Any) -> Any:
-        return side * slide.at(t)[1]
-
-    values = [speed(m) for m in marks]
-    for i in range(1, len(marks)):
-        if values[i] <= 0:
-            return bisect(speed, marks[i - 1], marks[i]) if i else marks[0]
-        if 0 < i < len(marks) - 1 and values[i] < values[i - 1] and values[i] < values[i + 1]:
-            low, high = marks[i - 1], marks[i + 1]
+    early, before, k = mp.mpf(0), marks[0], 1
+    values = [speed(before)]
+    while before < limit:
+        t = min(limit, marks[k] if k < len(marks) else before + step)
+        k += 1
+        values.append(speed(t))
+        if values[-1] <= 0:
+            return bisect(speed, before, t)
+        if len(values) > 2 and values[-2] < values[-3] and values[-2] < values[-1]:
+            low, high = early, t
             for _ in range(200):  # golden section: does the minimum dip below zero?
                 a, b = low + (high - low) * mp.mpf("0.382"), low + (high - low) * mp.mpf("0.618")
                 low, high = (low, b) if speed(a) < speed(b) else (a, high)
             if speed(low) <= 0:
-                return bisect(speed, marks[i - 1], low)
+                return bisect(speed, early, low)
+        early, before = before, t
     return None
-
-
-def work(slide: Any, span: Any) -> Any:
-    """Integral of the squared velocity over a slide."""
-    return mp.quad(lambda t: slide.at(t)[1] ** 2, mp.linspace(0, span, 9))
 
 
 def release(rig: Rig, tau: Any, z: Any, limit: Any) -> Any:
@@ -217,7 +226,7 @@ def scanned_release(rig: Rig, tau: Any, z: Any, limit: Any) -> Any:
     """The same under several harmonics: by dense scanning; a crest that just reaches the limit would be missed."""
 
     def left(t: Any) -> Any:
-        pull = rig.force(tau + t) - z
+        pull = series(rig.lines, tau + t) - z
         return min(rig.up * rig.load(z) - pull, rig.down * rig.load(z) + pull)
 
     step = mp.pi / (2 * SCAN * len(rig.base))
@@ -226,49 +235,60 @@ def scanned_release(rig: Rig, tau: Any, z: Any, limit: Any) -> Any:
         t = min(limit, before + step)
         if left(t) < 0:
             t = bisect(left, before, t)
-            return t, int(mp.sign(rig.force(tau + t) - z))
+            return t, int(mp.sign(series(rig.lines, tau + t) - z))
         before = t
     return None
 
 
-def carry(rig: Rig, z: Any, v: Any, span: Any) -> Any:
-    """Carry a state from tau = 0 over a span; return z, v, path weighed by the load, viscous work, stops, extremes.
+class Carried(NamedTuple):
+    """Where a span ends, and what it was: the path weighed by the load, viscous work, time held, stops, extremes."""
 
-    The viscous work is that of both dashpots, less what the frame's gets from the base's motion alone.
+    z: Any
+    v: Any
+    path: Any
+    viscous: Any
+    held: Any
+    stops: int
+    high: Any
+    low: Any
+
+
+def carry(rig: Rig, z: Any, v: Any, span: Any) -> Carried:
+    """Carry a state from tau = 0 over a span.
+
+    The viscous work is that of both dashpots, less what the frame's gets from the base's motion alone: it sees v - f'.
     """
-    tau = mp.mpf(0)
-    end, path, stops, viscous = tau + span, mp.mpf(0), 0, mp.mpf(0)
-    high, low, slid = -mp.inf, mp.inf, False
+    tau, end = mp.mpf(0), mp.mpf(0) + span
+    path, viscous, held, stops, slid = mp.mpf(0), mp.mpf(0), mp.mpf(0), 0, False
+    high, low = -mp.inf, mp.inf
     while tau < end:
-        pull = rig.force(tau) - z
+        pull = series(rig.lines, tau) - z
         if v == 0 and -rig.down * rig.load(z) <= pull <= rig.up * rig.load(z):
             stops += slid
             loose = release(rig, tau, z, end - tau)
+            held += end - tau if loose is None else loose[0]
             if loose is None:
                 break
             tau, side = tau + loose[0], loose[1]
         else:
             side = mp.sign(v) if v != 0 else mp.sign(pull)
-        slide = Slide(rig, tau, z, v, side)
-        t = slide_end(slide, side, end - tau)
+        slide = rig.slide(tau, z, v, side)
+        t = turning(lambda t, at=slide.at, side=side: side * at(t)[1], rig.r, end - tau)
         over = t is None
         t = end - tau if over else t
+        edges = mp.linspace(0, t, 9 + int(t / min(rig.r, 1)))
         if rig.zeta:
-            viscous += 2 * rig.zeta * rig.r * work(slide, t)
+            viscous += 2 * rig.zeta * rig.r * mp.quad(lambda t, at=slide.at: at(t)[1] ** 2, edges)
         if rig.frame and not rig.moving:
-            viscous += 4 * rig.frame * rig.r * cross(rig, slide, tau, t)
+            crossed = mp.quad(lambda t, at=slide.at, tau=tau: -at(t)[1] * series(rig.base, tau + t, 1), edges)
+            viscous += 4 * rig.frame * rig.r * crossed
         before = z
         z, v = slide.at(t)
         v = v if over else mp.mpf(0)
         path += abs(z - before) * (1 + rig.gradient * (z + before) / 2)
         high, low = max(high, z, before), min(low, z, before)
         tau, slid = (end if over else tau + t), True
-    return z, v, path, viscous, stops, high, low
-
-
-def cross(rig: Rig, slide: Any, tau: Any, span: Any) -> Any:
-    """Integral of -v f' over a slide: what the frame's dashpot, which sees v - f', takes more."""
-    return mp.quad(lambda t: -slide.at(t)[1] * series(rig.base, tau + t, 1), mp.linspace(0, span, 9))
+    return Carried(z, v, path, viscous, held, stops, high, low)
 
 
 def den_hartog(r: Any, beta: Any) -> Any:
@@ -288,13 +308,27 @@ def den_hartog(r: Any, beta: Any) -> Any:
     return mp.matrix([sign * z, sign * w])
 
 
-def orbit(rig: Rig, half: Any) -> Any:
-    """Newton with differences on the map of half a period (mirrored) or of a whole one."""
+def newton(image: Callable[[Any], Any], y: Any) -> tuple[Any, Any]:
+    """Fixed point of a map of the plane, by differences; and by how much it misses."""
+    for _ in range(40):
+        to = image(y)
+        miss = to - y
+        if mp.norm(miss) < mp.norm(y) * mp.mpf(10) ** (20 - mp.mp.dps):
+            break
+        d = mp.mpf(10) ** (-mp.mp.dps // 2)
+        columns = [(image(y + mp.matrix(e)) - to) / d for e in ([d, 0], [0, d])]
+        jacobian = mp.matrix([[columns[0][0] - 1, columns[1][0]], [columns[0][1], columns[1][1] - 1]])
+        y -= mp.lu_solve(jacobian, miss)
+    return y, miss
+
+
+def reference(rig: Rig, *, half: bool, digits: int = 30) -> dict[str, Any]:
+    """The steady state's numbers; half: its second half mirrors the first."""
     sign, span = (-1, mp.pi) if half else (1, 2 * mp.pi)
 
     def image(y: Any) -> Any:
-        z, v, *_ = carry(rig, y[0], y[1], span)
-        return mp.matrix([sign * z, sign * v])
+        end = carry(rig, y[0], y[1], span)
+        return mp.matrix([sign * end.z, sign * end.v])
 
     plain = rig.up == rig.down == 1 and rig.zeta == rig.gradient == 0
     y = den_hartog(rig.r, rig.beta) if plain else None
@@ -302,80 +336,56 @@ def orbit(rig: Rig, half: Any) -> Any:
         y = mp.matrix([0, 0])
         for _ in range(40 if half else 8):
             y = image(y)
-    for _ in range(40):
-        miss = image(y) - y
-        if mp.norm(miss) < mp.mpf(10) ** -30:
-            break
-        d = mp.mpf(10) ** -22
-        columns = [(image(y + mp.matrix([d, 0])) - image(y)) / d, (image(y + mp.matrix([0, d])) - image(y)) / d]
-        jacobian = mp.matrix([[columns[0][0] - 1, columns[1][0]], [columns[0][1], columns[1][1] - 1]])
-        y -= mp.lu_solve(jacobian, miss)
-    return y, miss, sign, span
-
-
-def reference(r: Any, beta: Any, mu: Any, zeta: Any, why: Any) -> Any:
-    rig = coulomb(mp.mpf(r), mp.mpf(beta), mp.mpf(zeta), mu)
-    half = mu == 1.0 or (r, beta, mu) == (0.4, 0.5, 1.3)
-    return {"r": r, "beta": beta, "mu": mu, "zeta": zeta, "why": why} | numbers(rig, half)
-
-
-def law_reference(r: Any, beta: Any, more: Any, why: Any) -> Any:
-    names = ("static_ratio_up", "static_ratio_down", "contact_damping_ratio", "gradient", "frame_damping_ratio")
-    up, down, contact, gradient, frame = (mp.mpf(more.get(name, name.startswith("static"))) for name in names)
-    rig = Rig(mp.mpf(r), mp.mpf(beta), up, down, contact + frame, gradient, frame)
-    return {"r": r, "beta": beta, "parameters": more, "why": why} | numbers(rig, half=up == down and gradient == 0)
-
-
-def uneven_reference(r: Any, beta: Any, more: Any, base: Any, wall: Any, why: Any) -> Any:
-    """Under harmonics, on either wall; on a moving one the amplitude is left out: z is not the mass's own motion."""
-    names = ("static_ratio_up", "static_ratio_down", "contact_damping_ratio", "gradient", "frame_damping_ratio")
-    up, down, contact, gradient, frame = (mp.mpf(more.get(name, name.startswith("static"))) for name in names)
-    lines = tuple(mp.mpc(c, -s) for c, s in zip(*base, strict=True))
-    rig = Rig(mp.mpf(r), mp.mpf(beta), up, down, contact + frame, gradient, frame, lines, wall == "base")
-    told = numbers(rig, half=False)
-    return {"r": r, "beta": beta, "parameters": more, "base": base, "wall": wall, "why": why} | {
-        key: None if key == "response_amplitude" and rig.moving else value for key, value in told.items()
-    }
-
-
-def numbers(rig: Rig, half: Any) -> Any:
-    y, miss, sign, span = orbit(rig, half)
-    _, _, path, viscous, stops, high, low = carry(rig, y[0], y[1], span)
-    cycles = span / (2 * mp.pi)
-    amplitude = max(high, -low) if sign < 0 else (high - low) / 2
+    y, miss = newton(image, y)
+    found, cycles = carry(rig, y[0], y[1], span), span / (2 * mp.pi)
+    amplitude = max(found.high, -found.low) if sign < 0 else (found.high - found.low) / 2
     squares = mp.fsum((k * abs(b)) ** 2 for k, b in enumerate(rig.base, 1))
     frame = 0 if rig.moving else 2 * rig.frame * rig.r * mp.pi * squares  # what its dashpot takes of the base alone
     return {
-        "energy_per_cycle": mp.nstr((rig.beta * path + viscous) / cycles + frame, 30),
-        "response_amplitude": mp.nstr(amplitude, 30),
-        "stops_per_cycle": round(stops / float(cycles)),
+        "energy_per_cycle": mp.nstr((rig.beta * found.path + found.viscous) / cycles + frame, digits),
+        "response_amplitude": None
+        if rig.moving
+        else mp.nstr(amplitude, digits),  # z there is not the mass's own motion
+        "stuck_fraction": mp.nstr(found.held / span, digits),
+        "stops_per_cycle": round(found.stops / float(cycles)),
         "miss": mp.nstr(mp.norm(miss), 3),
     }
 
 
-def kept(name: str) -> Any:
-    target = Path(__file__).with_name(name)
-    return target, json.loads(target.read_text()) if target.exists() else []
+def add(target: Path, keys: list[dict[str, Any]], solve: Callable[[int], dict[str, Any]]) -> None:
+    """Solve the points whose keys no row of the file has."""
+    rows = json.loads(target.read_text()) if target.exists() else []
+    for number, key in enumerate(keys):
+        if not any(all(row[name] == value for name, value in key.items()) for row in rows):
+            rows.append(key | solve(number))
+            assert float(rows[-1]["miss"]) < 1e-15, rows[-1]
+            target.write_text(json.dumps(rows, indent=1) + "\n")
 
 
-def keep(target: Path, rows: Any) -> None:
-    assert float(rows[-1]["miss"]) < 1e-15, rows[-1]
-    target.write_text(json.dumps(rows, indent=1) + "\n")
+def coulomb(r: float, beta: float, mu: float, zeta: float) -> Rig:
+    more = {"static_ratio_up": mu, "static_ratio_down": mu, "contact_damping_ratio": zeta}
+    return Rig.of(r, beta, more)
+
+
+def extreme(case: tuple[float, float, float, float]) -> dict[str, Any]:
+    """With the digits that the textbook's solution loses beside resonance."""
+    beside = abs(case[0] - 1)
+    lost = 0 if beside == 0 else math.ceil(-2 * math.log10(min(1.0, beside)))
+    with mp.workdps(70 + lost):
+        return reference(coulomb(*case), half=case[2] == 1, digits=50)
 
 
 if __name__ == "__main__":
-    target, rows = kept("reference.json")
-    for point in POINTS:
-        if not any(point[:4] == (row["r"], row["beta"], row["mu"], row["zeta"]) for row in rows):
-            rows.append(reference(*point))
-            keep(target, rows)
-    target, rows = kept("laws.json")
-    for r, beta, more, why in LAWS:
-        if not any((r, beta, more) == (row["r"], row["beta"], row["parameters"]) for row in rows):
-            rows.append(law_reference(r, beta, more, why))
-            keep(target, rows)
-    target, rows = kept("uneven.json")
-    for uneven in UNEVEN:
-        if not any(uneven[-1] == row["why"] for row in rows):
-            rows.append(uneven_reference(*uneven))
-            keep(target, rows)
+    keys = [dict(zip(("r", "beta", "mu", "zeta", "why"), point, strict=True)) for point in POINTS]
+    mirrored = [mu == 1.0 or (r, beta, mu) == (0.4, 0.5, 1.3) for r, beta, mu, *_ in POINTS]
+    add(HERE / "reference.json", keys, lambda n: reference(coulomb(*POINTS[n][:4]), half=mirrored[n]))
+    keys = [dict(zip(("r", "beta", "parameters", "why"), law, strict=True)) for law in LAWS]
+    rigs = [Rig.of(*law[:3]) for law in LAWS]
+    even = [rig.up == rig.down and rig.gradient == 0 for rig in rigs]
+    add(HERE / "laws.json", keys, lambda n: reference(rigs[n], half=even[n]))
+    names = ("r", "beta", "parameters", "base", "wall", "why")
+    keys = [dict(zip(names, (*r[:3], list(r[3]), *r[4:]), strict=True)) for r in UNEVEN]
+    add(HERE / "uneven.json", keys, lambda n: reference(Rig.of(*UNEVEN[n][:5]), half=False))
+    cases = list(extremes())
+    keys = [dict(zip(("r", "beta", "mu", "zeta"), map(float.hex, case), strict=True)) for case in cases]
+    add(HERE.parents[1] / "extremes" / "reference" / "orbits.json", keys, lambda n: extreme(cases[n]))

@@ -1,6 +1,6 @@
 """Make resonance.json: motions that a harmonic of the base drives next to resonance, at 50 digits.
 
-    python tests/simulator/reference/make_resonance.py
+    python -m tests.simulator.reference.make_resonance
 
 Independent of the package on purpose: mpmath with 90 digits, of which the textbook's formula of a slide loses some
 thirty here; unknown are the phases of the turns in a cycle and the place of the first, and each slide must end at rest
@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import mpmath as mp
+
+from tests.simulator.reference.make_reference import Slide
 
 mp.mp.dps = 90
 
@@ -28,41 +30,29 @@ POINTS = [
 ]
 
 
-class Rig:
-    """The numbers of a point, and the textbook motion of one slide."""
-
-    def __init__(self, r: float, beta: float, zeta: float, cosine: Any, sine: Any) -> None:
-        self.r, self.beta, self.zeta = mp.mpf(r), mp.mpf(beta), mp.mpf(zeta)
-        self.harmonics = [
-            (k, mp.mpc(c, -s) / mp.mpc(1 - (k * self.r) ** 2, 2 * self.zeta * k * self.r))
-            for k, (c, s) in enumerate(zip(cosine, sine, strict=True), 1)
-        ]
-        self.root = mp.mpc(-self.zeta, mp.sqrt(1 - self.zeta**2)) / self.r
-
-    def forced(self, tau: Any) -> Any:
-        z = sum(gain * mp.exp(mp.mpc(0, k * tau)) for k, gain in self.harmonics)
-        v = sum(1j * k * gain * mp.exp(mp.mpc(0, k * tau)) for k, gain in self.harmonics)
-        return z.real, v.real
-
-    def slide(self, begin: Any, z: Any, side: int, end: Any) -> Any:
-        """Displacement and velocity at `end` of a slide from rest."""
-        z0, v0 = self.forced(begin)
-        a, b = z - z0 + side * self.beta, -v0
-        free = mp.mpc(a, (self.root.real * a - b) / self.root.imag)
-        turned = free * mp.exp(self.root * (end - begin))
-        z1, v1 = self.forced(end)
-        return z1 - side * self.beta + turned.real, v1 + (self.root * turned).real
+def slide(point: Any, begin: Any, z: Any, side: int, end: Any) -> Any:
+    """Displacement and velocity at `end` of a slide from rest."""
+    r, beta, zeta, cosine, sine = (mp.mpf(v) if isinstance(v, float) else v for v in point[:5])
+    lines = [mp.mpc(c, -s) for c, s in zip(cosine, sine, strict=True)]
+    return Slide(r, zeta, lines, (begin, z, mp.mpf(0)), mp.mpf(1), -side * beta).at(end - begin)
 
 
-def misses(rig: Rig, unknown: Any) -> list[Any]:
-    """Velocity at each turn, and by how much a cycle misses its first place."""
+def cycle(point: Any, unknown: Any) -> tuple[list[Any], list[Any]]:
+    """Places and velocities at the turns of a cycle, the first place twice: as it is assumed and as it comes out."""
     *turns, first = unknown
-    place, out = first, []
+    places, speeds = [first], []
     for j, begin in enumerate(turns):
         end = turns[j + 1] if j + 1 < len(turns) else turns[0] + 2 * mp.pi
-        place, speed = rig.slide(begin, place, -1 if j % 2 == 0 else 1, end)
-        out.append(speed)
-    return [*out, place - first]
+        place, speed = slide(point, begin, places[-1], -1 if j % 2 == 0 else 1, end)
+        places.append(place)
+        speeds.append(speed)
+    return places, speeds
+
+
+def misses(point: Any, unknown: Any) -> list[Any]:
+    """Velocity at each turn, and by how much a cycle misses its first place."""
+    places, speeds = cycle(point, unknown)
+    return [*speeds, places[-1] - places[0]]
 
 
 def guess(point: Any) -> list[Any]:
@@ -80,21 +70,10 @@ def guess(point: Any) -> list[Any]:
 
 def row(point: Any) -> dict[str, Any]:
     """One point's numbers."""
-    rig = Rig(*point[:5])
-    unknown = mp.findroot(lambda *u: misses(rig, u), guess(point), tol=mp.mpf(10) ** -60, maxsteps=60)
-    *turns, first = list(unknown)
-    place, places = first, [first]
-    for j, begin in enumerate(turns):
-        end = turns[j + 1] if j + 1 < len(turns) else turns[0] + 2 * mp.pi
-        place, _ = rig.slide(begin, place, -1 if j % 2 == 0 else 1, end)
-        places.append(place)
+    unknown = mp.findroot(lambda *u: misses(point, u), guess(point), tol=mp.mpf(10) ** -60, maxsteps=60)
+    places, _ = cycle(point, list(unknown))
     path = sum(abs(b - a) for a, b in pairwise(places))
-    return {
-        "r": point[0],
-        "beta": point[1],
-        "zeta": point[2],
-        "cosine": point[3],
-        "sine": point[4],
+    return dict(zip(("r", "beta", "zeta", "cosine", "sine"), point[:5], strict=True)) | {
         "path_per_cycle": mp.nstr(path, 50),
         "response_amplitude": mp.nstr((max(places) - min(places)) / 2, 50),
     }
