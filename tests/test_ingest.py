@@ -228,3 +228,10 @@ def test_like_named_logs_have_recordings_of_their_own(tmp_path: Path) -> None:
 def test_patterns(tmp_path: Path) -> None:
     assert run(tmp_path / "steel*.csv", "-o", tmp_path / "made" / "of" / "it.h5").exit_code == 0
     assert len(read_recording(tmp_path / "made" / "of" / "it.h5")) == len(DATA.rows)
+
+
+def test_files_of_numbers_that_are_no_logs_are_named(log: Path) -> None:
+    write(log.with_name("more.json"), "{}")
+    noted = run(log.parent, "--dry-run")
+    assert noted.exit_code == 0
+    assert "note: passed over: more.json: no kind of log that is read: save it as CSV" in noted.stderr

@@ -40,7 +40,8 @@ class FreeVibration:
     one-sided 95 % limit is its ``_upper``; ``half_cycles``: how many were fitted; ``misfit``: rms of what it leaves
     over the first swing; ``cubic_share``: share of the spring's force at the first swing that grows with its cube, 0
     (``_se`` ``None``) where none shows: frequency, damping and friction are of small swings then. What was fitted:
-    ``time`` (n,) s, ``measured`` and ``fitted`` displacement of the mass (n,) m.
+    ``time`` (n,) s, ``measured`` and ``fitted`` displacement of the mass (n,) m. Of an angle ``unit`` is rad, and all
+    that is said in metres is in radians.
     """
 
     start_s: float
@@ -63,15 +64,16 @@ class FreeVibration:
     time: FloatArray
     measured: FloatArray
     fitted: FloatArray
+    unit: str = "m"
 
     def __repr__(self) -> str:
         frequency = Estimate(self.natural_frequency_hz, self.natural_frequency_hz_se)
         damping = Estimate(self.damping_ratio, self.damping_ratio_se)
-        friction = Estimate(1e6 * self.friction_m, None if self.friction_m_se is None else 1e6 * self.friction_m_se)
+        friction = Estimate(self.friction_m, self.friction_m_se).scaled(1e6)
+        unit = "um" if self.unit == "m" else "urad"
         said = f", {len(self.warnings)} warnings" if self.warnings else ""
-        return (
-            f"<FreeVibration at {self.start_s:.3g} s: {frequency} Hz, damping ratio {damping}, F/k {friction} um{said}>"
-        )
+        size, at = f"F/k {friction} {unit}", f"{self.start_s:.3g} s"
+        return f"<FreeVibration at {at}: {frequency} Hz, damping ratio {damping}, {size}{said}>"
 
 
 def free_vibrations(
@@ -215,8 +217,8 @@ def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
     return {name: average([getattr(tap, name) for tap in taps], [error(tap, name) for tap in taps]) for name in names}
 
 
-def scene_snippet(means: dict[str, Average]) -> str:
-    """The lines of a scene that say what was found, to paste.
+def scene_snippet(means: dict[str, Average], unit: str = "m") -> str:
+    """The lines of a scene that say what was found, to paste; ``unit``: of the friction, m or rad.
 
     Examples
     --------
@@ -236,7 +238,9 @@ def scene_snippet(means: dict[str, Average]) -> str:
             digits = min(12, 2 + math.ceil(math.log10(abs(found.mean) / found.se)))
         lines += [f"{name} = {found.mean:.{digits}g}", f"{name}_u = {max(found.se, 1e-12):.2g}"]
     friction = means["friction_m"]
-    lines.append(f"# friction of the frame itself, F/k: {friction.mean:.4g} m, standard error {friction.se:.2g} m")
+    lines.append(
+        f"# friction of the frame itself, F/k: {friction.mean:.4g} {unit}, standard error {friction.se:.2g} {unit}"
+    )
     return "\n".join(lines)
 
 

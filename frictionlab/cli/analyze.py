@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, fields
 from functools import partial
-from math import hypot, pi
+from math import degrees, hypot, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -35,7 +35,7 @@ PARAMETERS = {
     "upper": "upper 95 %",
 }
 PARTS = ("parameters", "nuisances")
-DRAWN = ("time", "measured", "fitted")  # of a tap: no part of its row
+DRAWN = ("time", "measured", "fitted", "unit")  # of a tap: no part of its row
 MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
 
 
@@ -193,14 +193,15 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     paths = files_of(inputs, recordings_in)
     places = work.places(paths, scene, FREE_VIBRATIONS, ("free_vibration",))
     rows = work.rows(paths, partial(_tapped, scene=scene), "free vibration", places, force=work.force, silent=True)
-    means = _means([tap for row in rows for tap in _each(row.get("_taps"))])  # before the first line of --json
+    taps = [tap for row in rows for tap in _each(row.get("_taps"))]
+    means = _means(taps)  # before the first line of --json
     if work.as_json:
         over_all = {f"mean_{name}": value for name, value in _numbers(means, spread=True).items()}
         screen.report_rows(({**row, **over_all} if "taps" in row else row for row in rows), as_json=True)
     lines = [line for row in rows for line in _lines(row)]
     work.write(lines, paths, scene, FREE_VIBRATIONS)
     if not work.as_json:
-        _print_taps(lines, means, wide=work.wide)
+        _print_taps(lines, means, taps[0].unit if taps else "m", wide=work.wide)
         if not work.quiet:
             screen.print_warnings(rows, verbose=work.verbose)
     screen.exit_status(rows)
@@ -219,7 +220,9 @@ def _tapped(file: Path, *, scene: "Scene") -> Made:
     taps = free_vibration(recording, scene)
     means = _means(taps)
     stiffness, normal = scene.rig.stiffness, scene.experiment.normal_force_n
-    if stiffness is None and scene.rig.mass_kg is not None:
+    if taps[0].unit != "m":  # of an angle: a stiffness in N/m makes no newtons of it
+        stiffness = None
+    elif stiffness is None and scene.rig.mass_kg is not None:
         stiffness = scene.rig.mass_kg * (2.0 * pi * means["natural_frequency_hz"].mean) ** 2
     force_n = None if stiffness is None else stiffness * means["friction_m"].mean
     row = {
@@ -258,27 +261,25 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
     stiffness = row.get("stiffness_n_per_m")
     for number, numbers in enumerate(_each(row.get("modes") or row["taps"]), 1):
         line = {"source": row["source"], "status": "ok", "reason": None, "tap": number, **numbers}
-        if "taps" in row:
+        if taps := _each(row.get("_taps")):
+            line["_unit"] = taps[0].unit
             for key, length in (("friction_n", "friction_m"), ("_friction_n_se", "friction_m_se")):
                 known_m = isinstance(stiffness, float) and numbers[length] is not None
                 line[key] = stiffness * numbers[length] if known_m else None
         yield line
 
 
-def _print_taps(lines: Sequence[Row], means: "dict[str, Average]", *, wide: bool) -> None:
+def _print_taps(lines: Sequence[Row], means: "dict[str, Average]", unit: str, *, wide: bool) -> None:
     from frictionlab.analysis.free_vibration import scene_snippet
 
-    good = [line for line in lines if line["status"] == "ok"]
-    failed = [line for line in lines if line["status"] != "ok"]
-    taps = "1 tap" if len(good) == 1 else f"{len(good)} taps"
-    if wide and good:
-        screen.print_table(good, FREE_VIBRATIONS)
-    screen.print_tests(
-        failed if wide and good else lines, screen.TAPPED, f"{taps}, {len(failed)} inputs failed" if failed else taps
-    )
+    failed = sum(line["status"] != "ok" for line in lines)
+    taps = screen.counted(len(lines) - failed, "tap")
+    headline = f"{taps}, {failed} inputs failed" if failed else taps
+    screen.print_tests(lines, screen.TAPPED, headline, FREE_VIBRATIONS if wide else None)
     if means:
         f, zeta, friction = (means[name] for name in ("natural_frequency_hz", "damping_ratio", "friction_m"))
+        size, word = (1e6, "um") if unit == "m" else (degrees(1.0), "deg")
         typer.echo(
             f"\naverage of {taps}: f {with_error(f.mean, f.se)} Hz, zeta {with_error(zeta.mean, zeta.se)}, F/k"
-            f" {with_error(friction.mean, friction.se, 1e6)} um. For a scene:\n\n{scene_snippet(means)}"
+            f" {with_error(friction.mean, friction.se, size)} {word}. For a scene:\n\n{scene_snippet(means, unit)}"
         )

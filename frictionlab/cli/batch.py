@@ -58,6 +58,7 @@ def batch(
         output = Path(".." if raw == Path.cwd() else "") / f"{raw.name}{RESULTS}"
     single = None if campaign else law
     todo = plan(files_of(logs), scene, output=output, compare=not campaign, law=single, again=again, **settings)
+    work.note_not_read(logs)
     read = [*todo.logs, *scene.files]
     if campaign:  # before the work: a folder that holds other files where results go is refused
         from frictionlab.campaign.files import check_folder
@@ -71,7 +72,7 @@ def batch(
     if campaign:
         if len(good) < len(rows) and not work.as_json:
             screen.print_tests(rows, screen.MEASURED, screen.headline(rows, "logs measured"))
-        _evaluate(todo, rows, law, work)
+        _evaluate(todo, rows, law, work, again=again)
     else:
         if not work.as_json:
             _show(todo, made, wide=wide)
@@ -105,23 +106,19 @@ def _show(todo: "Batch", made: screen.Rows, *, wide: bool) -> None:
             row = {**read_rows(todo.results(log)["measurement"], MEASUREMENTS)[0], **row}
         rows += [] if row is None else [row]
     good = [row for row in rows if row.get("status") == "ok"]
-    if wide and good:
-        screen.print_table(good, COMPARISONS)
-    screen.print_tests(
-        [row for row in rows if not (wide and row in good)], screen.COMPARED, screen.headline(rows, "logs")
-    )
+    screen.print_tests(rows, screen.COMPARED, screen.headline(rows, "logs"), COMPARISONS if wide else None)
     if good:
         where = f"{todo.folder}{'/' * bool(todo.folder.name)}"
         typer.echo(printable(f"recordings, measurements, comparisons and figures are in {where}"))
 
 
-def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs) -> None:
-    """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since."""
+def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs, *, again: bool) -> None:
+    """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since, or ``again``."""
     from frictionlab.verbs.chain import digest, is_fresh, made_by, write_stamp
 
     stamp = {"rows": digest(rows), "law": law, "scene": made_by(todo.scene)}
     report, mark, quiet = todo.folder / "report.html", todo.folder / "made.json", work.quiet or work.as_json
-    if not is_fresh(mark, stamp, [report]):
+    if again or not is_fresh(mark, stamp, [report]):
         _refuse_failures(rows)
         if not quiet:
             typer.echo(f"evaluate the campaign: {len(rows)} tests")
@@ -229,7 +226,7 @@ def _print_campaign(result: "Campaign") -> None:
     screen.print_table(shown, [column.title for column in screen.FITTED])
     if result.laws:
         typer.echo()
-        screen.print_table(rows["laws.csv"], MATERIAL_LAWS, elsewhere="laws.csv has")
+        screen.print_table(rows["laws.csv"], MATERIAL_LAWS)
     placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
     for criterion in dict.fromkeys(rank.criterion for rank in placed):
         names = [f"{rank.rank} {rank.material}" for rank in placed if rank.criterion == criterion]

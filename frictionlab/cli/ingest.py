@@ -14,7 +14,7 @@ from frictionlab.cli import printable, screen
 from frictionlab.cli.options import Inputs, LogSettings, number_of
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs
-from frictionlab.tables.texts import with_error
+from frictionlab.tables.texts import kinds_of, with_error
 from frictionlab.verbs.inputs import files_of, logs_in, names_of
 
 if TYPE_CHECKING:
@@ -48,29 +48,36 @@ def ingest(
     """
     scene = work.scene_for(logs[0] if logs else mass_log, settings, ("log",))
     inputs = _inputs(logs or [], mass_log, base_log)
+    work.note_not_read(logs or [])
     outputs: Mapping[Path, Path] = {}
     if not dry_run:
         outputs = _places(inputs, output)
         refuse_inputs(outputs.values(), [*inputs, *([] if base_log is None else [base_log]), *scene.files])
     alone = len(inputs) == 1 and not (work.quiet or work.as_json)
-    job = partial(_ingested, scene=scene, base=base_log, outputs=outputs, force=force, alone=alone)
+    job = partial(ingested, scene=scene, base=base_log, outputs=outputs, force=force, alone=alone)
     rows = work.rows(inputs, job, "ingest", watched=not alone)
     if not work.as_json:
         good = [row for row in rows if row["status"] == "ok"]
         screen.print_tests(rows, screen.FOUND, f"{len(good)} of {len(rows)} logs {'read' if dry_run else 'ingested'}")
-        _print_evidence(good if dry_run else ())
+        print_evidence(good if dry_run else ())
         if not work.quiet:
             screen.print_warnings(rows, verbose=work.verbose)
     screen.exit_status(rows)
 
 
-def _ingested(
-    log: Path, *, scene: "Scene", base: Path | None, outputs: Mapping[Path, Path], force: bool, alone: bool
+def ingested(
+    log: Path,
+    *,
+    scene: "Scene",
+    base: Path | None = None,
+    outputs: Mapping[Path, Path] | None = None,
+    force: bool = False,
+    alone: bool = False,
 ) -> "Made":
-    """What was found in a log, as one row."""
+    """What was found in a log, as one row; its recording goes where ``outputs`` says."""
     from frictionlab.verbs.one_test import ingest
 
-    output = outputs.get(log)
+    output = (outputs or {}).get(log)
     with screen.count(log.name, quiet=not alone, in_bytes=True) as progress:
         recording = ingest(log, scene, base_log=base, output=output, force=force, progress=progress)
     source = recording.source
@@ -127,11 +134,11 @@ def _places(inputs: Sequence[Path], output: str | None) -> Mapping[Path, Path]:
     return places
 
 
-def _print_evidence(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Below the table: why each log was read as it was, and the first lines that were set aside."""
+def print_evidence(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Below the table: why logs were read as they were, what is so in several once; the first lines set aside."""
+    for sentence, where in kinds_of((row["source"], said) for row in rows for said in row["evidence"]):
+        screen.paragraph(f"{where[0] if len(where) == 1 else f'{len(where)} logs'}: {sentence}", indent="    ")
     for row in rows:
-        for sentence in row["evidence"]:
-            typer.echo(f"{printable(row['source'])}: {printable(sentence)}")
         for line in row["quarantined"][:5]:
             typer.echo(printable(f"{row['source']}: line {line['line']} quarantined: {line['reason']}: {line['text']}"))
 

@@ -205,6 +205,16 @@ class Inputs:
 
         return scene_given(scene_of(self.scene, beside=first, quiet=self.quiet or self.as_json), settings, tables)
 
+    def note_not_read(self, places: Sequence[Path]) -> None:
+        """Say which files of these folders look like data and are passed over."""
+        from frictionlab.verbs.inputs import not_read_in
+
+        found = not_read_in(places)
+        for reason in {} if self.quiet or self.as_json else dict.fromkeys(found.values()):
+            names = [path.name for path in found]
+            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+            complain(f"note: passed over: {', '.join(names[:3])}{more}: {reason}")
+
     def rows(
         self,
         inputs: Sequence[Path],
@@ -266,17 +276,13 @@ class ManyInputs(Inputs):
         self, rows: Sequence[Row], table: "Table", columns: "Sequence[Shown]", scene: "Scene", *, noun: str
     ) -> list[Row]:
         """Print the table and its warnings, unless JSON was printed; return the rows that did not fail."""
-        from frictionlab.cli.screen import assumed, headline, print_table, print_tests, print_warnings
+        from frictionlab.cli.screen import assumed, headline, print_tests, print_warnings
 
         if self.as_json:
             return []
         seen: list[Row] = [{key.removeprefix("_"): value for key, value in row.items()} for row in rows]
         good = [row for row in seen if row.get("status") == "ok"]
-        if good and self.wide:
-            print_table(good, table)
-            print_tests([row for row in seen if row.get("status") != "ok"], columns, "")
-        else:
-            print_tests(seen, columns, headline(seen, noun))
+        print_tests(seen, columns, headline(seen, noun), table if self.wide else None)
         if not self.quiet:
             print_warnings(seen, verbose=self.verbose, notes=assumed(scene, good))
         return good

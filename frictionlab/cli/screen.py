@@ -3,13 +3,15 @@
 Text that stood in a log or a file name is never trusted: control characters are shown, not sent to the terminal.
 """
 
+import math
 import os
 import shutil
 import sys
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
 WIDTH = 80  # letters in a line, where no terminal says another number
 GAP = 2  # blanks between columns
 LEAST_TEXT = 16  # letters that a text keeps in one line before it is folded
-FEW = 3  # rows that are rather turned than robbed of columns
 MOST_WARNINGS = 10  # lines
 LAG = (
     "lag_s_u of [sensors] is not declared: half a sampling interval of lag between the channels, either way, is assumed"
@@ -61,11 +62,15 @@ def cell(value: object) -> str:
 
 @dataclass(frozen=True)
 class Shown:
-    """A column of the table of tests: its title, what stands in it, and how gladly it is kept in a narrow window."""
+    """A column of the table of tests: its title, what stands in it, and how gladly it is kept in a narrow window.
+
+    ``key``: of the number or text that it shows as it is.
+    """
 
     title: str
     text: Callable[[Row], str]
     keep: int = 9
+    key: str = ""
 
 
 def word(title: str, key: str, keep: int, form: str = ".3g") -> Shown:
@@ -75,25 +80,39 @@ def word(title: str, key: str, keep: int, form: str = ".3g") -> Shown:
         value = row.get(key)
         return "-" if value is None else format(value, form) if isinstance(value, float) else str(value)
 
-    return Shown(title, text, keep)
+    return Shown(title, text, keep, key)
 
 
 def known(
-    title: str, key: str, keep: int, error: str = "u", times: Callable[[Row], float | None] = lambda _: 1.0
+    title: str, key: str, keep: int, error: str = "u", times: Callable[[Row], float | None] | None = None
 ) -> Shown:
     """A number of a row with its uncertainty, times a factor; a dash where the factor is not known."""
 
     def text(row: Row) -> str:
-        factor = times(row)
+        factor = 1.0 if times is None else times(row)
         return "-" if factor is None else with_error(row.get(key), row.get(f"{key}_{error}"), factor)
 
-    return Shown(title, text, keep)
+    return Shown(title, text, keep, key if times is None else "")
 
 
 def _both(unit: str, plain_unit: str, title: str, key: str, factor: Callable[[Row], float | None]) -> list[Shown]:
     """A number in physical units, and beside it dimensionless where those are not known."""
     plainly = known(f"{title} [{plain_unit}]", key, 6, times=lambda row: 1.0 if factor(row) is None else None)
-    return [known(f"{title} [{unit}]", key, 6, times=factor), plainly]
+    return [known(f"{title} [{unit}]", key, 6, times=factor), replace(plainly, key=key)]
+
+
+def _further(table: Table, columns: Collection[Shown]) -> list[Shown]:
+    """What a screen shows of a table beside these columns; an error as a column where it is no other's uncertainty."""
+    there = {column.key for column in columns} | {"source"}
+    names = [name for name in table.shown if name not in there and not name.endswith("_u")]
+
+    def text(row: Row, name: str) -> str:
+        error = row.get(f"{name}_u")
+        value = row.get(name)
+        number = isinstance(value, float) or error is not None
+        return with_error(value, error) if number else cell(value)
+
+    return [Shown(_head(name, table), partial(text, name=name), 0, name) for name in names]
 
 
 def _millijoules(row: Row) -> float | None:
@@ -130,8 +149,9 @@ FITTED = (
     *(known("mu", "friction_coefficient", 9), word("law", "law", 9)),
 )
 TAPPED = (
-    *(word("tap", "tap", 9), known("f [Hz]", "natural_frequency_hz", 9, "se")),
-    *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", lambda _: 1e6)),
+    *(word("tap", "tap", 7), known("f [Hz]", "natural_frequency_hz", 9, "se")),
+    *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", lambda row: _in_um(row, "m"))),
+    known("F/k [deg]", "friction_m", 8, "se", lambda row: _in_um(row, "rad")),
     Shown("F [N]", lambda row: with_error(row.get("friction_n"), row.get("_friction_n_se")), 5),
     word("half-cycles", "half_cycles", 4),
     Shown("shape", lambda row: _shape(row.get("shape")), 5),
@@ -139,13 +159,20 @@ TAPPED = (
 """What a screen shows of measurements, comparisons, ingested logs, rows of ``friction.csv``, and taps."""
 
 
+def _in_um(row: Row, unit: str) -> float | None:
+    """What turns the friction of a tap into micrometres or, of an angle, into degrees; None: it has another unit."""
+    known_in = row.get("_unit", "m")
+    return None if known_in != unit else 1e6 if unit == "m" else math.degrees(1.0)
+
+
 def _shape(masses: object) -> str:
     return " ".join(f"{mass:+.3f}" for mass in masses) if isinstance(masses, list | tuple) else "-"
 
 
-def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) -> None:
+def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wide: Table | None = None) -> None:
     """Print one line a test, failures among them, within the window; the columns kept least gladly go first.
 
+    With ``wide``, the table of the schema that these are rows of, all that a screen shows of it, in blocks that fit.
     Where all failed there is no table: each failure is a line on stderr.
     """
     good = [row for row in rows if row.get("status") != "failed"]
@@ -155,23 +182,45 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) ->
         return
     short = short_names([str(row.get("source")) for row in rows])
     names = [n if r in good else printable(Path(str(r["source"])).name) for n, r in zip(short, rows, strict=True)]
-    texts = {c: [printable(c.text(row)) if row in good else "" for row in rows] for c in columns}
-    filled = [c for c in columns if set(texts[c]) - {"", "-"}]
-    widths = {c: max(len(c.title), *map(len, texts[c])) + GAP for c in filled}
-    width, widest = _width() or WIDTH, max(map(len, names))
-    while len(filled) > 1 and width - sum(widths[c] for c in filled) < min(widest, LEAST_TEXT):
-        filled.remove(min(filled, key=lambda c: c.keep))
-    first = max(min(widest, width - sum(widths[c] for c in filled)), len("test"))
-    sizes = [first, *(widths[c] - GAP for c in filled)]
+    filled = _filled(columns, rows, good)
+    if wide is not None:
+        filled |= _filled(_further(wide, filled), rows, good)
+    width, widest = _width() or (WIDTH if wide is None else sys.maxsize), max(map(len, names))
+    widths = {c: max(len(c.title), *map(len, texts)) + GAP for c, texts in filled.items()}
+    while wide is None and len(filled) > 1 and width - sum(widths[c] for c in filled) < min(widest, LEAST_TEXT):
+        del filled[min(filled, key=lambda c: c.keep)]
+    first = max(min(widest, width - WIDTH // 2 if wide else width - sum(widths[c] for c in filled)), len("test"))
     typer.echo(_bold(headline))
-    typer.echo(_bold(_joined(["test", *(c.title for c in filled)], sizes)))
-    for number, (name, row) in enumerate(zip(names, rows, strict=True)):
-        cut = name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}"
-        if row.get("status") == "failed":
-            said = printable(f"{cut:<{first}}{' ' * GAP}failed: {row.get('reason')}")
-            typer.echo(textwrap.fill(said, width, subsequent_indent=" " * (first + GAP), break_on_hyphens=False))
-        else:
-            typer.echo(_joined([cut, *(texts[c][number] for c in filled)], sizes))
+    cut = [name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}" for name in names]
+    blocks = list(_in_blocks([first, *(widths[c] - GAP for c in filled)], width))
+    for block in blocks:
+        shown = [list(filled)[place - 1] for place in block[1:]]
+        sizes = [first, *(widths[c] - GAP for c in shown)]
+        typer.echo(_bold(_joined(["test", *(c.title for c in shown)], sizes)))
+        for number, row in enumerate(rows):
+            if row in good:
+                typer.echo(_joined([cut[number], *(filled[c][number] for c in shown)], sizes))
+            elif block is blocks[0]:
+                said = printable(f"{cut[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}")
+                indent = " " * (first + GAP)
+                typer.echo(textwrap.fill(said, width, subsequent_indent=indent, break_on_hyphens=False))
+
+
+def _filled(columns: Iterable[Shown], rows: Sequence[Row], good: Sequence[Row]) -> dict[Shown, list[str]]:
+    """The columns in which something stands, with the text of each row."""
+    texts = {c: [printable(c.text(row)) if row in good else "" for row in rows] for c in columns}
+    return {c: each for c, each in texts.items() if set(each) - {"", "-"}}
+
+
+def _in_blocks(widths: Sequence[int], width: int) -> Iterator[list[int]]:
+    """Columns of these widths in blocks that fit side by side, each led by the first column; their places."""
+    block = [0]
+    for place in range(1, len(widths)):
+        if len(block) > 1 and sum(widths[p] + GAP for p in (*block, place)) - GAP > width:
+            yield block
+            block = [0]
+        block.append(place)
+    yield block
 
 
 def counted(number: int, noun: str) -> str:
@@ -233,30 +282,26 @@ def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
     return [LAG] if lags and scene.sensors.lag_s_u is None else []
 
 
-def print_table(
-    rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str], *, elsewhere: str = "--json and -o give"
-) -> None:
+def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str]) -> None:
     """Print rows as a table of aligned text on stdout; no number is ever cut.
 
-    What is too wide for the terminal is, of a few rows, turned; of many, left out from the end, and named.
+    What is too wide for the terminal stands in blocks one below the other, each led by the first column. A terminal
+    gets the names of files without their folders.
     ``columns``: a table of the schema, of which those for a screen are shown; or keys in order; or titles by key.
-    ``elsewhere``: what gives all columns.
     """
     every = list(rows)
+    if _width():
+        short = short_names([str(row.get("source")) for row in every])
+        every = [{**row, "source": name} if "source" in row else row for row, name in zip(every, short, strict=True)]
     heads = _heads(columns, every)
     lines = [list(heads.values()), *([cell(row.get(key)) for key in heads] for row in every)]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    kept = len(widths)
-    while _width() and kept > 1 and sum(widths[:kept]) + GAP * (kept - 1) > _width():
-        kept -= 1
-    if kept < len(widths) and len(every) <= FEW:
-        print_turned(every, heads)
-        return
-    for number, line in enumerate(lines):
-        text = _joined(line[:kept], widths[:kept])
-        typer.echo(text if number else _bold(text))
-    if kept < len(widths):
-        typer.echo(f"does not fit: {', '.join(lines[0][kept:])} ({elsewhere} all columns)")
+    for number, block in enumerate(_in_blocks(widths, _width() or sys.maxsize)):
+        if number:
+            typer.echo()
+        for line in lines:
+            text = _joined([line[place] for place in block], [widths[place] for place in block])
+            typer.echo(_bold(text) if line is lines[0] else text)
 
 
 def print_budget(row: Row) -> None:
@@ -272,7 +317,7 @@ def print_budget(row: Row) -> None:
     if causes:
         typer.echo(f"\n{row['source']}: what adds to the uncertainty")
         heads = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard uncertainty", "share": "share [%]"}
-        print_table(causes, heads, elsewhere="--json gives")
+        print_table(causes, heads)
 
 
 def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> None:
@@ -305,7 +350,7 @@ def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Ro
     if not isinstance(columns, Table):
         return columns if isinstance(columns, Mapping) else {key: printable(key) for key in columns}
     filled = {key for row in rows for key, value in row.items() if plain(value) is not None}
-    names = [name for name in columns.shown if name in filled or name not in columns.where_known]
+    names = [name for name in columns.shown if name in filled]
     own = set(columns.names)  # a map has columns of its own: the parameters of its law
     more = dict.fromkeys(key for row in rows for key in row if columns.kind in ("map", "motion") and key not in own)
     return {name: _head(name, columns) for name in (*more, *names)}

@@ -1,27 +1,31 @@
 """To look up: ``frictionlab show`` a file, ``laws`` of contact; ``synthesize`` logs, ``tradeoff`` of accuracy."""
 
+import contextlib
 import sys
 from dataclasses import asdict
+from itertools import islice
 from pathlib import Path
 
 import typer
 
 from frictionlab.cli import printable
 from frictionlab.cli.options import Results, scene_of
-from frictionlab.cli.screen import count, paragraph, print_table, track, warnings_of
-from frictionlab.errors import FrictionlabError, UsageError
+from frictionlab.cli.screen import FOUND, WIDTH, count, paragraph, print_table, print_tests, track, warnings_of
+from frictionlab.errors import FrictionlabError, LogError, UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of
 from frictionlab.tables import Row, check_output, has_rows, json_line, read_rows, write_rows
-from frictionlab.tables.texts import kinds_of
+from frictionlab.tables.texts import kinds_of, names_in_csv
+from frictionlab.verbs.inputs import is_log_name
 
 MOST = 100  # rows on a terminal
+FIRST_LINES = 8  # of a log
 LOOP = (0.3, 0.6)  # frequency and friction ratio of the loop of a law
 TABLES = (".csv", ".jsonl", ".xlsx")
 
 
 def show(file: Path) -> None:
-    """Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .xlsx, .h5).
+    """Show what is in a recording (.h5), a scene (.toml), a result (.csv, .jsonl, .xlsx, .h5) or a log.
 
     Example: frictionlab show configs/frame.toml
     """
@@ -35,12 +39,14 @@ def show(file: Path) -> None:
             _show_scene(file)
         elif suffix in TABLES or (suffix == ".h5" and has_rows(file)):
             _show_rows(file)
+        elif is_log_name(file):
+            _show_log(file)
         elif suffix == ".h5":
             from frictionlab.hdf5 import describe
 
             typer.echo("\n".join(map(printable, describe(file))))
         else:
-            expected = ", ".join((*TABLES, ".toml", ".h5"))
+            expected = f"{', '.join((*TABLES, '.toml', '.h5'))}, or a log"
             raise UsageError(f"{file}: expected one of {expected}; got {file.suffix or 'no suffix'}")
     except OSError as error:
         if isinstance(error, FrictionlabError):
@@ -64,18 +70,40 @@ def _show_scene(file: Path) -> None:
     )
 
 
+def _show_log(file: Path) -> None:
+    """What was found in a log, as ``ingest --dry-run`` says it, and its first lines; LogError where it is none."""
+    from frictionlab.cli.ingest import ingested, print_evidence
+    from frictionlab.scene import find_scene
+    from frictionlab.verbs.inputs import scene_given
+
+    row, _ = ingested(file, scene=scene_given(find_scene(file)))
+    print_tests([row], FOUND, "a log")
+    print_evidence([row])
+    with file.open("rb") as lines:
+        head = list(islice(lines, FIRST_LINES))
+    if b"\0" not in b"".join(head):
+        typer.echo(f"\nthe first {len(head)} lines:")
+        for line in head:
+            typer.echo(printable(line.decode("utf-8", "backslashreplace").rstrip()[:WIDTH]))
+
+
 def _show_rows(file: Path) -> None:
-    """The table, then failures and warnings, once for each kind."""
+    """The table, then failures and warnings, once for each kind; a file of numbers that is no result is a log."""
     try:
+        names_of_rows = names_in_csv(file) if file.suffix == ".csv" else ()
+        if file.suffix == ".csv" and table_of(names_of_rows) is None:
+            with contextlib.suppress(LogError):
+                _show_log(file)
+                return
         rows = read_rows(file)
     except UsageError as error:
-        hint = f"; if it is a log, `frictionlab ingest --dry-run {file}` shows what is in it"
+        hint = f"; if it is a log, `frictionlab ingest --dry-run {file}` says what is missing"
         raise UsageError(f"{error}{hint if file.suffix == '.csv' else ''}") from error
     good = [row for row in rows if row.get("status") != "failed"]
     names = list(dict.fromkeys(key for row in good for key in row))
     if good:
         seen = good[:MOST] if sys.stdout.isatty() else good
-        print_table(seen, table_of(names) or names, elsewhere="a wider window, or a pipe, has")
+        print_table(seen, table_of(names) or names)
         if len(seen) < len(good):
             typer.echo(f"the first {len(seen)} of {len(good)} rows; a pipe has all, as in: frictionlab show ... | more")
     else:

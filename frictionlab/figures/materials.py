@@ -17,7 +17,7 @@ from frictionlab.figures import style
 from frictionlab.figures.judged import draw_evidence
 
 NAME = 24  # letters of a name in a line
-SHOWN = 8  # laws of a ladder
+SHOWN = 16  # laws of a ladder
 HIGH = 6  # rows of a legend beside a low panel
 NORMAL = 1.96
 MOST_USED = 95  # per cent of the tests that a fit used are inside their panel
@@ -67,8 +67,9 @@ def ranking(campaign: Campaign) -> Figure:
 
     Best material on top, number: its rank; equal ranks are ties. Bars: 95 % confidence.
     """
+    known = [criterion for criterion in CRITERIA if any(r.criterion == criterion and r.rank for r in campaign.ranking)]
     with style.drawing(1.0 + 0.3 * len(campaign.materials)) as figure:
-        for ax, criterion in zip(style.panels(figure, len(CRITERIA), across=3), CRITERIA, strict=True):
+        for ax, criterion in zip(style.panels(figure, len(known), across=3), known, strict=True):
             ranks = [r for r in campaign.ranking if r.criterion == criterion]
             for place, rank in enumerate(ranks):
                 colour = style.PALETTE[campaign.materials.index(rank.material) % len(style.PALETTE)]
@@ -80,21 +81,18 @@ def ranking(campaign: Campaign) -> Figure:
             names = [fill(f"{'–' if r.rank is None else r.rank}  {r.material}", NAME) for r in ranks]
             ax.set_yticks(range(len(ranks)), names)
             ax.set(title=criterion, ylim=(len(ranks) - 0.5, -0.5), xlabel=fill(ranks[0].unit, 26) if ranks else "")
-            if any(r.value is not None for r in ranks):
-                ax.margins(x=0.12)
-                ax.set_xlim(left=-0.03 * ax.get_xlim()[1])
-                ax.xaxis.set_major_locator(MaxNLocator(4))
-                ax.ticklabel_format(axis="x", scilimits=(-2, 3))  # 0.00008 beside 0.00016 would touch
-            else:
-                ax.set_xticks([])
+            ax.margins(x=0.12)
+            ax.set_xlim(left=-0.03 * ax.get_xlim()[1])
+            ax.xaxis.set_major_locator(MaxNLocator(3))  # four of 0.00008 would touch
+            ax.xaxis.set_major_formatter("{x:g}")
     return figure
 
 
 def law_of_material(campaign: Campaign, material: str) -> Figure:
     """The contact.
 
-    Friction force over displacement and speed, of a slow, a middling and a fast test; broad: recovered from the motion,
-    no law assumed; black: the law. Right: log evidence of the laws tried, by all tests, less that of the law required
+    Friction force over displacement and speed, of the tests that the legend names; broad: recovered from the motion, no
+    law assumed; black: the law. Right: log evidence of the laws tried, by all tests, less that of the law required
     (orange).
     """
     loops = [loop for loop in campaign.loops if loop.material == material]

@@ -237,8 +237,8 @@ def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
     if spare := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:
         yield 6, f"Tried, not needed: {', '.join(spare)}."
     # terms of laws tried, and of those of which a warning says for what other reason they were not, or not to the end
-    warned = [said.removeprefix("law ").split(":")[0] for said in c.warnings if said.startswith("law ")]
-    names = [*(str(rung["law"]) for rung in c.laws or ()), *warned]
+    warned = [said.partition(" ")[2].partition(":")[0] for said in c.warnings if said.startswith(("law ", "laws "))]
+    names = [*(str(rung["law"]) for rung in c.laws or ()), *", ".join(warned).split(", ")]
     seen = {term for name in names for term in name.split("+")}
     if c.verdict == "explained" and (rest := [term for term in (*EXACT, *NUMERIC, *DEAR) if term not in seen]):
         yield 6, f"Not tried, because only noise is left to explain: {', '.join(rest)}."

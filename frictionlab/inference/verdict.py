@@ -113,8 +113,11 @@ def doubts(
 
 
 def not_tried(ladder: Ladder | None) -> Iterator[str]:
-    """Yield which laws a ladder did not try, or not to the end, and why."""
-    yield from (f"law {name}: {why}" for name, why in (ladder.left_out if ladder is not None else {}).items())
+    """Yield which laws a ladder did not try, or not to the end, and why; those of one reason in one sentence."""
+    left_out = ladder.left_out if ladder is not None else {}
+    for why in dict.fromkeys(left_out.values()):
+        names = [name for name in left_out if left_out[name] == why]
+        yield f"{'law' if len(names) == 1 else 'laws'} {', '.join(names)}: {why}"
 
 
 def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str, Any]:

@@ -192,7 +192,8 @@ def _answer(campaign: Campaign, material: str, tables: Mapping[str, Sequence[Row
             physical = row.get("physical_value") is not None
             value = with_se(row["physical_value"], row.get("physical_value_u")) if physical else with_se(row["value"])
             unit = f" {row['unit']}" if physical and row.get("unit") else ""
-            said.append(f"{str(row['parameter']).replace('_', ' ')}: {value}{unit}.")
+            name = str(row["parameter"]).removesuffix("_ratio") if unit else str(row["parameter"])
+            said.append(f"{name.replace('_', ' ')}: {value}{unit}.")
     if test is not None and test.p is not None:
         under = "the same under all" if test.holds else "not the same under the"
         said.append(f"The coefficient is {under} {test.forces} normal forces (Amontons' law, p = {test.p:.2g}).")

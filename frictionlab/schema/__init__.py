@@ -81,7 +81,6 @@ class Table:
     columns: tuple[Column, ...]
     lead: int
     shown: tuple[str, ...]
-    where_known: tuple[str, ...] = ()
     series: tuple[Column, ...] = ()
     takes_facts: bool = False
 
@@ -140,9 +139,9 @@ def _read_tables() -> dict[str, Table]:
             tuple(_column_named(name, kind) for name in names.split())
             for names in (f"{first} {facts['columns']}", facts.get("series", ""))
         )
-        shown, where_known = (tuple(facts.get(key, "").split()) for key in ("shown", "where_known"))
+        shown = tuple(facts.get("shown", "").split())
         takes_facts = facts.get("takes_facts", False)
-        found[kind] = Table(kind, facts["sentence"], columns, facts["lead"], shown, where_known, series, takes_facts)
+        found[kind] = Table(kind, facts["sentence"], columns, facts["lead"], shown, series, takes_facts)
     return found
 
 

@@ -23,6 +23,8 @@ FilePath = str | PathLike[str]
 AnyScene = Scene | FilePath | None
 FAILED = "failed"
 PACKAGE = Path(__file__).parents[1]
+OTHER_DATA = (".json", ".npz", ".npy", ".pkl", ".pickle", ".feather", ".xls", ".ods", ".wav", ".sqlite", ".db")
+"""Suffixes of files that hold numbers, and that no reader here knows."""
 PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".parquet", ".tdms")
 
 EXPECTED_LOGS = (
@@ -94,6 +96,13 @@ def logs_in(folder: Path) -> list[Path]:
     if not logs:
         raise UsageError(f"no logs in {folder}: {EXPECTED_LOGS}")
     return logs
+
+
+def not_read_in(places: Iterable[Path]) -> dict[Path, str]:
+    """Files in these folders that seem to hold numbers and cannot be read, each with what to do about it."""
+    reason = "no kind of log that is read: save it as CSV, with columns of time, mass and base, units in the head"
+    files = [path for place in places if place.is_dir() for path in sorted(place.iterdir())]
+    return {path: reason for path in files if path.suffix.lower() in OTHER_DATA}
 
 
 def recordings_in(folder: Path) -> list[Path]:

@@ -318,6 +318,8 @@ def free_vibration(
             refused.append(error)
     if not taps:
         raise refused[0]
+    if mass == "angle":
+        taps = [replace(tap, unit="rad") for tap in taps]
     if mass == "angle" and not pendulum:
         taps = [replace(tap, warnings=(*tap.warnings, NO_PENDULUM)) for tap in taps]
     return tuple(sorted(taps, key=lambda tap: tap.start_s))

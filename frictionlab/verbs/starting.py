@@ -15,7 +15,7 @@ from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder, stem_of, write_whole
 from frictionlab.scene import SCENE_NAME
 from frictionlab.scene.text import template, value_text
-from frictionlab.verbs.inputs import FilePath, is_log_name
+from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
@@ -70,7 +70,7 @@ def look(folder: FilePath) -> Found:
     tests: list[Path] = []
     taps: list[Path] = []
     decays: list[FreeVibration] = []
-    unread: dict[Path, str] = {}
+    unread = not_read_in([place])
     settled: dict[Path, float] = {}
     for number, log in enumerate(logs):
         reason = ""
@@ -205,6 +205,9 @@ def _lines(found: Found, facts: Mapping[str, object]) -> Iterator[str]:
         yield _key("natural_frequency_hz", facts, "needed: a tap of the frame gives it (frictionlab free-vibration)")
     yield _key("mass_kg", facts, "this or the stiffness gives newtons and joules")
     yield _key("stiffness_n_per_m", facts, "in place of the mass")
+    if damping is None:
+        frame = "of the frame; from a dashpot of c N s/m: c / (2 sqrt(k m)); taps give it"
+        yield _key("damping_ratio", facts, frame)
     yield "\n[experiment]"
     yield _key("name_pattern", {"name_pattern": found.name_pattern}, "what the names of the logs say")
     yield _key("sheet", {"sheet": found.sheet}, "a CSV beside this file, with a `log` column")

@@ -71,6 +71,20 @@ def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
     assert [(line["tap"], line["status"]) for line in lines] == [(1, "ok"), (2, "ok")]
 
 
+def test_the_friction_of_an_angle_is_in_degrees_and_no_newtons(tmp_path: Path) -> None:
+    x = decaying(0.0055, 5e-6)
+    x += 1e-6 * np.random.default_rng(2).standard_normal(len(x))
+    table = np.column_stack([np.arange(len(x)) / RATE, x])
+    np.savetxt(tmp_path / "swing.csv", table, "%.9f", ",", header="time [s],angle [rad]", comments="")
+    (tmp_path / "scene.toml").write_text('[rig]\nmass_kg = 3.0\nrestoring = "pendulum"\n')
+    command = ["free-vibration", str(tmp_path / "swing.csv"), "--scene", str(tmp_path / "scene.toml")]
+    shown = CliRunner().invoke(app, command).stdout
+    assert "F/k [deg]" in shown
+    assert " deg. For a scene" in shown
+    assert "um" not in shown
+    assert json.loads(CliRunner().invoke(app, [*command, "--json"]).stdout)["friction_n"] is None
+
+
 def test_a_log_without_a_decay_fails_and_the_others_go_on(decays: list[str], tmp_path: Path) -> None:
     bad = tmp_path / "flat.csv"
     bad.write_text("time [s],mass [mm],base [mm]\n" + "".join(f"{i / 100},{1.0},{0.0}\n" for i in range(500)))
