@@ -78,11 +78,11 @@ def test_the_friction_of_an_angle_is_in_degrees_and_no_newtons(tmp_path: Path) -
     np.savetxt(tmp_path / "swing.csv", table, "%.9f", ",", header="time [s],angle [rad]", comments="")
     (tmp_path / "scene.toml").write_text('[rig]\nmass_kg = 3.0\nrestoring = "pendulum"\n')
     command = ["free-vibration", str(tmp_path / "swing.csv"), "--scene", str(tmp_path / "scene.toml")]
-    shown = CliRunner().invoke(app, command).stdout
+    shown = invoke(*command).stdout
     assert "F/k [deg]" in shown
     assert " deg. For a scene" in shown
     assert "um" not in shown
-    assert json.loads(CliRunner().invoke(app, [*command, "--json"]).stdout)["friction_n"] is None
+    assert json.loads(invoke(*command, "--json").stdout)["friction_n"] is None
 
 
 def test_a_log_without_a_decay_fails_and_the_others_go_on(decays: list[str], tmp_path: Path) -> None:
