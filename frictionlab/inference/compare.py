@@ -258,7 +258,7 @@ def compare_table(
         model=model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
         solver="exact" if reference is None else reference.solver,
         closure_error=max((abs(s.closure_error) for s in states if s is not None and s.closure_error), default=None),
-        laws=_rows(ladder, nrmse),
+        laws=_rows(ladder, found, nrmse),
         response_nrmse=nrmse,
         response_floor=observation.floor if stated else None,
         misfit=misfit,
@@ -298,7 +298,7 @@ def compare_force(
     if force is None:
         raise AnalysisError(f"force: law {observation.law.name} has none at the values found")
     nrmse = observation.nrmse(found.fit.residual())
-    misfit, rows = nrmse / observation.floor, _rows(ladder, nrmse)
+    misfit, rows = nrmse / observation.floor, _rows(ladder, found, nrmse)
     verdict = verdict_of(misfit, strained=bool(found.strained))
     said = [*measurement.warnings, *observation.said, *strained_facts(found, scene), *found.warnings]
     said += doubts(found, verdict, misfit, ladder, what="force", of="standard error of the measured mean cycle")
@@ -376,7 +376,7 @@ def compared(
     said += observation.disagreement(found)
     said += [restless] if restless else []
     said += [f"no prediction: {state.outcome}"] if predicted is None else []
-    rows, left = _rows(ladder, nrmse), None if predicted is None else measurement.cycle.mass - predicted
+    rows, left = _rows(ladder, found, nrmse), None if predicted is None else measurement.cycle.mass - predicted
     words = f"{observation.law.name}{verdict_in_words(nrmse, misfit, verdict)}"
     return _comparison(
         found,
@@ -473,12 +473,12 @@ def contact_of(
     )
 
 
-def _rows(ladder: Ladder | None, nrmse: float | None) -> tuple[dict[str, object], ...] | None:
-    """The ladder's rows; ``nrmse``: of the law chosen, as it is reported."""
+def _rows(ladder: Ladder | None, found: Posterior, nrmse: float | None) -> tuple[dict[str, object], ...] | None:
+    """The ladder's rows; ``found``, ``nrmse``: of the law chosen, as they are reported."""
     rows: list[dict[str, object]] = []
     for rung in () if ladder is None else ladder.rungs:
         chosen = ladder is not None and rung.law.name == ladder.chosen.law.name
-        posterior = ladder.posterior if ladder is not None and chosen else rung.posterior
+        posterior = found if chosen else rung.posterior
         rows.append(
             {
                 "law": rung.law.name,
@@ -576,7 +576,7 @@ def _of_record(record: WholeRecord, climbed: Ladder | None) -> dict[str, Any]:
         "record_nrmse": record.nrmse,
         "record_energy_difference": record.energy_difference,
         "record": record,
-        "record_laws": _rows(climbed, record.nrmse),
+        "record_laws": None if climbed is None else _rows(climbed, climbed.posterior, record.nrmse),
     }
 
 

@@ -26,10 +26,10 @@ from frictionlab.simulator.meter import Meter
 
 NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
 FEW = 4  # data an unknown: with fewer nothing strains, whatever the rig is
-OF_THE_SPRING = ("spring_cubic",)  # always tried: friction bends to it and explains as well
+ALWAYS = ("spring_cubic", "natural_frequency")  # tried on every fit: friction bends to them and explains as well
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
 BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law explains as well and nothing strains
-AS_LIKELY = -3.0  # the same from which what it moves belongs to u
+AS_LIKELY = -4.0  # the same from which what it moves belongs to u
 BETTER = 0.7  # of what a law misses: a richer one that leaves less was right to be asked
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
 OTHER_CAUSE = "another cause than the law"
@@ -65,7 +65,7 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     said = list(strained_facts(found, scene))
     strained = bool(found.strained)
     observation = cycle_of(found.tests[0])
-    if not found.unknowns or observation.law.kind not in ("rigid", "elastic"):
+    if not found.unknowns:
         return Diagnosis(found, strained, tuple(said))
     if (strained or not explained) and observation.law.kind == "rigid":
         found, more = _richer(found)
@@ -74,7 +74,7 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     if explained and not strained and observation.r <= NEAR_RESONANCE:
         enough = BY_FAR
         if len(observation.data) >= FEW * len(found.unknowns):
-            causes = tuple(cause for cause in causes if cause.unknown.name in OF_THE_SPRING)
+            causes = tuple(cause for cause in causes if cause.unknown.name in ALWAYS)
     found, named, more = _other_causes(found, scene, causes, enough, explained=explained)
     said += [*more, *(_untold_play(found) if explained and not named else ())]
     return Diagnosis(found, strained or named, tuple(said), named and not explained)
@@ -141,24 +141,25 @@ def _other_causes(
         main = weighed(Fit(replace(own.model, tests=(bare,), most=STEPS), own.place), np.zeros(1))
     except NO_MOTION:
         return found, False, []
-    likely: list[tuple[float, Cause, Fit]] = []
+    likely: list[tuple[float, Cause, Fit]] = []  # the likeliest fit with each cause
+    more, beta = np.zeros(len(found.unknowns)), own.find("beta")
     for cause in causes:
         try:
-            gain, other = _best(main, cause)
+            tried = [one for one in _tried(main, cause) if math.isfinite(one[0])]
         except NO_MOTION:
             continue  # no motion with this cause: it shows nothing
-        if math.isfinite(gain) and gain > AS_LIKELY:
-            likely.append((gain, cause, other))
+        if not tried:
+            continue
+        likely.append((tried[0][0], cause, tried[0][1]))
+        for gain, other in tried:
+            if gain > AS_LIKELY:
+                apart, wider = _apart(found, other)
+                moved = np.hypot(apart, wider) if cause.unknown.name in ALWAYS else apart  # of play a warning speaks
+                more += math.exp(min(0.0, gain)) * moved**2
     said: list[str] = []
-    shift, beta = np.zeros(len(found.unknowns)), own.find("beta")
     best = max((gain for gain, _, _ in likely), default=0.0)
     for gain, cause, other in sorted(likely, key=lambda one: -one[0]):
-        there = {u.name: float(c) for u, c in zip(other.model.unknowns, other.point, strict=True)}
-        law = [u.law and u.name in there for u in found.unknowns]
-        reached = [there.get(u.name, 0.0) for u in found.unknowns]
-        moved = np.where(law, np.array(reached) - own.point, 0.0)
-        shift = np.maximum(shift, math.exp(0.5 * min(0.0, gain)) * np.abs(moved))
-        far = beta is not None and abs(float(moved[beta])) > math.sqrt(float(found.covariance[beta, beta]))
+        far = beta is not None and _apart(found, other)[0][beta] > math.sqrt(float(found.covariance[beta, beta]))
         left = other.model.tests[0].observation.nrmse(other.residual())
         answers = gain > max(enough, best - ANSWERS) and (
             explained or left <= EXPLAINED * observation.floor or gain > BY_FAR
@@ -166,25 +167,37 @@ def _other_causes(
         eases = _strain(other, cause) < max(STRAINED, _strain(own, cause))
         if eases and (answers or (enough == ANSWERS and explained and gain > 0.0 and far)):
             said.append(_named(cause, other, found, scene))
-    if shift.any() and (np.abs(shift) > 0.3 * np.sqrt(np.diag(found.covariance))).any():
-        found = found.with_shift(OTHER_CAUSE, shift)
+    if (more > 0.09 * np.diag(found.covariance)).any():
+        found = found.with_shift(OTHER_CAUSE, np.sqrt(more))
     return found, bool(said), said
 
 
-def _best(main: Fit, cause: Cause) -> tuple[float, Fit]:
-    """The fit with a cause let free, and how much likelier it is: one that strains nothing else goes first.
+def _apart(found: Posterior, other: Fit) -> tuple[FloatArray, FloatArray]:
+    """How far the law's coordinates (m,) of another fit are, and by how much less sure (standard deviations)."""
+    apart, wider = np.zeros(len(found.unknowns)), np.zeros(len(found.unknowns))
+    variance, known = np.diag(np.linalg.inv(other.precision)), np.diag(found.covariance)
+    for k, u in enumerate(found.unknowns):
+        there = other.find(u.name)
+        if u.law:
+            apart[k] = abs((0.0 if there is None else float(other.point[there])) - float(found.fit.point[k]))
+            wider[k] = 0.0 if there is None else math.sqrt(max(float(variance[there] - known[k]), 0.0))
+    return apart, wider
+
+
+def _tried(main: Fit, cause: Cause) -> list[tuple[float, Fit]]:
+    """The fits with a cause let free, and how much likelier each is: one that strains nothing else goes first.
 
     A natural frequency is tried under the plainest law that bends too: a law found in a wrong rig is bent to it, and
     away from it no start leads to the right frequency.
     """
     freed, observation = _freed(main, cause), cycle_of(main.model.tests[0])
     found = [(_gain(main, freed), freed)]
-    if cause.unknown.name == "natural_frequency" and observation.law.kind == "rigid":
+    if cause.unknown.name == "natural_frequency" and observation.single:
         plain = replace(model_of([observation.under(law_of("coulomb+place+speed"))]), most=STEPS)
         held = fit_from(plain, starting_points(plain)[0], tempers=False)
         freed = _freed(held, cause)
         found.append((min(_gain(main, freed), _gain(held, freed)), freed))
-    return max(found, key=lambda one: (one[0] > ANSWERS and _strain(one[1], cause) < STRAINED, one[0]))
+    return sorted(found, key=lambda one: (one[0] <= ANSWERS or _strain(one[1], cause) >= STRAINED, -one[0]))
 
 
 def _strain(fit: Fit, cause: Cause) -> float:
@@ -244,9 +257,13 @@ def _untold_play(found: Posterior) -> Iterator[str]:
     observation, beta, values = cycle_of(found.tests[0]), found.fit.find("beta"), found.values()
     if beta is None or observation.wall != "fixed" or not observation.single:
         return
-    sharp = replace(observation, spring_harmonics=SHARP).metered(Meter(math.inf))
+    observation = observation.metered(Meter(WORK))
+    sharp = replace(observation, spring_harmonics=SHARP)
     small, times = LITTLE_PLAY / observation.unit, USUAL_PLAY / LITTLE_PLAY
-    plain, played = observation.predict(values), sharp.predict(values | {"play": small})
+    try:
+        plain, played = observation.predict(values), sharp.predict(values | {"play": small})
+    except NO_MOTION:
+        return
     if plain is None or played is None:
         return
     change, slopes = times * observation.white(played - plain), found.fit.place.slopes[0]

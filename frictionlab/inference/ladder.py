@@ -186,9 +186,11 @@ class _Climb:
 
         The first is the second's limit at a small speed, and in a slow test both may leave nothing but noise.
         """
-        rival = self.tried(top.law.name.replace("breakaway", "stribeck"), top)
-        better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
-        return rival if better and _is_better(top.held_out, rival.held_out) else top
+        for name in laws_above(law_of(top.law.name.replace("+breakaway", "")), ("stribeck",), 1):
+            rival = self.tried(name, top)
+            better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
+            top = rival if better and _is_better(top.held_out, rival.held_out) else top
+        return top
 
     def found_again(self, top: Rung) -> Posterior:
         """The required law as it is found when it is given; where that cannot be done, as on the ladder."""

@@ -11,7 +11,7 @@ from frictionlab.inference import compare, ladder
 from frictionlab.inference.fit import Fit
 from frictionlab.inference.observation import steady
 from frictionlab.simulator import Problem
-from frictionlab.simulator.laws import Law
+from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.meter import Meter
 from tests.inference.contacts import NATURAL_HZ, recorded, scene
 
@@ -116,6 +116,12 @@ def test_a_fault_of_one_rung_is_said_in_its_row_and_ends_nothing(
     assert any(w.startswith(f"law {law}: not compared: ") for w in found.warnings)
 
 
+def test_break_away_beside_a_term_that_excludes_stribecks_has_no_rival() -> None:
+    """The law with both was asked for, and its refusal ended the fit of the recording."""
+    top = ladder.Rung(law_of("coulomb+breakaway+logarithm"))
+    assert ladder._Climb([], "balanced").against_its_limit(top) is top
+
+
 def test_friction_that_scatters_does_not_hide_a_dashpot_from_the_cycles_left_out() -> None:
     """Beyond resonance the scatter moves a cycle more than the dashpot does: weighed by the noise, it shows."""
     truth = Problem(1.3, 0.3, law="coulomb+speed", parameters={"contact_damping_ratio": 0.02})
@@ -157,12 +163,21 @@ def test_an_elastic_contact_is_found_among_the_valleys_of_its_ringing(r: float, 
     assert told["u"] < 0.01 * stiffness
 
 
-@pytest.mark.parametrize(("r", "tuned"), [(0.4, 1.4), (0.7, 1.4), (0.5, 0.75)])
-def test_a_natural_frequency_far_from_the_scenes_is_named_with_its_value(r: float, tuned: float) -> None:
+@pytest.mark.parametrize(
+    ("law", "r", "tuned"),
+    [
+        ("coulomb+place", 0.4, 1.4),
+        ("coulomb+place", 0.7, 1.4),
+        ("coulomb+place", 0.5, 0.75),
+        ("coulomb+compliance", 0.7, 1.4),  # held, it is a spring beside the frame's
+        ("coulomb+logarithm", 0.7, 1.4),
+    ],
+)
+def test_a_natural_frequency_far_from_the_scenes_is_named_with_its_value(law: str, r: float, tuned: float) -> None:
     """A law found in a wrong rig is bent to it: a scene of 2.24 Hz for 3.13 Hz was explained, by a lag of 95 ms."""
     truth = Problem(r, 0.35, law="coulomb+place", parameters={"gradient": 0.04}, frame_damping_ratio=0.005)
     seen = recorded(truth, np.random.default_rng(8), seconds=12.0, lag_s=0.002, tuned=tuned)
-    found = compare(seen, scene(rig={"damping_ratio": None}), law="coulomb+place")
+    found = compare(seen, scene(rig={"damping_ratio": None}), law=law)
     assert found.verdict == "strained"
     said = next(w for w in found.warnings if w.startswith("rig: natural frequency: "))
     asked = re.search(r"this recording asks for ([0-9.]+) Hz; rig.natural_frequency_hz = \1 Hz would fit", said)
