@@ -39,7 +39,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *("errors", "estimate", "recording", "sampling", "scene", "schema", "uncertainty"),
     },
     "uncertainty": {"scene"},
-    "planning": {"analysis", "errors", "inference", "scene", "schema", "simulator", "uncertainty"},
+    "planning": {"analysis", "errors", "estimate", "inference", "scene", "schema", "simulator", "uncertainty"},
     "inference": {
         *("base_motion", "files"),
         *("errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),

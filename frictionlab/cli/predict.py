@@ -54,15 +54,10 @@ def plan(
 
     Two laws: frictionlab plan --scene my_rig.toml --law coulomb+place --against coulomb+speed --hours 2
     """
-    from frictionlab.planning import waiting
-    from frictionlab.verbs.simulating import check_sheet, plan
+    from frictionlab.verbs.simulating import plan
 
     known = scene_of(scene, quiet=to.quiet)
-    read = [*(measured or ()), *known.files]
-    check_sheet(to.output, read, force=to.force)
-    figure = to.figure("plan", read)
-    if not to.quiet and (time := waiting(known, law, against)) is not None:
-        complain(time)
+    figure = to.figure("plan", [*(measured or ()), *known.files])
     found = plan(
         known,
         law=law,
@@ -74,6 +69,7 @@ def plan(
         sheet=to.output,
         force=to.force,
         everything=every or (figure is not None and against is not None),
+        say=None if to.quiet else complain,
     )
     for note in () if to.quiet else found.notes:
         complain(note)
@@ -138,12 +134,15 @@ def _heads(found: "Plan", listed: "Sequence[PlannedTest]") -> dict[str, str]:
 def _flat(test: "PlannedTest") -> Row:
     """A test's row as the table shows it; evidence beyond what decides many times over has no size."""
     errors = {name: error for name, error in (test.cumulative_u or test.expected_u).items() if error is not None}
+    value, u = test.friction_coefficient, test.friction_coefficient_u_after or test.friction_coefficient_u
+    if "beta" in errors and value and u:  # with the gains of the sensors, as a comparison will state it
+        errors["beta"] = 100.0 * u / value
     evidence = {"one": test.log_bayes, "other": test.log_bayes_against, "after": test.log_bayes_after}
     return {
         **test.row(),
         "base_amplitude_mm": 1e3 * test.base_amplitude_m,
         "total_min": None if test.total_s is None else float(f"{test.total_s / 60.0:.3g}"),
-        **{f"u({name})": _short(e / test.values[name] * 100.0 if name == "beta" else e) for name, e in errors.items()},
+        **{f"u({name})": _short(error) for name, error in errors.items()},
         **{key: f"> {CERTAIN:g}" if (value or 0.0) > CERTAIN else _short(value) for key, value in evidence.items()},
     }
 

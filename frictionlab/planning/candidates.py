@@ -6,17 +6,20 @@ posterior of a fit states: the plan counts what a fit counts.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from frictionlab.analysis.measurement import Cycle
 from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
+from frictionlab.estimate import Estimate
 from frictionlab.inference.fit import Fit, Model, Place
+from frictionlab.inference.material_law import MaterialLaw, physical_name
 from frictionlab.inference.observations import (
     CycleObservation,
     harmonics_of,
@@ -26,13 +29,14 @@ from frictionlab.inference.observations import (
     parts,
 )
 from frictionlab.inference.posterior import Posterior, model_of, posterior_of
+from frictionlab.inference.verdict import friction_of
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.uncertainty import sources_of
 
 ASSUMED_COEFFICIENT = (0.4, 0.2)  # dry contacts lie about here; said where it is assumed
-FRICTION = ("beta", "friction_coefficient")
+COEFFICIENT = "friction_coefficient"
 FIRST_VALUES = {"contact_damping_ratio": 0.03, "gradient": 0.03, "static_ratio_up": 1.1, "static_ratio_down": 1.1}
 POINTS = 512  # of a virtual cycle
 HARMONICS = 64
@@ -40,25 +44,18 @@ CHANGE = 0.75  # of a cycle from the base's top on: cycles are cut there, fricti
 MOST_CYCLES = 60  # drawn of a test: more cycles scatter like these
 STEP = 1e-3  # relative change of the friction by which the scatter from cycle to cycle is drawn
 HOUR = 3600.0
+MISFIT = "--measured: {} of {} comparisons are not counted: their law does not explain their test"
+Before = Mapping[str, object] | MaterialLaw
+"""What is known before: a row of `compare-numeric`, or the law of a material."""
 
 
-@dataclass(frozen=True)
-class Candidate:
+class Candidate(NamedTuple):
     """One possible test: ``normal_force_n`` N; ``base_amplitude_m`` m; ``duration_s`` s, its transient included."""
 
     frequency_ratio: float
     normal_force_n: float
     base_amplitude_m: float
     duration_s: float
-
-
-@dataclass(frozen=True)
-class Measured:
-    """What comparisons say of a number: ``u``: combined standard uncertainty; ``se``: its statistical part."""
-
-    value: float
-    u: float
-    se: float
 
 
 @dataclass(frozen=True)
@@ -76,7 +73,7 @@ class Laboratory:
     natural_frequency_hz: float
     stiffness_n_per_m: float
     coefficient: tuple[float, float]
-    known: Mapping[str, Measured]
+    known: Mapping[str, Estimate]
     expected: Mapping[str, float]
     candidates: tuple[Candidate, ...]
     middle: Candidate
@@ -88,13 +85,7 @@ class Laboratory:
         return tuple(p.name for p in self.law.own if p.name not in self.held and not p.whole)
 
     def under(self, law: str) -> "Laboratory":
-        """The same laboratory with another law in mind; nothing of it is held but the frame's damping.
-
-        Raises
-        ------
-        UsageError
-            The law cannot be.
-        """
+        """The same laboratory with another law in mind; nothing of it is held but the frame's damping."""
         other = law_of(law)
         held = {name: value for name, value in self.held.items() if name == "frame_damping_ratio"}
         return replace(self, law=other, held=held, expected=_expected(self.scene, other, held))
@@ -121,8 +112,11 @@ class Laboratory:
         )
 
 
-def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[str, object]] = ()) -> Laboratory:
-    """Return what a scene says of its laboratory, and what comparisons at hand say of the contact.
+def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Before] = ()) -> Laboratory:
+    """Return what a scene says of its laboratory, and what is known of the contact before.
+
+    The law is the one named, else the scene's, else the one that most of what was measured requires. Comparisons whose
+    law does not explain their test are not counted.
 
     Raises
     ------
@@ -140,83 +134,29 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[
     lacking = [f"plan.{name}: expected at least one value; got none: list what the rig can set" for name in none]
     if frequency is None or stiffness is None:
         two = "two of natural_frequency_hz, mass_kg and stiffness_n_per_m"
-        raise SceneError("\n".join([f"rig: a plan needs natural frequency and stiffness: give {two}", *lacking]))
-    if lacking:
+        lacking.insert(0, f"rig: a plan needs natural frequency and stiffness: give {two}")
+    if frequency is None or stiffness is None or lacking:
         raise SceneError("\n".join(lacking))
-    chosen, held = law_and_held(scene, law)
-    given = scene.plan.friction_coefficient
-    value, error = (given[0], given[1]) if given is not None else ASSUMED_COEFFICIENT
-    notes = () if given is not None else (f"plan.friction_coefficient: not given: {value:g} +- {error:g} is assumed",)
-    known, expected = measured_before(measured, scene.plan.repeatability), _expected(scene, chosen, held)
-    if "friction_coefficient" in known:
-        value, notes = known["friction_coefficient"].value, ()
-    expected |= {name: known[name].value for name in expected if name in known and name not in held}
     possible = _candidates(scene, forces)
-    middle = Candidate(*(
-        math.sqrt(min(column) * max(column)) for column in zip(*(vars(c).values() for c in possible), strict=True)
-    ))  # fmt: skip
-    coefficient = (value, error)
-    return Laboratory(scene, chosen, held, frequency, stiffness, coefficient, known, expected, possible, middle, notes)
-
-
-def _expected(scene: Scene, law: Law, held: Mapping[str, float]) -> dict[str, float]:
-    """The law's parameters other than beta as they are expected: held ones, the scene's, else a first value of each."""
-    said, found = {**scene.model.parameters, **scene.plan.expected, **held}, {}
-    if "beta" in scene.plan.expected:
-        raise SceneError("plan.expected.beta: it follows from friction_coefficient and each test's normal force")
-    for p in law.own:
-        low, high = p.usual
-        try:
-            first = p.default if p.name not in scene.plan.expected else p.checked(scene.plan.expected[p.name])
-        except ParameterError as error:
-            raise SceneError(f"plan.expected.{p.name}: {error}") from error
-        middle = math.sqrt(low * high) if p.scale == "log" else 0.5 * (low + high)
-        first = FIRST_VALUES.get(p.name, middle) if first is None else first
-        found[p.name] = said.get(p.name, first)
-    del found["beta"]
-    return found
-
-
-def measured_before(rows: Sequence[Mapping[str, object]], repeatability: float = 0.0) -> dict[str, Measured]:
-    """Return what rows of `compare-numeric` say together: means weighed by their uncertainties.
-
-    Statistical errors are each test's own, and so is friction that differs from test to test by `repeatability`. What
-    is not known of sensors and rig is the same in all tests: more of them do not average it out.
-
-    Examples
-    --------
-    >>> rows = [{"parameters": {"gradient": {"value": 0.02, "u": 0.005, "se": 0.003, "told": True}}}] * 4
-    >>> known = measured_before(rows)["gradient"]
-    >>> round(known.value, 4), round(known.se, 4), round(known.u, 4)
-    (0.02, 0.0015, 0.0043)
-    """
-    every: dict[str, list[tuple[float, float, float]]] = {}
-    for row in rows:
-        parameters = row.get("parameters")
-        for name, told in (parameters if isinstance(parameters, Mapping) else {}).items():
-            if not isinstance(told, Mapping) or not told.get("told"):
-                continue
-            value, u = told.get("value"), told.get("u") or told.get("se")
-            se = told.get("se") or u
-            if isinstance(value, int | float) and isinstance(u, int | float) and isinstance(se, int | float) and u > 0:
-                one = (float(value), float(u), min(float(se), float(u)))
-                every.setdefault(str(name), []).append(one)
-                coefficient = row.get("friction_coefficient")
-                if name == "beta" and value > 0 and isinstance(coefficient, int | float):
-                    share = coefficient / value
-                    scaled = (share * one[0], share * one[1], share * one[2])
-                    every.setdefault("friction_coefficient", []).append(scaled)
-    found = {}
-    for name, known in every.items():
-        values, u, se = np.array(known).T
-        own = np.hypot(se, repeatability * values) if name in FRICTION else se
-        shared = np.sqrt(np.maximum(u**2 - se**2, 0.0))
-        weights = (own**2 + shared**2) ** -1.0
-        weights = weights / weights.sum()
-        statistical = float(np.sqrt((weights**2 * own**2).sum()))
-        both = math.hypot(statistical, float(weights @ shared))
-        found[name] = Measured(float(weights @ values), both, statistical)
-    return found
+    middle = Candidate(*(math.sqrt(min(column) * max(column)) for column in zip(*possible, strict=True)))
+    rows = [_as_row(one, middle) if isinstance(one, MaterialLaw) else one for one in measured]
+    good = [row for row in rows if row.get("verdict") != "misfit"]
+    notes = [MISFIT.format(len(rows) - len(good), len(rows))] if len(good) < len(rows) else []
+    found = Counter(str(row["law"]) for row in good if row.get("law"))
+    if law is None and "law" not in scene.model.model_fields_set and found:
+        law = max(found, key=lambda name: (found[name], len(name)))
+        notes.append(f"law: {law}, as --measured has found it ({found[law]} of {len(good)}): --law plans another")
+    chosen, held = law_and_held(scene, law)
+    known, expected = measured_before(good, plan.repeatability), _expected(scene, chosen, held)
+    value, error = plan.friction_coefficient or ASSUMED_COEFFICIENT
+    if COEFFICIENT in known:
+        value = known[COEFFICIENT].value or value
+    elif plan.friction_coefficient is None:
+        notes.append(f"plan.friction_coefficient: not given: {value:g} +- {error:g} is assumed")
+    expected |= {name: known[name].value or 0.0 for name in expected if name in known and name not in held}
+    return Laboratory(
+        scene, chosen, held, frequency, stiffness, (value, error), known, expected, possible, middle, tuple(notes)
+    )
 
 
 def _candidates(scene: Scene, forces: Sequence[float]) -> tuple[Candidate, ...]:
@@ -240,12 +180,91 @@ def _candidates(scene: Scene, forces: Sequence[float]) -> tuple[Candidate, ...]:
     return tuple(Candidate(*point) for point in points)
 
 
+def _expected(scene: Scene, law: Law, held: Mapping[str, float]) -> dict[str, float]:
+    """The law's parameters other than beta as they are expected: held ones, the scene's, else a first value of each."""
+    said, found = {**scene.model.parameters, **scene.plan.expected, **held}, {}
+    if "beta" in scene.plan.expected:
+        raise SceneError("plan.expected.beta: it follows from friction_coefficient and each test's normal force")
+    for p in law.own:
+        low, high = p.usual
+        try:
+            first = p.default if p.name not in scene.plan.expected else p.checked(scene.plan.expected[p.name])
+        except ParameterError as error:
+            raise SceneError(f"plan.expected.{p.name}: {error}") from error
+        middle = math.sqrt(low * high) if p.scale == "log" else 0.5 * (low + high)
+        first = FIRST_VALUES.get(p.name, middle) if first is None else first
+        found[p.name] = said.get(p.name, first)
+    del found["beta"]
+    return found
+
+
+def _as_row(law: MaterialLaw, middle: Candidate) -> dict[str, object]:
+    """The law of a material as the row of a comparison would have it, dimensionless in the middle of all candidates."""
+    errors = dict(zip(law.values, np.sqrt(np.diag(law.covariance)).tolist(), strict=True))
+    row: dict[str, object] = {"law": law.law, COEFFICIENT: law.values.get(COEFFICIENT)}
+    if COEFFICIENT not in law.values:  # Amontons' law fails: no one coefficient is known before
+        return row
+    problem = law.problem(middle.normal_force_n, middle.base_amplitude_m, middle.frequency_ratio)
+    found = {}
+    for p in law_of(law.law).own:
+        value, physical = problem.parameters[p.name], law.values[physical_name(p)]
+        u = abs(errors[physical_name(p)] * value / physical) if physical else 0.0
+        found[p.name] = {"value": value, "u": u, "se": u, "told": u > 0.0}
+    return {**row, "parameters": found}
+
+
+def measured_before(rows: Sequence[Mapping[str, object]], repeatability: float = 0.0) -> dict[str, Estimate]:
+    """Return what rows of `compare-numeric` say together: means weighed by their uncertainties.
+
+    Statistical errors are each test's own, and so is friction that differs from test to test by `repeatability`. What
+    is not known of sensors and rig is the same in all tests: more of them do not average it out.
+
+    Examples
+    --------
+    >>> rows = [{"parameters": {"gradient": {"value": 0.02, "u": 0.005, "se": 0.003, "told": True}}}] * 4
+    >>> known = measured_before(rows)["gradient"]
+    >>> round(known.value, 4), round(known.se, 4), round(known.u, 4)
+    (0.02, 0.0015, 0.0043)
+    """
+    every: dict[str, list[tuple[float, float, float]]] = {}
+    for row in rows:
+        for name, (value, u, se) in _known_by(row):
+            every.setdefault(name, []).append((value, u, se))
+            coefficient = row.get(COEFFICIENT)
+            if name == "beta" and value > 0 and isinstance(coefficient, int | float):
+                share = coefficient / value
+                every.setdefault(COEFFICIENT, []).append((share * value, share * u, share * se))
+    found = {}
+    for name, known in every.items():
+        values, u, se = np.array(known).T
+        own = np.hypot(se, repeatability * values) if name in ("beta", COEFFICIENT) else se
+        shared = np.sqrt(np.maximum(u**2 - se**2, 0.0))
+        weights = (own**2 + shared**2) ** -1.0
+        weights = weights / weights.sum()
+        statistical = float(np.sqrt((weights**2 * own**2).sum()))
+        found[name] = Estimate(float(weights @ values), statistical, math.hypot(statistical, float(weights @ shared)))
+    return found
+
+
+def _known_by(row: Mapping[str, object]) -> Iterator[tuple[str, tuple[float, float, float]]]:
+    """The parameters that a comparison determines: value, u, se."""
+    parameters = row.get("parameters")
+    for name, p in (parameters if isinstance(parameters, Mapping) else {}).items():
+        if not isinstance(p, Mapping) or not p.get("told"):
+            continue
+        value, u = p.get("value"), p.get("u") or p.get("se")
+        se = p.get("se") or u
+        if isinstance(value, int | float) and isinstance(u, int | float) and isinstance(se, int | float) and u > 0:
+            yield str(name), (float(value), float(u), min(float(se), float(u)))
+
+
 @dataclass(frozen=True)
 class VirtualTest:
     """One candidate under the laboratory's law: its steady state, and what a fit of it alone would state.
 
     ``observation``, ``posterior``: None where it says nothing; ``held``: the posterior with sensors and rig as they are
-    known.
+    known; ``coefficient``: the friction coefficient, and by what sensors, rig and normal force make its relative
+    uncertainty larger than that of the friction ratio.
     """
 
     candidate: Candidate
@@ -253,6 +272,7 @@ class VirtualTest:
     observation: CycleObservation | None = None
     posterior: Posterior | None = None
     held: Posterior | None = None
+    coefficient: tuple[float, float] | None = None
 
     @property
     def response_m(self) -> float:
@@ -284,7 +304,14 @@ def virtual_test(lab: Laboratory, candidate: Candidate) -> VirtualTest:
         return found
     se = np.zeros(len(whole.unknowns))
     se[[u.law for u in whole.unknowns]] = np.sqrt(np.diag(held.covariance))
-    return replace(found, observation=observation, posterior=replace(whole, held_se=se), held=held)
+    whole = replace(whole, held_se=se)
+    y, y_se = observation.unit, observation.measurement.base_amplitude_m_se
+    friction = friction_of(whole, lab.scene, Estimate(y, y_se))  # as a comparison states it
+    ratio, coefficient = friction["friction"], friction["coefficient"]
+    if coefficient.u is not None:
+        beyond = math.sqrt(max((coefficient.u / coefficient.value) ** 2 - (ratio.u / ratio.value) ** 2, 0.0))
+        found = replace(found, coefficient=(coefficient.value, beyond))
+    return replace(found, observation=observation, posterior=whole, held=held)
 
 
 def _state(problem: Problem) -> SteadyState | None:

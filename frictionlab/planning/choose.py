@@ -7,7 +7,7 @@ both laws.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
+from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.inference.fit import followed, log_evidence
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.inference.posterior import Posterior, infer
-from frictionlab.planning.candidates import Candidate, Laboratory, VirtualTest, laboratory, together, virtual_test
+from frictionlab.planning.candidates import Candidate, Laboratory, VirtualTest, together, virtual_test
 from frictionlab.planning.plan import Plan, PlannedTest
-from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 
 MOST = 10  # tests, where nobody says how many
@@ -31,74 +31,53 @@ NEAR = 12  # candidates of a choice between two laws to which both are fitted, a
 MOST_STEPS = 12  # of a fit: the evidence need not be known better
 HOUR = 3600.0
 Gain = Callable[[Sequence[int]], FloatArray]
+Evidence = FloatArray
+"""Logarithm of the Bayes factor to expect (2, n), if the one law holds and if the other does; NaN: not judged."""
 
 
 def plan_tests(
-    scene: Scene,
+    lab: Laboratory,
     *,
-    law: str | None = None,
     against: str | None = None,
     tests: int | None = None,
     hours: float | None = None,
     aim: Sequence[str] = (),
-    measured: Sequence[Mapping[str, object]] = (),
     everything: bool = False,
 ) -> Plan:
     """Return the tests that show most about a law's parameters, or most between two laws, best first.
 
     Each next test is the one that, with all before it, takes most from what is not known for the laboratory time it
     adds: from the product of the parameters' uncertainties (D-optimality), or in expected evidence between two laws.
-    A test may be chosen again where nothing else shows more.
-
-    Parameters
-    ----------
-    scene : Scene
-        ``[plan]``: candidates, sensors, laboratory time, what is known before; ``[rig]``; ``[model]``: the law.
-    law : str, optional
-        In place of the scene's.
-    against : str, optional
-        Another law: tests are chosen to distinguish the two.
-    tests : int
-        How many at most; by default ten, between two laws no more than are expected to decide.
-    hours : float, optional
-        Laboratory time there is.
-    aim : sequence of str
-        Parameters of the law whose errors count; by default all.
-    measured : sequence of mappings, optional
-        Comparisons at hand (rows of `compare-numeric`): what they reported is known before the first test.
-    everything : bool
-        Whether candidates that are not chosen are judged as closely as those that are (seconds): by the weights that a
-        fit will find, and between two laws by a fit of their own.
+    A test may be chosen again where nothing else shows more. Options as of `frictionlab.plan`.
 
     Raises
     ------
     SceneError
-        A range is empty, or the bounds forbid all candidates.
+        The bounds forbid all candidates.
     UsageError
-        The law cannot be, no candidate shows anything about it, or no test fits the time.
+        The other law cannot be, no candidate shows anything about it, or no test fits the time.
     """
     if tests is not None and tests < 1:
         raise UsageError(f"tests: expected at least 1; got {tests}")
-    lab = laboratory(scene, law, measured)
     for name in aim:
         if name not in lab.free:
             raise UsageError(f"law {lab.law.name} has no parameter {name!r} to find: expected {', '.join(lab.free)}")
     if not lab.free:
         raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
     virtual = [virtual_test(lab, candidate) for candidate in lab.candidates]
-    allowed = _allowed(lab, virtual)
-    limits = Limits.of(scene, lab.candidates, allowed, tests or MOST, math.inf if hours is None else hours * HOUR)
+    limits = Limits.of(lab, virtual, tests or MOST, math.inf if hours is None else hours * HOUR)
+    allowed, evidence = limits.allowed, np.full((2, len(virtual)), math.nan)
     if against is None:
-        order, between = pick(_least_error(lab, virtual, aim), limits), None
-        some = np.flatnonzero(allowed) if everything else np.unique(order)
-        over = {int(i): evidence_over(lab, virtual[i], "coulomb") for i in some}
+        order = pick(_least_error(lab, virtual, aim), limits)
+        for i in np.flatnonzero(allowed) if everything else np.unique(order):
+            evidence[0, i] = evidence_over(lab, virtual[i], "coulomb")
     else:
-        between = Between.of(lab, virtual, against, limits, everything=everything)
-        order, over = pick(between.gain, between.limits), {}
+        evidence = _between(lab, virtual, against, limits, everything=everything)
+        judged = replace(limits, allowed=allowed & np.isfinite(evidence[0]))
+        order = pick(lambda before: _both_ways(evidence, before), judged)
 
-    def row(i: int, before: Sequence[int] | None = None) -> PlannedTest:
-        evidence = {"log_bayes": over.get(i)} if between is None else between.row(i, before)
-        return _row(lab, virtual, limits, i, before, evidence)
+    def row(i: int, before: Sequence[int] = ()) -> PlannedTest:
+        return _row(lab, virtual, limits, i, before, evidence if against else evidence[:1])
 
     chosen = tuple(row(i, order[: rank + 1]) for rank, i in enumerate(order))
     decided = [rank for rank, test in enumerate(chosen, 1) if (test.log_bayes_after or 0.0) >= REQUIRED]
@@ -107,15 +86,8 @@ def plan_tests(
     return Plan(lab.law.name, against, chosen, tuple(map(row, rest)), _notes(lab, chosen, against))
 
 
-def waiting(scene: Scene, law: str | None = None, against: str | None = None) -> str | None:
-    """How long a plan under laws without exact slides will take, in words; None where it takes seconds.
-
-    Raises
-    ------
-    SceneError, UsageError
-        As `plan_tests`.
-    """
-    lab = laboratory(scene, law)
+def waiting(lab: Laboratory, against: str | None = None) -> str | None:
+    """How long a plan under laws without exact slides will take, in words; None where it takes seconds."""
     laws = [lab.law] if against is None else [lab.law, lab.under(against).law]
     slow, count = [one.name for one in laws if not one.is_exact], len(lab.candidates)
     minutes = 9.0 * SLOW * len(slow) * count / 60.0
@@ -123,25 +95,6 @@ def waiting(scene: Scene, law: str | None = None, against: str | None = None) ->
         return None
     lists = "shorter lists in [plan] take less"
     return f"plan: {count} candidates under {' and '.join(slow)} take some {minutes:.0f} minutes: {lists}"
-
-
-def _allowed(lab: Laboratory, tests: Sequence[VirtualTest]) -> NDArray[np.bool_]:
-    """Which candidates the rig allows; some of them must say something."""
-    largest = lab.scene.plan.largest_response_m
-    response = np.array([test.response_m for test in tests])
-    inside = np.ones(len(tests), dtype=bool) if largest is None else ~(response > largest)
-    if not inside.any():
-        raise SceneError(
-            f"plan.largest_response_m: {largest:g} m forbids all candidates; the least response expected is"
-            f" {np.nanmin(response):.3g} m"
-        )
-    if not any(test.posterior is not None for test, ok in zip(tests, inside, strict=True) if ok):
-        raise UsageError(
-            f"law {lab.law.name}: no candidate tells anything: the mass stands still or has no steady state in all of"
-            " them, or would if friction were one standard error higher; change normal_forces_n, base_amplitudes_m or"
-            " frequency_ratios of [plan], or narrow friction_coefficient"
-        )
-    return np.asarray(inside)
 
 
 def _least_error(lab: Laboratory, tests: Sequence[VirtualTest], aim: Sequence[str]) -> Gain:
@@ -180,10 +133,10 @@ def known_before(lab: Laboratory, joint: Posterior, candidate: Candidate) -> Flo
             continue
         slope = u.slope(u.at(values[u.name])) if values[u.name] or u.scale == "linear" else 0.0
         if u.name == "beta":
-            value, error = lab.coefficient if coefficient is None else (coefficient.value, coefficient.u)
+            value, error = lab.coefficient if coefficient is None else (coefficient.value or 0.0, coefficient.u or 0.0)
             known[k] = (slope / (values["beta"] * error / value)) ** 2
         elif u.name in lab.known:
-            known[k] = (slope / lab.known[u.name].u) ** 2
+            known[k] = (slope / (lab.known[u.name].u or math.inf)) ** 2
     return np.diag(known)
 
 
@@ -207,17 +160,28 @@ class Limits:
     most_repeats: float
 
     @classmethod
-    def of(
-        cls, scene: Scene, tests: Sequence[Candidate], allowed: NDArray[np.bool_], most: int, budget: float
-    ) -> "Limits":
+    def of(cls, lab: Laboratory, tests: Sequence[VirtualTest], most: int, budget: float) -> "Limits":
         """Return them by ``[plan]``: each weight is put on once, each motion of the base set once for it."""
-        plan = scene.plan
-        settings = [(t.normal_force_n, t.base_amplitude_m, t.frequency_ratio) for t in tests]
+        plan, response = lab.scene.plan, np.array([test.response_m for test in tests])
+        allowed = ~(response > (plan.largest_response_m or math.inf))
+        if not allowed.any():
+            raise SceneError(
+                f"plan.largest_response_m: {plan.largest_response_m:g} m forbids all candidates; the least response"
+                f" expected is {np.nanmin(response):.3g} m"
+            )
+        if not any(test.posterior is not None for test, ok in zip(tests, allowed, strict=True) if ok):
+            raise UsageError(
+                f"law {lab.law.name}: no candidate tells anything: the mass stands still or has no steady state in all"
+                " of them, or would if friction were one standard error higher; change normal_forces_n,"
+                " base_amplitudes_m or frequency_ratios of [plan], or narrow friction_coefficient"
+            )
+        settings = [(t.normal_force_n, t.base_amplitude_m, t.frequency_ratio) for t in lab.candidates]
         force, drive = (
             np.unique(some, axis=0, return_inverse=True)[1] for some in ([s[:1] for s in settings], settings)
         )
-        running, repeats = np.array([t.duration_s + plan.setup_s for t in tests]), plan.most_repeats or math.inf
-        return cls(running, force, drive, plan.change_force_s, plan.change_drive_s, allowed, most, budget, repeats)
+        running, repeats = np.array([t.duration_s + plan.setup_s for t in lab.candidates]), plan.most_repeats
+        change = plan.change_force_s, plan.change_drive_s
+        return cls(running, force, drive, *change, np.asarray(allowed), most, budget, repeats or math.inf)
 
     def more(self, order: Sequence[int]) -> FloatArray:
         """Time (n,) that each candidate would add to tests already chosen, s."""
@@ -295,137 +259,117 @@ def _notes(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) -
 
 
 def _row(
-    lab: Laboratory,
-    tests: Sequence[VirtualTest],
-    limits: Limits,
-    i: int,
-    order: Sequence[int] | None,
-    evidence: Mapping[str, float | None],
+    lab: Laboratory, tests: Sequence[VirtualTest], limits: Limits, i: int, order: Sequence[int], evidence: Evidence
 ) -> PlannedTest:
     """One candidate as a row of a plan; ``order``: the tests up to it, if it is chosen."""
-    test, candidate, names, response = tests[i], tests[i].candidate, lab.free, tests[i].response_m
+    test, candidate, response = tests[i], lab.candidates[i], tests[i].response_m
     values, estimates = lab.values(candidate), {} if test.posterior is None else test.posterior.parameters(0)
-    se, u = ({name: getattr(estimates.get(name), key, None) for name in names} for key in ("se", "u"))
-    chosen = [tests[k] for k in order or () if tests[k].posterior is not None]
-    nothing = None if order is None else dict.fromkeys(names)
-    after_se, after_u = _after(lab, chosen, candidate) if chosen else (nothing, nothing)
+    se, u = ({name: getattr(estimates.get(name), key, None) for name in lab.free} for key in ("se", "u"))
+    chosen = [tests[k] for k in order if tests[k].posterior is not None]
+    after_se, after_u = (_after(lab, chosen, candidate, rig=rig) if order else None for rig in (False, True))
+    if after_se is not None and after_u is not None:
+        after_se = {name: None if e is None else min(e, after_u[name] or e) for name, e in after_se.items()}
+    coefficient, coefficient_after = NOT_KNOWN, None
+    if test.coefficient is not None and "beta" in u:  # as a comparison states it: gains, stiffness and force beside it
+        value, beyond = test.coefficient
+        each = [(errors or {}).get("beta") for errors in (u, after_u)]
+        alone, coefficient_after = (e and value * math.hypot(e / values["beta"], beyond) for e in each)
+        coefficient = Estimate(value, None, alone)
+    one, two = (None if math.isnan(way[i]) else float(way[i]) for way in (evidence[0], evidence[-1]))
+    both = len(evidence) > 1
     return PlannedTest(
-        rank=None if order is None else len(order),
-        frequency_ratio=candidate.frequency_ratio,
-        normal_force_n=candidate.normal_force_n,
-        base_amplitude_m=candidate.base_amplitude_m,
-        duration_s=candidate.duration_s,
+        rank=len(order) or None,
+        **candidate._asdict(),
         regime=None if test.state is None else test.state.regime,
         response_m=response if math.isfinite(response) else None,
         expected=se,
         expected_u=u,
         cumulative=after_se,
         cumulative_u=after_u,
-        laboratory_s=float(limits.more([] if order is None else order[:-1])[i]),
-        total_s=None if order is None else limits.total(order),
+        laboratory_s=float(limits.more(order[:-1])[i]),
+        total_s=limits.total(order) if order else None,
         drive_frequency_hz=candidate.frequency_ratio * lab.natural_frequency_hz,
-        values={name: values[name] for name in names},
-        told={name: bool(estimates and estimates[name].told) for name in names},
-        **evidence,
+        values={name: values[name] for name in lab.free},
+        told={name: bool(estimates and estimates[name].told) for name in lab.free},
+        coefficient=coefficient,
+        friction_coefficient_u_after=coefficient_after,
+        log_bayes=one,
+        log_bayes_against=two if both else None,
+        log_bayes_after=min(np.nan_to_num(way)[list(order)].sum() for way in evidence) if both and order else None,
     )
 
 
 def _after(
-    lab: Laboratory, chosen: Sequence[VirtualTest], candidate: Candidate
-) -> tuple[dict[str, float | None], dict[str, float | None]]:
-    """Standard errors and combined uncertainties of the shared parameters after some tests, in a candidate's units."""
-    first, here = lab.values(chosen[0].candidate), lab.values(candidate)
-    errors: list[dict[str, float]] = []
-    for rig in (True, False):
-        joint = together(lab, chosen, rig=rig)
-        precision = np.linalg.inv(joint.covariance) + known_before(lab, joint, chosen[0].candidate)
-        each = zip(joint.unknowns, joint.fit.point, np.sqrt(np.diag(np.linalg.inv(precision))), strict=True)
-        errors.append({u.name: abs(u.slope(float(c))) * float(e) for u, c, e in each if u.law})
-    se, u = dict[str, float | None](), dict[str, float | None]()
-    for name in lab.free:
-        times = abs(here[name] / first[name]) if first[name] else 1.0
-        u[name] = times * errors[0][name]
-        se[name] = times * min(errors[1][name], errors[0][name])
-    return se, u
+    lab: Laboratory, chosen: Sequence[VirtualTest], candidate: Candidate, *, rig: bool
+) -> dict[str, float | None]:
+    """Uncertainties of the shared parameters after some tests, in a candidate's units.
+
+    ``rig``: whether sensors and rig are unknown too, or as they are known.
+    """
+    found: dict[str, float | None] = dict.fromkeys(lab.free)
+    if not chosen:
+        return found
+    first, here, joint = lab.values(chosen[0].candidate), lab.values(candidate), together(lab, chosen, rig=rig)
+    precision = np.linalg.inv(joint.covariance) + known_before(lab, joint, chosen[0].candidate)
+    each = zip(joint.unknowns, joint.fit.point, np.sqrt(np.diag(np.linalg.inv(precision))), strict=True)
+    for u, c, error in each:
+        if u.law:
+            times = abs(here[u.name] / first[u.name]) if first[u.name] else 1.0
+            found[u.name] = times * abs(u.slope(float(c))) * float(error)
+    return found
 
 
-def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float | None:
+def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float:
     """Return the logarithm of the Bayes factor to expect for the laboratory's law over another, of one test.
 
-    None where the test says nothing, the two laws are one, or the other has no steady state near. Each at its peak:
+    NaN where the test says nothing, the two laws are one, or the other has no steady state near. Each at its peak:
     values with sensors and rig as they are known, which a posterior may give, have another evidence.
     """
     law = law_of(other)
     if test.observation is None or test.posterior is None or law.name == lab.law.name:
-        return None
+        return math.nan
     values = lab.values(test.candidate)
     near = {p.name: values[p.name] for p in law.own if p.name in values}
     try:
         rival = infer([test.observation.under(law, {})], near=near, most=MOST_STEPS)
     except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
-        return None
+        return math.nan
     return log_evidence(test.posterior.fit) - log_evidence(followed(rival.fit))
 
 
-@dataclass(frozen=True)
-class Between:
-    """Two laws to be distinguished, over all candidates.
+def _between(
+    lab: Laboratory, tests: Sequence[VirtualTest], against: str, limits: Limits, *, everything: bool
+) -> Evidence:
+    """The evidence between two laws, each fitted to what the other shows: of all candidates allowed if ``everything``.
 
-    ``evidence``, ``back`` (n,): logarithm of the Bayes factor to expect if the laboratory's law holds, and if the other
-    does; NaN where it was not judged; ``limits``: those of the candidates judged.
+    Else of those whose cycles differ most; NaN of the others.
     """
+    other = lab.under(against)
+    if other.law.name == lab.law.name:
+        raise UsageError(f"against: law {against} is the one that is planned for: name another one")
+    others = [virtual_test(other, candidate) for candidate in lab.candidates]
+    apart = np.array([_apart(one, two) for one, two in zip(tests, others, strict=True)])
+    if not np.isfinite(apart[limits.allowed]).any():
+        raise UsageError(
+            f"against: no candidate that largest_response_m allows moves steadily under both {lab.law.name} and"
+            f" {other.law.name}: change normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
+        )
+    rate = np.where(limits.allowed, apart, -math.inf) / limits.more([])
+    near = [i for i in np.argsort(-rate)[: max(NEAR, 2 * limits.tests)] if np.isfinite(rate[i])]
+    found = np.full((2, len(tests)), np.nan)
+    for i in np.flatnonzero(limits.allowed).tolist() if everything else near:
+        ways = evidence_over(lab, tests[i], other.law.name), evidence_over(other, others[i], lab.law.name)
+        found[:, i] = np.nan_to_num(ways)
+    return found
 
-    limits: Limits
-    evidence: FloatArray
-    back: FloatArray
 
-    @classmethod
-    def of(
-        cls, lab: Laboratory, tests: Sequence[VirtualTest], against: str, limits: Limits, *, everything: bool
-    ) -> "Between":
-        """Return two laws ready to be distinguished, each fitted to what the other shows.
-
-        Of all candidates allowed if ``everything``; else tests are chosen among those whose cycles differ most.
-
-        Raises
-        ------
-        UsageError
-            The other law cannot be, is the same, or nothing distinguishes them.
-        """
-        other = lab.under(against)
-        if other.law.name == lab.law.name:
-            raise UsageError(f"against: law {against} is the one that is planned for: name another one")
-        others = [virtual_test(other, test.candidate) for test in tests]
-        apart = np.array([_apart(one, two) for one, two in zip(tests, others, strict=True)])
-        if not np.isfinite(apart[limits.allowed]).any():
-            raise UsageError(
-                f"against: no candidate that largest_response_m allows moves steadily under both {lab.law.name} and"
-                f" {other.law.name}: change normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
-            )
-        rate = np.where(limits.allowed, apart, -math.inf) / limits.more([])
-        near = np.zeros(len(tests), dtype=bool)
-        near[[i for i in np.argsort(-rate)[: max(NEAR, 2 * limits.tests)] if np.isfinite(rate[i])]] = True
-        evidence, back = np.full((2, len(tests)), np.nan)
-        for i in np.flatnonzero(limits.allowed if everything else near).tolist():
-            evidence[i] = evidence_over(lab, tests[i], other.law.name) or 0.0
-            back[i] = evidence_over(other, others[i], lab.law.name) or 0.0
-        return cls(replace(limits, allowed=limits.allowed & near), evidence, back)
-
-    def gain(self, order: Sequence[int]) -> FloatArray:
-        """What each candidate (n,) adds to tests chosen: growth of the evidence in proportion, both ways alike."""
-        total = np.zeros(len(self.evidence))
-        for way in (np.nan_to_num(self.evidence), np.nan_to_num(self.back)):
-            so_far = float(way[np.asarray(order, dtype=np.intp)].sum())
-            total += np.log1p(np.maximum(so_far + way, 0.0)) - math.log1p(max(so_far, 0.0))
-        return np.where(np.isnan(self.evidence), -math.inf, total)
-
-    def row(self, i: int, order: Sequence[int] | None) -> dict[str, float | None]:
-        """Return the evidence of a test for the columns of a plan."""
-        one, two = (None if math.isnan(way[i]) else float(way[i]) for way in (self.evidence, self.back))
-        after = None
-        if order is not None:
-            after = min(float(np.nan_to_num(way)[list(order)].sum()) for way in (self.evidence, self.back))
-        return {"log_bayes": one, "log_bayes_against": two, "log_bayes_after": after}
+def _both_ways(evidence: Evidence, order: Sequence[int]) -> FloatArray:
+    """What each candidate (n,) adds to tests chosen: growth of the evidence in proportion, both ways alike."""
+    total = np.zeros(evidence.shape[1])
+    for way in np.nan_to_num(evidence):
+        so_far = float(way[np.asarray(order, dtype=np.intp)].sum())
+        total += np.log1p(np.maximum(so_far + way, 0.0)) - math.log1p(max(so_far, 0.0))
+    return np.where(np.isnan(evidence[0]), -math.inf, total)
 
 
 def _apart(one: VirtualTest, two: VirtualTest) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.scene import Scene
 from frictionlab.schema import PLANS, Result
 
@@ -17,8 +18,9 @@ class PlannedTest:
 
     ``expected``: law parameter -> standard error of this test alone, what a fit calls ``se`` where sensors and rig
     are as they are known; ``expected_u``: the same with what is not known of them; ``cumulative`` and
-    ``cumulative_u``: both after this and all better ones, and with friction that differs from test to test. The
-    friction coefficient is given as ``beta`` of this test.
+    ``cumulative_u``: both after this and all better ones, and with friction that differs from test to test.
+    ``coefficient``: the friction coefficient with its combined uncertainty as a comparison of this test alone would
+    state it, with gains, stiffness and normal force; ``friction_coefficient_u_after``: after all better ones too.
 
     ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law over plain Coulomb
     friction, or over the law it is planned against; ``log_bayes_against``: for that law, if it is the one that holds;
@@ -44,9 +46,14 @@ class PlannedTest:
     drive_frequency_hz: float
     values: Mapping[str, float]
     told: Mapping[str, bool]
+    coefficient: Estimate = NOT_KNOWN
+    friction_coefficient_u_after: float | None = None
     log_bayes: float | None = None
     log_bayes_against: float | None = None
     log_bayes_after: float | None = None
+
+    friction_coefficient = Flat("coefficient")
+    friction_coefficient_u = Flat("coefficient", "u")
 
     def row(self) -> dict[str, object]:
         """The contract's keys: a line of JSON or of a table."""

@@ -333,7 +333,7 @@ class Scene(SceneTable):
         >>> scene.analysis.cycles, scene.analysis.transient_s
         ('all', 5.0)
         """
-        now = self.model_dump()
+        now = self.model_dump(exclude_unset=True)
         merged = {name: {**now.get(name, {}), **keys} for name, keys in tables.items()}
         return self.of({**now, **merged}, self._origin, name="setting")
 

@@ -3,8 +3,11 @@
 Whatever needs a scene or files is imported where it is used: a steady state is solved without them.
 """
 
+import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +17,7 @@ if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
     from frictionlab.inference.material_law import MaterialLaw
     from frictionlab.inference.predictive import Prediction
-    from frictionlab.planning import Plan
+    from frictionlab.planning import Before, Plan
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, Solver, SteadyState, Structure
@@ -180,10 +183,11 @@ def plan(
     tests: int | None = None,
     hours: float | None = None,
     aim: Sequence[str] = (),
-    measured: "Sequence[FilePath]" = (),
+    measured: "Sequence[FilePath | Before]" = (),
     sheet: "FilePath | None" = None,
     force: bool = False,
     everything: bool = False,
+    say: Callable[[str], None] | None = None,
     **settings: object,
 ) -> "Plan":
     """Return the tests that say most about a contact law, or most between two, best first.
@@ -192,25 +196,29 @@ def plan(
     ----------
     scene : Scene, str or Path
         ``[plan]``: what the rig can set, its sensors, what is known of the friction coefficient; ``[rig]``;
-        ``[model]``: the law and its expected parameters.
+        ``[model]``: the law and its expected parameters. Forces and frequency ratios that ``[plan]`` does not name are
+        those that the sheet and the names of the logs say.
     law : str, optional
         In place of the scene's.
     against : str, optional
         Another law: the tests are to decide between the two.
     tests : int
-        How many at most.
+        How many at most; by default ten, between two laws no more than are expected to decide.
     hours : float, optional
         Laboratory time there is.
     aim : sequence of str
         Parameters of the law whose errors count; by default all.
-    measured : sequence of str or Path
-        Tables of comparisons at hand: what they found is known before.
+    measured : sequence of str, Path, rows or MaterialLaw
+        What is known before: comparisons, laws of materials (``law_MATERIAL.toml``), their files, or folders of them.
+        Where neither `law` nor the scene names a law, it is the one that these have found.
     sheet : str or Path, optional
         Write the plan here as a sheet (CSV) for the laboratory, which ``[experiment] sheet`` reads after the tests.
     force : bool
         Replace a file that stands there.
     everything : bool
-        Judge candidates that are not chosen between two laws as well.
+        Judge candidates that are not chosen as closely as those that are (seconds).
+    say : callable, optional
+        Called with a sentence where the plan will take minutes, before it does.
     **settings
         Keys of ``[plan]``, ``[model]``, ``[rig]`` and ``[sensors]`` that win over the scene's: ``duration_s=90.0``.
 
@@ -219,33 +227,86 @@ def plan(
     SceneError
         A range is empty, the bounds forbid all, or the rig is not known.
     UsageError
-        The law cannot be, or nothing says anything about it.
+        The law cannot be, nothing says anything about it, what was measured holds no law, or the sheet may hold what
+        was filled in.
     """
-    from frictionlab.planning import plan_tests, sheet_rows
-    from frictionlab.tables import read_rows, write_rows
-    from frictionlab.verbs.inputs import scene_given
+    from frictionlab.planning import laboratory, plan_tests, sheet_rows, waiting
+    from frictionlab.tables import check_output, write_rows
+    from frictionlab.verbs.inputs import files_of, scene_given
 
-    known = scene_given(scene, settings, PLANNED)
-    inputs = [Path(path) for path in measured]
-    check_sheet(sheet, inputs, force=force)
-    rows = [row for path in inputs for row in read_rows(Path(path))]
+    known, notes = _settable(scene_given(scene, settings, PLANNED))
+    inputs = files_of([Path(what) for what in measured if isinstance(what, (str, PathLike))], _known_in)
+    given = [what for what in measured if not isinstance(what, (str, PathLike))]
+    if sheet is not None:
+        check_output(Path(sheet), force=force, inputs=[*inputs, *known.files])
+        if Path(sheet).exists() and not force:
+            raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or --force")
+    lab = laboratory(known, law, [*given, *_known_before(inputs, known.experiment.material)])
+    if say is not None and (time := waiting(lab, against)) is not None:
+        say(time)
     found = plan_tests(
-        known, law=law, against=against, tests=tests, hours=hours, aim=aim, measured=rows, everything=everything
-    )
+        replace(lab, notes=(*notes, *lab.notes)),
+        against=against, tests=tests, hours=hours, aim=aim, everything=everything,
+    )  # fmt: skip
     if sheet is not None:
         write_rows(sheet_rows(found, known), Path(sheet), force=True, inputs=inputs)
     return found
 
 
-def check_sheet(sheet: "FilePath | None", inputs: Sequence[Path], *, force: bool) -> None:
-    """Refuse a sheet that could not be written, or that stands there: the laboratory may have filled it in."""
-    from frictionlab.tables import check_output
+def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
+    """The scene with forces and frequency ratios of its tests where ``[plan]`` has none, and lines that say so."""
+    from frictionlab.experiment import facts_of
+    from frictionlab.tables import read_rows
+    from frictionlab.verbs.inputs import logs_in
 
-    if sheet is None:
-        return
-    check_output(Path(sheet), force=force, inputs=inputs)
-    if Path(sheet).exists() and not force:
-        raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or give --force")
+    experiment, given = scene.experiment, scene.plan.model_fields_set
+    logs = set[Path]()
+    if experiment.sheet is not None and (scene.folder / experiment.sheet).is_file():  # a plan may be what writes it
+        logs |= {Path(str(row["log"])) for row in read_rows(scene.folder / experiment.sheet) if row.get("log")}
+    elif experiment.name_pattern is not None:
+        others = {tap for pattern in experiment.taps for tap in scene.folder.glob(pattern)}
+        with contextlib.suppress(UsageError, OSError):
+            logs |= set(logs_in(scene.folder)) - others
+    facts = [facts_of(scene, log).values for log in sorted(logs)]
+    wanted, notes = {"normal_forces_n": "normal_force_n", "frequency_ratios": "nominal_frequency_ratio"}, []
+    for key, fact in wanted.items():
+        found = sorted({one[fact] for one in facts if fact in one})
+        if key not in given and found:
+            scene = scene.changed(plan={key: found})
+            where = "the sheet" if experiment.sheet else "the names of the logs"
+            notes.append(f"plan.{key}: not given: those of {where} are taken: {', '.join(f'{x:g}' for x in found)}")
+    if not given and not notes and scene.experiment.normal_force_n is None:
+        return scene, notes
+    assumed = [f"{key} = {getattr(scene.plan, key)}" for key in ("base_amplitudes_m", "duration_s") if key not in given]
+    return scene, [*notes, f"plan: not given, assumed: {', '.join(assumed)}"] if assumed and notes else notes
+
+
+def _known_in(folder: Path) -> list[Path]:
+    """What a folder knows of contacts: the laws that a campaign has found, else comparisons, as `batch` writes them."""
+    from frictionlab.verbs.inputs import tables_in
+
+    compared = folder / "comparisons.jsonl"
+    return sorted(folder.glob("law_*.toml")) or ([compared] if compared.is_file() else tables_in(folder))
+
+
+def _known_before(paths: Sequence[Path], material: str | None) -> "list[Before]":
+    """Rows of comparisons and laws of materials in files, of one material."""
+    from frictionlab.inference.material_law import read_material_law
+    from frictionlab.tables import read_rows
+
+    laws = [read_material_law(path) for path in paths if path.suffix == ".toml"]
+    rows = [row for path in paths if path.suffix != ".toml" for row in read_rows(path)]
+    own: list[tuple[object, Before]] = [(law.material, law) for law in laws]
+    own += [(row.get("material"), row) for row in rows if isinstance(row.get("parameters"), Mapping)]
+    own = [(of, one) for of, one in own if material is None or of in (None, material)]
+    names = sorted({str(of) for of, _ in own if of is not None})
+    if paths and not own:
+        kinds = "comparisons (frictionlab compare-numeric -o) or law_MATERIAL.toml of a campaign"
+        of = "" if material is None else f" of {material}"
+        raise UsageError(f"{paths[0]}: expected {kinds}{of}; got none")
+    if len(names) > 1:
+        raise UsageError(f"--measured: expected tests of one material; got {', '.join(names)}: name it in [experiment]")
+    return [one for _, one in own]
 
 
 def predict(

@@ -1,16 +1,18 @@
 """Which tests are chosen: laboratory time, repeats against length, two laws apart."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import frictionlab as fl
 from frictionlab.analysis.measure import measure
 from frictionlab.inference.fit import log_evidence
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer
-from frictionlab.planning import plan_tests, running_order, sheet_rows, steps
-from frictionlab.planning.candidates import Candidate
+from frictionlab.planning import running_order, sheet_rows, steps
+from frictionlab.planning.candidates import laboratory, virtual_test
 from frictionlab.planning.choose import Limits
 from frictionlab.simulator import Problem
 from tests.inference.contacts import recorded
@@ -18,9 +20,10 @@ from tests.planning.rig import scene
 
 
 def test_laboratory_time_counts_each_change_once() -> None:
-    tests = [Candidate(r, n, 1e-3, 60.0) for n in (1.0, 2.0) for r in (0.3, 0.5)]
-    plan = scene(setup_s=30.0, change_force_s=600.0, change_drive_s=120.0)
-    time = Limits.of(plan, tests, np.ones(4, dtype=bool), 4, math.inf)
+    costs = {"setup_s": 30.0, "change_force_s": 600.0, "change_drive_s": 120.0}
+    lab = laboratory(scene(frequency_ratios=[0.3, 0.5], normal_forces_n=[1.0, 1.2], **costs))
+    tests = [virtual_test(lab, one) for one in sorted(lab.candidates, key=lambda c: c.normal_force_n)]
+    time = Limits.of(replace(lab, candidates=tuple(t.candidate for t in tests)), tests, 4, math.inf)
     assert time.total([0]) == 60 + 30 + 600 + 120
     assert time.total([0, 0]) == time.total([0]) + 90
     assert time.total([0, 1]) == time.total([0]) + 90 + 120
@@ -31,8 +34,8 @@ def test_laboratory_time_counts_each_change_once() -> None:
 
 
 def test_changes_that_cost_time_are_saved() -> None:
-    free = plan_tests(scene(), law="coulomb+place", tests=6)
-    dear = plan_tests(scene(change_force_s=36000.0), law="coulomb+place", tests=6)
+    free = fl.plan(scene(), law="coulomb+place", tests=6)
+    dear = fl.plan(scene(change_force_s=36000.0), law="coulomb+place", tests=6)
     assert len({t.normal_force_n for t in dear.tests}) < len({t.normal_force_n for t in free.tests})
     assert dear.tests[0].total_s == 36060.0
 
@@ -42,7 +45,7 @@ def test_repeats_beat_length_once_friction_differs_from_test_to_test() -> None:
     choice = {"durations_s": [30.0, 240.0], "setup_s": 60.0, "frequency_ratios": [0.5], "normal_forces_n": [1.0]}
 
     def lengths(**more: object) -> set[float]:
-        return {t.duration_s for t in plan_tests(scene(**choice, **more), tests=6).tests}
+        return {t.duration_s for t in fl.plan(scene(**choice, **more), tests=6).tests}
 
     assert lengths(cycle_scatter=0.02) == {240.0}
     assert lengths(cycle_scatter=0.02, repeatability=0.05) == {30.0}
@@ -50,7 +53,7 @@ def test_repeats_beat_length_once_friction_differs_from_test_to_test() -> None:
 
 def test_friction_that_differs_from_test_to_test_limits_what_one_test_tells() -> None:
     def left(**more: object) -> list[float]:
-        tests = plan_tests(scene(frequency_ratios=[0.5], normal_forces_n=[1.0], **more), tests=4).tests
+        tests = fl.plan(scene(frequency_ratios=[0.5], normal_forces_n=[1.0], **more), tests=4).tests
         return [(t.cumulative["beta"] or math.nan) / t.values["beta"] for t in tests if t.cumulative is not None]
 
     assert left(repeatability=0.05) == pytest.approx([0.05 / math.sqrt(n) for n in (1, 2, 3, 4)], rel=0.06)
@@ -59,7 +62,7 @@ def test_friction_that_differs_from_test_to_test_limits_what_one_test_tells() ->
 
 
 def test_hours_are_kept_and_repeats_are_bounded() -> None:
-    plan = plan_tests(scene(setup_s=60.0, most_repeats=2), tests=50, hours=0.2)
+    plan = fl.plan(scene(setup_s=60.0, most_repeats=2), tests=50, hours=0.2)
     assert len(plan.tests) == 6
     assert plan.tests[-1].total_s == 720.0
     settings = [(t.frequency_ratio, t.normal_force_n) for t in plan.tests]
@@ -68,7 +71,7 @@ def test_hours_are_kept_and_repeats_are_bounded() -> None:
 
 def test_an_aim_lowers_its_own_error() -> None:
     def left(*aim: str) -> float:
-        last = plan_tests(scene(), law="coulomb+place+speed", tests=2, aim=aim).tests[-1]
+        last = fl.plan(scene(), law="coulomb+place+speed", tests=2, aim=aim).tests[-1]
         assert last.cumulative_u is not None
         return last.cumulative_u["gradient"] or math.inf
 
@@ -77,7 +80,7 @@ def test_an_aim_lowers_its_own_error() -> None:
 
 def test_the_running_order_sets_each_force_once_and_says_it_in_words() -> None:
     what = scene(setup_s=10.0)
-    plan = plan_tests(what, law="coulomb+place", tests=6)
+    plan = fl.plan(what, law="coulomb+place", tests=6)
     forces = [t.normal_force_n for t in running_order(plan)]
     assert forces == sorted(forces)
     lines = steps(plan)
@@ -95,24 +98,24 @@ SMALL = {"gradient": 5e-4, "contact_damping_ratio": 2e-3}
 def test_tests_between_two_laws_tell_more_than_those_for_small_errors() -> None:
     """Of the evidence, the lesser way counts."""
     what = scene(expected=SMALL, model_error=0.003)
-    apart = plan_tests(what, law=PLACE, against=SPEED, tests=2)
+    apart = fl.plan(what, law=PLACE, against=SPEED, tests=2)
     assert apart.against == SPEED
     for test in apart.tests:
         assert test.log_bayes is not None
         assert test.log_bayes_against is not None
-    every = plan_tests(what, law=PLACE, against=SPEED, tests=1, everything=True)
+    every = fl.plan(what, law=PLACE, against=SPEED, tests=1, everything=True)
     best = max(min(t.log_bayes or 0.0, t.log_bayes_against or 0.0) for t in (*every.tests, *every.others))
     first = every.tests[0]
     assert min(first.log_bayes or 0.0, first.log_bayes_against or 0.0) > 0.3 * best
     after = [t.log_bayes_after or 0.0 for t in apart.tests]
     assert after[1] > after[0] > 5.0
-    decides = plan_tests(what, law=PLACE, against=SPEED)
+    decides = fl.plan(what, law=PLACE, against=SPEED)
     assert len(decides.tests) == 1, "without a number of tests the one that decides is the last"
     assert len(decides.others) == len(apart.others) + len({t.frequency_ratio for t in apart.tests}) - 1
 
 
 def test_a_law_inside_another_gains_only_what_its_simplicity_is_worth() -> None:
-    test = plan_tests(scene(expected={"gradient": 0.03}), law="coulomb", against=PLACE, tests=1).tests[0]
+    test = fl.plan(scene(expected={"gradient": 0.03}), law="coulomb", against=PLACE, tests=1).tests[0]
     assert test.log_bayes is not None
     assert test.log_bayes_against is not None
     assert 3.0 < test.log_bayes < 30.0

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from frictionlab.analysis.measure import measure
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.inference.compare import identified
-from frictionlab.planning import Plan, plan_tests
+from frictionlab.inference.material_law import example_law
+from frictionlab.planning import Plan
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
 from frictionlab.simulator.sweep import warm_up
@@ -29,7 +31,7 @@ LINE += ["cumulative"]
 
 @pytest.fixture(scope="module")
 def coulomb() -> Plan:
-    return plan_tests(scene(), tests=3)
+    return fl.plan(scene(), tests=3)
 
 
 def test_each_further_test_leaves_less_unknown(coulomb: Plan) -> None:
@@ -45,7 +47,7 @@ def test_each_further_test_leaves_less_unknown(coulomb: Plan) -> None:
 def test_the_errors_promised_are_those_achieved() -> None:
     """The scatter of the friction ratio over repeats of the best test, each with its own noise and cycles."""
     warm_up("coulomb")
-    best = plan_tests(scene(), tests=1).tests[0]
+    best = fl.plan(scene(), tests=1).tests[0]
     beta = 0.6 * best.normal_force_n / (1191.0 * BASE_M)
     found = []
     for seed in range(30):
@@ -57,7 +59,7 @@ def test_the_errors_promised_are_those_achieved() -> None:
 
 
 def test_a_test_that_stands_still_tells_nothing() -> None:
-    plan = plan_tests(scene(normal_forces_n=[1.0, 6.0]), tests=1)
+    plan = fl.plan(scene(normal_forces_n=[1.0, 6.0]), tests=1)
     still = [t for t in plan.others if t.normal_force_n == 6.0]
     assert still
     assert all(t.expected["beta"] is None for t in still)
@@ -65,7 +67,7 @@ def test_a_test_that_stands_still_tells_nothing() -> None:
 
 
 def test_place_and_speed_are_told_apart_by_what_is_planned() -> None:
-    plan = plan_tests(scene(), law="coulomb+place+speed", tests=2)
+    plan = fl.plan(scene(), law="coulomb+place+speed", tests=2)
     first = plan.tests[0]
     assert set(first.expected) == {"beta", "gradient", "contact_damping_ratio"}
     assert first.log_bayes is not None
@@ -84,7 +86,7 @@ def test_an_undeclared_lag_leaves_more_unknown_than_a_declared_one_of_its_size()
         scene(sensors, frequency_ratios=[1.2], normal_forces_n=[1.0], duration_s=10.0)
         for sensors in ({}, {"sensors": {"lag_s_u": assumed_s}})
     )
-    plans = (plan_tests(rig, law="coulomb+speed", tests=1) for rig in rigs)
+    plans = (fl.plan(rig, law="coulomb+speed", tests=1) for rig in rigs)
     assumed, known = (plan.tests[0].expected_u["contact_damping_ratio"] for plan in plans)
     assert assumed is not None
     assert known is not None
@@ -96,11 +98,53 @@ def test_what_was_measured_is_known_before() -> None:
     measured: list[Mapping[str, object]] = [{"friction_coefficient": 0.6, "parameters": known}]
 
     def left(rows: list[Mapping[str, object]]) -> float:
-        test = plan_tests(scene(), tests=1, measured=rows).tests[0]
+        test = fl.plan(scene(), tests=1, measured=rows).tests[0]
         assert test.cumulative is not None
         return (test.cumulative["beta"] or math.inf) / test.normal_force_n
 
     assert left(measured) < left([])
+
+
+def test_what_the_sensors_gain_does_is_promised_as_a_comparison_states_it() -> None:
+    """A gain of 5 % moves the coefficient by 5 %, whatever the noise: tests do not average it out."""
+    known = scene({"sensors": {"gain_error": 0.05}}, frequency_ratios=[0.5], normal_forces_n=[1.0])
+    first, second = fl.plan(known, tests=2).tests
+    recording = recorded(Problem(0.5, first.values["beta"]), np.random.default_rng(0))
+    found = fl.compare(replace(measure(recording, known), normal_force_n=1.0), known)
+    assert first.friction_coefficient_u == pytest.approx(found.friction_coefficient_u, rel=0.02)
+    assert second.friction_coefficient_u_after == pytest.approx(first.friction_coefficient_u, rel=0.02)
+
+
+def test_the_law_that_a_folder_of_results_has_found_is_planned_for_unless_another_is_named(tmp_path: Path) -> None:
+    """A table of comparisons, then the law of a campaign beside it; what explains its test badly counts for nothing."""
+    known = {"beta": {"value": 0.28, "u": 1e-3, "told": True}}
+    row = {"source": "a.h5", "status": "ok", "verdict": "explained", "law": "coulomb+place", "parameters": known}
+    rows = [row, {**row, "source": "b.h5"}, {**row, "source": "c.h5", "law": "coulomb+speed", "verdict": "misfit"}]
+    (tmp_path / "comparisons.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    plan = fl.plan(scene(), tests=1, measured=[tmp_path])
+    assert plan.law == "coulomb+place"
+    assert any("1 of 3 comparisons are not counted" in note for note in plan.notes)
+    assert fl.plan(scene(), law="coulomb", tests=1, measured=[tmp_path]).law == "coulomb"
+    assert fl.plan(scene({"model": {"law": "coulomb"}}), tests=1, measured=[tmp_path]).law == "coulomb"
+    law = replace(example_law(), law="coulomb", values={"friction_coefficient": 0.5}, covariance=np.eye(1) * 1e-4)
+    law.write(tmp_path / "law_brass.toml")
+    plan = fl.plan(scene(), tests=1, measured=[tmp_path])
+    assert plan.tests[0].values["beta"] == pytest.approx(0.5 * plan.tests[0].normal_force_n / (1191.0 * BASE_M))
+    with pytest.raises(UsageError, match=r"expected comparisons .* of steel; got none"):
+        fl.plan(scene({"experiment": {"material": "steel"}}), measured=[tmp_path])
+
+
+def test_a_scene_without_candidates_takes_those_that_its_tests_were_made_at(tmp_path: Path) -> None:
+    (tmp_path / "brass_100g.csv").write_text("")
+    (tmp_path / "brass_150g.csv").write_text("")
+    rig = f"[rig]\nnatural_frequency_hz = {NATURAL_HZ}\nstiffness_n_per_m = 1191.0\n"
+    (tmp_path / "frictionlab.toml").write_text(
+        f'{rig}[experiment]\nname_pattern = "{{material}}_{{normal_force_g}}g"\n'
+    )
+    plan = fl.plan(tmp_path / "frictionlab.toml", tests=1, frequency_ratios=[0.5])
+    forces = [t.normal_force_n for t in (*plan.tests, *plan.others)]
+    assert sorted(forces) == pytest.approx([0.980665, 1.4709975])
+    assert plan.notes[0] == "plan.normal_forces_n: not given: those of the names of the logs are taken: 0.980665, 1.471"
 
 
 @pytest.mark.parametrize(
@@ -124,13 +168,13 @@ def test_a_plan_that_cannot_be_is_refused_by_name(
 ) -> None:
     error = SceneError if fault.startswith("plan") else UsageError
     with pytest.raises(error, match=fault):
-        plan_tests(scene(**change), **options)  # type: ignore[arg-type]
+        fl.plan(scene(**change), **options)  # type: ignore[arg-type]
 
 
 def test_all_that_a_plan_lacks_is_named_at_once() -> None:
     lacking = r"(?s)a plan needs natural frequency and stiffness.*plan\.normal_forces_n: expected.*plan\.base_amp"
     with pytest.raises(SceneError, match=lacking):
-        plan_tests(Scene.model_validate({"plan": {"base_amplitudes_m": []}}))
+        fl.plan(Scene.model_validate({"plan": {"base_amplitudes_m": []}}))
 
 
 TOML = f"""
