@@ -287,7 +287,7 @@ def _with_laws(campaign: Campaign, joint: JointFit) -> Campaign:
         if stiffness and frequency
     ]
     verdicts = campaign.verdicts
-    found = {test.source: test for test in left_out(joint.posterior)}
+    found = {test.source: test for test in left_out(joint.posterior, scene.sensors.lag_s)}
     for t in campaign.trials:
         excluded = verdicts[t.source].excluded if t.source in verdicts else None
         reason = t.reason or (excluded or Reason.NO_CYCLE).sentence

@@ -159,6 +159,16 @@ class FrictionFit:
     friction_coefficient_u = Flat("coefficient", "u")
 
     @property
+    def friction_ratio_scatter(self) -> float | None:
+        """Standard deviation of the friction ratio from test to test, as ``law_MATERIAL.toml`` counts a scatter."""
+        return self.ratio.scaled(self.scatter).value
+
+    @property
+    def friction_coefficient_scatter(self) -> float | None:
+        """Standard deviation of the coefficient from test to test."""
+        return self.coefficient.scaled(self.scatter).value
+
+    @property
     def used(self) -> tuple[Verdict, ...]:
         """The tests that the fit rests on."""
         return tuple(v for v in self.verdicts if v.excluded is None)

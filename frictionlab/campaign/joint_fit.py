@@ -202,7 +202,11 @@ class JointFit:
                 far.append(
                     f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}: declare"
                     f" {to_declare(u.name, u.value(off), scene) or u.key} and measure again"
-                    + (", for measured energies are those of the lag declared" if u.name == "lag_s" else "")
+                    + (
+                        ", for measured energies are those of the lag declared (left_out.csv has them at the lag found)"
+                        if u.name == "lag_s"
+                        else ""
+                    )
                 )
         return (FOUND.format("; ".join(parts)), *far) if parts and len(self.posterior.tests) > 1 else ()
 

@@ -17,7 +17,7 @@ from scipy.special import stdtrit
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Model, fit_from, scatter_scale
-from frictionlab.inference.observations import CycleObservation, cycle_of
+from frictionlab.inference.observations import CycleObservation, cycle_of, parts
 from frictionlab.inference.posterior import Posterior, of_several
 
 FEW = 8  # tests up to which the fit is made again
@@ -38,7 +38,8 @@ class LeftOutTest:
 
     Energies in k Y^2, amplitudes in Y; ``_low`` and ``_high``: 95 % bands; ``response_nrmse``: with nothing taken from
     the test; ``response_nrmse_own``: with its own test-level unknowns fitted to it; ``band_holds``: whether both bands
-    hold what was measured.
+    hold what was measured; ``lag_s``: by how much the base's channel is behind, as all tests find it: energies,
+    measured and predicted, are without it, as `frictionlab predict` has them.
     """
 
     source: str
@@ -55,6 +56,7 @@ class LeftOutTest:
     predicted_response_amplitude_low: float | None = None
     predicted_response_amplitude_high: float | None = None
     reason: str | None = None
+    lag_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,8 @@ class _Expected:
         return self.model.tests[self.i].observation.predict(self.model.values(self.i, own))
 
 
-def left_out(posterior: Posterior) -> tuple[LeftOutTest, ...]:
-    """Return each test of a joint fit as the others predict it."""
+def left_out(posterior: Posterior, lag_s: float = 0.0) -> tuple[LeftOutTest, ...]:
+    """Return each test of a joint fit as the others predict it; ``lag_s``: that the scene declares."""
     materials = [test.observation.material for test in posterior.tests]
     found = []
     for i, (observation, material) in enumerate(zip(posterior.observations, materials, strict=True)):
@@ -86,7 +88,10 @@ def left_out(posterior: Posterior) -> tuple[LeftOutTest, ...]:
             found.append(LeftOutTest(source, material, reason=ALONE))
             continue
         try:
-            found.append(_predicted(_expected(posterior, i, others), observation))
+            found.append(
+                _predicted(_expected(posterior, i, others), observation, posterior.values(i).get("lag_s", 0.0))
+            )
+            found[-1] = replace(found[-1], lag_s=lag_s + posterior.values(i).get("lag_s", 0.0))
         except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError) as error:
             found.append(LeftOutTest(source, material, reason=f"the other tests' law cannot be fitted: {error}"))
     return tuple(found)
@@ -107,16 +112,17 @@ def _expected(posterior: Posterior, i: int, others: int) -> _Expected:
     return _Expected(model, i, mean, covariance, scatter, others)
 
 
-def _predicted(expected: _Expected, observation: CycleObservation) -> LeftOutTest:
-    """One test as the others predict it."""
-    measurement, lines = observation.measurement, expected.lines(expected.mean)
+def _predicted(expected: _Expected, observation: CycleObservation, lag_s: float) -> LeftOutTest:
+    """One test as the others predict it, its energies without a lag beyond the declared one."""
+    measurement, lines, late = observation.measurement, expected.lines(expected.mean), lag_s * observation.turn
     if lines is None:
         return LeftOutTest(measurement.source, observation.material, reason=STILL)
     measured = np.array([measurement.energy_per_cycle, measurement.response_amplitude])
     error = np.array([measurement.energy_per_cycle_se or 0.0, measurement.response_amplitude_se or 0.0])
     offset = measured - seen_in(observation.data, observation)  # a mean of cycles is not the cycle of means
-    value = seen_in(lines, observation)
-    middle, variance, scattered = _spread(expected, value)
+    measured = offset + seen_in(observation.data, observation, late)
+    value = seen_in(lines, observation, late)
+    middle, variance, scattered = _spread(expected, value, late)
     whole = variance + error**2
     freedom = (expected.others - 1 or 1) * (whole / np.maximum(scattered, 1e-9 * whole + 1e-300)) ** 2
     reach = stdtrit(np.minimum(freedom, 1e6), LEVEL) * np.sqrt(whole)
@@ -139,13 +145,14 @@ def _predicted(expected: _Expected, observation: CycleObservation) -> LeftOutTes
     )
 
 
-def seen_in(lines: FloatArray, observation: CycleObservation) -> FloatArray:
+def seen_in(lines: FloatArray, observation: CycleObservation, late: float = 0.0) -> FloatArray:
     """Return energy (k Y^2, eq. 2.18) and amplitude (Y) of a cycle by its harmonics: cosine parts, then sine parts.
 
-    The energy is the area of the base over the mass: ``pi sum_k k (C_k b_k - S_k a_k)``.
+    The energy is the area of the base over the mass: ``pi sum_k k (C_k b_k - S_k a_k)``; ``late``: phase (rad) by which
+    the mass is shown ahead, taken off.
     """
-    a, b = lines.reshape(2, -1)
-    cycle, order = observation.measurement.cycle, np.arange(1, len(a) + 1)
+    order, cycle = np.arange(1, len(lines) // 2 + 1), observation.measurement.cycle
+    a, b = parts((lines[: len(order)] - 1j * lines[len(order) :]) * np.exp(-1j * late * order)).reshape(2, -1)
     count = min(len(cycle.base_cosine), len(a))
     area = cycle.base_cosine[:count] * b[:count] - cycle.base_sine[:count] * a[:count]
     phase = np.outer(np.linspace(0.0, 2.0 * np.pi, POINTS, endpoint=False), order)
@@ -153,7 +160,7 @@ def seen_in(lines: FloatArray, observation: CycleObservation) -> FloatArray:
     return np.array([math.pi * float(order[:count] @ area), 0.5 * float(np.ptp(x))])
 
 
-def _spread(expected: _Expected, here: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean and variance of energy and amplitude over what the others say of the test, and the scatter's part of it.
 
     Independent deviations of the test's unknowns are followed, the most telling first; the scatter of a test, and of
@@ -168,7 +175,7 @@ def _spread(expected: _Expected, here: FloatArray) -> tuple[FloatArray, FloatArr
     middle, variance, scattered = here.copy(), np.zeros(2), np.zeros(2)
     for row in turned[sizes > MOVES][:MOST_DIRECTIONS]:
         ends = [expected.lines(expected.mean + sign * HERMITE * (root @ row)) for sign in (1.0, -1.0)]
-        both = np.array([seen_in(end, observation) - here for end in ends if end is not None])
+        both = np.array([seen_in(end, observation, late) - here for end in ends if end is not None])
         if not len(both):
             continue
         weights = OUTER * 2.0 / len(both)

@@ -176,17 +176,9 @@ def campaign(
 
 def _refuse_failures(rows: Sequence[Row]) -> None:
     """Refuse a campaign without a single measurement: its report would be empty, and take the place of a full one."""
-    from frictionlab.campaign.files import is_comparison
-
-    good = [row for row in rows if row.get("status") != FAILED]
-    if not good:
+    if all(row.get("status") == FAILED for row in rows):
         count = f"all {len(rows)} failed" if rows else "there are none"
         raise AnalysisError(f"campaign: no test to evaluate, {count}: no report is written")
-    if all(map(is_comparison, good)):
-        raise AnalysisError(
-            "campaign: comparisons, and no measurements that they belong to: give what `frictionlab analyze -o` wrote"
-            " too: no report is written"
-        )
 
 
 def _write_campaign(

@@ -33,7 +33,7 @@ MOST_DOUBTS = 6  # on the first screen; all warnings stand further down
 COLUMNS: Mapping[str, Sequence[str]] = {
     "friction": (
         "material", "normal_force_n", "tests", "tests_used", "friction_ratio", "friction_force_n",
-        "friction_coefficient", "scatter", "law", "note",
+        "friction_coefficient", "friction_coefficient_scatter", "law", "note",
     ),
     "laws": ("material", "law", "tests", "required", "gain", "response_nrmse"),
     "parameters": ("material", "law", "parameter", "value", "scatter", "physical_value", "unit", "is_told"),

@@ -14,6 +14,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement, Traces
 from frictionlab.campaign import Campaign, Trial, Watch, is_comparison, read_measurements, recording_path, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
+from frictionlab.campaign.files import recording_of
 from frictionlab.errors import AnalysisError
 from frictionlab.experiment import facts_of
 from frictionlab.files import make_folder
@@ -23,7 +24,7 @@ from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
-from frictionlab.verbs.inputs import AnyScene, FilePath, rows_of, scene_given
+from frictionlab.verbs.inputs import FAILED, AnyScene, FilePath, rows_of, scene_given
 
 if TYPE_CHECKING:
     from frictionlab.figures.plates import Plate
@@ -83,16 +84,33 @@ def evaluate(
     measured = [row for row in rows if not is_comparison(row)]
     sources = {str(row["source"]) for row in measured}
     alone = [row for row in comparisons if str(row["source"]) not in sources]
-    trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in (*measured, *alone)]
+    measured += [_of_comparison(row, known, sorted(places)) for row in alone]
+    trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in measured]
+    observations = observations_of(trials, known, folders=sorted(places), workers=workers)
     return evaluate_trials(
         trials,
         known,
         folders=sorted(places),
         comparisons=comparisons,
-        observations=observations_of(trials, known, folders=sorted(places), workers=workers),
+        observations=observations,
         find_law=law == AUTO,
         watch=watch,
     )
+
+
+def _of_comparison(row: Row, scene: Scene, folders: Sequence[Path]) -> Row:
+    """The measurement behind a comparison: of its recording where that is at hand, else what the comparison says.
+
+    Then its base amplitude follows from its force, F = beta k Y.
+    """
+    recording = recording_of(trial_of(row), folders) if row.get("status") != FAILED else None
+    if recording is not None:
+        with contextlib.suppress(AnalysisError):
+            return {**measure(recording, scene).row(), "source": row["source"]}
+    force, ratio, stiffness = row.get("friction_force_n"), row.get("friction_ratio"), scene.rig.stiffness
+    if stiffness and isinstance(force, float) and isinstance(ratio, float) and ratio > 0.0:
+        return {"base_amplitude_m": force / (stiffness * ratio), **row}
+    return row
 
 
 def recordings_beside(table: Path) -> list[Path]:
@@ -173,7 +191,6 @@ def publish(
 
 def _write_sheets(campaign: Campaign, folder: Path, *, force: bool) -> None:
     """A page per test, with what its recording shows where that is at hand."""
-    from frictionlab.campaign.files import recording_of
     from frictionlab.report.page_of_test import sheet_name, sheets_of, write_sheet
 
     make_folder(folder)

@@ -62,7 +62,7 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     [
         ("gone.jsonl", None, "no test to evaluate, all 1 failed: no report is written"),
         ("m.jsonl", {"source": "a.csv", "status": "failed", "reason": "no drive"}, "no test to evaluate, all 1 failed"),
-        ("m.jsonl", {"source": "a.h5", "status": "ok", "law": "coulomb"}, "comparisons, and no measurements"),
+        ("m.jsonl", {"source": "a.h5", "status": "ok", "law": "coulomb"}, "tests failed: no material"),
         ("m.jsonl", {**small_campaign()[0], "frequency_ratio": None}, "tests failed: no frequency_ratio: give [rig]"),
     ],
 )

@@ -119,6 +119,22 @@ def test_comparisons_join_their_measurements_and_stand_alone_where_there_is_none
     assert joined.laws == ()  # evidence of single tests is none of the material: its scatter would be counted as law
 
 
+def test_a_comparison_alone_stands_for_the_recording_behind_it(scene: Scene, tmp_path: Path) -> None:
+    facts = {"material": "steel", "normal_force_n": 1.5}
+    write_recording(steady_recording().changed(experiment=facts), tmp_path / "a.h5")
+    of_recording = evaluate([{**measure(steady_recording(), scene).row(), "source": "a.h5", **facts}], scene)
+    (found,) = evaluate([comparison("a.h5", coulomb=0.0)], scene, folders=[tmp_path]).fits
+    assert (found.material, found.law) == ("steel", "coulomb")
+    assert found.friction_coefficient == pytest.approx(of_recording.fits[0].friction_coefficient, rel=1e-3)
+    row = {
+        **comparison("b.h5", coulomb=0.0),
+        **facts,
+        "friction_ratio": 0.35,
+        "friction_force_n": 0.35 * STIFFNESS * 2e-3,
+    }
+    assert evaluate([row], scene).trials[0].base_amplitude_m == pytest.approx(2e-3)
+
+
 def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene: Scene, tmp_path: Path) -> None:
     write_recording(steady_recording(), tmp_path / "a.h5")
     measured = {**measure(steady_recording(), scene).row(), "source": "a.h5", "material": "steel"}
