@@ -1,7 +1,7 @@
 """A number with its errors: one type for all of them, and one way to say that a number is not known.
 
-A result holds its numbers as estimates; the flat names of the contract (``energy_per_cycle``, ``energy_per_cycle_se``,
-``energy_per_cycle_u``) are read off them by `Flat` and `FlatKnown`, so that a number and its errors cannot part.
+A result holds its numbers as estimates; the flat names of the contract (a column's, with ``_se`` and ``_u``) are read
+off them by `Flat` and `FlatKnown`, so that a number and its errors cannot part.
 `average` and `weighted_mean` make one number of several that scatter by more than their errors.
 """
 

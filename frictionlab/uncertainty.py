@@ -22,12 +22,13 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.scene import Scene
+from frictionlab.schema import AMPLITUDE, BASE, ENERGY
 
 Shares = Mapping[str, float]
 STATISTICAL = "noise and scatter"
 LINES = "hum and other lines"
 FILTER = "filter of the mass sensor"
-KEYS = ("energy_per_cycle", "response_amplitude", "base_amplitude_m")
+KEYS = (ENERGY, AMPLITUDE, BASE)
 ROUNDING = 1e-12  # below it a share is the rounding of differences
 CUBIC_GAIN = 0.75  # of a cosine's cube, in its fundamental
 NATURAL_FREQUENCY = 0.002  # relative: two publications of one frame say 3.115 and 3.130 Hz
@@ -117,7 +118,7 @@ def cycle_budget(
     """Return what each source adds to the numbers of a mean cycle, in the numbers' own units.
 
     ``mass``, ``base`` (p,): x/Y and y/Y on equally spaced phases; ``turn``: drive's angular frequency, rad/s; ``unit``:
-    Y in m. Returns of ``energy_per_cycle`` (k Y^2), ``response_amplitude`` (Y) and ``base_amplitude_m`` (m): source ->
+    Y in m. Returns of the energy (k Y^2), the amplitude (Y) and the base's amplitude (m), by their columns: source ->
     standard uncertainty.
     """
     way = 2.0 * math.pi / len(base)

@@ -20,7 +20,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "__init__": set(),
     ALL: set(),
     "errors": set(),
-    "simulator": {"errors"},
+    "simulator": {"errors", "schema"},
     "files": {"errors"},
     "schema": {"__init__"},
     "estimate": set(),
@@ -38,24 +38,24 @@ MAY_IMPORT: dict[str, set[str]] = {
     "analysis": {
         *("errors", "estimate", "recording", "sampling", "scene", "schema", "uncertainty"),
     },
-    "uncertainty": {"scene"},
+    "uncertainty": {"scene", "schema"},
     "planning": {"analysis", "errors", "estimate", "inference", "scene", "schema", "simulator", "uncertainty"},
     "inference": {
         *("base_motion", "files"),
         *("errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
     },
-    "synthetic": {"analysis", "base_motion", "errors", "files", "hdf5", "logs", "scene", "simulator"},
+    "synthetic": {"analysis", "base_motion", "errors", "files", "hdf5", "logs", "scene", "schema", "simulator"},
     "campaign": {
         *("tables", "errors", "files", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
         *("estimate", "inference", "uncertainty"),
     },
     "tradeoff": {
-        *("analysis", "files", "hdf5", "inference", "recording", "scene", "simulator"),
+        *("analysis", "files", "hdf5", "inference", "recording", "scene", "schema", "simulator"),
     },
     "base_motion": {"analysis", "errors", "recording", "simulator"},
     "figures": {
         *("analysis", "base_motion", "campaign", "errors", "files", "inference", "planning", "simulator"),
-        "recording",
+        *("recording", "schema"),
     },
     "verbs": {
         *(

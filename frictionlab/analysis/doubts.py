@@ -18,6 +18,7 @@ from frictionlab.analysis.spectrum import LEAST, mains_of
 from frictionlab.analysis.stops import TURN
 from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate
+from frictionlab.schema import ENERGY
 
 FEW_CYCLES = 5
 COARSE = 0.02  # sensor step over the amplitude of the response: what stands still longer than that may be moving
@@ -208,7 +209,7 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
         change = np.ptp(answer.amplitude[max(0, j - 5) : j + 5]) / size
         if abs(by - round(by)) < WHOLE and change < SAME_SIZE:
             yield (
-                f"energy_per_cycle: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples"
+                f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples"
                 f" {'earlier' if by < 0.0 else 'later'} than before: as if samples had been lost in the"
                 f" {'mass' if by < 0.0 else 'base'}'s channel: cut the log there, or give the channels their own times"
             )
@@ -272,7 +273,7 @@ def of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float | 
     u = math.hypot(friction.energy.error or 0.0, (loop.error or 0.0) * scale)
     if abs(apart) > max(APART * u, APART_MATTERS * abs(by_motion)):
         yield (
-            f"force_energy_per_cycle: the load cell gives {friction.energy.value:.3g} J, the loop of the motion"
+            f"force_{ENERGY}: the load cell gives {friction.energy.value:.3g} J, the loop of the motion"
             f" {by_motion:.3g} J, {100.0 * apart / by_motion:+.2g} %: gain or place of the load cell, stiffness_n_per_m"
             " or the frame's damping_ratio in [rig] are off"
         )
@@ -325,7 +326,7 @@ def _of_the_channels(
                 f"mass and base look swapped (harmonics of the base {100.0 * of_b:.2g} %, of the mass"
                 f" {100.0 * of_m:.2g} %): exchange --mass and --base ([log]), or turn the sign of one column"
             )
-        yield f"energy_per_cycle: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
+        yield f"{ENERGY}: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
     elif r is not None and not wall_moves and not _is_blurred(answer):
         yield from _relative(mass, base, answer.stuck_fraction, r)
 

@@ -28,6 +28,7 @@ from frictionlab.recording import Fact, Recording
 from frictionlab.sampling import clock_breaks
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import window_of
+from frictionlab.schema import AMPLITUDE, ESTIMATED, RATIO
 from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
 
 NO_NATURAL_FREQUENCY = (
@@ -37,12 +38,7 @@ NO_NATURAL_FREQUENCY = (
 MOST_GAPS = 5  # named one by one
 MOST_SINGLE, MOST_HARMONICS = 400, 128  # of the single cycles that show the scatter
 LONG_TEST_S = 300.0  # from this length on a trend of the energy is fitted
-BUDGETED = {
-    "frequency_ratio": "ratio",
-    "base_amplitude_m": "base_amplitude",
-    "energy_per_cycle": "energy",
-    "response_amplitude": "amplitude",
-}  # key of the contract -> field of the measurement
+BUDGETED = ("ratio", "base_amplitude", "energy", "amplitude")  # those with a combined uncertainty
 
 
 def measure(recording: Recording, scene: Scene) -> Measurement:
@@ -91,7 +87,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     if not answer.is_stuck:
         cut = channels.cut_away(cycle.mass_smooth, layout.drive.frequency, of_mass, friction=slides, r=r or 1.0)
     budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
-    estimates |= {BUDGETED[key]: estimates[BUDGETED[key]].with_u(combined(budget[key])) for key in budget}
+    estimates |= {n: estimates[n].with_u(combined(budget[ESTIMATED[n]])) for n in BUDGETED if estimates[n].known}
     friction = energy.by_load_cell(
         *(layout, answer, used, sources),
         normal_force_n=normal_force_of(recording, scene),
@@ -336,9 +332,9 @@ def _budget(
     """What each source adds to each number, its own scatter first; ``of_filter``: to the amplitude."""
     turn, unit = 2.0 * math.pi * layout.drive.frequency, layout.drive.amplitude
     found = dict(cycle_budget(cycle.mass_smooth, cycle.base, sources, turn=turn, unit=unit))
-    found["frequency_ratio"] = {"natural frequency": (estimates["ratio"].value or 0.0) * sources.natural_frequency}
-    found["response_amplitude"] = {**found["response_amplitude"], LINES: layout.hidden, **of_filter}
-    known = ((key, estimates[name]) for key, name in BUDGETED.items())
+    found[RATIO] = {"natural frequency": (estimates["ratio"].value or 0.0) * sources.natural_frequency}
+    found[AMPLITUDE] = {**found[AMPLITUDE], LINES: layout.hidden, **of_filter}
+    known = ((ESTIMATED[name], estimates[name]) for name in BUDGETED)
     return {key: {STATISTICAL: number.se or 0.0, **found[key]} for key, number in known if number.known}
 
 

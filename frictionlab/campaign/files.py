@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionlab import schema
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import Verdict
@@ -19,17 +20,6 @@ from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable
 from frictionlab.hdf5 import is_recording, read_recording, read_tree
 from frictionlab.inference.material_law import is_material_law
 from frictionlab.recording import Recording
-from frictionlab.schema import (
-    DRIFTS,
-    FRICTION,
-    LAW_PARAMETERS,
-    LEFT_OUT,
-    MATERIAL_LAWS,
-    MEASUREMENTS,
-    RANKING,
-    TESTS,
-    Table,
-)
 from frictionlab.tables import SUFFIXES, Row, is_table, read_rows, write_rows
 from frictionlab.tables.frames import rows_of as tree_rows
 
@@ -41,14 +31,14 @@ IS_RECORDING = (
     " `frictionlab campaign measurements.jsonl -o FOLDER`"
 )
 CYCLES = 8  # shown of a short test, its last ones
-TABLES: Mapping[str, Table] = {
-    "measurements.csv": TESTS,
-    "friction.csv": FRICTION,
-    "ranking.csv": RANKING,
-    "drift.csv": DRIFTS,
-    "laws.csv": MATERIAL_LAWS,
-    "parameters.csv": LAW_PARAMETERS,
-    "left_out.csv": LEFT_OUT,
+TABLES = {
+    "measurements.csv": schema.TESTS,
+    "friction.csv": schema.FRICTION,
+    "ranking.csv": schema.RANKING,
+    "drift.csv": schema.DRIFTS,
+    "laws.csv": schema.MATERIAL_LAWS,
+    "parameters.csv": schema.LAW_PARAMETERS,
+    "left_out.csv": schema.LEFT_OUT,
 }
 OF_TRIAL = ("source", "material", "normal_force_n", "frequency_ratio", "duration_s")
 REPORT = "report.html"
@@ -99,9 +89,9 @@ def _at_home(row: Row) -> Row:
 
 
 def _rows_of_tree(path: Path) -> Iterator[Row]:
-    tree = read_tree(path, kind=MEASUREMENTS.format)
+    tree = read_tree(path, kind=schema.MEASUREMENTS.format)
     series = tree.get("cycles", {})
-    for n, row in enumerate(tree_rows(tree, path, MEASUREMENTS)):
+    for n, row in enumerate(tree_rows(tree, path, schema.MEASUREMENTS)):
         try:
             found = series.get(str(n), {}).get("trend")
             more = {}
@@ -274,20 +264,13 @@ def rows_of(campaign: "Campaign") -> Mapping[str, list[Row]]:
     p = {test.material: test.p for test in campaign.amontons}
     return {
         "measurements.csv": [_measurement(trial, campaign.verdicts.get(trial.source)) for trial in campaign.trials],
-        "friction.csv": [_row(FRICTION, fit, amontons_p=p[fit.material]) for fit in campaign.fits],
-        "ranking.csv": [_row(RANKING, r, tied_with=", ".join(r.tied_with) or None) for r in campaign.ranking],
-        "drift.csv": [
-            _row(DRIFTS, drift, **{key: getattr(drift.trial, key) for key in OF_TRIAL}) for drift in campaign.drifts
-        ],
-        "laws.csv": [_row(MATERIAL_LAWS, law) for law in campaign.laws],
-        "parameters.csv": [_row(LAW_PARAMETERS, parameter) for parameter in campaign.parameters],
-        "left_out.csv": [_row(LEFT_OUT, test) for test in campaign.left_out],
+        "friction.csv": [schema.FRICTION.row(fit, amontons_p=p[fit.material]) for fit in campaign.fits],
+        "ranking.csv": [schema.RANKING.row(r, tied_with=", ".join(r.tied_with) or None) for r in campaign.ranking],
+        "drift.csv": [schema.DRIFTS.row(d, **{k: getattr(d.trial, k) for k in OF_TRIAL}) for d in campaign.drifts],
+        "laws.csv": [schema.MATERIAL_LAWS.row(law) for law in campaign.laws],
+        "parameters.csv": [schema.LAW_PARAMETERS.row(parameter) for parameter in campaign.parameters],
+        "left_out.csv": [schema.LEFT_OUT.row(test) for test in campaign.left_out],
     }
-
-
-def _row(table: Table, thing: object, **more: object) -> Row:
-    """The columns of a table as a result names them; ``more``: of those that it does not have."""
-    return {name: more[name] if name in more else getattr(thing, name) for name in table.names}
 
 
 def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
@@ -304,9 +287,9 @@ def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
         "test_friction_ratio_se": verdict.friction_ratio_se,
         "test_friction_ratio_u": verdict.alone.u,
         "test_misfit": verdict.misfit,
-        "predicted_energy_per_cycle": state and state.energy_per_cycle,
-        "predicted_response_amplitude": state and state.response_amplitude,
-        "predicted_stops_per_cycle": state and state.stops_per_cycle,
+        f"predicted_{schema.ENERGY}": state and state.energy_per_cycle,
+        f"predicted_{schema.AMPLITUDE}": state and state.response_amplitude,
+        f"predicted_{schema.STOPS}": state and state.stops_per_cycle,
         "energy_residual": verdict.residual,
         "left_out_of_fit": excluded and excluded.sentence,
         "left_out_code": excluded and excluded.cause.value,

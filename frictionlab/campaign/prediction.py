@@ -20,6 +20,7 @@ from frictionlab.inference.observations import law_and_held
 from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
 from frictionlab.inference.verdict import base_words, model_words
 from frictionlab.scene import Scene, Solver
+from frictionlab.schema import ENERGY, STOPS, value_of
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
@@ -134,8 +135,7 @@ def curve(model: Model, material: str, normal_force_n: float, beta: float, r: Fl
     """Predict one friction ratio over frequency ratios."""
     states = [predict(model, float(value), beta) for value in r]
     energy, stops = (
-        np.array([math.nan if s is None else getattr(s, key) or 0.0 for s in states])
-        for key in ("energy_per_cycle", "stops_per_cycle")
+        np.array([math.nan if s is None else value_of(s, key) or 0.0 for s in states]) for key in (ENERGY, STOPS)
     )
     return Curve(material, normal_force_n, beta, r, energy, stops)
 

@@ -11,6 +11,7 @@ from frictionlab.analysis.steadiness import Trend
 from frictionlab.errors import UsageError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.scene.keys import CYCLES, window_of
+from frictionlab.schema import AMPLITUDE, BASE, ENERGY, ESTIMATED, MEASUREMENTS, RATIO, STOPS
 from frictionlab.tables import Row, plain
 from frictionlab.tables.texts import encodable
 
@@ -19,44 +20,22 @@ CUT = 0.01  # relative: what cutting and sampling the cycles a little differentl
 UNKNOWN_ERROR = 0.05  # relative: of an energy or amplitude whose measurement gives no error; wide, and said
 NEARLY_NONE = 0.01  # kY^2: an energy below minus this and five errors is no contact's
 TURNED = (
-    "energy_per_cycle is {:.3g} kY^2: a contact takes energy: a channel is inverted, or mass and base are swapped: read"
+    f"{ENERGY} is {{:.3g}} kY^2: a contact takes energy: a channel is inverted, or mass and base are swapped: read"
     " the log again with the right columns (--mass, --base)"
 )
-POSSIBLE: Mapping[tuple[float, float], str] = {
-    (1e-6, 1e9): "normal_force_n sampling_rate_hz",
-    (1e-6, 1e6): "natural_frequency_hz drive_frequency_hz",
-    (0.0, 1e8): "duration_s transient_s settled_s",
-    (1e-9, 10.0): "base_amplitude_m",
-    (0.0, 10.0): "base_amplitude_m_se base_amplitude_m_u",
-    (0.005, 50.0): "frequency_ratio",
-    (0.0, 1.0): "frequency_ratio_se frequency_ratio_u",
-    (-1e4, 1e4): "energy_per_cycle steady_energy_per_cycle",
-    (0.0, 1e4): """energy_per_cycle_se energy_per_cycle_u response_amplitude response_amplitude_se response_amplitude_u
-        steady_energy_per_cycle_se steady_response_amplitude steady_response_amplitude_se irregularity_index
-        irregularity_floor base_irregularity_index stops_per_cycle asymmetry""",
-    (-1e6, 1e6): "energy_trend_per_hour",
-    (0.0, 1e6): "energy_trend_per_hour_se",
-}
-"""What a measurement can be, generously: beyond, a table was edited wrongly or a sensor is connected wrongly."""
 LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
 LONG_S = 300.0  # from this duration on a test is a long one: it shows drift, and the fit over r leaves it to that
-NEEDED = ("frequency_ratio", "energy_per_cycle", "response_amplitude")
-ESTIMATES = {
-    "ratio": "frequency_ratio",
-    "energy": "energy_per_cycle",
-    "amplitude": "response_amplitude",
-    "steady_energy": "steady_energy_per_cycle",
-    "steady_amplitude": "steady_response_amplitude",
-}
+NEEDED = (RATIO, ENERGY, AMPLITUDE)
+ESTIMATES = ("ratio", "energy", "amplitude", "steady_energy", "steady_amplitude")
 NUMBERS = {
-    **{key: key for key in ("duration_s", "transient_s", "settled_s", "drive_frequency_hz", "base_amplitude_m")},
+    **{key: key for key in ("duration_s", "transient_s", "settled_s", "drive_frequency_hz", BASE)},
     "irregularity": "irregularity_index",
     "irregularity_floor": "irregularity_floor",
     "base_irregularity": "base_irregularity_index",
-    "stops": "stops_per_cycle",
+    "stops": STOPS,
     "asymmetry": "asymmetry",
 }
-"""Field of a test -> column of its row."""
+"""Fields of a test: estimates as `frictionlab.schema.ESTIMATED` has them, numbers with their column."""
 
 
 @dataclass(frozen=True)
@@ -232,7 +211,7 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
         trend=trend if isinstance(trend, Trend) else None,
         row={key: value for key, value in merged.items() if key != "trend"},
         **numbers,  # type: ignore[arg-type] # all of them numbers
-        **{name: estimate(key) for name, key in ESTIMATES.items()},  # type: ignore[arg-type] # all of them estimates
+        **{name: estimate(ESTIMATED[name]) for name in ESTIMATES},  # type: ignore[arg-type] # all of them estimates
     )
     return replace(trial, reason=_reason(trial))
 
@@ -251,8 +230,8 @@ def _reason(trial: Trial) -> str | None:
         return f"material: expected a name of at most {LONGEST_NAME} characters; got {got}: shorten it"
     if impossible := list(_impossible(row)):
         return f"{'; '.join(impossible)}: correct the measurement, or leave it out"
-    wanting = [key for name, key in ESTIMATES.items() if key in NEEDED and not getattr(trial, name).known]
-    if wanting == ["frequency_ratio"]:
+    wanting = [key for name in ESTIMATES if (key := ESTIMATED[name]) in NEEDED and not getattr(trial, name).known]
+    if wanting == [RATIO]:
         return "no frequency_ratio: give [rig] natural_frequency_hz in the scene when analyzing"
     if wanting:
         return f"no {', no '.join(wanting)} in the measurement: analyze it again"
@@ -266,12 +245,11 @@ def _reason(trial: Trial) -> str | None:
 
 def _impossible(row: Row) -> Iterator[str]:
     """Numbers of a row that cannot be, in words."""
-    for (low, high), names in POSSIBLE.items():
-        for key in names.split():
-            value = row.get(key)
-            if isinstance(value, (int, float)) and not isinstance(value, bool) and (value < low or value > high):
-                said = f"{value:g}" if abs(value) <= MOST else "a number beyond all bounds"
-                yield f"{key} = {said}: expected {low:g} to {high:g}"
+    for column in MEASUREMENTS.columns:
+        value, (low, high) = row.get(column.name), (*column.range, -math.inf, math.inf)[:2]
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and (value < low or value > high):
+            said = f"{value:g}" if abs(value) <= MOST else "a number beyond all bounds"
+            yield f"{column.name} = {said}: expected {low:g} to {high:g}"
 
 
 def _contradictions(row: Row, facts: Row) -> Iterator[str]:

@@ -11,7 +11,7 @@ import typer
 
 from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import AnalysisSettings, Judged, ManyInputs, check_law
-from frictionlab.schema import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS
+from frictionlab.schema import BASE, COMPARISONS, ENERGY, FREE_VIBRATIONS, LAWS, MEASUREMENTS
 from frictionlab.tables import Row
 from frictionlab.tables.texts import with_error
 from frictionlab.verbs.inputs import files_of, recordings_in
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Made = tuple[Row, Mapping[str, object]]
 """The row of an input, and by kind of figure what is drawn of it."""
-SHOWN = ("energy_per_cycle_j", "energy_per_cycle_u", "base_amplitude_m")  # of the measurement, beside its comparison
+SHOWN = (f"{ENERGY}_j", f"{ENERGY}_u", BASE)  # of the measurement, beside its comparison
 MOST = 12  # lines of an explanation, where not all are asked for
 PARAMETERS = {
     "parameter": "parameter",
@@ -117,10 +117,10 @@ def _compared(file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
     shown: dict[str, object] = {}
     if asked["whole"] or asked["fit"] == "whole" or frequency_table_given(file, scene) is not None:
         found = compare(file, scene, **asked)
-        contact, errors = found.contact, found.budget.get("energy_per_cycle")
+        contact, errors = found.contact, found.budget.get(ENERGY)
         if contact is not None and contact.unit_n is not None and errors and found.energy_per_cycle is not None:
             joules = found.energy_per_cycle * contact.unit_n * contact.unit_m
-            shown = {"_energy_per_cycle_j": joules, "_energy_per_cycle_u": hypot(*errors.values())}
+            shown = {f"_{ENERGY}_j": joules, f"_{ENERGY}_u": hypot(*errors.values())}
     else:
         measurement = analyze(file, scene)
         found = compare(measurement, scene, **asked)

@@ -11,7 +11,7 @@ from frictionlab.cli.options import Results, named_values, scene_of, values_of
 from frictionlab.cli.screen import count, counted, paragraph, print_table, print_warnings
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder
-from frictionlab.schema import PREDICTIONS, STEADY_STATES
+from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTIONS, STEADY_STATES, STOPS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
@@ -206,9 +206,9 @@ def _shown(test: "PredictedTest", name: str) -> Row:
     numbers, record = test.numbers, test.frequency_ratio is None
     return {
         "r": name.removeprefix("r = "),
-        "amplitude": in_words(numbers["response_amplitude_m"]),
-        "energy": in_words(numbers["record_energy_j" if record else "energy_per_cycle_j"]),
-        "stops": in_words(numbers["record_stops" if record else "stops_per_cycle"], 1.0),
+        "amplitude": in_words(numbers[f"{AMPLITUDE}_m"]),
+        "energy": in_words(numbers["record_energy_j" if record else f"{ENERGY}_j"]),
+        "stops": in_words(numbers["record_stops" if record else STOPS], 1.0),
         "regime": test.regime,
     }
 
@@ -282,7 +282,7 @@ def sweep(
 def _draw(grid: "Grid", records: "Sequence[np.ndarray]", warnings: Sequence[str], place: Path, *, force: bool) -> None:
     import numpy as np
 
-    from frictionlab.figures.grids import PANELS, STOPS, map_figure
+    from frictionlab.figures.grids import PANELS, map_figure
     from frictionlab.figures.style import AT_REST, save
 
     found, every = np.concatenate(records), {name: np.asarray(along) for name, along in grid.axes().items()}

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import typer
 
 from frictionlab.cli import STOPPED, LostOutputError, complain, printable
-from frictionlab.schema import Table
+from frictionlab.schema import AMPLITUDE, BASE, ENERGY, RATIO, REGIME, STOPS, Table
 from frictionlab.tables import Row, json_line, plain
 from frictionlab.tables.texts import kinds_of, with_error
 from frictionlab.verbs.inputs import FAILED
@@ -116,19 +116,19 @@ def _further(table: Table, columns: Collection[Shown]) -> list[Shown]:
 
 
 def _millijoules(row: Row) -> float | None:
-    joules, energy = row.get("energy_per_cycle_j"), row.get("energy_per_cycle")
+    joules, energy = row.get(f"{ENERGY}_j"), row.get(ENERGY)
     return 1e3 * joules / energy if isinstance(joules, float) and isinstance(energy, float) and energy else None
 
 
 def _millimetres(row: Row) -> float | None:
-    base = row.get("base_amplitude_m")
+    base = row.get(BASE)
     return 1e3 * base if isinstance(base, float) else None
 
 
-_FIRST = (word("r", "frequency_ratio", 7, ".3f"), *_both("mJ", "kY²", "E", "energy_per_cycle", _millijoules))
+_FIRST = (word("r", RATIO, 7, ".3f"), *_both("mJ", "kY²", "E", ENERGY, _millijoules))
 MEASURED = (
-    *(*_FIRST, *_both("mm", "Y", "X", "response_amplitude", _millimetres)),
-    *(word("stops", "stops_per_cycle", 4), word("regime", "regime", 5)),
+    *(*_FIRST, *_both("mm", "Y", "X", AMPLITUDE, _millimetres)),
+    *(word("stops", STOPS, 4), word("regime", REGIME, 5)),
     *(word("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),
 )
 COMPARED = (

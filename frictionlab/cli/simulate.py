@@ -11,7 +11,7 @@ import typer
 from frictionlab.cli import complain
 from frictionlab.cli.options import ANALYSIS, LOG, Results, named_values, number_of, scene_of
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.schema import MOTIONS
+from frictionlab.schema import AMPLITUDE, ENERGY, MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ SAMPLES = 1000  # per cycle, of the motion in an .h5
 READ = ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")
 SETTINGS = {"natural_frequency_hz": ANALYSIS["natural_frequency_hz"], **{key: LOG[key] for key in READ}}
 SI = {
-    "X": ("response_amplitude_m", 1e3, "mm"),
-    "E": ("energy_per_cycle_j", 1e3, "mJ"),
+    "X": (f"{AMPLITUDE}_m", 1e3, "mm"),
+    "E": (f"{ENERGY}_j", 1e3, "mJ"),
     "F": ("friction_force_n", 1, "N"),
 }
 CONTACTS = {
@@ -111,14 +111,14 @@ class Units(NamedTuple):
 def _in_si(row: Row, units: Units) -> Row:
     """The contract's keys of a row in SI units; several contacts have no beta, and none of these."""
     y, k = units
-    amplitude, energy, beta = (row.get(key) for key in ("response_amplitude", "energy_per_cycle", "beta"))
+    amplitude, energy, beta = (row.get(key) for key in (AMPLITUDE, ENERGY, "beta"))
     if not isinstance(beta, float):
         return {}
-    known = {"response_amplitude_m": amplitude * y if isinstance(amplitude, float) else None}
+    known = {f"{AMPLITUDE}_m": amplitude * y if isinstance(amplitude, float) else None}
     if k is None:
         return known
     joules = energy * k * y**2 if isinstance(energy, float) else None
-    return {**known, "energy_per_cycle_j": joules, "friction_force_n": beta * k * y}
+    return {**known, f"{ENERGY}_j": joules, "friction_force_n": beta * k * y}
 
 
 def _structure(r: float, rubs: Rubbing, scene: "Scene", given: Sequence[str]) -> "tuple[Structure, Units]":
@@ -232,7 +232,7 @@ def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) 
         if isinstance(amplitudes, list) and isinstance(contacts, list) and max(len(amplitudes), len(contacts)) > 1:
             typer.echo("amplitude of each mass: " + ", ".join(f"{amplitude:.6g} Y" for amplitude in amplitudes))
             print_table(contacts, CONTACTS)
-    if len(rows) == 1 and "response_amplitude_m" in rows[0]:
+    if len(rows) == 1 and f"{AMPLITUDE}_m" in rows[0]:
         known = {name: (rows[0].get(key), times, unit) for name, (key, times, unit) in SI.items()}
         said = (f"{name} {times * v:.4g} {unit}" for name, (v, times, unit) in known.items() if isinstance(v, float))
         typer.echo(", ".join(said))
@@ -246,7 +246,7 @@ def _numbers_of(row: Row) -> Row:
     """The row of a state as it stands on a screen: warnings stand below it, and growth where it is known."""
     hidden = {"warnings", "response_amplitudes", "contacts"}
     hidden |= {"growth_per_cycle"} if row.get("growth_per_cycle") is None else set()
-    hidden |= set() if row.get("frame_energy_per_cycle") else {"contact_energy_per_cycle", "frame_energy_per_cycle"}
+    hidden |= set() if row.get(f"frame_{ENERGY}") else {f"contact_{ENERGY}", f"frame_{ENERGY}"}
     return {key: value for key, value in row.items() if key not in hidden}
 
 

@@ -17,17 +17,13 @@ from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign, Trial, Verdict
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.figures.style import AT_REST, BLUE, MEASURED, VERMILION, StopColours, drawing, panels, plain_numbers
+from frictionlab.schema import AMPLITUDE, ENERGY, STEADY_STATES, STOPS
 
 CLIP = 0.1  # the colour scale ends this far below the maximum, as in Fig. 4.5
 GAP = 1.6  # a step over r = 1 this much wider than its neighbours is a band left out
 FEW = 8  # classes of stops for which a low figure has space
-PANELS = {
-    "energy_per_cycle": "energy per cycle over kY²",
-    "response_amplitude": "amplitude over Y",
-    "stops_per_cycle": "stops per cycle",
-}
+PANELS = {c.name: c.head for c in STEADY_STATES.columns if c.name in (ENERGY, AMPLITUDE, STOPS)}
 """Columns of a map of steady states -> what they are."""
-STOPS = "stops_per_cycle"
 MANY, MUCH_LARGER = 3, 10.0  # values of an axis, and how much larger the last is, from which it may be logarithmic
 PERCENTILE = 95.0  # percentile where the colours end: a few points at resonance would bleach all others
 Value = Callable[[Verdict], float | None]

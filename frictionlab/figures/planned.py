@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from frictionlab.figures import style
 from frictionlab.planning import Plan, PlannedTest
+from frictionlab.schema import AMPLITUDE, ENERGY
 
 if TYPE_CHECKING:
     from frictionlab.inference.predictive import Prediction
@@ -21,7 +22,7 @@ MARK = 40.0  # points squared
 DECIDES = 5.0  # logarithm of a Bayes factor from which a law is required
 Value = Callable[[PlannedTest], float | None]
 Place = tuple[float, float]  # frequency ratio and normal force
-CURVES = {"response_amplitude_m": "amplitude [mm]", "energy_per_cycle_j": "energy per cycle [mJ]"}
+CURVES = {f"{AMPLITUDE}_m": "amplitude [mm]", f"{ENERGY}_j": "energy per cycle [mJ]"}
 BAND: dict[str, Any] = {"color": style.PREDICTED, "alpha": 0.25, "linewidth": 0.0}  # of 95 of 100 tests
 DIGITS = re.compile(r"[\d.]+")
 FEW = 20  # points of a curve that are marked

@@ -11,7 +11,7 @@ from frictionlab.base_motion import RecordResponse, respond_to
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.material_law import DETUNING, MaterialLaw
 from frictionlab.recording import Recording
-from frictionlab.schema import PREDICTED, PREDICTED_RECORD, PREDICTIONS
+from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTED, PREDICTED_RECORD, PREDICTIONS, value_of
 from frictionlab.simulator import COSINE, Base, SteadyState, steady_state
 
 LOW, HIGH = 0.025, 0.975  # probabilities at the ends of a band
@@ -51,8 +51,8 @@ class PredictedTest:
     base: FloatArray
 
     def __repr__(self) -> str:
-        energy = self.numbers.get("energy_per_cycle_j") or self.numbers["record_energy_j"]
-        said = f"amplitude {in_words(self.numbers['response_amplitude_m'])} mm, energy {in_words(energy)} mJ"
+        energy = self.numbers.get(f"{ENERGY}_j") or self.numbers["record_energy_j"]
+        said = f"amplitude {in_words(self.numbers[f'{AMPLITUDE}_m'])} mm, energy {in_words(energy)} mJ"
         where = "a record" if self.frequency_ratio is None else f"r = {self.frequency_ratio:.4g}"
         return f"<PredictedTest of {self.material}, {where}: {said}>"
 
@@ -111,7 +111,7 @@ def predict_tests(
     --------
     >>> from frictionlab.inference.material_law import example_law
     >>> found = predict_tests(example_law(), [0.5], normal_force_n=4.0, base_amplitude_m=1.6e-3, draws=20)
-    >>> found.tests[0].numbers["energy_per_cycle"].value > 2.0
+    >>> found.tests[0].numbers["response_amplitude"].value > 2.0
     True
     """
     count = draws or min(MOST_DRAWS, max(FEWEST_DRAWS, ALL_DRAWS // max(len(frequency_ratios), 1)))
@@ -148,7 +148,7 @@ def _test(
     motions = [s.orbit.at(tau)[0] for s in states if s.orbit is not None]
     factors = (1.0, amplitude, 1.0, law.rig["stiffness_n_per_m"] * amplitude**2, 1.0)
     numbers = {
-        name: band_of(getattr(best, key), [getattr(s, key) for s in states], factor)
+        name: band_of(value_of(best, key), [value_of(s, key) for s in states], factor)
         for name, factor in zip(PREDICTED, factors, strict=True)
         for key in [name.removesuffix("_m").removesuffix("_j")]
     }

@@ -14,7 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
-from frictionlab import __version__
+from frictionlab import __version__, schema
 from frictionlab.campaign import CRITERIA, Campaign
 from frictionlab.campaign.files import rows_of
 from frictionlab.campaign.trials import short_name
@@ -24,7 +24,6 @@ from frictionlab.files import write_whole
 from frictionlab.report.charts import HERE, TEMPLATES, Dot, scatter
 from frictionlab.report.page_of_test import sheet_name
 from frictionlab.scene.text import to_toml
-from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
 from frictionlab.tables import Row
 from frictionlab.tables.texts import GRAVE, kinds_of, with_error
 
@@ -43,15 +42,15 @@ COLUMNS: Mapping[str, Sequence[str]] = {
     ),
     "ranking": ("rank", "material", "value", "tied_with"),
     "tests": (
-        "material", "normal_force_n", "frequency_ratio", "energy_per_cycle", "energy_per_cycle_j",
+        "material", "normal_force_n", "frequency_ratio", schema.ENERGY, f"{schema.ENERGY}_j",
         "response_amplitude", "stops_per_cycle", "regime", "test_friction_ratio", "energy_residual", "test_misfit",
     ),
 }  # fmt: skip
 TABLES = (
-    ("Friction", "friction", FRICTION),
-    ("Contact laws", "laws", MATERIAL_LAWS),
-    ("Parameters of the laws", "parameters", LAW_PARAMETERS),
-    ("Long tests", "drift", DRIFTS),
+    ("Friction", "friction", schema.FRICTION),
+    ("Contact laws", "laws", schema.MATERIAL_LAWS),
+    ("Parameters of the laws", "parameters", schema.LAW_PARAMETERS),
+    ("Long tests", "drift", schema.DRIFTS),
 )
 UNKNOWN = "\N{EN DASH}"
 LONG = 24  # letters of a cell that the screen may cut: the whole text stands in its title
@@ -81,7 +80,7 @@ def with_se(value: object, error: object = None) -> str:
     return with_error(value, error, sign="±").replace(" ", "\N{NO-BREAK SPACE}") if known else UNKNOWN
 
 
-def listing(table: Table, rows: Iterable[Row], names: Sequence[str]) -> Listing:
+def listing(table: schema.Table, rows: Iterable[Row], names: Sequence[str]) -> Listing:
     """Some columns of a table; a number stands with its combined uncertainty, else its standard error, in one cell.
 
     Columns that no row knows are left out.
@@ -248,15 +247,15 @@ def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, st
             yield (
                 f"By {criterion}: {own[0]['unit']}",
                 str(own[0]["evidence"]),
-                listing(RANKING, own, COLUMNS["ranking"]),
+                listing(schema.RANKING, own, COLUMNS["ranking"]),
             )
 
 
 def _tests(campaign: Campaign) -> Listing:
     """All tests, failed ones too, one line each: name, status, what was measured, remark."""
-    rows = [{**row, "energy_per_cycle_j_u": _joules_u(row)} for row in rows_of(campaign)["measurements.csv"]]
-    doubled = "energy_per_cycle" if any(row.get("energy_per_cycle_j") for row in rows) else "energy_per_cycle_j"
-    known = listing(TESTS, rows, [name for name in COLUMNS["tests"] if name != doubled])
+    rows = [{**row, f"{schema.ENERGY}_j_u": _joules_u(row)} for row in rows_of(campaign)["measurements.csv"]]
+    doubled = schema.ENERGY if any(row.get(f"{schema.ENERGY}_j") for row in rows) else f"{schema.ENERGY}_j"
+    known = listing(schema.TESTS, rows, [name for name in COLUMNS["tests"] if name != doubled])
     cells = []
     for place, (trial, row, own) in enumerate(zip(campaign.trials, rows, known.rows, strict=True), 1):
         remark = str(row.get("reason") or row.get("left_out_of_fit") or "")
@@ -270,6 +269,6 @@ def _tests(campaign: Campaign) -> Listing:
 
 def _joules_u(row: Row) -> float | None:
     """Uncertainty of the energy in joules: that of the dimensionless one, for what one is of the other is exact."""
-    energy, u, joules = (row.get(f"energy_per_cycle{end}") for end in ("", "_u", "_j"))
+    energy, u, joules = (row.get(f"{schema.ENERGY}{end}") for end in ("", "_u", "_j"))
     known = isinstance(energy, float) and isinstance(u, float) and isinstance(joules, float) and energy
     return abs(joules * u / energy) if known else None  # type: ignore[operator]

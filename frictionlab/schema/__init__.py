@@ -1,11 +1,8 @@
-"""Every column of every table: its name, type, unit, title and a sentence; the one home of these facts.
+"""Every column of every table: its name, type, unit, range, title and a sentence; the one home of these facts.
 
-From here follow the files (CSV, JSON Lines, Excel, HDF5 with ``units`` and ``long_name``), and what ``show`` and
-the commands print. The facts are two lists beside this file:
-
-- ``columns.csv``: a column a line. ``X_se`` and ``X_u`` need none: they are the errors of ``X``; nor do ``X_low`` and
-  ``X_high``, the ends of its band. What a name means in one table alone stands as ``TABLE:NAME``.
-- ``tables.toml``: the kinds of tables: which columns stand in each, and which of them a screen shows.
+From here follow the files (CSV, JSON Lines, Excel, HDF5 with ``units`` and ``long_name``), what ``show`` and the
+commands print, labels of figures, and what a campaign takes for possible. The facts stand in ``columns.toml`` beside
+this file. Code reaches numbers by attributes of results, and a row's cells by the names below.
 """
 
 import csv
@@ -13,7 +10,7 @@ import html
 import io
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -54,10 +51,12 @@ class Column:
     """One column, the same in every file and table it stands in; ``error_of``: the column whose error this is."""
 
     name: str  # key in JSON, head in CSV, name of the dataset in HDF5
+    attribute: str  # of the results that hold it; the name, unless the column was renamed
     type: Type  # what its cells hold
     unit: str  # as readers write it: Hz, kY² (k Y^2), empty for a plain number and for text
     title: str  # short, for tables on a screen; no two columns of a table have the same
     sentence: str  # what it is, in plain English
+    range: tuple[float, ...] = ()  # the least and the largest number that it can be, generously; of its errors at most
     error_of: str = ""
 
     @property
@@ -74,7 +73,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """One kind of table; ``tables.toml`` lists them and says what each of these is."""
+    """One kind of table; ``columns.toml`` lists them and says what each of these is."""
 
     kind: str
     sentence: str
@@ -82,7 +81,6 @@ class Table:
     lead: int
     shown: tuple[str, ...]
     series: tuple[Column, ...] = ()
-    takes_facts: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -99,9 +97,9 @@ class Table:
         """What an HDF5 file of this kind calls itself."""
         return f"frictionlab {self.kind}"
 
-    def row(self, result: object) -> dict[str, object]:
-        """The row of a result that has an attribute for each column; NaN is not known, which is None."""
-        values = ((name, getattr(result, name)) for name in self.names)
+    def row(self, result: object, **more: object) -> dict[str, object]:
+        """The row of a result with an attribute for each column not in ``more``; NaN is not known, which is None."""
+        values = ((c.name, more[c.name] if c.name in more else getattr(result, c.attribute)) for c in self.columns)
         return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in values}
 
     def column(self, name: str) -> Column | None:
@@ -109,13 +107,18 @@ class Table:
         return next((column for column in (*self.columns, *self.series) if column.name == name), None)
 
 
-def _read_columns() -> dict[str, Column]:
-    with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.reader(file))[1:]
-    return {key: Column(key.rpartition(":")[2], Type(kind), unit, title, said) for key, kind, unit, title, said in rows}
+_FACTS: dict[str, Any] = tomllib.loads(Path(__file__).with_name("columns.toml").read_text(encoding="utf-8"))
 
 
-_COLUMNS = _read_columns()
+def _column_of(cells: list[str]) -> tuple[str, Column]:
+    """What a column is called in the tables' lists, and the column."""
+    key, kind, unit, numbers, title, sentence = cells
+    name, _, attribute = key.partition("=")
+    plain, limits = name.rpartition(":")[2], tuple(map(float, numbers.split()))
+    return name, Column(plain, attribute or plain, Type(kind), unit, title, sentence, limits)
+
+
+_COLUMNS = dict(map(_column_of, csv.reader(io.StringIO(_FACTS.pop("columns")))))
 
 
 def _column_named(name: str, table: str = "") -> Column:
@@ -123,29 +126,22 @@ def _column_named(name: str, table: str = "") -> Column:
     for key in (f"{table}:{name}", name):
         if key in _COLUMNS:
             return _COLUMNS[key]
-    stem, _, ending = name.rpartition("_")
-    of, sentence = _COLUMNS[stem], _OF_ANOTHER[ending].format(stem)
-    return Column(name, Type.NUMBER, of.unit, f"{of.title} {ending}", sentence, stem)
+    stem, _, end = name.rpartition("_")
+    of, sentence = _COLUMNS[stem], _OF_ANOTHER[end].format(stem)
+    limits = of.range and (0.0, of.range[-1])
+    return Column(name, f"{of.attribute}_{end}", Type.NUMBER, of.unit, f"{of.title} {end}", sentence, limits, stem)
 
 
-def _read_tables() -> dict[str, Table]:
-    listed: Mapping[str, dict[str, Any]] = tomllib.loads(
-        Path(__file__).with_name("tables.toml").read_text(encoding="utf-8")
+def _table_of(kind: str, facts: dict[str, Any]) -> Table:
+    first = _FACTS[facts["like"]]["columns"] if "like" in facts else ""
+    columns, series = (
+        tuple(_column_named(name, kind) for name in names.split())
+        for names in (f"{first} {facts['columns']}", facts.get("series", ""))
     )
-    found = {}
-    for kind, facts in listed.items():
-        first = listed[facts["like"]]["columns"] if "like" in facts else ""
-        columns, series = (
-            tuple(_column_named(name, kind) for name in names.split())
-            for names in (f"{first} {facts['columns']}", facts.get("series", ""))
-        )
-        shown = tuple(facts.get("shown", "").split())
-        takes_facts = facts.get("takes_facts", False)
-        found[kind] = Table(kind, facts["sentence"], columns, facts["lead"], shown, series, takes_facts)
-    return found
+    return Table(kind, facts["sentence"], columns, facts["lead"], tuple(facts["shown"].split()), series)
 
 
-_TABLES = _read_tables()
+_TABLES = {kind: _table_of(kind, facts) for kind, facts in _FACTS.items()}
 TABLES = tuple(_TABLES.values())
 MEASUREMENTS, COMPARISONS = _TABLES["measurements"], _TABLES["comparisons"]
 LAWS = _TABLES["laws"]
@@ -157,9 +153,21 @@ STEADY_STATES, MOTIONS, RESPONSES = _TABLES["map"], _TABLES["motion"], _TABLES["
 PREDICTIONS, PLANS, TRADES = _TABLES["predictions"], _TABLES["plan"], _TABLES["trade"]
 OUTCOME = ("source", "status", "reason")
 """All that a row has whose input failed."""
-_AMPLITUDE = ("response_amplitude", "response_amplitude_m")
-PREDICTED = (*_AMPLITUDE, "energy_per_cycle", "energy_per_cycle_j", "stops_per_cycle")
-PREDICTED_RECORD = (*_AMPLITUDE, "record_energy", "record_energy_j", "record_stops")
+ENERGY, AMPLITUDE, RATIO = "energy_per_cycle", "response_amplitude", "frequency_ratio"
+STOPS, BASE, REGIME = "stops_per_cycle", "base_amplitude_m", "regime"
+"""Columns that code names: of rows, tables, budgets and sentences."""
+ESTIMATED = {
+    "drive": "drive_frequency_hz",
+    "ratio": RATIO,
+    "base_amplitude": BASE,
+    "energy": ENERGY,
+    "amplitude": AMPLITUDE,
+    "steady_energy": f"steady_{ENERGY}",
+    "steady_amplitude": f"steady_{AMPLITUDE}",
+}
+"""Attribute that holds a number with its errors -> its column."""
+PREDICTED = (AMPLITUDE, f"{AMPLITUDE}_m", ENERGY, f"{ENERGY}_j", STOPS)
+PREDICTED_RECORD = (AMPLITUDE, f"{AMPLITUDE}_m", "record_energy", "record_energy_j", "record_stops")
 """What a law predicts of a steady cycle, and of a whole record (largest displacement), each with its band."""
 
 
@@ -182,6 +190,11 @@ def column_of(name: str, table: Table | None = None) -> Column | None:
     """The column of this name in a table or, without one, in the first that has it; None for a user's own column."""
     found = (t.column(name) for t in (TABLES if table is None else (table,)))
     return next((column for column in found if column is not None), None)
+
+
+def value_of(result: object, name: str) -> Any:
+    """Return what a result holds for the column of this name."""
+    return getattr(result, _column_named(name).attribute)
 
 
 class Result:

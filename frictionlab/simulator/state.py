@@ -6,6 +6,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from frictionlab.schema import AMPLITUDE, ENERGY, STOPS, value_of
 from frictionlab.simulator import row as places
 from frictionlab.simulator.motion import Energies, Motion, energies_of
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
@@ -26,9 +27,9 @@ OUTCOMES: dict[int, Outcome] = {
 SOLVERS = ("exact", "closed-form", "numeric")  # what the number SOLVER of a row says
 PARAMETERS = ("r", "beta", "mu", "zeta", "wall")
 NUMBERS = {  # of a state: their places in a row, if they have one
-    "energy_per_cycle": places.ENERGY,
-    "response_amplitude": places.AMPLITUDE,
-    "stops_per_cycle": places.STOPS,
+    ENERGY: places.ENERGY,
+    AMPLITUDE: places.AMPLITUDE,
+    STOPS: places.STOPS,
     "stuck_fraction": places.STUCK_SHARE,
     "regime": None,
     "symmetric": places.SYMMETRIC,
@@ -37,8 +38,8 @@ NUMBERS = {  # of a state: their places in a row, if they have one
     "closure_error": places.CLOSURE,
     "residual": places.MISS,
     "growth_per_cycle": places.GROWTH,
-    "contact_energy_per_cycle": places.CONTACT_ENERGY,
-    "frame_energy_per_cycle": places.FRAME_ENERGY,
+    f"contact_{ENERGY}": places.CONTACT_ENERGY,
+    f"frame_{ENERGY}": places.FRAME_ENERGY,
     "warnings": None,
 }
 PLACES = {key: place for key, place in NUMBERS.items() if place is not None}
@@ -196,7 +197,7 @@ class SteadyState:
             numbers = (self.contact_energy_per_cycle, self.stops_per_cycle, self.stuck_fraction)
             contacts, amplitudes = (ContactNumbers(*named, *numbers),), [self.response_amplitude]
         row: dict[str, object] = {key: getattr(problem, key) for key in PARAMETERS}
-        row |= {key: getattr(self, key) for key in ("solver", "outcome", *NUMBERS)}
+        row |= {key: value_of(self, key) for key in ("solver", "outcome", *NUMBERS)}
         return row | {
             "law": problem.law.name if contacts else None,
             "parameters": problem.parameters if contacts else {},

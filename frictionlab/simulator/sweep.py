@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
+from frictionlab.schema import ENERGY
 from frictionlab.simulator import row as places
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.motion import Energies
@@ -206,8 +207,8 @@ def _said(row: Mapping[str, Any], family: Family, point: FloatArray) -> list[str
     """Return the sentences of a point's notes, with its numbers."""
     if row["outcome"] == FAILED:
         return [f"{WORDS[Note.FAILED]}."]
-    numbers = {key: row[key] for key in (*PLACES, "solver", "outcome") if not key.endswith("energy_per_cycle")}
-    energies = Energies(*(row[f"{part}energy_per_cycle"] or 0.0 for part in ("", "contact_", "frame_")))
+    numbers = {key: row[key] for key in (*PLACES, "solver", "outcome") if not key.endswith(ENERGY)}
+    energies = Energies(*(row[f"{part}{ENERGY}"] or 0.0 for part in ("", "contact_", "frame_")))
     problem = family.problem(point.tolist())
     return list(SteadyState(problem, **numbers, energies=energies, notes=row["warnings"]).warnings)
 

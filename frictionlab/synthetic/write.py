@@ -13,6 +13,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import SceneError
 from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
+from frictionlab.schema import AMPLITUDE, ENERGY, REGIME, STOPS, value_of
 from frictionlab.simulator import steady_state
 from frictionlab.synthetic.virtual_motion import HOUR, cycle_friction_ratios, driven, motion
 from frictionlab.synthetic.virtual_rig import SyntheticTest, virtual_tests
@@ -168,7 +169,7 @@ def _lines(
 def truth(test: SyntheticTest) -> dict[str, object]:
     """What is known of a test: its parameters and the steady state of its (undisturbed) problem, as sensors show it.
 
-    ``energy_per_cycle`` is the loop's (2.18); where the wall moves with the base, or the frame has a dashpot, the
+    The energy per cycle is the loop's (2.18); where the wall moves with the base, or the frame has a dashpot, the
     energy dissipated is another number and stands beside it. Numbers have twelve digits, which are the same on every
     machine; the last four of a double are not.
     """
@@ -188,11 +189,11 @@ def truth(test: SyntheticTest) -> dict[str, object]:
 
 
 def _steady_truth(test: SyntheticTest) -> dict[str, object]:
-    keys = ("outcome", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "stuck_fraction", "regime")
+    keys = ("outcome", ENERGY, AMPLITUDE, STOPS, "stuck_fraction", REGIME)
     state = steady_state(test.frame or test.problem())
     if test.frame is None:
-        first = {"outcome": state.outcome, "energy_per_cycle": state.energy_per_cycle}
-        return first | {"energy_dissipated_per_cycle": state.energy_taken} | {key: getattr(state, key) for key in keys}
+        first = {"outcome": state.outcome, ENERGY: state.energy_per_cycle}
+        return first | {"energy_dissipated_per_cycle": state.energy_taken} | {key: value_of(state, key) for key in keys}
     row = state.row()
     return {key: row[key] for key in keys} | {
         "energy_dissipated_per_cycle": state.energy_taken,

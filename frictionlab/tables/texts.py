@@ -165,8 +165,8 @@ def json_line(row: Row) -> str:
 
     Examples
     --------
-    >>> json_line({"r": 0.5, "energy_per_cycle": float("nan"), "warnings": ()})
-    '{"r": 0.5, "energy_per_cycle": null, "warnings": []}'
+    >>> json_line({"r": 0.5, "mu": float("nan"), "warnings": ()})
+    '{"r": 0.5, "mu": null, "warnings": []}'
     """
     return json.dumps({key: plain(value) for key, value in row.items()}, allow_nan=False)
 

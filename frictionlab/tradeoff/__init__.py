@@ -29,7 +29,8 @@ from frictionlab.inference import compare
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
-from frictionlab.simulator import Base, Motion, Problem, Solver, last_cycle, steady_state, thesis_run
+from frictionlab.schema import ENERGY
+from frictionlab.simulator import Base, Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
 from frictionlab.simulator.numeric import RTOL, steady
 
 ROUNDING = 1e-14  # errors below this are all the same: rounding
@@ -123,7 +124,6 @@ def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Run]) 
 
 Knob = Callable[[], tuple[Setting, ...]]
 Measured = tuple[str, Callable[[Recording], float | FloatArray], bool, float]
-ENERGY = "energy_per_cycle"
 # Energy per cycle (r, beta) from 50-digit orbits: tests/simulator/reference/make_reference.py, rounded to 25 digits.
 CONTINUOUS, CONTINUOUS_ENERGY = Problem(0.7, 0.5), 3.488507872497761966686743
 STICK_SLIP, STICK_SLIP_ENERGY = Problem(0.5, 0.4), 2.126042266393348841691811
@@ -163,7 +163,7 @@ def _off(truth: float) -> Callable[[object], float]:
     """What judges a steady state, an energy or measured numbers by their relative rms distance from the truth."""
 
     def error(result: object) -> float:
-        found = getattr(result, "energy_per_cycle", result)
+        found = result.energy_per_cycle if isinstance(result, SteadyState) else result
         return float(np.sqrt(np.mean((np.asarray(found, dtype=float) / truth - 1.0) ** 2)))
 
     return error
