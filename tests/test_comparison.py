@@ -36,14 +36,6 @@ def scene_of(r: float, **tables: Mapping[str, object]) -> Scene:
     return scene_from_tables({"rig": rig, "analysis": analysis, **tables})
 
 
-@pytest.mark.parametrize(("r", "beta"), [(0.1, 0.4), (0.3, 0.6), (0.7, 0.5), (0.9, 0.2), (2.0, 0.3)])
-def test_coulomb_friction_is_found(r: float, beta: float) -> None:
-    comparison = compare(recorded(Problem(r, beta)), scene_of(r))
-    assert comparison.friction_ratio == pytest.approx(beta, rel=0.01)
-    assert comparison.response_nrmse == pytest.approx(0, abs=0.01)
-    assert comparison.predicted_stops_per_cycle == steady_state(Problem(r, beta)).stops_per_cycle
-
-
 PHYSICS: dict[str, tuple[Problem, dict[str, Mapping[str, object]], str]] = {
     "damping": (
         Problem(0.4, 0.3, frame_damping_ratio=0.05),

@@ -229,26 +229,6 @@ def test_rows_of_a_campaign_are_one_a_material_and_force_and_best_first(tables: 
     assert len(read_rows(tables / "drift.csv")) == 3
 
 
-def test_a_recording_has_the_contracts_datasets(tmp_path: Path) -> None:
-    path = tmp_path / "a.h5"
-    assert invoke("ingest", LOG, *SCENED, "-o", path, "-q").exit_code == 0
-    with h5py.File(path) as file:
-        assert [file.attrs["format"], int(file.attrs["format_version"])] == ["frictionlab recording", 1]
-        assert file.attrs["Conventions"] == "CF-1.11"
-        assert {"title", "created", "frictionlab_version"} <= set(file.attrs)
-        n = len(file["time"])
-        for name, unit in (("time", "s"), ("mass_displacement", "m"), ("base_displacement", "m")):
-            assert (file[name].shape, file[name].dtype.str, file[name].attrs["units"]) == ((n,), "<f8", unit)
-        assert file["time"].is_scale
-        assert all(file[name].dims[0].keys() == ["time"] for name in ("mass_displacement", "base_displacement"))
-        assert all(file[name].attrs["long_name"] for name in ("mass_displacement", "base_displacement"))
-        assert file["quality"].dtype.str == "|u1"
-        masks, meanings = file["quality"].attrs["flag_masks"], file["quality"].attrs["flag_meanings"]
-        assert len(masks) == len(meanings.split())
-        assert (file["experiment"].attrs["material"], file["experiment"].attrs["normal_force"]) == ("aramid", 1.25)
-        assert isinstance(file["source"], h5py.Group)
-
-
 def test_the_trade_is_a_line_per_setting_with_the_contracts_keys(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

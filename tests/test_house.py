@@ -16,79 +16,45 @@ PACKAGE = Path(__file__).parents[1] / "frictionlab"
 
 # Room -> the rooms it may import. What a room may not import cannot flow back into it.
 ALL = "arrays"  # types that every module may name
-MAY_IMPORT: dict[str, set[str]] = {
-    "__init__": set(),
-    ALL: set(),
-    "errors": set(),
-    "simulator": {"errors", "schema"},
-    "files": {"errors"},
-    "schema": {"__init__"},
-    "estimate": set(),
-    "tables": {"errors", "files", "hdf5", "schema"},
-    "workers": {"__init__", "errors"},
-    "sampling": {"errors"},
-    "recording": {"errors", "sampling", "units"},
-    "units": set(),
-    "log_options": {"units"},
-    "scene": {"errors", "files", "log_options", "simulator"},
-    "experiment": {"errors", "files", "scene"},
-    "hdf5": {"__init__", "errors", "files", "recording", "schema", "units"},
-    "maps": {"errors", "files", "hdf5", "schema", "simulator", "tables", "workers"},
-    "logs": {"errors", "recording", "hdf5", "log_options", "sampling", "units"},
-    "analysis": {
-        *("errors", "estimate", "recording", "sampling", "scene", "schema", "uncertainty"),
-    },
-    "uncertainty": {"scene", "schema"},
-    "planning": {"analysis", "errors", "estimate", "inference", "scene", "schema", "simulator", "uncertainty"},
-    "inference": {
-        *("base_motion", "files"),
-        *("errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
-    },
-    "synthetic": {"analysis", "base_motion", "errors", "files", "hdf5", "logs", "scene", "schema", "simulator"},
-    "campaign": {
-        *("tables", "errors", "files", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
-        *("estimate", "inference", "uncertainty"),
-    },
-    "tradeoff": {
-        *("analysis", "files", "hdf5", "inference", "recording", "scene", "schema", "simulator"),
-    },
-    "base_motion": {"analysis", "errors", "recording", "simulator"},
-    "figures": {
-        *("analysis", "base_motion", "campaign", "errors", "files", "inference", "planning", "simulator"),
-        *("recording", "schema"),
-    },
-    "verbs": {
-        *(
-            "planning",
-            "__init__",
-            "analysis",
-            "estimate",
-            "base_motion",
-            "campaign",
-            "inference",
-            "errors",
-            "experiment",
-            "figures",
-            "files",
-            "hdf5",
-            "logs",
-            "recording",
-            "report",
-        ),
-        *("scene", "schema", "simulator", "synthetic", "tables", "workers", "files"),
-    },
-    "__main__": {"cli"},
-    "report": {
-        *("schema", "tables", "__init__", "files", "scene", "campaign", "figures"),
-        *("analysis", "estimate", "inference", "recording", "simulator"),
-    },
+PLAN = """
+__init__:
+arrays:
+errors:
+simulator: errors schema
+files: errors
+schema: __init__
+estimate:
+tables: errors files hdf5 schema
+workers: __init__ errors
+sampling: errors
+recording: errors sampling units
+units:
+log_options: units
+scene: errors files log_options simulator
+experiment: errors files scene
+hdf5: __init__ errors files recording schema units
+maps: errors files hdf5 schema simulator tables workers
+logs: errors hdf5 log_options recording sampling units
+analysis: errors estimate recording sampling scene schema uncertainty
+uncertainty: scene schema
+planning: analysis errors estimate inference scene schema simulator uncertainty
+inference: analysis base_motion errors estimate files recording scene schema simulator uncertainty
+synthetic: analysis base_motion errors files hdf5 logs scene schema simulator
+campaign: analysis errors estimate files hdf5 inference recording scene schema simulator tables uncertainty
+tradeoff: analysis files hdf5 inference recording scene schema simulator
+base_motion: analysis errors recording simulator
+figures: analysis base_motion campaign errors files inference planning recording schema simulator
+verbs: __init__ analysis base_motion campaign errors estimate experiment figures files hdf5 inference logs planning
+  recording report scene schema simulator synthetic tables workers
+__main__: cli
+report: __init__ analysis campaign estimate figures files inference recording scene schema simulator tables
+"""
+MAY_IMPORT = {
+    own: set(allowed.split())
+    for own, _, allowed in (line.partition(":") for line in re.split(r"\n(?! )", PLAN.strip()))
 }
-KERNELS = {
-    "uncertainty",
-    "errors",
-    "estimate",
-    "schema",
-}  # what a module of analysis other than measure may import beside its neighbours
+# what a module of analysis other than measure may import beside its neighbours
+KERNELS = {"uncertainty", "errors", "estimate", "schema"}
 HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich", "asyncio", "filelock")
 OWNERS = {
     "distributed": {"workers"},

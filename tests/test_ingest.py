@@ -139,17 +139,6 @@ def test_a_wrong_command_line_is_status_2(
     assert len(result.stderr.splitlines()) == 1
 
 
-def test_a_foreign_file_is_not_replaced_without_force(log: Path) -> None:
-    target = log.with_suffix(".h5")
-    target.write_text("mine")
-    result = run(log)
-    assert result.exit_code == 1
-    assert "give --force" in result.stderr
-    assert target.read_text() == "mine"
-    assert run(log, "--force").exit_code == 0
-    assert run(log).exit_code == 0
-
-
 @pytest.mark.parametrize(("name", "more"), [("other.csv", b""), ("again/{}", b"\n")])
 def test_the_recording_of_another_log_is_not_replaced_without_force(
     log: Path, tmp_path: Path, name: str, more: bytes
@@ -222,12 +211,6 @@ def test_like_named_logs_have_recordings_of_their_own(tmp_path: Path) -> None:
     assert [Path(str(row["output"])).name for row in rows(result)] == ["a.csv.h5", "a.csv~2.h5"]
     assert run(*logs).exit_code == 0
     assert all(path.with_suffix(".h5").exists() for path in logs)
-
-
-@pytest.mark.usefixtures("log")
-def test_patterns(tmp_path: Path) -> None:
-    assert run(tmp_path / "steel*.csv", "-o", tmp_path / "made" / "of" / "it.h5").exit_code == 0
-    assert len(read_recording(tmp_path / "made" / "of" / "it.h5")) == len(DATA.rows)
 
 
 def test_files_of_numbers_that_are_no_logs_are_named(log: Path) -> None:

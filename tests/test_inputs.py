@@ -114,16 +114,30 @@ def run(tmp_path: Path) -> Run:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
-@pytest.mark.parametrize("words", [("--json",), ()])
+@pytest.mark.parametrize("words", [("ingest", SAMPLE, "-o", "a.h5", "--json"), ("show", SCENE), ("--help",)])
 def test_a_full_standard_output_is_one_line_and_the_file_is_written(
-    run: Run, tmp_path: Path, words: tuple[str]
+    run: Run, tmp_path: Path, words: tuple[str | Path, ...]
 ) -> None:
     with Path("/dev/full").open("wb") as full:
-        done = run("ingest", SAMPLE, "--scene", SCENE, "-o", tmp_path / "a.h5", *words, stdout=full)
+        done = run(*words, stdout=full)
+    (said,) = done.stderr.decode().splitlines()
     assert done.returncode == 1
-    assert done.stderr.decode().splitlines()[0].startswith("frictionlab: standard output: No space left on device")
-    assert len(done.stderr.decode().splitlines()) == 1
-    assert (tmp_path / "a.h5").exists()
+    assert said.startswith("frictionlab: standard output: No space left on device")
+    assert (tmp_path / "a.h5").exists() == ("ingest" in words)
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-"])
+def test_closed_streams_are_no_fault(closed: str) -> None:
+    line: list[str | Path] = [
+        "bash",
+        "-c",
+        f'"$0" analyze "$1" --scene "$2" --json {closed}',
+        BIN / "frictionlab",
+        SAMPLE,
+        SCENE,
+    ]
+    done = subprocess.run(line, check=False, capture_output=True, timeout=100)
+    assert (done.returncode, b"Traceback" in done.stderr) == (0, False), done.stderr
 
 
 def test_a_reader_that_has_left_is_no_fault_to_speak_of(run: Run) -> None:

@@ -8,7 +8,7 @@ import pydantic
 import pytest
 
 from frictionlab.errors import SceneError
-from frictionlab.scene import LogOptions, Scene, read_scene, scene_from_tables
+from frictionlab.scene import Scene, read_scene, scene_from_tables
 
 GROUP = """[[synthetic.tests]]
 material = "a"
@@ -122,28 +122,6 @@ def test_a_file_that_cannot_be_read_is_a_scene_error(tmp_path: Path) -> None:
     path.write_bytes("[experiment]\nnote = 'gr\u00fcn'\n".encode("latin-1"))
     with pytest.raises(SceneError, match="expected UTF-8 text; byte 23"):
         read_scene(path)
-
-
-@pytest.mark.parametrize(
-    ("said", "means"),
-    [
-        ("unit = 'µm'", {"unit": "um"}),
-        ("time_unit = 'µs'", {"time_unit": "us"}),
-        ("separator = 'pipe'", {"separator": "|"}),
-        ("mass = 2", {"mass": 2}),
-        ("bridge_s = 1", {"bridge_s": 1.0}),
-    ],
-)
-def test_the_log_table_is_the_readers_options(tmp_path: Path, said: str, means: dict[str, object]) -> None:
-    assert read_scene(scene_file(tmp_path, f"[log]\n{said}\n")).log == LogOptions(**means)  # type: ignore[arg-type]
-
-
-def test_all_faults_of_the_log_table_are_told_at_once() -> None:
-    wrong = {"unit": "parsec", "time_unit": "mm", "mass": True, "most_damage": 2.0}
-    with pytest.raises(SceneError) as caught:
-        scene_from_tables({"log": wrong, "rig": {"mass_kg": 0.0}})
-    told = {line.split(": ")[1] for line in str(caught.value).splitlines()}
-    assert told == {"rig.mass_kg", *(f"log.{key}" for key in wrong)}
 
 
 def test_settings_are_changed_by_one_validated_call_and_a_scene_is_frozen() -> None:

@@ -10,7 +10,6 @@ import pytest
 
 from frictionlab.hdf5 import read_tree, write_recording
 from frictionlab.schema import MEASUREMENTS
-from frictionlab.tables import read_rows
 from tests.analysis.seen import NATURAL_HZ, recording_of, steady
 from tests.desk import invoke
 
@@ -30,28 +29,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_one_object_per_input_in_order_and_nothing_else(folder: Path) -> None:
-    names = [folder / "two.h5", folder / "short.h5", folder / "one.h5", folder / "none.h5"]
-    result = run(*names, *LATE, "--json")
-    rows = [json.loads(line) for line in result.stdout.splitlines()]
-    assert result.exit_code == 1
-    assert [row["source"] for row in rows] == [str(name) for name in names]
-    assert [row["status"] for row in rows] == ["ok", "failed", "ok", "failed"]
-    assert rows[1]["reason"].startswith("analysis: the test is shorter than its transient")
-    assert set(rows[1]) == {"source", "status", "reason"}
-    assert rows[2]["frequency_ratio"] == pytest.approx(0.5, abs=1e-6)
-
-
-@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
-def test_tables_hold_what_was_printed(folder: Path, tmp_path: Path, suffix: str) -> None:
-    output = tmp_path / f"measurements{suffix}"
-    result = run(folder / "one.h5", *HZ, "--json", "-o", output)
-    assert result.exit_code == 0
-    (row,) = read_rows(output)
-    printed = json.loads(result.stdout)
-    assert {key: row[key] for key in printed} == printed
-
-
 def test_the_h5_output_keeps_the_series(folder: Path, tmp_path: Path) -> None:
     output = tmp_path / "measurements.h5"
     assert run(folder / "one.h5", folder / "short.h5", folder / "two.h5", *LATE, "-o", output, "-q").exit_code == 1
@@ -63,14 +40,6 @@ def test_the_h5_output_keeps_the_series(folder: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(tree["cycles"]["0"]["energy"], energy, rtol=5e-3)
     assert len(tree["cycles"]["0"]["mean_cycle"]["tau"]) >= 64
     assert run(folder / "one.h5", *HZ, "-o", output, "-q").exit_code == 0  # its own kind is replaced
-
-
-def test_figures_are_drawn_the_same_each_time(folder: Path, tmp_path: Path) -> None:
-    assert run(folder / "one.h5", *HZ, "--plot", tmp_path / "a", "-q").exit_code == 0
-    assert run(folder / "one.h5", *HZ, "--plot", tmp_path / "b", "-q").exit_code == 0
-    (first,), (second,) = (list((tmp_path / name).iterdir()) for name in "ab")
-    assert first.suffix == ".png"
-    assert first.read_bytes() == second.read_bytes()
 
 
 def test_overrides_reach_the_measurement(folder: Path) -> None:
@@ -105,10 +74,3 @@ def test_a_wrong_command_line_is_said_in_one_line(folder: Path, words: tuple[obj
     assert result.exit_code == 2
     assert fault in result.stderr
     assert len(result.stderr.splitlines()) == 1
-
-
-def test_people_get_a_table_and_the_warnings(folder: Path) -> None:
-    result = run(folder / "one.h5")
-    assert result.exit_code == 0
-    assert result.stdout.splitlines()[0] == "1 of 1 recordings measured"
-    assert "the natural frequency is not known" in result.stderr

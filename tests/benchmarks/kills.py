@@ -3,10 +3,9 @@
 Sweeps (csv and h5, one worker and two) are killed once or more, by SIGKILL or SIGTERM, then resumed. Other commands are
 killed once, then run again. After each kill every file that stands under its own name must be whole: a map, a table, a
 figure, a report have the bytes of a run that nobody stopped; a recording, which holds the time it was made, its seal.
-After the last run the folder holds these files and nothing else, and no process of the command is left. A worker that
-hangs in a damaged file must go with its master, and a reader beside a writer must find a whole file each time.
+After the last run the folder holds these files and nothing else, and no process of the command is left.
 
-    python -m tests.benchmarks.kills [--sweeps 100] [--others 56] [--masters 10] [--reads 2000] [--seed 1]
+    python -m tests.benchmarks.kills [--sweeps 100] [--others 56] [--seed 1]
 """
 
 import argparse
@@ -23,11 +22,10 @@ from pathlib import Path
 
 import numpy as np
 
-from frictionlab.hdf5 import read_recording
 from frictionlab.hdf5.opening import is_whole
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import write_rows
-from tests.armour.sound import case, sound
+from tests.armour.sound import sound
 from tests.campaign.fabricate import small_campaign
 from tests.desk import ROOT
 
@@ -82,7 +80,7 @@ SEEN: defaultdict[str, Counter[str]] = defaultdict(Counter)
 def main() -> int:
     """Run all, print the counts; 1 if something was not whole."""
     parser = argparse.ArgumentParser(description=__doc__)
-    for name, count in {"sweeps": 100, "others": 56, "masters": 10, "reads": 2000, "seed": 1}.items():
+    for name, count in {"sweeps": 100, "others": 56, "seed": 1}.items():
         parser.add_argument(f"--{name}", type=int, default=count)
     given = parser.parse_args()
     rng = np.random.default_rng(given.seed)
@@ -98,7 +96,6 @@ def main() -> int:
             for _ in range(given.others // len(COMMANDS)):
                 faults += killed(name, words, folder, 1, rng)
         sys.stdout.write("".join(f"{name}: {dict(seen)}\n" for name, seen in SEEN.items()))
-        faults += masters(folder, given.masters) + reads(folder, given.reads)
     sys.stdout.write("".join(f"FAULT {fault}\n" for fault in faults) + f"{len(faults)} faults\n")
     return 1 if faults else 0
 
@@ -202,50 +199,6 @@ def same(folder: Path, name: str, whole: dict[str, bytes]) -> bool:
     if name not in whole or not path.exists():
         return False
     return path.read_bytes() == whole[name] or (name == "out/a.h5" and is_whole(path) is True)
-
-
-def masters(place: Path, count: int) -> list[str]:
-    """Masters whose workers hang in damaged files are killed: nobody stays."""
-    folder, stayed = desk(place / "masters"), 0
-    for number in range(4):
-        (folder / f"{number}.h5").write_bytes(case("recording.bare", 1, 118))
-    for number in range(count):
-        mark = f"masters{number}"
-        child = start(("analyze", *(f"{n}.h5" for n in range(4)), "--workers", "2"), folder, mark)
-        while len(_marked(mark)) < 4 and child.poll() is None:  # master, two workers, a twin
-            time.sleep(0.01)
-        stop(child, 0.0, signal.SIGKILL)
-        stayed += left(mark) > 0
-    sys.stdout.write(f"masters of hanging workers: {count} killed, in {stayed} cases somebody stayed for 10 s\n")
-    return ["a worker outlives its master"] if stayed else []
-
-
-WRITER = """
-import sys
-from pathlib import Path
-from frictionlab.hdf5 import read_recording, write_recording
-here = read_recording(Path("b.h5"))
-while True:
-    write_recording(here, Path("b.h5"))
-"""
-
-
-def reads(place: Path, count: int) -> list[str]:
-    """A reader beside a writer of the same recording."""
-    folder = desk(place / "reads")
-    (folder / "b.h5").write_bytes(sound("recording"))
-    before, seen, faults = None, 0, []
-    with subprocess.Popen([sys.executable, "-c", WRITER], cwd=folder) as writer:
-        for _ in range(count):
-            try:
-                read_recording(folder / "b.h5")
-            except Exception as error:  # noqa: BLE001 - any of them is a fault
-                faults.append(f"a reader beside a writer: {error!r}")
-            state = (folder / "b.h5").stat().st_ino
-            seen, before = seen + (state != before), state
-        writer.kill()
-    sys.stdout.write(f"reads beside a writer: {count}, of {seen} files, {len(faults)} faults\n")
-    return faults[:3]
 
 
 if __name__ == "__main__":

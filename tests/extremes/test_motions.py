@@ -36,13 +36,6 @@ def test_the_last_of_very_many_cycles_is_the_orbit_that_was_solved_for(r: float,
         np.testing.assert_allclose(waited, solved, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("cycle", [0, 1, 10, 12_345])
-def test_any_late_cycle_can_be_asked_for_at_its_ends(cycle: int) -> None:
-    run = simulate(Problem(r=0.5, beta=0.4), cycles=cycle + 1, keep=1)
-    x, v = run.at([0.0, TURN], cycle=cycle)
-    assert np.isfinite([x, v]).all()
-
-
 def test_unbounded_motion_grows_as_the_balance_of_energy_says() -> None:
     """At r = 1: pi X from the drive less 4 beta X to friction, so X grows by pi - 4 beta each cycle."""
     beta, late = 0.4, np.linspace(0.0, TURN, 5000)

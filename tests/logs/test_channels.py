@@ -82,21 +82,11 @@ def test_columns_are_named_by_options_and_their_units_said(tmp_path: Path) -> No
 
 WRONG: list[tuple[str, str, dict[str, object], str]] = [  # a column's title, in place of mass or beside; options; words
     *(
-        (
-            "mass",
-            f"mass [{unit}]",
-            {"mass": 2, "base": 3, **said},
-            rf"column 2 .* is in {re.escape(unit)}.*: expected a length",
-        )
+        ("mass", f"mass [{unit}]", {"mass": 2, "base": 3, **said}, rf"column 2 .* is in {re.escape(unit)}.*a length")
         for unit in ("kip", "uN", "kN", "lbf", "m/s", "mm/s", "g", "m/s^2", "deg", "rad", "rpm", "Nm", "bar", "kg", "s")
         for said in ({}, {"unit": "mm"})
     ),
-    (
-        "mass",
-        "mass [V]",
-        {"mass": 2},
-        r"expected a length, .*or give what a volt is, such as mass = .5 mm/V",
-    ),
+    ("mass", "mass [V]", {"mass": 2}, r"expected a length, .*or give what a volt is, such as mass = .5 mm/V"),
     ("mass", "mass [parsec]", {"mass": 2}, r"the unit of column 2 .* is not said: expected a length: give --unit"),
     ("time", "time [mm]", {"time": 1}, r"time column 1 .* is in mm: give --time, or --time-unit"),
     ("F", "F [mm]", {"contact_force": "F"}, r"is in mm \(displacement\): expected a force, one of N, mN"),
@@ -175,54 +165,30 @@ MODELS, KONRAD = "jchristopherson+FrictionModels.jl/examples", "KonradMnich+fric
 LADISK, G = "ladisk+lvm_read/data", 9.80665
 SAID = "mass_velocity=m/s,mass_acceleration=m/s2,normal_force=N,contact_force=N"
 PUBLISHED: list[tuple[str, dict[str, str], dict[str, tuple[float, float]]]] = [
-    (
-        f"{MODELS}/test_data_2.txt",
-        {},
-        {"mass_displacement": (-0.1100356, -0.1097959), "normal_force": (-0.0008834, 5.0035969)},
-    ),
-    (
-        f"{MODELS}/test_data_1.csv",
-        {"mass_velocity": "Velocity", "normal_force": "Normal", "contact_force": "Friction", "units": SAID},
-        {"contact_force": (-24.660393, 24.629006), "normal_force": (100.0, 100.0)},
-    ),
-    (
-        "okilitive+CETR-tribometer/data/HT-2n-6-4 2_002.csv",
-        {"mass": "X", "contact_force": "Fx", "normal_force": "Fz", "units": "contact_force=gf,normal_force=gf"},
-        {
-            "contact_force": (-161.15271e-3 * G, 184.470566e-3 * G),
-            "normal_force": (-205.976547e-3 * G, -196.12326e-3 * G),
-        },
-    ),
-    (
-        f"{KONRAD}/sample_workspace_3.mat",
-        {"mass_velocity": "v", "mass_acceleration": "a", "contact_force": "F_fric", "unit": "m", "units": SAID},
-        {"mass_displacement": (0.0, 0.15392032596992083), "contact_force": (-0.06835377698107492, 56.8449579334)},
-    ),
-    (
-        f"{KONRAD}/a3NI.csv",
-        {"contact_force": "Force", "units": "contact_force=50 N/V"},
-        {"contact_force": (-48.0928686, 21.81582037)},
-    ),
+    (f"{MODELS}/test_data_2.txt", {},
+     {"mass_displacement": (-0.1100356, -0.1097959), "normal_force": (-0.0008834, 5.0035969)}),
+    (f"{MODELS}/test_data_1.csv",
+     {"mass_velocity": "Velocity", "normal_force": "Normal", "contact_force": "Friction", "units": SAID},
+     {"contact_force": (-24.660393, 24.629006), "normal_force": (100.0, 100.0)}),
+    ("okilitive+CETR-tribometer/data/HT-2n-6-4 2_002.csv",
+     {"mass": "X", "contact_force": "Fx", "normal_force": "Fz", "units": "contact_force=gf,normal_force=gf"},
+     {"contact_force": (-0.16115271 * G, 0.184470566 * G), "normal_force": (-0.205976547 * G, -0.19612326 * G)}),
+    (f"{KONRAD}/sample_workspace_3.mat",
+     {"mass_velocity": "v", "mass_acceleration": "a", "contact_force": "F_fric", "unit": "m", "units": SAID},
+     {"mass_displacement": (0.0, 0.15392032596992083), "contact_force": (-0.06835377698107492, 56.8449579334)}),
+    (f"{KONRAD}/a3NI.csv", {"contact_force": "Force", "units": "contact_force=50 N/V"},
+     {"contact_force": (-48.0928686, 21.81582037)}),
     (f"{LADISK}/short.lvm", {}, {"mass_acceleration": (1.204792, 1.222088)}),
     (f"{LADISK}/short_new_line_end.lvm", {}, {"mass_acceleration": (1.204792, 1.222088)}),
     (f"{LADISK}/with_comments.lvm", {}, {"temperature": (5.310735, 5.619287)}),
     (f"{LADISK}/long_single_header_multi_ch.lvm", {}, {"mass_acceleration": (-1.740318, 1.554889)}),
-    (
-        f"{LADISK}/multi_time_column.lvm",
-        {"mass_acceleration": "Acceleration"},
-        {"mass_acceleration": (0.467541 * G, 0.532608 * G)},
-    ),
-    (
-        f"{LADISK}/no_decimal_separator.lvm",
-        {"mass_acceleration": "ax", "base_acceleration": "ay"},
-        {"mass_acceleration": (-0.025979 * G, 0.059248 * G), "base_acceleration": (-0.031060 * G, -0.013517 * G)},
-    ),
-    (
-        f"{LADISK}/with_empty_fields.lvm",
-        {"mass": "Dev0/Ai0", "base": "Dev0/Ai2", "unit": "mm"},
-        {"mass_displacement": (-20.074e-6, -9.206e-6), "base_displacement": (7.250977e-3, 7.254639e-3)},
-    ),
-]
+    (f"{LADISK}/multi_time_column.lvm", {"mass_acceleration": "Acceleration"},
+     {"mass_acceleration": (0.467541 * G, 0.532608 * G)}),
+    (f"{LADISK}/no_decimal_separator.lvm", {"mass_acceleration": "ax", "base_acceleration": "ay"},
+     {"mass_acceleration": (-0.025979 * G, 0.059248 * G), "base_acceleration": (-0.031060 * G, -0.013517 * G)}),
+    (f"{LADISK}/with_empty_fields.lvm", {"mass": "Dev0/Ai0", "base": "Dev0/Ai2", "unit": "mm"},
+     {"mass_displacement": (-20.074e-6, -9.206e-6), "base_displacement": (7.250977e-3, 7.254639e-3)}),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("path", "options", "ranges"), PUBLISHED)

@@ -62,10 +62,6 @@ def with_mass(cell: str, *samples: int) -> list[str]:
         ("0.196000,1.880000,0.4", "last number cut: expected 6 decimals"),
         ("\0" * 40, "NUL bytes"),
         ("0.196000,1.8\x0080000,0.400000", "NUL bytes"),
-        ("0.196000,1_0,0.400000", "field 2: not a number: '1_0'"),
-        ("0.196000,٣,0.400000", "field 2: not a number: '٣'"),
-        ("0.196000,0x1p3,0.400000", "field 2: not a number: '0x1p3'"),
-        ("0.196000,True,0.400000", "field 2: not a number: 'True'"),
         ("logger restarted by user", "expected 3 fields; got 1"),
     ],
 )
