@@ -136,7 +136,8 @@ def assign(
     more, warnings = _further(layout, columns, found, options, file) if further else ({}, [])
     columns = _left(columns, more)
     if options.sampling_rate_hz is not None and options.time is None:
-        found.pop("time", None)
+        stamps = found.pop("time", None) or next(iter(candidates(_left(columns, found), "time")), None)
+        warnings += _contradicted(log, stamps, options.sampling_rate_hz)
     elif "time" not in found and not layout.time_of:
         free = _left(columns, found)
         time = _pick(free, "time", file) or ("interval_s" not in layout.facts and _time_by_values(free, log)) or None
@@ -158,6 +159,16 @@ def assign(
             of_others = {f"{role}_time": layout.columns[index] for role, index in others}
             found = {"time": layout.columns[first]} | found | of_others
     return found, warnings
+
+
+def _contradicted(log: "OpenLog", time: LogColumn | None, rate: float) -> list[str]:
+    """A sentence where the stamps that a given sampling rate replaces have another rate in any unit that may be theirs."""
+    stamps = log.beginning(time.index) if time is not None else np.zeros(0)
+    step = float(stamps[-1] - stamps[0]) / (len(stamps) - 1) if len(stamps) > 1 else 0.0
+    units = [time.unit] if time is not None and time.unit in TIME else list(TIME)
+    if step <= 0.0 or any(abs(rate * step / TIME[unit] - 1.0) < 0.02 for unit in units):
+        return []
+    return [f"time: column {time} has steps of {step:.6g} {time.unit if time else ''}: {rate:g} Hz as given is taken"]
 
 
 def _further(

@@ -19,7 +19,6 @@ and start. `columns_of_text` reads what is left.
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
@@ -33,7 +32,6 @@ _BRACKETED = re.compile(r'\s*"?\([^()]*\)"?(\s*[,;\t]\s*"?\([^()]*\)"?)+\s*')
 _INTERVAL = re.compile(r"(samp\w*[ _-]*)?(time[ _-]*)?(interval|period)|delta_x|dt|abtastintervall", re.IGNORECASE)
 _RATE = re.compile(r"samp\w*[ _-]*(rate|frequency)|abtastrate|messrate", re.IGNORECASE)
 _UNIT = re.compile(r"^(.*?)\s*[\[(]?\s*(s|sec|ms|us|µs|ns|hz|khz|1/s)?\s*[\])]?\s*[:=]?$", re.IGNORECASE)
-_IN_NAME = re.compile(r"(\d{4})-(\d{2})-(\d{2})[_T ](\d{2})-(\d{2})-(\d{2}(?:\.\d+)?)")
 _HERTZ = {"hz": 1.0, "khz": 1e3, "1/s": 1.0, "": 1.0}
 _DAMAGED_ABOVE = 5  # lines of data between the header and the first sound one
 _MANY = 8  # header rows as wide as the data
@@ -100,13 +98,7 @@ def _maker(text: Text, dialect: Dialect) -> tuple[str, tuple[str, ...]]:
     """Whose program wrote a log, and by what that is seen; "" where it may be any."""
     lines = text.lines
     if any("epoch time" in line.lower() and "distance" in line.lower() for line in lines[:200]):
-        match = _IN_NAME.search(text.path.name)
-        start = moment("{}-{}-{} {}:{}:{}".format(*match.groups())) if match else None
-        why = "columns of epoch time and distance"
-        if start is None:
-            return "optoNCDT sensorTOOL", (why,)
-        began = datetime.fromtimestamp(start, UTC).isoformat(sep=" ", timespec="milliseconds").removesuffix("+00:00")
-        return "optoNCDT sensorTOOL", (why, f"the file's name says it began at {began}")
+        return "optoNCDT sensorTOOL", ("columns of epoch time and distance",)
     units_below = len(lines) > 3 and _BRACKETED.fullmatch(lines[1]) and not lines[2].strip()
     if units_below and lines[0].lower().lstrip('"').startswith("time"):
         return "PicoScope", ("line 1 names channels, line 2 holds units in brackets, line 3 is blank",)

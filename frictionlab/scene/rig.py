@@ -135,7 +135,7 @@ class Rig(SceneTable):
     mass_kg: Positive | None = key("Mass that moves; of mass, stiffness and natural frequency two give the third.")
     stiffness_n_per_m: Positive | None = key("Stiffness of the frame; it turns k Y into newtons and k Y² into joules.")
     damping_ratio: NonNegative | None = key(
-        "Viscous damping ratio of the frame, as taps tell it; given, it is simulated."
+        "Viscous damping ratio of the frame, as taps give it; given, it is simulated."
     )
     natural_frequency_hz_u: NonNegative | None = key("Standard uncertainty of the natural frequency.")
     stiffness_n_per_m_u: NonNegative | None = key("Standard uncertainty of the stiffness.")

@@ -145,6 +145,7 @@ def test_a_sampling_rate_counts_the_time(tmp_path: Path) -> None:
     log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [mm],base [mm]", ","))
     recording = read_log(log, LogOptions(sampling_rate_hz=500.0))
     assert recording.sampling_rate_hz == pytest.approx(500.0)
+    assert "'time [s]') has steps of 0.004 s: 500 Hz as given is taken" in recording.source.warnings[0]
 
 
 def test_two_readings_that_fit_are_shown_both_unless_a_header_tells(tmp_path: Path) -> None:
