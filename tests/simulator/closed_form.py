@@ -65,11 +65,6 @@ def _steepest(r: float, a: float, b: float) -> float:
     return best
 
 
-def viscous_amplitude(r: float, zeta: float) -> float:
-    """Return the amplitude over Y of the oscillator with a dashpot and no friction, eq. (3.5)."""
-    return 1.0 / sqrt((gap(r, 1.0) * (1.0 + r)) ** 2 + (2.0 * zeta * r) ** 2)
-
-
 def viscous_energy(r: float, zeta: float) -> float:
     """Return the energy per cycle of the viscous oscillator over k Y^2: 2 zeta r times the integral of x'^2, (3.7)."""
-    return 2.0 * pi * zeta * r * viscous_amplitude(r, zeta) ** 2
+    return 2.0 * pi * zeta * r / ((1.0 - r * r) ** 2 + (2.0 * zeta * r) ** 2)

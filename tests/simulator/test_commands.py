@@ -110,12 +110,6 @@ def test_all_steady_states_are_told_with_their_shares(tmp_path: Path) -> None:
         assert run("simulate", "--r", "0.5", "--beta", "0.4", "--all", *more).exit_code == 2
 
 
-def test_cycles_from_rest_say_whether_they_settled() -> None:
-    row = json.loads(run("simulate", "--r", "0.95", "--beta", "0.1", "--cycles", "100", "--json").stdout)
-    assert row["outcome"] == "not settled"
-    assert row["energy_per_cycle"] == pytest.approx(7.39, abs=0.005)
-
-
 def test_people_read_a_verdict() -> None:
     told = run("simulate", "--r", "0.1", "--beta", "0.4").stdout
     assert "stick-slip with 6 stops per cycle" in told

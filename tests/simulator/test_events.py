@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import SimulationError
-from frictionlab.simulator import Base, Problem, simulate
+from frictionlab.simulator import Base, Problem
 from frictionlab.simulator.exact.phase import CHATTER
 from frictionlab.simulator.exact.solve import _refuse
 from tests.simulator.phases import phases_of, sides
@@ -89,11 +89,3 @@ def test_a_release_is_the_first_time_the_pull_passes_the_limit(
 def test_chatter_is_named_with_its_place() -> None:
     with pytest.raises(SimulationError, match=r"events without end: r = 0\.5, beta = 0\.4.*state .*1\.5"):
         _refuse(Problem(0.5, 0.4), CHATTER, "[1.5, 0.0]")
-
-
-def test_thousands_of_stops_in_a_cycle() -> None:
-    run = simulate(Problem(1e-3, 0.5), cycles=1)
-    assert run.stops.shape[0] > 400
-    assert np.all(np.diff(run.stops[:, 0]) > 0.0)
-    base = Base((1.0, 0.05), (0.0, 0.02))
-    assert simulate(Problem(3e-3, 0.5, base=base), cycles=1).stops.shape[0] > 100

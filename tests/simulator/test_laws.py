@@ -41,11 +41,8 @@ def test_terms_and_parameters_are_the_contracts() -> None:
         ("coulomb+place+place", {}, "each term once"),
         ("coulomb+dahl+lugre", {}, "dahl and lugre exclude each other"),
         ("coulomb+stribeck+logarithm", {}, "stribeck and logarithm exclude each other"),
-        (
-            "coulomb+place",
-            {},
-            "gradient (relative change of the friction force over a way of Y); expected a finite number",
-        ),
+        ("coulomb+place", {}, "gradient (relative change of the friction force over a way of Y); expected a finite"),
+        ("coulomb+iwan", {"stiffness_ratio": 9.0, "chi": -1.0}, "chi; expected"),
         ("coulomb", {"gradient": 0.1}, "'gradient' is none of its parameters; expected beta, frame_damping_ratio"),
         ("coulomb+compliance", {"stiffness_ratio": 0.0}, "stiffness_ratio; expected a finite number > 0; got 0.0"),
         ("coulomb+iwan", {"stiffness_ratio": 9.0, "sliders": 2.5}, "sliders; expected a whole number >= 1 and <= 200"),

@@ -41,7 +41,7 @@ def orders(sizes: tuple[float, ...], distances: list[float]) -> list[float]:
             "static_ratio_up",
             (1e-3, 1e-5, 1e-6),
             2.0,
-        ),  # released later by dt, the mass has missed F' dt^2 / 2 of its speed
+        ),  # released dt late, the mass has missed F' dt^2 / 2 of its speed
     ],
 )
 def test_a_rigid_term_vanishes_in_its_order(setting: str, name: str, sizes: tuple[float, ...], order: float) -> None:

@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -24,20 +23,12 @@ SAID = {  # r, beta, mu, zeta, law, parameters: a word of what is to be said
     "a disturbance lasts": ((1.0 + 1e-6, 0.1, 1.0, 0.0), "coulomb", {}),
     "factor of 1.1": ((*CHAOS, 0.0), "coulomb", {}),
     "rest settles on": ((0.3, 0.2, 3.0, 0.0), "coulomb", {}),
-    "Friction that is larger at rest": (
-        (0.3, 0.4, 1.2, 0.0),
-        "coulomb+compliance",
-        {"stiffness_ratio": 50.0},
-    ),
+    "Friction that is larger at rest": ((0.3, 0.4, 1.2, 0.0), "coulomb+compliance", {"stiffness_ratio": 50.0}),
     "might go on": ((0.3, 0.4, 3.0, 0.0), "coulomb", {}),
     "mass runs away": ((0.5, 0.5, 1.0, 0.0), "coulomb+place", {"gradient": 2.5}),
     "which no contact does": ((1.0001, 0.3, 1.0, 0.0), "coulomb+place", {"gradient": 0.1}),
     "free vibration never dies out": ((0.3, 3.0, 1.0, 0.0), "coulomb+compliance", {"stiffness_ratio": 10.0}),
-    "falls with speed": (
-        (0.5, 0.4, 1.0, 0.0),
-        "coulomb+stribeck",
-        {"static_ratio": 1.3, "stribeck_speed": 0.1},
-    ),
+    "falls with speed": ((0.5, 0.4, 1.0, 0.0), "coulomb+stribeck", {"static_ratio": 1.3, "stribeck_speed": 0.1}),
     "not passive": (
         (0.7, 0.4, 1.0, 0.0),
         "coulomb+lugre",
@@ -127,28 +118,24 @@ def test_the_file_of_a_map_has_flags_with_their_meanings(tmp_path: Path) -> None
         assert len(meanings) == len(masks) == len(Note)
 
 
-def _ran(*arguments: str) -> Any:
-    return invoke(*arguments)
-
-
 def test_a_sweep_tells_each_kind_of_warning_once_with_its_place(tmp_path: Path) -> None:
     grid = ("sweep", "--r", "0.5,0.6", "--beta", "0.1,0.2", "-o", str(tmp_path / "map.csv"), "--force")
-    ran = _ran(*grid)
+    ran = invoke(*grid)
     assert ran.stderr.count("warning") == 1
     assert (
         "warning: at 2 of 4 points this is one of a continuum of motions (the first: r = 0.5, beta = 0.1" in ran.stderr
     )
-    assert "continuum" not in _ran(*grid, "--quiet").stderr
-    rows = [json.loads(line) for line in _ran(*grid, "--json").stdout.splitlines()]
+    assert "continuum" not in invoke(*grid, "--quiet").stderr
+    rows = [json.loads(line) for line in invoke(*grid, "--json").stdout.splitlines()]
     assert [len(row["warnings"]) for row in rows] == [1, 1, 0, 0]
     assert [row["warnings"] for row in read_rows(tmp_path / "map.csv")] == [row["warnings"] for row in rows]
-    shown = _ran("show", str(tmp_path / "map.csv")).stdout
+    shown = invoke("show", str(tmp_path / "map.csv")).stdout
     assert shown.count("continuum") == 1
     assert "row 1 and 1 more: At r = 1/2" in shown
 
 
 def test_simulate_has_its_warnings_in_the_row_and_once_on_the_screen() -> None:
-    row = json.loads(_ran("simulate", "--r", "0.5", "--beta", "0.2", "--json").stdout)
+    row = json.loads(invoke("simulate", "--r", "0.5", "--beta", "0.2", "--json").stdout)
     assert row["warnings"] == list(steady_state(Problem(0.5, 0.2)).warnings)
-    ran = _ran("simulate", "--r", "0.5", "--beta", "0.2")
+    ran = invoke("simulate", "--r", "0.5", "--beta", "0.2")
     assert (ran.stdout + ran.stderr).count("continuum") == 1

