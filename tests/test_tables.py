@@ -3,7 +3,6 @@
 import json
 import math
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -136,16 +135,6 @@ def test_a_file_of_another_kind_is_replaced_only_by_force(tmp_path: Path, kind: 
     write_rows([row], path, MEASUREMENTS, force=True)
     write_rows([row, row], path, MEASUREMENTS)  # its own kind
     assert len(read_rows(path)) == 2
-
-
-@pytest.mark.parametrize("link", [os.link, os.symlink])
-def test_no_output_replaces_an_input_by_whatever_name(tmp_path: Path, link: Callable[[Path, Path], None]) -> None:
-    log, output = tmp_path / "log.csv", tmp_path / "out.csv"
-    log.write_text("time,mass\n")
-    link(log, output)
-    with pytest.raises(UsageError, match="an output never replaces an input"):
-        write_rows([ROW], output, MEASUREMENTS, force=True, inputs=[tmp_path / "gone.csv", log])
-    assert log.read_text() == "time,mass\n"
 
 
 @pytest.mark.parametrize(

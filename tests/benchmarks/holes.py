@@ -40,115 +40,76 @@ def _series(rng: Rng, share: float = 0.4) -> Base:
     return Base((1.0, *map(float, c)), tuple(map(float, s)))
 
 
-def vanishing_stops(rng: Rng) -> Problem:
-    """At resonance, friction just above what the drive overcomes."""
-    return Problem(1.0, 0.25 * pi * (1.0 + power(rng, -14, -1)))
+def _beside(rng: Rng, low: float, high: float) -> float:
+    """One, less or more 10^low to 10^high."""
+    return 1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, low, high)
 
 
-def vanishing_stops_beside(rng: Rng) -> Problem:
-    """The same beside resonance, friction on either side."""
-    side = rng.choice([-1.0, 1.0], 2)
-    return Problem(1.0 + float(side[0]) * power(rng, -14, -3), 0.25 * pi * (1.0 + float(side[1]) * power(rng, -14, -2)))
-
-
-def static_friction(rng: Rng) -> Problem:
-    """Static friction in both directions."""
-    return Problem(power(rng, -0.8, 0.2), power(rng, -1.5, -0.2), float(rng.uniform(1.05, 4.0)))
-
-
-def uneven_static_friction(rng: Rng) -> Problem:
-    """Static friction by direction."""
-    p = {"static_ratio_up": float(rng.uniform(1.0, 2.0)), "static_ratio_down": float(rng.uniform(1.0, 2.0))}
-    return Problem(power(rng, -0.8, 0.2), power(rng, -1.2, -0.1), law="coulomb+breakaway", parameters=p)
-
-
-def static_friction_harmonics(rng: Rng) -> Problem:
-    """Static friction, the base not a cosine."""
-    return Problem(power(rng, -0.8, 0.2), power(rng, -1.5, -0.2), float(rng.uniform(1.05, 3.0)), base=_series(rng, 0.2))
-
-
-def harmonics_beside_resonance(rng: Rng) -> Problem:
-    """A harmonic within 1e-8 of resonance, friction too weak to stop its motion, or nearly."""
+def _harmonic_beside(rng: Rng, high: float, mu: tuple[float, float] = (1.0, 1.0)) -> Problem:
+    """A harmonic at least 1e-13 from resonance, friction too weak to stop its motion, or nearly."""
     base, n = _series(rng), int(rng.integers(1, 4))
     drive = float(np.hypot(base.cosine[n - 1], base.sine[n - 1]))
-    r = (1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -13, -8)) / n
-    return Problem(r, 0.25 * pi * drive * float(rng.uniform(0.02, 1.3)) + 1e-3, base=base)
+    r = _beside(rng, -13, high) / n
+    friction = 0.25 * pi * drive * float(rng.uniform(0.02, 1.3)) + 1e-3
+    return Problem(r, friction, float(rng.uniform(*mu)) if mu[1] > 1.0 else 1.0, base=base)
 
 
-def harmonics_near_resonance(rng: Rng) -> Problem:
+def _near(rng: Rng) -> Problem:
     """A harmonic 1e-8 to 1e-1 from resonance."""
-    problem = harmonics_beside_resonance(rng)
-    n = round(1.0 / problem.r)
-    return problem.with_r((1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -8, -1)) / n)
+    problem = _harmonic_beside(rng, -8)
+    return problem.with_r(_beside(rng, -8, -1) / round(1.0 / problem.r))
 
 
-def static_friction_beside_resonance(rng: Rng) -> Problem:
-    """Static friction, with a harmonic 1e-13 to 1e-2 from resonance."""
-    base, n = _series(rng), int(rng.integers(1, 4))
-    drive = float(np.hypot(base.cosine[n - 1], base.sine[n - 1]))
-    r = (1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -13, -2)) / n
-    return Problem(
-        r, 0.25 * pi * drive * float(rng.uniform(0.02, 1.3)) + 1e-3, float(rng.uniform(1.01, 2.0)), base=base
-    )
-
-
-def cosine_static_beside_resonance(rng: Rng) -> Problem:
-    """Static friction under a pure cosine 1e-13 to 1e-2 from resonance."""
-    r = 1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -13, -2)
-    return Problem(r, 0.25 * pi * float(rng.uniform(0.02, 1.2)), float(rng.uniform(1.01, 2.0)))
-
-
-def displaced_rest(rng: Rng) -> Problem:
-    """Even harmonics, friction between half the force's range and its maximum."""
+def _displaced(rng: Rng, *, below: bool) -> Problem:
+    """Even harmonics, friction between half the force's range and its maximum, or just below that half."""
     base = _series(rng, 0.5)
     f = base.at(np.linspace(0.0, 2 * pi, 20001))
-    half, top = 0.5 * float(np.ptp(f)), float(np.abs(f).max())
-    return Problem(power(rng, -1, 0.5), half + float(rng.uniform(0, 1)) * (top - half), base=base)
+    half, top, r = 0.5 * float(np.ptp(f)), float(np.abs(f).max()), power(rng, -1, 0.5)
+    more = -half * power(rng, -6, -0.5) if below else float(rng.uniform(0, 1)) * (top - half)
+    return Problem(r, half + more, base=base)
 
 
-def displaced_rest_below(rng: Rng) -> Problem:
-    """Even harmonics, friction just below half the force's range."""
-    base = _series(rng, 0.5)
-    half = 0.5 * float(np.ptp(base.at(np.linspace(0.0, 2 * pi, 20001))))
-    return Problem(power(rng, -1, 0.5), half * (1.0 - power(rng, -6, -0.5)), base=base)
+def _uneven(rng: Rng, most: float) -> dict[str, float]:
+    return {f"static_ratio_{way}": float(rng.uniform(1.0, most)) for way in ("up", "down")}
 
 
-def place_beside_resonance(rng: Rng) -> Problem:
-    """Friction that varies along the path, 1e-12 to 1e-2 from resonance."""
-    r = 1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -12, -2)
-    q = float(rng.choice([-1.0, 1.0])) * power(rng, -6, -0.8)
-    return Problem(r, float(rng.uniform(0.1, 1.0)), law="coulomb+place", parameters={"gradient": q})
-
-
-def all_terms(rng: Rng) -> Problem:
+def _all_terms(rng: Rng) -> Problem:
     """All rigid terms together, harmonics and either wall."""
-    p = {"static_ratio_up": float(rng.uniform(1.0, 1.5)), "static_ratio_down": float(rng.uniform(1.0, 1.5))}
+    p = _uneven(rng, 1.5)
     p |= {"gradient": float(rng.uniform(-0.15, 0.15)), "contact_damping_ratio": float(rng.uniform(0, 0.1))}
     moves = rng.random() < 0.5
     r, beta = power(rng, -0.8, 0.4), float(rng.uniform(0.05, 0.9))
-    beta *= r * r if moves else 1.0
     frame, law = float(rng.uniform(0.0, 0.03)), "coulomb+place+speed+breakaway"
-    base = _series(rng, 0.15)
-    return Problem(
-        r, beta, wall="base" if moves else "fixed", base=base, law=law, parameters=p, frame_damping_ratio=frame
-    )
+    base, size, wall = _series(rng, 0.15), r * r if moves else 1.0, "base" if moves else "fixed"
+    return Problem(r, beta * size, wall=wall, base=base, law=law, parameters=p, frame_damping_ratio=frame)  # type: ignore[arg-type]
 
 
-HOLES: tuple[Callable[[Rng], Problem], ...] = (
-    vanishing_stops,
-    vanishing_stops_beside,
-    static_friction,
-    uneven_static_friction,
-    static_friction_harmonics,
-    harmonics_beside_resonance,
-    harmonics_near_resonance,
-    static_friction_beside_resonance,
-    cosine_static_beside_resonance,
-    displaced_rest,
-    displaced_rest_below,
-    place_beside_resonance,
-    all_terms,
-)
+HOLES: dict[str, Callable[[Rng], Problem]] = {
+    # at resonance, friction just above what the drive overcomes; beside it on either side of that
+    "vanishing stops": lambda g: Problem(1.0, 0.25 * pi * (1.0 + power(g, -14, -1))),
+    "vanishing stops beside": lambda g: Problem(_beside(g, -14, -3), 0.25 * pi * _beside(g, -14, -2)),
+    "static friction": lambda g: Problem(power(g, -0.8, 0.2), power(g, -1.5, -0.2), float(g.uniform(1.05, 4.0))),
+    "uneven static friction": lambda g: Problem(
+        power(g, -0.8, 0.2), power(g, -1.2, -0.1), law="coulomb+breakaway", parameters=_uneven(g, 2.0)
+    ),
+    "static friction, harmonics": lambda g: Problem(
+        power(g, -0.8, 0.2), power(g, -1.5, -0.2), float(g.uniform(1.05, 3.0)), base=_series(g, 0.2)
+    ),
+    "harmonics beside resonance": lambda g: _harmonic_beside(g, -8),
+    "harmonics near resonance": _near,
+    "static friction beside resonance": lambda g: _harmonic_beside(g, -2, (1.01, 2.0)),
+    "cosine, static friction, beside": lambda g: Problem(
+        _beside(g, -13, -2), 0.25 * pi * float(g.uniform(0.02, 1.2)), float(g.uniform(1.01, 2.0))
+    ),
+    "displaced rest": lambda g: _displaced(g, below=False),
+    "displaced rest below": lambda g: _displaced(g, below=True),
+    "place beside resonance": lambda g: Problem(
+        *(_beside(g, -12, -2), float(g.uniform(0.1, 1.0))),
+        law="coulomb+place",
+        parameters={"gradient": float(g.choice([-1.0, 1.0])) * power(g, -6, -0.8)},
+    ),
+    "all terms": _all_terms,
+}
 
 
 def start_of(state: SteadyState) -> tuple[float, float]:
@@ -194,11 +155,6 @@ def _faults_of_multiplier(problem: Problem, state: SteadyState) -> list[str]:
         slopes = np.array([np.subtract(ends[0], ends[1]), np.subtract(ends[2], ends[3])]).T / (2.0 * step)
         slopes = slopes[:1, :1] if v == 0.0 else slopes  # in a stop only the place is free
         found.append(float(np.abs(np.linalg.eigvals(slopes)).max()))
-    return off_multiplier(state, found)
-
-
-def off_multiplier(state: SteadyState, found: list[float]) -> list[str]:
-    """Say by how much a multiplier differs from the nearest of those found by differences of several sizes."""
     told = abs(state.floquet_multiplier or 0.0)
     off = min(abs(told - size) for size in found)
     return [f"multiplier {told:.6g}, by differences {found}"] if off > MULTIPLIER * max(1.0, told) else []
@@ -266,38 +222,28 @@ def judge(problem: Problem, state: SteadyState) -> Verdict:
     return ("named", said) if "none was found" not in said and said else ("not found", said)
 
 
-def main(
-    count: int,
-    seed: int,
-    names: tuple[str, ...],
-    holes: tuple[Callable[[Rng], Problem], ...] = HOLES,
-    judged: Callable[[Problem, SteadyState], Verdict] = judge,
-    law: str = "coulomb",
-) -> None:
+def main(count: int, seed: int, names: tuple[str, ...]) -> None:
     """Draw, solve, judge, print; the law's compiled kernel is loaded, or made, before anything is timed."""
-    warm_up(law)
-    for hole in holes:
-        if names and hole.__name__ not in names:
+    warm_up("coulomb")
+    for number, (name, hole) in enumerate(HOLES.items()):
+        if names and name not in names:
             continue
-        rng, counts, longest = np.random.default_rng((seed, holes.index(hole))), Counter[str](), 0.0
+        rng, counts, longest = np.random.default_rng((seed, number)), Counter[str](), 0.0
         for _ in range(count):
             problem = hole(rng)
             begun = time.process_time()
             state = steady_state(problem)
             longest = max(longest, time.process_time() - begun)
-            verdict, why = judged(problem, state)
+            verdict, why = judge(problem, state)
             counts[verdict] += 1
             if verdict in ("wrong", "not found", "named"):
                 exactly = f"r = {problem.r!r}, {problem.parameters}, {problem.base}"
-                sys.stderr.write(f"{hole.__name__}: {verdict}: {why}: {problem.law.name}, {exactly}\n")
+                sys.stderr.write(f"{name}: {verdict}: {why}: {problem.law.name}, {exactly}\n")
         told = ", ".join(f"{key} {value}" for key, value in sorted(counts.items()))
-        sys.stdout.write(f"{hole.__name__:34s} {count} points: {told}; longest {1e3 * longest:.0f} ms\n")
+        sys.stdout.write(f"{name:34s} {count} points: {told}; longest {1e3 * longest:.0f} ms\n")
         sys.stdout.flush()
 
 
 if __name__ == "__main__":
-    main(
-        int(sys.argv[1]) if len(sys.argv) > 1 else 200,
-        int(sys.argv[2]) if len(sys.argv) > 2 else 2211,
-        tuple(sys.argv[3:]),
-    )
+    count, seed = (int(sys.argv[i]) if len(sys.argv) > i else usual for i, usual in ((1, 200), (2, 2211)))
+    main(count, seed, tuple(sys.argv[3:]))
