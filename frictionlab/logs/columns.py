@@ -162,7 +162,7 @@ def assign(
 
 
 def _contradicted(log: "OpenLog", time: LogColumn | None, rate: float) -> list[str]:
-    """A sentence where the stamps that a given sampling rate replaces have another rate in any unit that may be theirs."""
+    """A sentence where the stamps that a given sampling rate replaces have another rate."""
     stamps = log.beginning(time.index) if time is not None else np.zeros(0)
     step = float(stamps[-1] - stamps[0]) / (len(stamps) - 1) if len(stamps) > 1 else 0.0
     units = [time.unit] if time is not None and time.unit in TIME else list(TIME)
