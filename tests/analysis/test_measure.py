@@ -107,16 +107,6 @@ def test_harmonics_of_the_base() -> None:
     assert any(warning.startswith("base_distortion: ") for warning in m.warnings)
 
 
-def test_a_mass_that_never_moves() -> None:
-    generator = np.random.default_rng(6)
-    t = np.arange(0.0, 60.0, 1 / 250)
-    base = through_laser(BASE_M * np.cos(2 * math.pi * t), generator)
-    m = measure(Recording(t, through_laser(np.zeros(len(t)), generator), base), scene())
-    assert (m.regime, m.stops_per_cycle, m.stuck_fraction) == ("stuck", 0.0, 1.0)
-    assert (m.irregularity_index, m.irregularity_floor, m.asymmetry) == (None, None, None)
-    assert abs(m.energy_per_cycle) < 5 * m.energy_per_cycle_se
-
-
 def test_a_transient_cut_too_short_is_said() -> None:
     t = np.arange(0.0, 90.0, 1 / 250)
     tau = 2 * math.pi * t

@@ -39,24 +39,9 @@ def test_of_a_motion_that_never_settles_half_is_left() -> None:
     assert settled is None
 
 
-def test_jumps_are_found_where_they_are() -> None:
-    series = 1 + 0.003 * np.random.default_rng(2).standard_normal(300)
-    series[80:210] += 0.4
-    assert steadiness.jumps(series, noise=0.003).tolist() == pytest.approx([80, 210], abs=1)
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_does_not_jump(seed: int) -> None:
     assert len(steadiness.jumps(1 + 0.05 * np.random.default_rng(seed).standard_normal(400), noise=0.01)) == 0
-
-
-def test_the_trend_of_a_long_test_is_that_of_one_cycle_every_ten_seconds() -> None:
-    start = np.arange(0.0, 100.0, 0.7)
-    trend = steadiness.trend_of(start, 2 * start)
-    assert trend is not None
-    assert len(trend.time) == 10
-    assert np.all((trend.time - 10 * np.arange(10) >= 0) & (trend.time - 10 * np.arange(10) < 0.7))
-    np.testing.assert_array_equal(trend.value, 2 * trend.time)
 
 
 def test_a_trend_is_found_with_honest_confidence() -> None:

@@ -139,6 +139,7 @@ def test_a_mass_channel_that_stands_still_is_a_stuck_mass(place: float, share: f
     still = Recording(whole.time, np.full(len(whole.time), place), whole.base_displacement)
     found = measure(noisy(still, share), SCENE)
     assert (found.regime, found.stuck_fraction, found.stops_per_cycle) == ("stuck", 1.0, 0.0)
+    assert (found.irregularity_index, found.irregularity_floor, found.asymmetry) == (None, None, None)
     assert found.energy_per_cycle == pytest.approx(0.0, abs=1e-9 + share)
     assert_finite(found)
 
