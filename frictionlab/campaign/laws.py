@@ -205,6 +205,7 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
     The value is the one that all tests share; what single tests scatter by is in ``scatter``.
     """
     posterior, found = joint.posterior, list[LawParameter]()
+    frame = scene.rig.stiffness, scene.rig.natural_frequency
     for material in joint.materials:
         tests = joint.tests(material)
         i = tests[0]
@@ -218,7 +219,7 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
             whole = slope * math.sqrt(posterior.covariance[k, k])
             own = estimates[u.name]
             value = Estimate(shared, min(own.se or whole, whole), whole)
-            factor, unit = to_physical(law.parameter(u.name), scene, amplitude=observation.unit, turn=observation.turn)
+            factor, unit = to_physical(law.parameter(u.name), *frame, amplitude=observation.unit, turn=observation.turn)
             scatter = abs(slope) * float(posterior.fit.model.scatter[k]) if len(tests) > 1 else None
             is_told = abs(shared) > 2.0 * whole or own.told
             found.append(LawParameter(material, law.name, u.name, value, value.scaled(factor), unit, is_told, scatter))

@@ -137,11 +137,12 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
     fewer = [name for name in evidence if {t.name for t in law_of(name).terms} < terms]
     simpler = predict(measurement, scene, law=max(fewer, key=lambda name: evidence[name])) if fewer else None
     found, turn = _force(comparison), 2.0 * math.pi * measurement.drive_frequency_hz
+    frame = scene.rig.stiffness, scene.rig.natural_frequency
     for name, (times, unit, words) in SHOWN.items():
         found_as = comparison.parameters.get(name)
         if found_as is not None and found_as["u"] is not None:
             parameter = law_of(comparison.law).parameter(name)
-            factor, _ = to_physical(parameter, scene, amplitude=measurement.base_amplitude_m, turn=turn)
+            factor, _ = to_physical(parameter, *frame, amplitude=measurement.base_amplitude_m, turn=turn)
             if factor is not None:
                 found[name] = (times * factor * found_as["value"], times * factor * found_as["u"], unit, words)
     return Explanation(comparison, simpler, found, measurement.base_amplitude_m, measurement.energy_per_cycle_j)

@@ -20,7 +20,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.files import check_regular, write_whole
 from frictionlab.scene.keys import refusal
-from frictionlab.scene.physical import factor_of
+from frictionlab.scene.physical import to_physical
 from frictionlab.scene.rig import Positive, SceneTable
 from frictionlab.simulator import COSINE, Base, Problem
 from frictionlab.simulator.laws import Parameter, law_of
@@ -57,7 +57,7 @@ def physical_name(parameter: Parameter) -> str:
     """Return the name of a law's parameter in newtons, metres and seconds."""
     if parameter.name == "beta":
         return COEFFICIENT
-    _, unit = factor_of(parameter, None, None, amplitude=1.0, turn=1.0)
+    _, unit = to_physical(parameter, None, None, amplitude=1.0, turn=1.0)
     return NAMES.get(parameter.name) or parameter.name + SUFFIXES.get(unit, "")
 
 
@@ -144,7 +144,7 @@ class MaterialLaw:
         parameters = {FRAME: given.get(FRAME, self.rig.get(FRAME, 0.0))}
         turn = 2.0 * math.pi * self.rig["natural_frequency_hz"] * r
         for parameter in law_of(self.law).own:
-            factor, _ = factor_of(parameter, stiffness, frequency, amplitude=base_amplitude_m, turn=turn)
+            factor, _ = to_physical(parameter, stiffness, frequency, amplitude=base_amplitude_m, turn=turn)
             name = physical_name(parameter)
             value = self._friction(given, normal_force_n) if name == COEFFICIENT else given[name]
             parameters[parameter.name] = value / (factor or 1.0)
@@ -259,7 +259,7 @@ def material_law_of(
         turn = 2.0 * math.pi * natural_frequency_hz * o.r
         for parameter in o.law.own:
             k, name = own.get(parameter.name), physical_name(parameter)
-            times = factor_of(parameter, stiffness_n_per_m, tuned, amplitude=o.unit, turn=turn)[0] or 1.0
+            times = to_physical(parameter, stiffness_n_per_m, tuned, amplitude=o.unit, turn=turn)[0] or 1.0
             if name == COEFFICIENT and several:
                 name = f"{AT_FORCE}{o.normal_force!r}"
             elif name == COEFFICIENT:

@@ -18,32 +18,19 @@ from frictionlab.simulator.structure import Contact, Structure
 UNITS = {(1, 1): "m/s", (1, 0): "m", (-1, 0): "1/m"}  # by powers of Y and omega
 
 
-def to_physical(parameter: Parameter, scene: Scene, *, amplitude: float, turn: float) -> tuple[float | None, str]:
+def to_physical(
+    parameter: Parameter, stiffness: float | None, frequency: float | None, *, amplitude: float, turn: float
+) -> tuple[float | None, str]:
     """Return the factor from a dimensionless parameter to the physical one, and its unit.
 
-    The factor is None where the scene lacks the stiffness or the natural frequency that it needs.
-
-    Parameters
-    ----------
-    parameter : Parameter
-    scene : Scene
-        ``[rig]``: stiffness and natural frequency.
-    amplitude, turn : float
-        Y [m] and omega [rad/s] of the test.
+    Of a frame of this stiffness [N/m] and natural frequency [Hz], at Y [m] and omega [rad/s]; None where one that it
+    needs is not known.
 
     Examples
     --------
-    >>> to_physical(law_of("coulomb+place").parameter("gradient"), Scene(), amplitude=0.5, turn=1.0)
+    >>> to_physical(law_of("coulomb+place").parameter("gradient"), None, None, amplitude=0.5, turn=1.0)
     (2.0, '1/m')
     """
-    rig = scene.rig
-    return factor_of(parameter, rig.stiffness, rig.natural_frequency, amplitude=amplitude, turn=turn)
-
-
-def factor_of(
-    parameter: Parameter, stiffness: float | None, frequency: float | None, *, amplitude: float, turn: float
-) -> tuple[float | None, str]:
-    """As `to_physical`, for a frame of this stiffness (N/m) and natural frequency (Hz)."""
     critical = None if stiffness is None or not frequency else stiffness / (math.pi * frequency)  # 2 sqrt(k m), N s/m
     forces = {
         "beta": (None if stiffness is None else stiffness * amplitude, "N"),
@@ -74,30 +61,11 @@ def structure_of(
     storeys: FloatArray | None = None,
     base: Base = COSINE,
 ) -> Structure:
-    """Return the scene's frame at a frequency ratio; friction over k_1 Y, eq. (2.8).
+    """Return the scene's frame at a frequency ratio, its base's amplitude Y in metres; friction over k_1 Y, eq. (2.8).
 
-    Parameters
-    ----------
-    scene : Scene
-        ``[[rig.masses]]``, ``[[rig.contacts]]``; without contacts mass 1 rubs as ``[model]`` says.
-    r : float
-        Drive over the natural frequency of the first storey alone.
-    base_amplitude_m : float
-        Y.
-    beta, coefficient : float, optional
-        Of the first contact, in place of the scene's.
-    normal_force_n : float, optional
-        Of the contacts that do not say their own; by default that of ``[experiment]``.
-    first : Contact, optional
-        In place of the scene's first contact.
-    storeys : ndarray of shape (3, n), optional
-        In place of the scene's (`storeys_of`).
-    base : Base
-
-    Raises
-    ------
-    SceneError
-        A contact whose friction is not known, or that cannot be simulated.
+    Without ``[[rig.contacts]]`` mass 1 rubs as ``[model]`` says. In place of the scene's: ``beta``, ``coefficient`` or
+    all of the ``first`` contact, ``storeys`` (3, n) as of `storeys_of`, and the ``normal_force_n`` of the contacts that
+    do not say their own. SceneError: a contact whose friction is not known, or that cannot be simulated.
     """
     load = normal_force_n or scene.experiment.normal_force_n
     found = []

@@ -148,7 +148,7 @@ def _virtual_test(scene: Scene, group: VirtualTests, law: str, force: float, rat
     parameters = held | group.parameters
     for name, value in group.physical.items():  # over the test's own Y and omega
         turn = 2.0 * math.pi * ratio * natural
-        factor, _ = to_physical(law_of(law).parameter(name), scene, amplitude=amplitude, turn=turn)
+        factor, _ = to_physical(law_of(law).parameter(name), stiffness, natural, amplitude=amplitude, turn=turn)
         parameters[name] = value / (factor or 1.0)
     said = [f"r{ratio:g}"] * bool(group.frequency_ratios) + [word for word in (group.base, group.label) if word]
     return SyntheticTest(
