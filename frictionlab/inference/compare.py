@@ -6,7 +6,7 @@ campaign of one.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -95,7 +95,7 @@ def compare(
     climbed = None
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
-        record = follow(_record_of(best), best.values(), fits_start=False)
+        record = follow(as_kind(best.tests[0].observation, RecordObservation), best.values(), fits_start=False)
         posterior = _over_time(_as_cycle(cycle.under(best.law()), best), record)
         by_record = compared(measurement, scene, posterior, None, solver)
         comparison = replace(by_record, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
@@ -127,15 +127,7 @@ def predict(
 def identified(
     measurement: Measurement, scene: Scene, law: str | None, friction_ratio: float | None = None
 ) -> tuple[Posterior, Ladder | None]:
-    """Return the posterior of a measured test under the law that is given or required, and the ladder if climbed.
-
-    Raises
-    ------
-    AnalysisError
-        The natural frequency is not known, or no values tried have a steady state.
-    UsageError
-        The law cannot be.
-    """
+    """Return the posterior of a measured test under the law that is given or required, and the ladder if climbed."""
     observation = observe(measurement, scene, None if law == AUTO else law)
     if measurement.cycle.cell is not None:
         from frictionlab.inference.force import with_force  # noqa: PLC0415 - for measured forces alone
@@ -284,11 +276,6 @@ def compare_force(
 
     Numbers are over the normal force (so that the friction ratio is the coefficient; over the measured friction force
     where it is not known), lengths over half the stroke Y, speeds over omega Y.
-
-    Raises
-    ------
-    AnalysisError
-        No force was measured, or the contact stands nearly all the time.
     """
     from frictionlab.inference.force import GAIN, ForceObservation, observe_force  # noqa: PLC0415 - as above
 
@@ -318,7 +305,7 @@ def compare_force(
         law_force=shown,
         residual=observation.force - shown,
         floor=observation.floor * math.sqrt(observation.cycles.power),
-        laws=_points(ladder, rows),
+        laws=_points(rows),
         unit_m=observation.unit,
         turn=observation.turn,
         unit_n=observation.unit_n,
@@ -407,7 +394,7 @@ def compared(
         contact=replace(
             contact_of(observation, found.values(), state, scene.rig.stiffness),
             residual=left,
-            laws=_points(ladder, rows),
+            laws=_points(rows),
             said=words,
             warnings=tuple(said),
         ),
@@ -473,9 +460,9 @@ def contact_of(
     )
 
 
-def _rows(ladder: Ladder | None, found: Posterior, nrmse: float | None) -> tuple[dict[str, object], ...] | None:
+def _rows(ladder: Ladder | None, found: Posterior, nrmse: float | None) -> tuple[dict[str, Any], ...] | None:
     """The ladder's rows; ``found``, ``nrmse``: of the law chosen, as they are reported."""
-    rows: list[dict[str, object]] = []
+    rows: list[dict[str, Any]] = []
     for rung in () if ladder is None else ladder.rungs:
         chosen = ladder is not None and rung.law.name == ladder.chosen.law.name
         posterior = found if chosen else rung.posterior
@@ -494,13 +481,12 @@ def _rows(ladder: Ladder | None, found: Posterior, nrmse: float | None) -> tuple
     return None if ladder is None else tuple(rows)
 
 
-def _points(ladder: Ladder | None, rows: Any) -> dict[str, tuple[int, float, float]]:
+def _points(rows: Sequence[Mapping[str, Any]] | None) -> dict[str, tuple[int, float, float]]:
     """The ladder's points for a figure: parameters found, nrmse, log evidence of each law."""
-    both = () if ladder is None else zip(ladder.rungs, rows, strict=True)
     return {
-        rung.law.name: (sum(u.law for u in rung.fit.model.unknowns), row["response_nrmse"], rung.log_evidence)
-        for rung, row in both
-        if rung.fit is not None and row["response_nrmse"] is not None and math.isfinite(rung.log_evidence)
+        row["law"]: (sum(e["u"] is not None for e in row["parameters"].values()), row["response_nrmse"], evidence)
+        for row in rows or ()
+        if (evidence := row["log_evidence"]) is not None and row["response_nrmse"] is not None
     }
 
 
@@ -536,7 +522,7 @@ def _without_cycle(
     held |= {} if friction_ratio is None else {"beta": friction_ratio}
     observation, said = observe_record(recording, scene, chosen, held)
     found, climbed = _found(observation, scene, law, None)
-    observation, values = _record_of(found), found.values()
+    observation, values = as_kind(found.tests[0].observation, RecordObservation), found.values()
     record, motion = follow(observation, values, fits_start=False), observation.motion(values)
     if motion is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
@@ -564,10 +550,6 @@ def _without_cycle(
     )
     budget = {**newtons["budget"], "friction_ratio": comparison.budget["friction_ratio"]}
     return replace(comparison, force=newtons["force"], coefficient=newtons["coefficient"], budget=budget)
-
-
-def _record_of(found: Posterior) -> RecordObservation:
-    return as_kind(found.tests[0].observation, RecordObservation)
 
 
 def _of_record(record: WholeRecord, climbed: Ladder | None) -> dict[str, Any]:

@@ -63,8 +63,6 @@ VERDICTS = {
     "explained": "It explains the cycle: it",
     "strained": "It explains the cycle only with sensors or rig unlike the scene (below): it",
 }
-RANKS = {"declare it": 1, "not told by": 3}
-"""How much a sentence matters (0: most) that has these words."""
 ANY = "tests at another amplitude and another speed; frictionlab plan says which"
 
 
@@ -107,7 +105,7 @@ class Explanation:
         for rank, text in (*_what_it_is(self), *_what_it_is_not(self), *_what_next(self)):
             indent = "  " if text.startswith("  ") else ""
             lines = textwrap.fill(text.strip(), WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
-            found.append((next((own for words, own in RANKS.items() if words in text), rank), lines))
+            found.append((rank, lines))
         return found
 
     def row(self) -> dict[str, object]:
@@ -200,7 +198,7 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
         own, words = with_error(e["value"], e["u"]), law.parameter(name).words
         if not e["told"]:
             limits = limits_in_words(e["lower"], e["upper"])
-            yield 1, f"  {words}: not told by this recording ({name} {own}; {limits}, 95 %)"
+            yield 3, f"  {words}: not told by this recording ({name} {own}; {limits}, 95 %)"
         elif name in about.physical:
             size, error, unit, words = about.physical[name]
             mu = c.coefficient.value if name == "beta" else None
@@ -251,4 +249,5 @@ def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
     yield from ((2, f"To measure {name}: {TELLS.get(name, ANY)}.") for name in untold)
     if not untold:
         yield 2, f"Next: {ANY}."
-    yield from ((5, f"! {said}") for said in about.comparison.warnings if "does not tell it" not in said)
+    warnings = (said for said in about.comparison.warnings if "does not tell it" not in said)
+    yield from ((1 if "declare it" in said else 5, f"! {said}") for said in warnings)

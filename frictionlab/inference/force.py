@@ -33,9 +33,10 @@ from frictionlab.inference.observations import (
     OfCycles,
     law_and_held,
     of_one_cycle,
+    slid_of,
 )
 from frictionlab.inference.posterior import NOISE, Posterior
-from frictionlab.inference.starts import loop_friction_ratio, slid_of
+from frictionlab.inference.starts import loop_friction_ratio
 from frictionlab.inference.unknowns import STRAINED, TAIL, UNDECLARED_LAG, Unknown
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
@@ -197,11 +198,6 @@ def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None 
     Where the frame has a natural frequency, numbers are those of its motion: forces over k Y. On a tribometer they are
     over the normal force, so that the friction ratio is the coefficient, or over the measured friction force where that
     is not known; speeds are over omega Y, and r is 1.
-
-    Raises
-    ------
-    AnalysisError
-        No force was measured, or the contact stands nearly all the time.
     """
     cell, measured = measurement.cycle.cell, measurement.measured_force.value
     if cell is None or measured is None or measurement.cycle.force is None:

@@ -22,10 +22,20 @@ from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.comparison import AtContact, contact_force
-from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values, at_least, of_few
+from frictionlab.inference.observation import (
+    BENDS,
+    SENSORS,
+    Observation,
+    Reached,
+    Values,
+    as_kind,
+    at_least,
+    of_few,
+)
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
+from frictionlab.simulator.problem import Wall
 
 Motion = tuple[SteadyState, ComplexArray]
 
@@ -187,11 +197,9 @@ class CycleObservation(OfCycles):
     @cached_property
     def stretch(self) -> FloatArray:
         """Measured motion of the mass over the base (p,), Y: what the frame's spring is stretched by."""
-        cycle = self.measurement.cycle
-        order, points = np.arange(1, len(cycle.base_cosine) + 1), max(len(cycle.tau), STRETCHES)
-        phase = np.outer(2.0 * np.pi * np.arange(points) / points, order)
-        mass = np.fft.irfft(np.fft.rfft(cycle.mass_smooth), points) * (points / len(cycle.tau))
-        return np.asarray(mass - np.cos(phase) @ cycle.base_cosine - np.sin(phase) @ cycle.base_sine)
+        over_base = slid_of(self.measurement, "base")
+        points = max(len(over_base), STRETCHES)
+        return np.asarray(np.fft.irfft(np.fft.rfft(over_base), points) * (points / len(over_base)))
 
     def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
         """Return the steady state at some values and its harmonics (K,), before the sensors; None where it has none."""
@@ -279,12 +287,9 @@ def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:
     return float(np.sqrt(np.mean(gap**2) / np.mean(about**2)))
 
 
-def cycle_of(test: object) -> CycleObservation:
+def cycle_of(test: Any) -> CycleObservation:
     """Return the observation of a fit's test, which is one of a cycle."""
-    observation = getattr(test, "observation", None)
-    if not isinstance(observation, CycleObservation):
-        raise TypeError(f"expected the observation of a cycle; got {type(observation).__name__}")
-    return observation
+    return as_kind(test.observation, CycleObservation)
 
 
 def parts(coefficients: ComplexArray) -> FloatArray:
@@ -321,6 +326,15 @@ def refuse_several(scene: Scene) -> None:
             f" tables over frequency; got {masses} [[rig.masses]] and {contacts} [[rig.contacts]]; simulate,"
             " synthesize, analyze, free-vibration and compare-numeric know several"
         )
+
+
+def slid_of(measurement: Measurement, wall: Wall) -> FloatArray:
+    """Return the motion (p,) of the mass over its wall in the mean cycle, in Y, without the noise."""
+    cycle = measurement.cycle
+    if wall == "fixed":
+        return cycle.mass_smooth
+    phase = np.outer(cycle.tau, np.arange(1, len(cycle.base_cosine) + 1))
+    return np.asarray(cycle.mass_smooth - np.cos(phase) @ cycle.base_cosine - np.sin(phase) @ cycle.base_sine)
 
 
 def law_and_held(scene: Scene, law: str | Law | None = None) -> tuple[Law, dict[str, float]]:

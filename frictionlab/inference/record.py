@@ -216,20 +216,12 @@ class RecordObservation(Observation):
 def observe_record(
     recording: Recording, scene: Scene, law: Law, held: Values, measurement: Measurement | None = None
 ) -> tuple[RecordObservation, tuple[str, ...]]:
-    """Return a recording as a fit sees it, and what must be said of it.
+    """Return a recording as a fit sees it, and what must be said of it; its base without a gap, mass and base moving.
 
     What is known of sensors and log is taken back. The base is smoothed, but less than would bring it nearest to the
     truth: errors hold the noise that is left, not what smoothing takes of the motion. A wall that moves feels the
     base's acceleration, and there noise counts more. Without a ``measurement`` of steady cycles the record is reported
     in stretches of its base's mean period, at least one of the frame.
-
-    Raises
-    ------
-    RecordingError
-        Its base has a gap or jumps: nothing can be simulated across.
-    AnalysisError
-        The natural frequency is not known; without steady cycles: base or mass do not move, or the record is shorter
-        than four periods of the frame.
     """
     natural = _natural_frequency_of(scene)
     part, said = sound_base(recording)

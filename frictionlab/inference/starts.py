@@ -16,7 +16,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.fit import Model, cost
-from frictionlab.inference.observations import cycle_of
+from frictionlab.inference.observations import cycle_of, slid_of
 from frictionlab.simulator.problem import Wall
 
 LARGEST = 4.0  # friction ratio at which a contact that hardly slips is still looked for
@@ -191,16 +191,6 @@ def loop_friction_ratio(measurement: Measurement, wall: Wall = "fixed") -> float
     slid = slid_of(measurement, wall)
     path = float(np.abs(np.diff(slid, append=slid[:1])).sum())
     return energy_of(measurement, wall) / path
-
-
-def slid_of(measurement: Measurement, wall: Wall) -> FloatArray:
-    """Return the motion (p,) of the mass over its wall in the mean cycle, in Y, without the noise."""
-    cycle = measurement.cycle
-    if wall == "fixed":
-        return cycle.mass_smooth
-    order = np.arange(1, len(cycle.base_cosine) + 1)
-    phase = np.outer(cycle.tau, order)
-    return np.asarray(cycle.mass_smooth - np.cos(phase) @ cycle.base_cosine - np.sin(phase) @ cycle.base_sine)
 
 
 def energy_of(measurement: Measurement, wall: Wall) -> float:

@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.stats import multivariate_normal
 
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import UsageError
 from frictionlab.inference import compare, predict
 from frictionlab.inference.comparison import contact_force
-from frictionlab.inference.fit import inside, log_orthant
+from frictionlab.inference.fit import inside
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer, model_of
 from frictionlab.inference.starts import starting_points
@@ -206,13 +205,6 @@ def test_a_step_inside_bounds_is_the_best_of_all_points_inside() -> None:
                 best = min(best, float(0.5 * x @ bowl @ x + slope @ x))
         found = inside(bowl, slope, low, high)
         assert float(0.5 * found @ bowl @ found + slope @ found) == pytest.approx(best, abs=1e-9)
-
-
-@pytest.mark.parametrize(("mean", "rho"), [((0.0, 0.0), 0.5), ((-2.0, 1.0), -0.6), ((0.3, -0.5), 0.8)])
-def test_the_part_of_a_normal_distribution_inside_its_bounds(mean: tuple[float, float], rho: float) -> None:
-    covariance = np.array([[1.0, rho], [rho, 1.0]])
-    exact = multivariate_normal(np.array(mean), covariance).cdf(np.full(2, 30.0), lower_limit=np.zeros(2))
-    assert log_orthant(np.array(mean), covariance) == pytest.approx(math.log(exact), abs=0.12)
 
 
 def test_what_is_known_of_the_rig_makes_no_value_surer_than_with_the_rig_held() -> None:
