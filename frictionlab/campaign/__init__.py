@@ -20,15 +20,24 @@ from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.files import (
     MeasuredResponse,
     elsewhere,
-    examples,
     is_comparison,
     read_measurements,
     recording_of,
     recording_path,
-    response_of,
+    responses_of,
     rows_of,
 )
-from frictionlab.campaign.friction import NO_STEADY_CYCLE, FrictionFit, Reason, Screened, Verdict, friction_of, screen
+from frictionlab.campaign.friction import (
+    NO_STEADY_CYCLE,
+    SLOWEST_HZ,
+    FrictionFit,
+    Group,
+    Reason,
+    Setting,
+    Verdict,
+    friction_of,
+    screen,
+)
 from frictionlab.campaign.joint_fit import JointFit, fit_together
 from frictionlab.campaign.laws import (
     AmontonsTest,
@@ -49,9 +58,8 @@ from frictionlab.inference.material_law import MaterialLaw, material_law_of
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
 from frictionlab.schema import Result
-from frictionlab.simulator.laws import Law, law_of
 from frictionlab.tables import Row
-from frictionlab.uncertainty import Sources, sources_of
+from frictionlab.uncertainty import sources_of
 
 __all__ = [
     "CRITERIA",
@@ -73,7 +81,6 @@ __all__ = [
 
 CURVE_POINTS = 160
 DEAR_POINTS = 16  # of a law that is integrated step by step
-SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement says it
 NO_STIFFNESS = (
     "The scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency): friction ratios are known,"
     " forces and coefficients are not."
@@ -92,8 +99,6 @@ SHARED_ERRORS = (
     " what all tests share: gain, lag, natural frequency, stiffness, normal force."
 )
 ASSUMED = "Assumed, for nobody has declared them in the scene: {}."
-Setting = tuple[str, float]
-"""Material and normal force [N]."""
 Watch = Callable[[Sequence[tuple[str, float]]], Iterable[tuple[str, float]]]
 
 
@@ -164,24 +169,12 @@ def evaluate(
     find_law: bool = False,
     watch: Watch = iter,
 ) -> Campaign:
-    """Evaluate a campaign.
+    """Evaluate a campaign: `frictionlab.evaluate`, once files are read.
 
-    Parameters
-    ----------
-    trials : sequence of Trial
-        One per test, in any order; failed ones are kept and shown.
-    scene : Scene
-        ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold.
-    folders : sequence of Path
-        Where recordings are looked for beside their ``source``: they give the long tests' points and the examples.
-    comparisons : sequence of rows
-        Of `compare-numeric`: shown beside their tests.
-    observations : mapping
-        The mean cycle of each test whose recording is at hand, by source: these are fitted together on one rig.
-    find_law : bool
-        Find the law that each material's tests require together; else it is the scene's.
-    watch : callable
-        Wraps the sequence of groups to show progress.
+    ``trials``: one per test, in any order, failed ones too; ``folders``: where recordings are looked for, which give
+    the long tests' points and the examples; ``comparisons``: rows that are shown beside their tests; ``observations``:
+    by source the mean cycle of each test whose recording is at hand: these are fitted together on one rig;
+    ``find_law``: find the law that each material's tests require together; ``watch``: wraps the groups.
 
     Raises
     ------
@@ -190,29 +183,25 @@ def evaluate(
     """
     if not trials:
         raise UsageError("campaign: expected at least one measurement; got none")
-    tests = in_order(trials)
-    model = model_of(scene, recorded=bool(observations))
-    groups: dict[Setting, list[Trial]] = {}
+    tests, model, stiffness = in_order(trials), model_of(scene, recorded=bool(observations)), scene.rig.stiffness
+    own: dict[Setting, list[Trial]] = {}
     for trial in tests:
         if not trial.failed:
-            groups.setdefault(trial.group, []).append(trial)
-    screened = {group: screen(own, model.first) for group, own in groups.items()}
-    sources = {group: _sources(own, scene) for group, own in groups.items()}
-    laws = _laws(groups, comparisons) if find_law else {}
-    joint, unfitted = fit_together(_cycles(groups, screened, observations), laws, scene.accuracy)
-    joints = {} if joint is None else {group: joint for group in groups if joint.tests(*group)}
-    rest = {g: own for g, own in groups.items() if g not in joints}
-    by_rows, _ = fit_together(_rows(rest, screened, model.first, sources), {}, scene.accuracy)
-    joints |= {} if by_rows is None else {g: by_rows for g in rest if by_rows.tests(*g)}
+            own.setdefault(trial.group, []).append(trial)
+    groups = {setting: screen(some, model.first, scene) for setting, some in own.items()}
+    joint, unfitted = fit_together(_cycles(groups, observations), find_law=find_law, accuracy=scene.accuracy)
+    joints = {} if joint is None else {setting: joint for setting in groups if joint.tests(*setting)}
+    rest = {setting: group for setting, group in groups.items() if setting not in joints}
+    by_rows, _ = fit_together(_rows(rest, model.first), find_law=False, accuracy=scene.accuracy)
+    joints |= {} if by_rows is None else {setting: by_rows for setting in rest if by_rows.tests(*setting)}
     models = {g: joints[g].model(g[0], model) if g in joints else model.first for g in groups}
-    stiffness, fits = scene.rig.stiffness, list[FrictionFit]()
+    fits = list[FrictionFit]()
     for g in watch(sorted(groups)):
         said = "" if model.first is model or joints.get(g) is joint else PLAIN
-        fits.append(friction_of(groups[g], screened[g], joints.get(g), models[g], stiffness, sources[g], said))
+        fits.append(friction_of(groups[g], joints.get(g), models[g], stiffness, said))
     long = [t for t in tests if t.is_long and not t.failed]
     drifts = tuple(drift_of(t, _trend(t, scene, folders), models[t.group], fits) for t in long)
     materials = sorted({fit.material for fit in fits})
-    responses = _responses(tests, folders)
     found = Campaign(
         trials=tests,
         fits=tuple(fits),
@@ -220,23 +209,22 @@ def evaluate(
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
         curves=_curves(fits, models),
-        responses=responses,
+        responses=responses_of(tests, folders),
         notes=(),
         model=model,
         scene=scene,
         folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
+        joint=joint,
     )
-    found = replace(found, notes=(*_notes(found), *unfitted, *(() if joint is None else joint.rig_notes(scene))))
+    notes = (*_notes(found), *unfitted, *(() if joint is None else joint.rig_notes(scene)))
     if named := elsewhere(tests, folders):
-        found = replace(found, notes=(*found.notes, NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])))
-    return found if joint is None else _with_laws(found, joint)
+        notes = (*notes, NOT_OPENED.format(len(named), named[0][:LONGEST_NAME]))
+    return _with_laws(replace(found, notes=notes))
 
 
 def _cycles(
-    groups: Mapping[Setting, Sequence[Trial]],
-    screened: Mapping[Setting, Screened],
-    observations: Mapping[str, CycleObservation],
+    groups: Mapping[Setting, Group], observations: Mapping[str, CycleObservation]
 ) -> dict[str, list[CycleObservation]]:
     """The observations of each material that a law can be fitted to.
 
@@ -244,36 +232,31 @@ def _cycles(
     only in a group that has no other tests.
     """
     found: dict[str, list[CycleObservation]] = {}
-    for group, trials in groups.items():
-        known = screened[group]
-        out = {source for source, why in known.left_out.items() if why.cause in NO_STEADY_CYCLE}
-        here = [t.source for t in trials if t.source in observations and t.source not in out]
-        here = [source for source in here if source not in known.not_unique] or here
+    for (material, _), group in groups.items():
+        out = {source for source, why in group.left_out.items() if why.cause in NO_STEADY_CYCLE}
+        here = [t.source for t in group.trials if t.source in observations and t.source not in out]
+        here = [source for source in here if source not in group.not_unique] or here
         if here:
-            found.setdefault(group[0], []).extend(observations[source] for source in here)
+            found.setdefault(material, []).extend(observations[source] for source in here)
     return found
 
 
-def _rows(
-    groups: Mapping[Setting, Sequence[Trial]],
-    screened: Mapping[Setting, Screened],
-    model: Model,
-    sources: Mapping[Setting, Sources],
-) -> dict[str, list[RowObservation]]:
+def _rows(groups: Mapping[Setting, Group], model: Model) -> dict[str, list[RowObservation]]:
     """The rows of each material that determine its friction."""
     rows: dict[str, list[RowObservation]] = {}
-    for group, trials in groups.items():
-        known = screened[group]
-        for t in trials:
-            if t.source not in known.left_out:
-                row = observe_row(t, model, sources[group], known.betas[t.source], known.units[t.source])
-                rows.setdefault(group[0], []).append(row)
+    for (material, _), group in groups.items():
+        for t in group.trials:
+            if t.source not in group.left_out:
+                row = observe_row(t, model, group.sources, group.betas[t.source], group.units[t.source])
+                rows.setdefault(material, []).append(row)
     return rows
 
 
-def _with_laws(campaign: Campaign, joint: JointFit) -> Campaign:
+def _with_laws(campaign: Campaign) -> Campaign:
     """The campaign with what the mean cycles say of each material's law."""
-    scene = campaign.scene
+    scene, joint = campaign.scene, campaign.joint
+    if joint is None:
+        return campaign
     stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
     laws = [
         material_law_of(
@@ -286,27 +269,19 @@ def _with_laws(campaign: Campaign, joint: JointFit) -> Campaign:
         for test in campaign.amontons
         if stiffness and frequency
     ]
-    verdicts = campaign.verdicts
-    found = {test.source: test for test in left_out(joint.posterior, scene.sensors.lag_s)}
+    found, verdicts = left_out(joint.posterior, scene.sensors.lag_s), campaign.verdicts
     for t in campaign.trials:
         excluded = verdicts[t.source].excluded if t.source in verdicts else None
         reason = t.reason or (excluded or Reason.NO_CYCLE).sentence
         found.setdefault(t.source, LeftOutTest(t.source, t.material, reason=reason))
     return replace(
         campaign,
-        joint=joint,
         laws=laws_together(joint.ladders),
         parameters=parameters_of(joint, scene),
         loops=loops_of(joint, stiffness),
         material_laws=tuple(law for law in laws if law is not None),
         left_out=tuple(found[t.source] for t in campaign.trials),
     )
-
-
-def _sources(trials: Sequence[Trial], scene: Scene) -> Sources:
-    """What sensors, clock and rig may do to the tests of one group."""
-    rates = [rate for t in trials if isinstance(rate := t.row.get("sampling_rate_hz"), (int, float)) and rate > 0]
-    return sources_of(scene, min(rates, default=SLOWEST_HZ), normal_force_n=trials[0].group[1])
 
 
 def _trend(trial: Trial, scene: Scene, folders: Sequence[Path]) -> Trend | None:
@@ -318,27 +293,6 @@ def _trend(trial: Trial, scene: Scene, folders: Sequence[Path]) -> Trend | None:
         return measure(recording, scene).trend
     except AnalysisError:
         return None
-
-
-def _laws(groups: Mapping[Setting, Sequence[Trial]], comparisons: Sequence[Row]) -> dict[str, Law | None]:
-    """The law of each material: to be found, or what the ladder of its only test says."""
-    climbed = {str(row["source"]): str(row["law"]) for row in comparisons if row.get("laws")}
-    own: dict[str, list[str]] = {}
-    for (material, _), trials in groups.items():
-        own.setdefault(material, []).extend(trial.source for trial in trials)
-    return {m: law_of(climbed[of[0]]) if len(of) == 1 and of[0] in climbed else None for m, of in own.items()}
-
-
-def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[MeasuredResponse, ...]:
-    """Examples of short tests, and long ones as a whole and at their end, where their recordings are at hand."""
-    shown = [*examples(trials), *(("long", t) for t in trials if t.is_long and not t.failed)]
-    found = []
-    for label, trial in shown:
-        if (recording := recording_of(trial, folders)) is not None:
-            is_long = label == "long"
-            found += [response_of(trial, recording, "long", whole=True)] if is_long else []
-            found.append(response_of(trial, recording, "end of long" if is_long else label))
-    return tuple(found)
 
 
 def _curves(fits: Sequence[FrictionFit], models: Mapping[Setting, Model]) -> tuple[Curve, ...]:

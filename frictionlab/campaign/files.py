@@ -170,29 +170,38 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def examples(trials: Sequence[Trial]) -> tuple[tuple[str, Trial], ...]:
-    """Which short tests to show: two steady ones (continuous, stick-slip) and the two least steady, with labels."""
-    short = [t for t in trials if not t.failed and not t.is_long and t.excess_irregularity is not None]
+def responses_of(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[MeasuredResponse, ...]:
+    """Return examples of tests whose recordings are at hand: short ones, and long ones as a whole and at their end.
+
+    Of short ones two steady tests (continuous, stick-slip) and the two least steady.
+    """
+    good = [t for t in trials if not t.failed]
+    short = [t for t in good if not t.is_long and t.excess_irregularity is not None]
     rising = sorted(short, key=lambda t: (t.excess_irregularity or 0.0, t.source))
     steady = [next((t for t in rising if t.regime == regime), None) for regime in ("continuous", "stick-slip")]
     chosen = [("steady", t) for t in steady if t is not None]
     taken = {t.source for _, t in chosen}
     unsteady = [("least steady", t) for t in reversed(rising) if t.source not in taken and t.regime != "stuck"]
-    return (*chosen, *unsteady[:2])
+    found = []
+    for label, trial in (*chosen, *unsteady[:2], *(("long", t) for t in good if t.is_long)):
+        if (recording := recording_of(trial, folders)) is not None:
+            if trial.is_long:
+                found.append(_response(trial, recording, label, math.inf))
+            last = "end of long" if trial.is_long else label
+            found.append(_response(trial, recording, last, CYCLES / trial.drive_frequency_hz))
+    return tuple(found)
 
 
-def response_of(trial: Trial, recording: Recording, label: str, *, whole: bool = False) -> MeasuredResponse:
-    """The last cycles of a test, or all of it."""
-    span = CYCLES / trial.drive_frequency_hz if math.isfinite(trial.drive_frequency_hz) and not whole else math.inf
-    inside = recording.time >= recording.time[-1] - span
-    scale = trial.base_amplitude_m
+def _response(trial: Trial, recording: Recording, label: str, span: float) -> MeasuredResponse:
+    """The last seconds of a test, all where they are not known."""
+    inside = recording.time >= recording.time[-1] - (math.inf if math.isnan(span) else span)
     steady = recording.time - recording.time[0] >= trial.transient_s
     steady = steady if steady.any() else inside  # the recording is another test's than the row
     mass, base = (
-        (signal[inside] - np.nanmean(signal[steady])) / scale
+        (signal[inside] - np.nanmean(signal[steady])) / trial.base_amplitude_m
         for signal in (recording.mass_displacement, recording.base_displacement)
     )
-    return MeasuredResponse(trial, label, recording.time[inside], mass, base, is_whole=whole)
+    return MeasuredResponse(trial, label, recording.time[inside], mass, base, is_whole=math.isinf(span))
 
 
 def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = ()) -> None:

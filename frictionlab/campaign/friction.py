@@ -8,18 +8,20 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc, stdtrit
+from scipy.special import stdtrit
 
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.campaign.prediction import Model, elasticity, loop_ratio, observe_row, predict
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import EXPLAINED, infer
+from frictionlab.inference.posterior import EXPLAINED, ParameterEstimate, infer
+from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, SteadyState
-from frictionlab.uncertainty import Sources, unit_uncertainty
+from frictionlab.uncertainty import Sources, sources_of, unit_uncertainty
 
 UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand for the test
 ASYMMETRIC = 0.1  # asymmetry above which a symmetric law cannot stand for the test
@@ -27,6 +29,9 @@ NOTHING = 1e-9  # energy or amplitude below which the mass does not move
 UNSETTLED = 0.01  # what may be left of the transient, by Coulomb's own memory
 KEPT = 0.999  # of a disturbance after a cycle: from so much on a motion is one of many
 NORMAL = 1.959964
+SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement says it
+Setting = tuple[str, float]
+"""Material and normal force [N]."""
 RIG = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests share that counts in `shares`
 
 
@@ -35,10 +40,7 @@ class Reason(Enum):
 
     LONG = "long", "a long test: in drift.csv"
     STUCK = "stuck", "stuck: all it tells is that the friction ratio is 1 / (static over kinetic friction) or more"
-    UNSTEADY = (
-        "unsteady",
-        "unsteady: irregularity {:.2g} beyond noise and base; one steady state cannot stand for it",
-    )
+    UNSTEADY = "unsteady", "unsteady: irregularity {:.2g} beyond noise and base; one steady state cannot stand for it"
     ASYMMETRIC = "asymmetric", "asymmetric ({:.2g}): Coulomb's law on a symmetric contact cannot explain it"
     NEAR_RESONANCE = "near resonance", "near resonance: by Coulomb's law the response grows without bound"
     UNSETTLED = (
@@ -76,8 +78,7 @@ NO_STEADY_CYCLE = frozenset({Reason.LONG, Reason.STUCK, Reason.UNSTEADY, Reason.
 BADLY_EXPLAINED = "rests on tests that Coulomb's law explains badly, for there are no others"
 
 
-@dataclass(frozen=True)
-class LeftOut:
+class LeftOut(NamedTuple):
     """One test left out: the ``cause`` to compare, the ``sentence`` to read, with this test's numbers."""
 
     cause: Reason
@@ -119,15 +120,13 @@ class Verdict:
 
 @dataclass(frozen=True)
 class FrictionFit:
-    """Friction of one material under one normal force.
+    """Friction of one material under one normal force; ``None`` is not known, and ``note`` says why.
 
     ``ratio`` (beta), ``force`` = beta k Y in N, ``coefficient`` = force / normal force are estimates, with the
     contract's columns as flat names; ``low``, ``high``: 95 % confidence of the ratio, by Student's t with ``freedom``
     degrees, and what the tests share; ``scatter``: relative standard deviation from test to test beyond measurement
     error; ``shares``: relative uncertainty of the ratio by each source that all tests share; ``normal_force_u``:
-    relative. ``law``: the contact law that its cycles were fitted with, None where it rests on energies and amplitudes;
-    ``tests_chi_square``, ``tests_freedom``, ``tests_p``: whether its tests agree by their own errors. ``None`` is not
-    known, and ``note`` says why.
+    relative. ``law``: that its cycles were fitted with, None where it rests on energies and amplitudes.
     """
 
     material: str
@@ -144,9 +143,6 @@ class FrictionFit:
     shares: Mapping[str, float] = field(default_factory=dict)
     normal_force_u: float = 0.0
     law: str | None = None
-    tests_chi_square: float | None = None
-    tests_freedom: int = 0
-    tests_p: float | None = None
 
     friction_ratio = Flat("ratio")
     friction_ratio_se = Flat("ratio", "se")
@@ -199,43 +195,47 @@ class FrictionFit:
 
 
 @dataclass(frozen=True)
-class Screened:
-    """What is known of the tests of one group before any fit, by source.
+class Group:
+    """The tests of one material under one normal force, none failed, and what is known of them before any fit.
 
-    ``left_out``: why some say nothing of one friction ratio; ``betas``: about what theirs is; ``units``: base
-    amplitudes, m (the mean one where a row does not say it); ``not_unique``: those whose motion is one of many;
-    ``note``: what a reader must know.
+    ``sources``: what is not known of sensors, rig and normal force. By source of a test: ``left_out``: why some say
+    nothing of one friction ratio; ``betas``: about what theirs is; ``units``: base amplitudes, m (the mean one where a
+    row does not say it); ``not_unique``: those whose motion is one of many. ``note``: what a reader must know.
     """
 
+    trials: Sequence[Trial]
+    sources: Sources
     left_out: Mapping[str, LeftOut]
     betas: Mapping[str, float] = field(default_factory=dict)
     units: Mapping[str, float] = field(default_factory=dict)
     not_unique: frozenset[str] = frozenset()
     note: str = ""
 
+    @property
+    def setting(self) -> Setting:
+        """Material and normal force, N."""
+        return self.trials[0].group
 
-def screen(trials: Sequence[Trial], model: Model) -> Screened:
+
+def screen(trials: Sequence[Trial], model: Model, scene: Scene) -> Group:
     """Say which tests of one material and normal force show its friction, by their rows and by a model's own memory.
 
     Where no other is left, tests that are left out for what they are like serve, and the note says so.
     """
+    rates = [rate for t in trials if isinstance(rate := t.row.get("sampling_rate_hz"), (int, float)) and rate > 0]
+    sources = sources_of(scene, min(rates, default=SLOWEST_HZ), normal_force_n=trials[0].group[1])
     short = any(not t.is_long for t in trials)
     out = {t.source: why for t in trials if (why := _by_its_row(t, leave_long=short)) is not None}
     soft = {source for source, why in out.items() if why.cause in SOFT}
     moving = [t for t in trials if t.source not in out or t.source in soft]
     if not moving:
-        return Screened(out)
+        return Group(trials, sources, out)
     amplitudes = np.array([t.base_amplitude_m for t in trials])
     mean = float(np.nanmean(amplitudes)) if np.isfinite(amplitudes).any() else 1.0
     units = {t.source: t.base_amplitude_m if math.isfinite(t.base_amplitude_m) else mean for t in trials}
-    force = np.median(  # friction is what the tests share, and beta = F / (k Y)
-        [
-            loop_ratio(t, model.wall) * units[t.source]
-            for t in moving
-            if t.source not in soft or len(soft) == len(moving)
-        ]
-    )
-    betas = {t.source: float(force) / units[t.source] for t in trials}
+    steady = [t for t in moving if t.source not in soft] or moving
+    force = float(np.median([loop_ratio(t, model.wall) * units[t.source] for t in steady]))  # shared: beta = F / (k Y)
+    betas = {t.source: force / units[t.source] for t in trials}
     not_unique = set()
     for trial in moving:
         state = predict(model, trial.r, betas[trial.source])
@@ -247,7 +247,8 @@ def screen(trials: Sequence[Trial], model: Model) -> Screened:
             out.setdefault(trial.source, Reason.UNSETTLED.because(state.memory**trial.cycles_before))
     kept = {source: why for source, why in out.items() if why.cause not in SOFT}
     alone = len(kept) < len(out) == len(trials)
-    return Screened(kept if alone else out, betas, units, frozenset(not_unique), BADLY_EXPLAINED if alone else "")
+    note = BADLY_EXPLAINED if alone else ""
+    return Group(trials, sources, kept if alone else out, betas, units, frozenset(not_unique), note)
 
 
 def _by_its_row(trial: Trial, *, leave_long: bool) -> LeftOut | None:
@@ -270,49 +271,26 @@ def reach_of(number: Estimate, freedom: int) -> float:
 
 
 def friction_of(
-    trials: Sequence[Trial],
-    screened: Screened,
-    joint: JointFit | None,
-    model: Model,
-    stiffness: float | None,
-    sources: Sources,
-    said: str = "",
+    group: Group, joint: JointFit | None, model: Model, stiffness: float | None, said: str = ""
 ) -> FrictionFit:
-    """Return the friction of one material under one normal force by the joint fit of its material, and of each test.
+    """Return the friction of a group and of each test by the joint fit of its material (None: nothing could be fitted).
 
-    Parameters
-    ----------
-    trials : sequence of Trial
-        At least one, none failed, all of one group.
-    screened : Screened
-        Of these tests.
-    joint : JointFit or None
-        None where nothing could be fitted.
-    model : Model
-        The group's law with the values found.
-    stiffness : float or None
-        N/m.
-    sources : Sources
-        What is not known of sensors, rig and normal force.
-    said : str
-        What else a reader must know.
+    ``model``: the group's law with the values found; ``stiffness``: N/m; ``said``: what else a reader must know.
     """
-    material, force = trials[0].group
+    (material, force), trials, sources = group.setting, group.trials, group.sources
     tests = [] if joint is None else joint.tests(material, force)
     ratio = NOT_KNOWN if joint is None or not tests else joint.friction(material, force)
     if joint is None or ratio.value is None:
-        verdicts = tuple(Verdict(t, screened.left_out.get(t.source) or Reason.UNPREDICTED.because()) for t in trials)
+        verdicts = tuple(Verdict(t, group.left_out.get(t.source) or Reason.UNPREDICTED.because()) for t in trials)
         kinds = sorted({v.excluded.cause.value for v in verdicts if v.excluded is not None})
         note = f"no friction ratio: every test was left out ({', '.join(kinds)})"
         return FrictionFit(material, force, verdicts, note=note)
-    verdicts = tuple(_verdict(t, screened, joint, model, sources, ratio.value) for t in trials)
-    amplitudes = [v.trial.base_amplitude_m for v in verdicts if v.excluded is None]
-    amplitudes = [y for y in amplitudes if math.isfinite(y)]
+    verdicts = tuple(_verdict(t, group, joint, model, ratio.value) for t in trials)
+    amplitudes = [y for v in verdicts if v.excluded is None and math.isfinite(y := v.trial.base_amplitude_m)]
     newtons = NOT_KNOWN if stiffness is None or not amplitudes else ratio.scaled(stiffness * float(np.mean(amplitudes)))
     posterior, freedom = joint.posterior, len(joint.tests(material)) - 1
     by_rig, reach = math.hypot(sources.stiffness, unit_uncertainty(sources)), reach_of(ratio, freedom)
     k = posterior.fit.find("beta", tests[0]) or 0
-    square, own_freedom = joint.evenness(tests)
     return FrictionFit(
         material=material,
         normal_force_n=force,
@@ -324,13 +302,10 @@ def friction_of(
         high=ratio.value + reach,
         freedom=freedom,
         scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
-        note="; ".join(filter(None, (*_notes(verdicts, screened, model, stiffness, freedom), said))),
+        note="; ".join(filter(None, (*_notes(verdicts, group.note, model, stiffness, freedom), said))),
         shares={n: share / ratio.value for n, share in posterior.shares("beta", tests[0]).items() if n in RIG},
         normal_force_u=sources.normal_force,
         law=posterior.law(tests[0]).name if joint.of_cycles else None,
-        tests_chi_square=square if own_freedom else None,
-        tests_freedom=own_freedom,
-        tests_p=float(chdtrc(own_freedom, square)) if own_freedom else None,
     )
 
 
@@ -338,60 +313,57 @@ def _widened(number: Estimate, relative: float) -> Estimate:
     return number.with_u(math.hypot(number.u or 0.0, relative * (number.value or 0.0)))
 
 
-def _verdict(trial: Trial, screened: Screened, joint: JointFit, model: Model, sources: Sources, beta: float) -> Verdict:
+def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: float) -> Verdict:
     """What the joint fit says of one test."""
     source, i, posterior = trial.source, joint.place.get(trial.source), joint.posterior
     excluded = None
     if source in joint.out:
         excluded = Reason.UNEXPLAINED.because(*joint.out[source])
     elif i is None:
-        other = Reason.NOT_UNIQUE if source in screened.not_unique else Reason.NO_CYCLE
-        excluded = screened.left_out.get(source)
+        other = Reason.NOT_UNIQUE if source in group.not_unique else Reason.NO_CYCLE
+        excluded = group.left_out.get(source)
         if excluded is None or (joint.of_cycles and excluded.cause not in NO_STEADY_CYCLE):
             excluded = other.because()  # a law for cycles may be asymmetric
-    if source not in screened.betas or (excluded is not None and excluded.cause in (Reason.LONG, Reason.STUCK)):
+    if source not in group.betas or (excluded is not None and excluded.cause in (Reason.LONG, Reason.STUCK)):
         return Verdict(trial, excluded)
     observation = None if i is None else posterior.observations[i]
     cycle = observation if isinstance(observation, CycleObservation) else None
-    own = beta * joint.unit(trial.group) / screened.units[source]
+    own = beta * joint.unit(trial.group) / group.units[source]
     base = COSINE if cycle is None else cycle.base
-    steep = elasticity(model, trial.r, own, base)
-    state = predict(model, trial.r, own, base)
+    steep, state = elasticity(model, trial.r, own, base), predict(model, trial.r, own, base)
     seen = None if state is None else state.energy_per_cycle
     if i is not None and cycle is not None and state is not None:
         seen = cycle.shown(state, posterior.values(i))[1]
-    found = Verdict(
-        trial,
-        excluded,
-        predicted=state,
-        seen=seen,
-        elasticity=steep if math.isfinite(steep) else 0.0,
-    )
+    steep = steep if math.isfinite(steep) else 0.0
+    found = Verdict(trial, excluded, predicted=state, seen=seen, elasticity=steep)
     if i is None or observation is None:
         try:
-            row = observe_row(trial, model.first, sources, own, screened.units[source])
-            alone = infer([row]).parameters()["beta"]
+            alone = infer([observe_row(trial, model.first, group.sources, own, group.units[source])]).parameters()
         except FAULTS:
             return found
-        return replace(found, alone=Estimate(alone.value, alone.se, alone.u))
-    alone, residual = posterior.parameters(i)["beta"], posterior.fit.residual(i)
+        return replace(found, alone=_estimate(alone["beta"]))
+    residual = posterior.fit.residual(i)
     return replace(
         found,
-        alone=Estimate(alone.value, alone.se, alone.u),
+        alone=_estimate(posterior.parameters(i)["beta"]),
         misfit=math.sqrt(observation.chi_square(residual) / len(residual)),
         nrmse=None if cycle is None else cycle.nrmse(residual),
         floor=None if cycle is None else cycle.floor,
     )
 
 
+def _estimate(found: ParameterEstimate) -> Estimate:
+    return Estimate(found.value, found.se, found.u)
+
+
 def _notes(
-    verdicts: Sequence[Verdict], screened: Screened, model: Model, stiffness: float | None, freedom: int
+    verdicts: Sequence[Verdict], screened: str, model: Model, stiffness: float | None, freedom: int
 ) -> Iterator[str]:
     """What a reader must know of a group."""
     used, tests = [v for v in verdicts if v.excluded is None], sum(not v.trial.is_long for v in verdicts)
     missed = [v for v in used if v.nrmse is not None and v.floor is not None]
-    if screened.note and not missed:
-        yield screened.note
+    if screened and not missed:
+        yield screened
     if not freedom:
         yield "one test only: its scatter from test to test is not known"
     if len(used) < tests:

@@ -48,16 +48,9 @@ Seen = CycleObservation | RowObservation
 class JointFit:
     """What tests say together.
 
-    Parameters
-    ----------
-    posterior : Posterior
-        One friction coefficient a material.
-    by_force : Posterior
-        One friction ratio at each normal force of a material; tests in the same order.
-    ladders : mapping of str to Ladder
-        Of the materials whose law was looked for.
-    out : mapping of str to (float, float)
-        Tests that stand out, by source: their own friction ratio and that of the others.
+    ``posterior``: one friction coefficient a material; ``by_force``: one friction ratio at each normal force of a
+    material, tests in the same order; ``ladders``: of the materials whose law was looked for; ``out``: tests that stand
+    out, by source: their own friction ratio and that of the others.
     """
 
     posterior: Posterior
@@ -161,13 +154,6 @@ class JointFit:
             found.append((gap, u.slope(c) / u.value(c) * math.sqrt(float(covariance[at, at]))))
         return tuple(found)
 
-    def evenness(self, tests: Sequence[int]) -> tuple[float, int]:
-        """Return chi-square of the tests' own friction about their mean, by each test's own error, and its freedom."""
-        value, error = np.array([self.own[i] for i in tests]).T
-        weight = error**-2.0
-        about = value - float(weight @ value / weight.sum())
-        return float(weight @ about**2), len(tests) - 1
-
     def standing_out(self) -> dict[str, tuple[float, float]]:
         """Return tests whose friction is far from that of the others of their material: their own and the others'."""
         out: dict[str, tuple[float, float]] = {}
@@ -222,30 +208,21 @@ def _shared(posterior: Posterior, i: int) -> Estimate:
 
 
 def fit_together(
-    tests: Mapping[str, Sequence[Seen]], laws: Mapping[str, Law | None], accuracy: str
+    tests: Mapping[str, Sequence[Seen]], *, find_law: bool, accuracy: str
 ) -> tuple[JointFit | None, list[str]]:
     """Fit the tests of all materials together, by their mean cycles or by their rows.
 
-    Parameters
-    ----------
-    tests : mapping of str to sequence of observations
-        By material, under the scene's law.
-    laws : mapping of str to Law or None
-        Law by material, where it is not the scene's; None is found by climbing from plain Coulomb friction.
-    accuracy : str
-        Of the ladder.
-
-    Returns
-    -------
-    The joint fit (None where there is nothing to fit), and sentences of the materials that could not be fitted.
+    ``tests``: observations by material, under the scene's law; ``find_law``: the tests of each material climb from
+    plain Coulomb friction to theirs; ``accuracy``: of that ladder. Returns the joint fit (None where there is nothing
+    to fit), and sentences of the materials that could not be fitted.
     """
     chosen: list[Seen] = []
     ladders: dict[str, Ladder] = {}
     notes: list[str] = []
     for material, own in tests.items():
         try:
-            law = laws.get(material, own[0].law)
-            if law is None:
+            law = own[0].law
+            if find_law:
                 ladders[material] = climb([o.under(law_of("coulomb")) for o in _spread_out(own)], accuracy=accuracy)
                 law = ladders[material].chosen.law
             under = [observation.under(law) for observation in own]
@@ -257,23 +234,23 @@ def fit_together(
     if not chosen:
         return None, notes
     near = next(iter(ladders.values())).posterior.values() if ladders and len(chosen) == 1 else None
-    out: Mapping[str, tuple[float, float]] = {}
+    of_cycles, out = isinstance(chosen[0], CycleObservation), dict[str, tuple[float, float]]()
     try:
         posterior = infer(chosen, near=near)
-        of_cycles, none = isinstance(chosen[0], CycleObservation), np.zeros(len(posterior.unknowns))
         bare = posterior
         if not of_cycles:  # two numbers show an outlier by their noise alone
             bare = replace(posterior, fit=weighed(posterior.fit, np.zeros(len(chosen)), follows=False))
         if out := JointFit(bare, bare).standing_out():  # made again without those that stand out
             kept = [o for o in chosen if o.measurement.source not in out]
             posterior = infer(kept, near=posterior.values())
-        if not of_cycles:  # their interval counts how badly few tests determine the scatter
-            posterior = replace(posterior, scatter_u=none)
-        posterior, said = _against_richer_laws(posterior) if of_cycles else (posterior, [])
-        joint = JointFit(posterior, at_each_force(posterior), ladders, out)
+        if of_cycles:
+            posterior, said = _against_richer_laws(posterior)
+            notes += said
+        else:  # their interval counts how badly few tests determine the scatter
+            posterior = replace(posterior, scatter_u=np.zeros(len(posterior.unknowns)))
+        return JointFit(posterior, at_each_force(posterior), ladders, out), notes
     except FAULTS as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
-    return joint, [*notes, *said]
 
 
 def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:

@@ -82,7 +82,6 @@ class LawParameter:
     unit: str
     is_told: bool
     scatter: float | None = None
-    tests_p: float | None = None
 
     value = Flat("number")
     value_se = Flat("number", "se")
@@ -99,36 +98,6 @@ class Loop(NamedTuple):
     normal_force_n: float
     r: float
     contact: ContactForce
-
-
-def amontons(
-    material: str, forces: FloatArray, value: FloatArray, covariance: FloatArray, tests: int, mean: Estimate
-) -> AmontonsTest:
-    """Test whether a material's friction coefficient is constant over normal force.
-
-    Chi-square of the coefficients about their best mean; their errors come from few tests, so p is that of Fisher's F.
-
-    Parameters
-    ----------
-    forces, value : ndarray of shape (n,)
-        Normal forces [N] and the coefficient under each.
-    covariance : ndarray of shape (n, n)
-        Of the coefficients, each normal force's own error included.
-    tests : int
-        Degrees of freedom by which the errors are known.
-    mean : Estimate
-        The coefficient by all tests.
-    """
-    freedom, weight = len(value) - 1, np.linalg.inv(covariance)
-    if not freedom:
-        words = f"measured under one normal force only, so Amontons' law is not tested; mean coefficient {mean}"
-        return AmontonsTest(material, 1, mean.value, mean.error, verdict=f"{material}: {words}.")
-    about = value - float(weight.sum(axis=0) @ value / weight.sum())
-    square = float(about @ weight @ about)
-    p = float(fdtrc(freedom, max(tests, 1), square / freedom))
-    exponent, error = _exponent(forces, value, weight * np.outer(value, value))
-    words = f"{material}: {_words(square, freedom, p, exponent, error)}; mean coefficient {mean}."
-    return AmontonsTest(material, len(value), mean.value, mean.error, square, freedom, p, exponent, error, words)
 
 
 def amontons_of(
@@ -150,6 +119,38 @@ def amontons_of(
     return amontons(material, np.array(forces), value, relative * np.outer(value, value), known[0].freedom, mean)
 
 
+def amontons(
+    material: str, forces: FloatArray, value: FloatArray, covariance: FloatArray, tests: int, mean: Estimate
+) -> AmontonsTest:
+    """Test whether coefficients (n,) with covariance (n, n) are constant over normal forces (n,), N; ``mean``: by all.
+
+    Chi-square about their best mean; their errors come from few tests (``tests`` degrees of freedom), so p is that of
+    Fisher's F.
+    """
+    freedom, weight = len(value) - 1, np.linalg.inv(covariance)
+    if not freedom:
+        words = f"measured under one normal force only, so Amontons' law is not tested; mean coefficient {mean}"
+        return AmontonsTest(material, 1, mean.value, mean.error, verdict=f"{material}: {words}.")
+    about = value - float(weight.sum(axis=0) @ value / weight.sum())
+    square = float(about @ weight @ about)
+    p = float(fdtrc(freedom, max(tests, 1), square / freedom))
+    exponent, error = _exponent(forces, value, weight * np.outer(value, value))
+    proof = f"chi-square {square:.3g} on {freedom} degrees of freedom, p"
+    proof += f" = {p:.2g}" if p >= 1e-4 else " = less than 0.0001"
+    words = (
+        f"the friction coefficient may be the same under all {freedom + 1} normal forces, as Amontons' law says"
+        f" ({proof})"
+    )
+    if p < SIGNIFICANT:
+        trend = "it varies without a clear trend over normal force"
+        if abs(exponent) > 2 * error:
+            way = "falls" if exponent < 0 else "rises"
+            trend = f"it {way} with normal force, by {abs(2**exponent - 1):.1%} at each doubling"
+        words = f"the friction coefficient is not constant over normal force ({proof}): {trend}"
+    verdict = f"{material}: {words}; mean coefficient {mean}."
+    return AmontonsTest(material, len(value), mean.value, mean.error, square, freedom, p, exponent, error, verdict)
+
+
 def _exponent(force: FloatArray, value: FloatArray, weight: FloatArray) -> tuple[float, float]:
     """Slope of ln(coefficient) over ln(force), by weights (n, n); its error includes the scatter about the line."""
     lines = np.stack([np.ones(len(force)), np.log(force)], axis=1)
@@ -158,22 +159,6 @@ def _exponent(force: FloatArray, value: FloatArray, weight: FloatArray) -> tuple
     left = np.log(value) - lines @ best
     stretch = math.sqrt(float(left @ weight @ left) / (len(force) - 2)) if len(force) > 2 else 1.0
     return float(best[1]), max(1.0, stretch) * math.sqrt(float(covariance[1, 1]))
-
-
-def _words(square: float, freedom: int, p: float, exponent: float, error: float) -> str:
-    proof = f"chi-square {square:.3g} on {freedom} degrees of freedom, p = {p:.2g}"
-    proof = proof if p >= 1e-4 else proof.replace(f"{p:.2g}", "less than 0.0001")
-    if p >= SIGNIFICANT:
-        return (
-            f"the friction coefficient may be the same under all {freedom + 1} normal forces, as Amontons' law says"
-            f" ({proof})"
-        )
-    way, is_clear = "falls" if exponent < 0 else "rises", abs(exponent) > 2 * error
-    trend = f"it {way} with normal force, by {abs(2**exponent - 1):.1%} at each doubling"
-    return (
-        f"the friction coefficient is not constant over normal force ({proof}):"
-        f" {trend if is_clear else 'it varies without a clear trend over normal force'}"
-    )
 
 
 def laws_together(ladders: Mapping[str, Ladder]) -> tuple[LawEvidence, ...]:
@@ -209,15 +194,13 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
     for material in joint.materials:
         tests = joint.tests(material)
         i = tests[0]
-        test, law, estimates = posterior.tests[i], posterior.law(i), posterior.parameters(i)
-        observation = posterior.observations[i]
-        for k in map(int, test.index):
+        law, estimates, observation = posterior.law(i), posterior.parameters(i), posterior.observations[i]
+        for k in map(int, posterior.tests[i].index):
             u = posterior.unknowns[k]
             if not u.law or u.name == "beta":
                 continue
-            shared, slope = posterior.shared(k, i)
+            (shared, slope), own = posterior.shared(k, i), estimates[u.name]
             whole = slope * math.sqrt(posterior.covariance[k, k])
-            own = estimates[u.name]
             value = Estimate(shared, min(own.se or whole, whole), whole)
             factor, unit = to_physical(law.parameter(u.name), *frame, amplitude=observation.unit, turn=observation.turn)
             scatter = abs(slope) * float(posterior.fit.model.scatter[k]) if len(tests) > 1 else None

@@ -78,23 +78,22 @@ class _Expected:
         return self.model.tests[self.i].observation.predict(self.model.values(self.i, own))
 
 
-def left_out(posterior: Posterior, lag_s: float = 0.0) -> tuple[LeftOutTest, ...]:
-    """Return each test of a joint fit as the others predict it; ``lag_s``: that the scene declares."""
-    materials = [test.observation.material for test in posterior.tests]
-    found = []
+def left_out(posterior: Posterior, lag_s: float = 0.0) -> dict[str, LeftOutTest]:
+    """Return by source each test of a joint fit as the others predict it; ``lag_s``: that the scene declares."""
+    materials = [observation.material for observation in posterior.observations]
+    found = {}
     for i, (observation, material) in enumerate(zip(posterior.observations, materials, strict=True)):
-        source, others = observation.measurement.source, materials.count(material) - 1
-        if others == 0:
-            found.append(LeftOutTest(source, material, reason=ALONE))
-            continue
+        source, others, lag = observation.measurement.source, materials.count(material) - 1, posterior.values(i)
         try:
-            found.append(
-                _predicted(_expected(posterior, i, others), observation, posterior.values(i).get("lag_s", 0.0))
-            )
-            found[-1] = replace(found[-1], lag_s=lag_s + posterior.values(i).get("lag_s", 0.0))
+            late = lag.get("lag_s", 0.0)
+            test = _predicted(_expected(posterior, i, others), observation, late) if others else None
         except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError) as error:
-            found.append(LeftOutTest(source, material, reason=f"the other tests' law cannot be fitted: {error}"))
-    return tuple(found)
+            found[source] = LeftOutTest(source, material, reason=f"the other tests' law cannot be fitted: {error}")
+            continue
+        found[source] = (
+            LeftOutTest(source, material, reason=ALONE) if test is None else replace(test, lag_s=lag_s + late)
+        )
+    return found
 
 
 def _expected(posterior: Posterior, i: int, others: int) -> _Expected:
