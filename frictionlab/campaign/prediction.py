@@ -8,14 +8,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.inference.observation import Observation, Reached, Values
+from frictionlab.inference.observation import Observation, Reached, Values, simulated
 from frictionlab.inference.observations import law_and_held
 from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
 from frictionlab.inference.verdict import base_words, model_words
@@ -33,8 +33,7 @@ RATIO_FLOOR = 0.0005  # relative: of a frequency ratio where nobody says how wel
 FLAT = 30.0  # times: how much wider than its usual range the prior of a friction ratio is
 
 
-@dataclass(frozen=True)
-class Model:
+class Model(NamedTuple):
     """The physics of a campaign's predictions: all but the friction ratio is known.
 
     ``law``; ``held``: names and values of its parameters that the scene holds; ``wall``; ``solver``.
@@ -44,13 +43,6 @@ class Model:
     held: tuple[tuple[str, float], ...] = ()
     wall: Wall = "fixed"
     solver: Solver = "auto"
-
-    def problem(self, r: float, beta: float, base: Base = COSINE) -> Problem:
-        """Return what is simulated at one frequency ratio and friction ratio."""
-        given = {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held)
-        given.pop("beta", None)
-        frame = given.pop("frame_damping_ratio", 0.0)
-        return Problem(r, beta, wall=self.wall, base=base, law=self.law, parameters=given, frame_damping_ratio=frame)
 
     @property
     def open_ones(self) -> list[str]:
@@ -106,7 +98,8 @@ def model_of(scene: Scene, *, recorded: bool = False) -> Model:
 def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> SteadyState | None:
     """The steady state at (r, beta), or None where there is none (unbounded, or not found)."""
     try:
-        state = steady_state(model.problem(r, beta, base), solver=model.solver)
+        problem = simulated(model.law, dict(model.held), model.wall, {"beta": beta}, r, base)
+        state = steady_state(problem, solver=model.solver)
     except SimulationError:
         return None
     return None if state.energy_per_cycle is None or state.response_amplitude is None else state

@@ -47,6 +47,19 @@ def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> S
         return None
 
 
+def simulated(
+    law: Law, held: Values, wall: Wall, values: Values, r: float, base: Base = COSINE, times: Values | None = None
+) -> Problem:
+    """Return what is simulated of a contact at a frequency ratio; see `Observation.simulated`."""
+    given = {p.name: p.default for p in law.parameters if p.default is not None} | dict(held)
+    given |= {p.name: values[p.name] for p in law.parameters if p.name in values}
+    for name, factor in (times or {}).items():
+        given[name] *= factor
+    beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
+    detuned = r / (1.0 + values.get("natural_frequency", 0.0))
+    return Problem(detuned, beta, wall=wall, base=base, law=law, parameters=given, frame_damping_ratio=frame)
+
+
 @dataclass(frozen=True)
 class Reached:
     """What a fit has reached in one test.
@@ -218,15 +231,7 @@ class Observation(ABC):
 
         ``times``: factors of the law's parameters; ``natural_frequency`` among the values detunes the frame.
         """
-        given = {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held)
-        given |= {p.name: values[p.name] for p in self.law.parameters if p.name in values}
-        for name, factor in (times or {}).items():
-            given[name] *= factor
-        beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
-        detuned = r / (1.0 + values.get("natural_frequency", 0.0))
-        return Problem(
-            detuned, beta, wall=self.wall, base=base, law=self.law, parameters=given, frame_damping_ratio=frame
-        )
+        return simulated(self.law, self.held, self.wall, values, r, base, times)
 
     def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:
         """Return the steady state at some values; None where there is none."""
