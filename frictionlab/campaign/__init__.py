@@ -9,14 +9,11 @@
 - ``files``: tables of measurements in, examples from the recordings, tables out
 """
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
-from frictionlab.analysis.measure import measure
-from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.files import (
     MeasuredResponse,
     elsewhere,
@@ -53,7 +50,7 @@ from frictionlab.campaign.left_out import LeftOutTest, left_out
 from frictionlab.campaign.prediction import Curve, Model, RowObservation, curve, model_of, observe_row
 from frictionlab.campaign.ranking import CRITERIA, Drift, Rank, drift_of, rank_all
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
-from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.errors import UsageError
 from frictionlab.inference.material_law import MaterialLaw, material_law_of
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
@@ -79,8 +76,6 @@ __all__ = [
     "trial_of",
 ]
 
-CURVE_POINTS = 160
-DEAR_POINTS = 16  # of a law that is integrated step by step
 NO_STIFFNESS = (
     "The scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency): friction ratios are known,"
     " forces and coefficients are not."
@@ -200,7 +195,11 @@ def evaluate(
         said = "" if model.first is model or joints.get(g) is joint else PLAIN
         fits.append(friction_of(groups[g], joints.get(g), models[g], stiffness, said))
     long = [t for t in tests if t.is_long and not t.failed]
-    drifts = tuple(drift_of(t, _trend(t, scene, folders), models[t.group], fits) for t in long)
+    drifts = tuple(
+        drift_of(t, None if t.trend else recording_of(t, folders), scene, models[t.group], fits) for t in long
+    )
+    ratios = [v.trial.r for fit in fits for v in fit.verdicts]
+    span = (min(ratios, default=math.nan), max(ratios, default=math.nan))
     materials = sorted({fit.material for fit in fits})
     found = Campaign(
         trials=tests,
@@ -208,7 +207,7 @@ def evaluate(
         amontons=tuple(amontons_of(m, [f for f in fits if f.material == m], joints, stiffness) for m in materials),
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
-        curves=_curves(fits, models),
+        curves=tuple(curve(models[f.setting], *f.setting, f.friction_ratio, *span) for f in fits if f.friction_ratio),
         responses=responses_of(tests, folders),
         notes=(),
         model=model,
@@ -217,10 +216,10 @@ def evaluate(
         comparisons={str(row.get("source")): row for row in comparisons},
         joint=joint,
     )
-    notes = (*_notes(found), *unfitted, *(() if joint is None else joint.rig_notes(scene)))
-    if named := elsewhere(tests, folders):
-        notes = (*notes, NOT_OPENED.format(len(named), named[0][:LONGEST_NAME]))
-    return _with_laws(replace(found, notes=notes))
+    by_rig = () if joint is None else joint.rig_notes(scene)
+    named = elsewhere(tests, folders)
+    strangers = [NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])] if named else []
+    return _with_laws(replace(found, notes=(*_notes(found), *unfitted, *by_rig, *strangers)))
 
 
 def _cycles(
@@ -282,30 +281,6 @@ def _with_laws(campaign: Campaign) -> Campaign:
         material_laws=tuple(law for law in laws if law is not None),
         left_out=tuple(found[t.source] for t in campaign.trials),
     )
-
-
-def _trend(trial: Trial, scene: Scene, folders: Sequence[Path]) -> Trend | None:
-    """The trend behind a long test's slope, measured again if its file did not hold it; None if unknown."""
-    recording = recording_of(trial, folders) if trial.trend is None else None
-    if recording is None:
-        return trial.trend
-    try:
-        return measure(recording, scene).trend
-    except AnalysisError:
-        return None
-
-
-def _curves(fits: Sequence[FrictionFit], models: Mapping[Setting, Model]) -> tuple[Curve, ...]:
-    """Each fit's prediction over frequency: close at the low end, where the number of stops changes fast."""
-    ratios = [v.trial.r for f in fits for v in f.verdicts]
-    found = []
-    for f in fits:
-        if f.friction_ratio is not None:
-            model = models[f.material, f.normal_force_n]
-            low, high, half = min(ratios), max(ratios), (CURVE_POINTS if model.law.is_exact else DEAR_POINTS) // 2
-            grid = np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
-            found.append(curve(model, f.material, f.normal_force_n, f.friction_ratio, grid))
-    return tuple(found)
 
 
 def _notes(campaign: Campaign) -> list[str]:

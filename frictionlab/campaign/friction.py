@@ -165,6 +165,11 @@ class FrictionFit:
         return self.coefficient.scaled(self.scatter).value
 
     @property
+    def setting(self) -> Setting:
+        """Material and normal force, N."""
+        return self.material, self.normal_force_n
+
+    @property
     def used(self) -> tuple[Verdict, ...]:
         """The tests that the fit rests on."""
         return tuple(v for v in self.verdicts if v.excluded is None)

@@ -20,13 +20,15 @@ from frictionlab.inference.observations import law_and_held
 from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
 from frictionlab.inference.verdict import base_words, model_words
 from frictionlab.scene import Scene, Solver
-from frictionlab.schema import ENERGY, STOPS, value_of
+from frictionlab.schema import ENERGY, STOPS
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
 from frictionlab.uncertainty import Sources
 
 COULOMB = law_of("coulomb")
+CURVE_POINTS = 160
+DEAR_POINTS = 16  # of a law that is integrated step by step
 STEP = 0.005  # relative step of differences: wide enough to see past the small steps where a stop appears
 MODEL_FLOOR = 0.002  # relative: no model is better than this
 RATIO_FLOOR = 0.0005  # relative: of a frequency ratio where nobody says how well the natural frequency is known
@@ -112,8 +114,7 @@ def elasticity(model: Model, r: float, beta: float, base: Base = COSINE) -> floa
     return (high - low) / (2.0 * STEP * here)
 
 
-@dataclass(frozen=True)
-class Curve:
+class Curve(NamedTuple):
     """The model's prediction over frequency of one friction ratio; arrays (n,), nan where there is no steady state."""
 
     material: str
@@ -124,11 +125,13 @@ class Curve:
     stops: FloatArray
 
 
-def curve(model: Model, material: str, normal_force_n: float, beta: float, r: FloatArray) -> Curve:
-    """Predict one friction ratio over frequency ratios."""
+def curve(model: Model, material: str, normal_force_n: float, beta: float, low: float, high: float) -> Curve:
+    """Predict one friction ratio over frequency ratios, close at the low end, where the stops change fast."""
+    half = (CURVE_POINTS if model.law.is_exact else DEAR_POINTS) // 2
+    r = np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
     states = [predict(model, float(value), beta) for value in r]
     energy, stops = (
-        np.array([math.nan if s is None else value_of(s, key) or 0.0 for s in states]) for key in (ENERGY, STOPS)
+        np.array([math.nan if s is None else getattr(s, key) or 0.0 for s in states]) for key in (ENERGY, STOPS)
     )
     return Curve(material, normal_force_n, beta, r, energy, stops)
 

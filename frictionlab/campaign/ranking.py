@@ -5,6 +5,7 @@ in common. A rank is one more than the number of materials that are better *beyo
 evidence does not distinguish share a rank; within a rank the better value stands first.
 """
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,12 +13,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import ndtr, stdtr
 
+from frictionlab.analysis.measure import measure
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import TRANSIENT, FrictionFit, Verdict
 from frictionlab.campaign.prediction import Model, elasticity
 from frictionlab.campaign.trials import Trial, levels, nearest
+from frictionlab.errors import AnalysisError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
+from frictionlab.recording import Recording
+from frictionlab.scene import Scene
 
 SURE = 0.05
 CRITERIA = ("energy", "consistency", "drift")
@@ -79,16 +84,17 @@ class Drift:
         return "rises" if self.slope_per_hour_low > 0 else "falls"
 
 
-def drift_of(trial: Trial, trend: Trend | None, model: Model, fits: Sequence[FrictionFit]) -> Drift:
-    """The drift of a long test, from its trend or, without that, from the measurement's own slope.
+def drift_of(
+    trial: Trial, recording: Recording | None, scene: Scene, model: Model, fits: Sequence[FrictionFit]
+) -> Drift:
+    """Return the drift of a long test: from its trend, measured again if its file did not hold it, else its own slope.
 
-    Parameters
-    ----------
-    trend : Trend or None
-        Energy per cycle over time (s), slope per second.
-    fits : sequence of FrictionFit
-        Where the friction ratio of the test's group is looked up.
+    ``fits``: where the friction ratio of the test's group is looked up.
     """
+    trend = trial.trend
+    if trend is None and recording is not None:
+        with contextlib.suppress(AnalysisError):
+            trend = measure(recording, scene).trend
     low: float | None = None
     high: float | None = None
     value, error = (trial.row.get(f"energy_trend_per_hour{end}") for end in ("", "_se"))
@@ -98,12 +104,11 @@ def drift_of(trial: Trial, trend: Trend | None, model: Model, fits: Sequence[Fri
     elif isinstance(value, (int, float)) and isinstance(error, (int, float)):
         slope, low, high = Estimate(float(value), float(error)), value - NORMAL * error, value + NORMAL * error
     friction = slope.over((trial.energy.value or 0.0) * _steepness(trial, model, fits, slope.value))
+    note = "" if trend is not None else "its recording is not at hand: no points are drawn"
     if not slope.known:
         note = "no slope: its recording is not at hand and its measurement holds no energy_trend_per_hour"
     elif not friction.known:
         note = "the energy is near its largest over the friction force, so it does not tell how that drifts"
-    else:
-        note = "" if trend is not None else "its recording is not at hand: no points are drawn"
     return Drift(trial, slope, low, high, friction, trend, note)
 
 

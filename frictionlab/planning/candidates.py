@@ -18,6 +18,7 @@ import numpy as np
 from frictionlab.analysis.measurement import Cycle
 from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
 from frictionlab.estimate import Estimate
+from frictionlab.inference.diagnose import OTHER_CAUSE, diagnose
 from frictionlab.inference.fit import Fit, Model, Place
 from frictionlab.inference.material_law import MaterialLaw, physical_name
 from frictionlab.inference.observations import (
@@ -305,13 +306,27 @@ def virtual_test(lab: Laboratory, candidate: Candidate) -> VirtualTest:
     se = np.zeros(len(whole.unknowns))
     se[[u.law for u in whole.unknowns]] = np.sqrt(np.diag(held.covariance))
     whole = replace(whole, held_se=se)
-    y, y_se = observation.unit, observation.measurement.base_amplitude_m_se
-    friction = friction_of(whole, lab.scene, Estimate(y, y_se))  # as a comparison states it
+    return _stated(lab, replace(found, observation=observation, posterior=whole, held=held))
+
+
+def diagnosed(lab: Laboratory, test: VirtualTest) -> VirtualTest:
+    """Return a test whose errors hold, as a comparison does, what another spring or frequency would move."""
+    if test.posterior is None:
+        return test
+    return _stated(lab, replace(test, posterior=diagnose(test.posterior, lab.scene, explained=True).posterior))
+
+
+def _stated(lab: Laboratory, test: VirtualTest) -> VirtualTest:
+    """The test with the friction coefficient as a comparison of it would state it."""
+    if test.posterior is None or test.observation is None:
+        return test
+    y, y_se = test.observation.unit, test.observation.measurement.base_amplitude_m_se
+    friction = friction_of(test.posterior, lab.scene, Estimate(y, y_se))
     ratio, coefficient = friction["friction"], friction["coefficient"]
-    if coefficient.u is not None:
-        beyond = math.sqrt(max((coefficient.u / coefficient.value) ** 2 - (ratio.u / ratio.value) ** 2, 0.0))
-        found = replace(found, coefficient=(coefficient.value, beyond))
-    return replace(found, observation=observation, posterior=whole, held=held)
+    if coefficient.u is None:
+        return test
+    beyond = math.sqrt(max((coefficient.u / coefficient.value) ** 2 - (ratio.u / ratio.value) ** 2, 0.0))
+    return replace(test, coefficient=(coefficient.value, beyond))
 
 
 def _state(problem: Problem) -> SteadyState | None:
@@ -388,15 +403,19 @@ def together(lab: Laboratory, tests: Sequence[VirtualTest], *, rig: bool = True)
         math.hypot(plan.repeatability, drift) * values["beta"] / u.slope(float(c)) if u.name == "beta" else 0.0
         for u, c in zip(model.unknowns, point, strict=True)
     ])  # fmt: skip
-    slopes, information = [], []
+    slopes, information, shifts = [], [], []
     for test, own in zip(model.tests, known, strict=True):
         shared = [model.unknowns[k] for k in test.index]
         each = zip(shared, own.unknowns, test.factors.tolist(), strict=True)
         times = np.array([1.0 if u.scale == "log" else factor * u.sd / alone.sd for u, alone, factor in each])
         slopes.append(own.fit.place.slopes[0] * times)
         information.append(own.information[0] * np.outer(times, times))
+        shift = np.zeros(len(point))
+        shift[test.index] = np.sqrt(sum(s**2 for s in own.shifts.values()) + np.zeros(len(times))) / times
+        shifts.append(shift)
     local, residual = (
         [np.zeros(n) for n in sizes] for sizes in ([len(t.index) for t in model.tests], map(len, slopes))
     )
     place = Place(point, tuple(local), tuple(residual), tuple(slopes), model.strains(point))
-    return Posterior(Fit(replace(model, scatter=scatter), place), tuple(information), np.zeros(len(point)))
+    found = Posterior(Fit(replace(model, scatter=scatter), place), tuple(information), np.zeros(len(point)))
+    return found.with_shift(OTHER_CAUSE, np.min(shifts, axis=0))  # one rig: the test that shows most of it bounds it

@@ -19,7 +19,7 @@ from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.inference.fit import followed, log_evidence
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.inference.posterior import Posterior, infer
-from frictionlab.planning.candidates import Candidate, Laboratory, VirtualTest, together, virtual_test
+from frictionlab.planning.candidates import Candidate, Laboratory, VirtualTest, diagnosed, together, virtual_test
 from frictionlab.planning.plan import Plan, PlannedTest
 from frictionlab.simulator.laws import law_of
 
@@ -71,6 +71,7 @@ def plan_tests(
         order = pick(_least_error(lab, virtual, aim), limits)
         for i in np.flatnonzero(allowed) if everything else np.unique(order):
             evidence[0, i] = evidence_over(lab, virtual[i], "coulomb")
+            virtual[i] = diagnosed(lab, virtual[i])
     else:
         evidence = _between(lab, virtual, against, limits, everything=everything)
         judged = replace(limits, allowed=allowed & np.isfinite(evidence[0]))

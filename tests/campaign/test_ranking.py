@@ -1,6 +1,7 @@
 """Long tests and rankings: slopes, the right order, ties called ties, and what cannot be known said."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ def test_the_energys_drift_gives_back_the_frictions() -> None:
     states = [steady_state(Problem(0.3, beta * (1 + 0.04 * (t - 910) / 3600))) for t in time]
     energy = np.array([s.energy_per_cycle for s in states], dtype=float)
     long = trial_of({**row("steel", 1.25, 0.3, 0.6, noise=0.0), "duration_s": 1800.0})
-    found = drift_of(long, linear_trend(time, energy), LAW, [fit])
+    found = drift_of(replace(long, trend=linear_trend(time, energy)), None, Scene(), LAW, [fit])
     assert found.friction_slope_per_hour == pytest.approx(0.04, rel=0.01)
     assert found.verdict == "rises"
     assert found.relative_slope_per_hour == pytest.approx((found.slope_per_hour or 0) / energy.mean())
@@ -37,7 +38,7 @@ def test_without_points_the_measurements_own_slope_serves(campaign: Campaign) ->
 
 
 def test_without_any_slope_it_says_so() -> None:
-    found = drift_of(trial_of({**row("steel", 1.25, 0.3, 0.6), "duration_s": 900.0}), None, LAW, [])
+    found = drift_of(trial_of({**row("steel", 1.25, 0.3, 0.6), "duration_s": 900.0}), None, Scene(), LAW, [])
     assert found.slope_per_hour is None
     assert found.verdict == "not known"
     assert "its recording is not at hand" in found.note
