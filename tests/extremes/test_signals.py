@@ -164,10 +164,10 @@ def test_stamps_that_are_random_or_change_their_rate_are_measured_and_said() -> 
         assert any("stamps stray" in w for w in found.warnings)
 
 
-def test_half_an_hour_at_four_kilohertz() -> None:
-    """7.2 million samples: the phase is kept to the end, and the error falls with the number of cycles."""
-    found = measure(noisy(ellipse(even(1800.0, 4000.0), drive=0.94), 0.01), SCENE)
+def test_half_an_hour_at_a_kilohertz() -> None:
+    """1.8 million samples: the phase is kept to the end, and the error falls with the number of cycles."""
+    found = measure(noisy(ellipse(even(1800.0, 1000.0), drive=0.94), 0.01), SCENE)
     assert found.cycles in (math.floor(1795 * 0.94), math.floor(1795 * 0.94) - 1)
     assert found.drive_frequency_hz_se is not None
-    assert abs(found.drive_frequency_hz - 0.94) < 4 * found.drive_frequency_hz_se < 1e-7
-    assert abs(found.energy_per_cycle - ENERGY) < 4 * found.energy_per_cycle_se < 1e-3 * ENERGY
+    assert abs(found.drive_frequency_hz - 0.94) < 4 * found.drive_frequency_hz_se < 2e-7
+    assert abs(found.energy_per_cycle - ENERGY) < 4 * found.energy_per_cycle_se < 2e-3 * ENERGY
