@@ -58,7 +58,7 @@ tradeoff: $(FRICTIONLAB)  ## measure error and time of every accuracy knob on th
 test: .venv/.test  ## install what is needed to test, then run the tests (house and documents are held by make check)
 	$(BIN)/python -m pytest --ignore tests/test_house.py --ignore tests/test_docs.py
 
-test-fast: .venv/.test  ## what to run at each change: the tests of each room that take moments, in under 45 s
+test-fast: .venv/.test  ## what to run at each change: the tests of each part that take moments, in under 45 s
 	$(BIN)/python -m pytest -q -m fast tests
 
 adversary: .venv/.test  ## recordings drawn to mislead the identification, judged by their truth: N=300 SEED=7

@@ -10,7 +10,9 @@ import gc
 import io
 import os
 import re
+import shutil
 import sys
+import textwrap
 from collections.abc import Callable, Sequence
 from functools import wraps
 from importlib import import_module
@@ -208,8 +210,12 @@ def printable(text: str) -> str:
 
 
 def complain(text: str) -> None:
-    """Print one line of complaint on stderr."""
-    typer.echo(f"frictionlab: {printable(text)}", err=True)
+    """Print one line of complaint on stderr, folded where that is a terminal."""
+    line = f"frictionlab: {printable(text)}"
+    if sys.stderr.isatty():
+        width = shutil.get_terminal_size().columns
+        line = textwrap.fill(line, width, subsequent_indent="    ", break_on_hyphens=False)
+    typer.echo(line, err=True)
 
 
 class LostOutputError(Exception):

@@ -147,7 +147,8 @@ def _print_parts(rows: Iterable[Row]) -> None:
         )
         for title, lines, columns in parts:
             if lines:
-                typer.echo(f"\n{row['source']}: {title}")
+                typer.echo()
+                screen.paragraph(f"{row['source']}: {title}")
                 screen.print_table(lines, columns)
 
 

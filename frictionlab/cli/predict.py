@@ -173,7 +173,8 @@ def predict(
     ratios = None if r is None else values_of(r, "--r")
     if to.output is not None:
         check_output(to.output, PREDICTIONS, force=to.force, inputs=read, rows=len(ratios or ()))
-    with count("predict", quiet=to.quiet or to.as_json or len(ratios or ()) < SEVERAL) as progress:
+    several = len(ratios or ())
+    with count("predict", quiet=to.quiet or to.as_json or several < SEVERAL, total=several) as progress:
         found = predict(
             law_file, ratios, normal_force_n=normal_force, base_amplitude_m=base_amplitude, base_motion=base_motion,
             progress=progress,

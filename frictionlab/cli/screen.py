@@ -101,18 +101,17 @@ def _both(unit: str, plain_unit: str, title: str, key: str, factor: Callable[[Ro
     return [known(f"{title} [{unit}]", key, 6, times=factor), replace(plainly, key=key)]
 
 
+def _with_u(row: Row, key: str) -> str:
+    """What a row has of this key, with its combined uncertainty where that stands beside it."""
+    error = row.get(f"{key}_u")
+    return cell(row.get(key)) if error is None else with_error(row.get(key), error)
+
+
 def _further(table: Table, columns: Collection[Shown]) -> list[Shown]:
     """What a screen shows of a table beside these columns; an error as a column where it is no other's uncertainty."""
     there = {column.key for column in columns} | {"source"}
     names = [name for name in table.shown if name not in there and not name.endswith("_u")]
-
-    def text(row: Row, name: str) -> str:
-        error = row.get(f"{name}_u")
-        value = row.get(name)
-        number = isinstance(value, float) or error is not None
-        return with_error(value, error) if number else cell(value)
-
-    return [Shown(_head(name, table), partial(text, name=name), 0, name) for name in names]
+    return [Shown(_head(name, table), partial(_with_u, key=name), 0, name) for name in names]
 
 
 def _millijoules(row: Row) -> float | None:
@@ -129,6 +128,7 @@ _FIRST = (word("r", RATIO, 7, ".3f"), *_both("mJ", "kY²", "E", ENERGY, _millijo
 MEASURED = (
     *(*_FIRST, *_both("mm", "Y", "X", AMPLITUDE, _millimetres)),
     *(word("stops", STOPS, 4), word("regime", REGIME, 5)),
+    Shown("E force [mJ]", lambda row: with_error(row.get("force_energy_per_cycle_j"), None, 1e3), 6),
     *(word("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),
 )
 COMPARED = (
@@ -294,7 +294,7 @@ def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[st
         short = short_names([str(row.get("source")) for row in every])
         every = [{**row, "source": name} if "source" in row else row for row, name in zip(every, short, strict=True)]
     heads = _heads(columns, every)
-    lines = [list(heads.values()), *([cell(row.get(key)) for key in heads] for row in every)]
+    lines = [list(heads.values()), *([_with_u(row, key) for key in heads] for row in every)]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for number, block in enumerate(_in_blocks(widths, _width() or sys.maxsize)):
         if number:
@@ -350,7 +350,7 @@ def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Ro
     if not isinstance(columns, Table):
         return columns if isinstance(columns, Mapping) else {key: printable(key) for key in columns}
     filled = {key for row in rows for key, value in row.items() if plain(value) is not None}
-    names = [name for name in columns.shown if name in filled]
+    names = [name for name in columns.shown if name in filled and not name.endswith("_u")]
     own = set(columns.names)  # a map has columns of its own: the parameters of its law
     more = dict.fromkeys(key for row in rows for key in row if columns.kind in ("map", "motion") and key not in own)
     return {name: _head(name, columns) for name in (*more, *names)}
@@ -420,7 +420,7 @@ def count(
     from rich.console import Console
     from rich.markup import escape
 
-    counted = (bars.MofNCompleteColumn(), bars.TimeRemainingColumn())
+    counted = (bars.MofNCompleteColumn(), bars.TimeElapsedColumn(), bars.TextColumn("left"), bars.TimeRemainingColumn())
     done = (bars.DownloadColumn(), bars.TransferSpeedColumn()) if in_bytes else counted
     columns = (bars.TextColumn("{task.description}"), bars.BarColumn(), *done)
     with bars.Progress(*columns, console=Console(stderr=True), transient=True) as progress:

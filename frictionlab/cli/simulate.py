@@ -221,12 +221,12 @@ def _settle(
 
 def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) -> None:
     """Each row turned, its verdict, and the numbers in mm, mJ and N as far as they are known; then the warnings."""
-    from frictionlab.cli.screen import print_table, print_turned, print_warnings, warnings_of
+    from frictionlab.cli.screen import paragraph, print_table, print_turned, print_warnings, warnings_of
 
     print_turned(map(_numbers_of, rows), MOTIONS)
     for row, verdict in zip(rows, verdicts, strict=True):
         share = row.get("basin_share")
-        typer.echo(f"{100.0 * share:.3g} % of the starts: {verdict}" if isinstance(share, float) else verdict)
+        paragraph(f"{100.0 * share:.3g} % of the starts: {verdict}" if isinstance(share, float) else verdict)
     for row in rows:
         amplitudes, contacts = row.get("response_amplitudes"), row.get("contacts")
         if isinstance(amplitudes, list) and isinstance(contacts, list) and max(len(amplitudes), len(contacts)) > 1:
@@ -243,9 +243,11 @@ def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) 
 
 
 def _numbers_of(row: Row) -> Row:
-    """The row of a state as it stands on a screen: warnings stand below it, and growth where it is known."""
-    hidden = {"warnings", "response_amplitudes", "contacts"}
-    hidden |= {"growth_per_cycle"} if row.get("growth_per_cycle") is None else set()
+    """The row of a state as it stands on a screen: warnings stand below it, and what is beside the contract's keys."""
+    from frictionlab.simulator.state import KEYS
+
+    hidden = {"status", "warnings", "response_amplitudes", "contacts"}
+    hidden |= {k for k, value in row.items() if value is None and (k not in KEYS or k == "growth_per_cycle")}
     hidden |= set() if row.get(f"frame_{ENERGY}") else {f"contact_{ENERGY}", f"frame_{ENERGY}"}
     return {key: value for key, value in row.items() if key not in hidden}
 
@@ -283,7 +285,7 @@ def _follow(
     to: Results,
 ) -> None:
     """Simulate the response to a file's base motion; print, write and draw it."""
-    from frictionlab.cli.screen import exit_status, print_turned, print_warnings, report_rows
+    from frictionlab.cli.screen import exit_status, paragraph, print_turned, print_warnings, report_rows
     from frictionlab.figures import plot
     from frictionlab.files import refuse_inputs
     from frictionlab.hdf5 import check_writable, write_recording
@@ -317,5 +319,6 @@ def _follow(
         complain(f"{rows[0]['source']}: {rows[0]['reason']}")
     elif not to.as_json:
         print_turned([_numbers_of(rows[0])], RESPONSES)
+        paragraph("Y is here the largest displacement of the base from its first value, and beta is over k times that.")
         print_warnings(() if to.quiet else rows)
     exit_status(rows)

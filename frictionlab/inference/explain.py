@@ -51,6 +51,7 @@ SOURCES = {
     OTHER_CAUSE: "another cause than the law",
     "natural_frequency": "the natural frequency (rig.natural_frequency_hz)",
     "gain": "the gain of a sensor (sensors.gain_error)",
+    "force_gain": "the gain of the load cell (sensors.gain_error)",
     "lag_s": "the lag between the channels (sensors.lag_s)",
     "frame_damping_ratio": "the frame's damping (rig.damping_ratio)",
     **dict.fromkeys(("parabola", "cubic"), "the linearity of the mass's sensor (sensors.linearity)"),
@@ -181,13 +182,15 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
     """Law, energy, values and what their error comes from, each sentence behind its rank."""
     c = about.comparison
     law = law_of(c.law)
-    yield 0, f"{c.source}: {c.law} at r = {c.frequency_ratio:.4g} ({law.words})"
+    at = "under a given motion" if c.frequency_ratio is None else f"at r = {c.frequency_ratio:.4g}"
+    yield 0, f"{c.source}: {c.law} {at} ({law.words})"
     if c.response_nrmse is None or c.response_floor is None:
         yield 0, "No prediction: this law has no steady state here."
     else:
         verdict = VERDICTS.get(c.verdict or "", "No law that was tried explains the cycle. The best one")
         noise = f"the measurement's own error is {100 * c.response_floor:.2g} %"
-        yield 0, f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the motion unexplained; {noise}."
+        what = "force" if c.contact is not None and c.contact.is_measured else "motion"
+        yield 0, f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the {what} unexplained; {noise}."
     if c.energy_difference is not None:
         joules = "" if about.energy_j is None else f" = {1e3 * about.energy_j:.4g} mJ"
         more = f"predicted {abs(100 * c.energy_difference):.2g} % {'more' if c.energy_difference > 0 else 'less'}"
@@ -230,7 +233,9 @@ def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
         left = f"leaves {100 * simpler.response_nrmse:.2g} %, most of it {PARTS.get(most, '')}"
         enough = f"Its log evidence is {gain:.0f} lower; {REQUIRED:.0f} is enough."
         yield 3, f"A simpler law, {simpler.law}, {left}. {enough}"
-    here = ", ".join(f"{1e6 * about.unit_m * size:.2g} um {PARTS[name]}" for name, size in missed(c.contact).items())
+    in_newtons = c.contact is not None and c.contact.is_measured
+    times, unit = ((c.contact and c.contact.unit_n) or 1.0, "N") if in_newtons else (1e6 * about.unit_m, "um")
+    here = ", ".join(f"{times * size:.2g} {unit} {PARTS[name]}" for name, size in missed(c.contact).items())
     if here:
         yield 6, f"{c.law} misses (rms): {here}."
     if spare := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:

@@ -212,12 +212,26 @@ class Result:
         return pd.DataFrame(self.rows())
 
     def _repr_html_(self) -> str:
-        """A small table of what is known, and the figure, as SVG, where there is one."""
-        import frictionlab  # noqa: PLC0415 - figures are drawn by a part of the package above this one
+        """What a screen shows of its rows, numbers with their uncertainty; and the figure, as SVG, if there is one."""
+        import pandas as pd  # noqa: PLC0415
 
-        frame = self.to_pandas().dropna(axis="columns", how="all")
-        table = frame.T if len(frame) == 1 else frame
-        shown: str = table.to_html(max_rows=MOST, max_cols=MOST // 2, header=len(frame) != 1, index=len(frame) == 1)
+        import frictionlab  # noqa: PLC0415 - figures are drawn by a part of the package above this one
+        from frictionlab.tables.texts import with_error  # noqa: PLC0415
+
+        rows = self.rows()
+        kind = table_of(list(rows[0]) if rows else [])
+        names = [name for name in (kind.shown if kind else rows[0] if rows else ()) if name[-2:] != "_u"]
+        cells = {
+            column.head if kind and (column := kind.column(name)) else name: [
+                with_error(value, row.get(f"{name}_u"), sign="±") if isinstance(value, float) else value
+                for row in rows
+                for value in [row.get(name)]
+            ]
+            for name in names
+            if any(isinstance(row.get(name), (str, int, float)) for row in rows)
+        }
+        frame, alone = pd.DataFrame(cells), len(rows) == 1
+        shown: str = (frame.T if alone else frame).to_html(max_rows=MOST, header=not alone, index=alone)
         image = io.StringIO()
         try:
             frictionlab.plot(self).savefig(image, format="svg")

@@ -129,7 +129,14 @@ def analyze(what: "Recording | FilePath", scene: AnyScene = None, **settings: ob
     from frictionlab.analysis.measure import measure
 
     known = scene_given(scene, settings, ("analysis", "rig", "model"))
-    return measure(recording_given(what, known), known)
+    recording = recording_given(what, known)
+    try:
+        return measure(recording, known)
+    except AnalysisError as error:  # a time in another unit than the log says would be the cause
+        doubts = [said for said in recording.source.warnings if said.startswith("time: ")]
+        if not doubts:
+            raise
+        raise AnalysisError("; ".join([str(error), *doubts])) from error
 
 
 def recording_given(what: "Recording | FilePath", scene: "Scene") -> "Recording":
