@@ -22,7 +22,7 @@ arrays:
 errors:
 simulator: errors schema
 files: errors
-schema: __init__
+schema: __init__ estimate
 estimate:
 tables: errors files hdf5 schema
 workers: __init__ errors

@@ -216,14 +216,14 @@ class Result:
         import pandas as pd  # noqa: PLC0415
 
         import frictionlab  # noqa: PLC0415 - figures are drawn by a part of the package above this one
-        from frictionlab.tables.texts import with_error  # noqa: PLC0415
+        from frictionlab.estimate import Estimate  # noqa: PLC0415
 
         rows = self.rows()
         kind = table_of(list(rows[0]) if rows else [])
         names = [name for name in (kind.shown if kind else rows[0] if rows else ()) if name[-2:] != "_u"]
         cells = {
             column.head if kind and (column := kind.column(name)) else name: [
-                with_error(value, row.get(f"{name}_u"), sign="±") if isinstance(value, float) else value
+                str(Estimate(value, None, row.get(f"{name}_u"))) if isinstance(value, float) else value
                 for row in rows
                 for value in [row.get(name)]
             ]
