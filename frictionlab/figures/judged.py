@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
 from frictionlab.figures import style
 from frictionlab.inference import Comparison, ContactForce
@@ -118,21 +116,12 @@ def _draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> None:
     seen, force = unit * style.closed(way), newtons * style.closed(contact.force)
     label = "load cell" if contact.is_measured else "recovered from the motion"
     ax.plot(seen, force, label=label, **style.LINES["measured"])
-    law_way, speed = contact.law_velocity if over_speed else contact.law_displacement, contact.law_velocity
-    if law_way is not None and speed is not None and contact.law_force is not None:
-        way, force = _with_jumps(law_way, contact.law_force, np.abs(speed) < STILL)
-        ax.plot(unit * way, newtons * force, color=style.PREDICTED, lw=1.0, label=contact.law)
+    law_way = contact.law_velocity if over_speed else contact.law_displacement
+    if law_way is not None and contact.law_force is not None:
+        way, force = unit * style.closed(law_way), newtons * style.closed(contact.law_force)
+        ax.plot(way, force, color=style.PREDICTED, lw=1.0, label=contact.law)
     ax.set_xlabel("speed of the mass [mm/s]" if over_speed else "displacement of the mass [mm]")
     ax.set_ylabel("force of the contact, n / kY" if contact.unit_n is None else "force of the contact [N]")
-
-
-def _with_jumps(way: FloatArray, force: FloatArray, still: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """A law's force over its way, closed; where a stop begins or ends, the force changes before the way does."""
-    first = np.arange(len(way))
-    second = np.roll(first, -1)
-    jumps = np.flatnonzero(still[first] != still[second])
-    at, by = np.where(still[jumps], (jumps, second[jumps]), (second[jumps], jumps))
-    return style.closed(np.insert(way, jumps + 1, way[at])), style.closed(np.insert(force, jumps + 1, force[by]))
 
 
 def _draw_residual(contact: ContactForce, ax: Axes) -> None:

@@ -213,28 +213,21 @@ class Result:
 
     def _repr_html_(self) -> str:
         """What a screen shows of its rows, numbers with their uncertainty; and the figure, as SVG, if there is one."""
-        import pandas as pd  # noqa: PLC0415
-
         import frictionlab  # noqa: PLC0415 - figures are drawn by a part of the package above this one
         from frictionlab.estimate import Estimate  # noqa: PLC0415
 
-        rows = self.rows()
-        kind = table_of(list(rows[0]) if rows else [])
-        names = [name for name in (kind.shown if kind else rows[0] if rows else ()) if name[-2:] != "_u"]
-        cells = {
-            column.head if kind and (column := kind.column(name)) else name: [
-                str(Estimate(value, None, row.get(f"{name}_u"))) if isinstance(value, float) else value
-                for row in rows
-                for value in [row.get(name)]
-            ]
-            for name in names
-            if any(isinstance(row.get(name), (str, int, float)) for row in rows)
-        }
-        frame, alone = pd.DataFrame(cells), len(rows) == 1
-        shown: str = (frame.T if alone else frame).to_html(max_rows=MOST, header=not alone, index=alone)
+        every, alone = self.to_pandas(), len(self.rows()) == 1
+        kind = table_of([str(name) for name in every])
+        shown = [name for name in (kind.shown if kind else map(str, every)) if name in every and name[-2:] != "_u"]
+        frame = every[shown].dropna(axis="columns", how="all")
+        for name in {*shown} & {str(name)[:-2] for name in every if str(name)[-2:] == "_u"} & {*frame}:
+            pairs = zip(every[name], every[f"{name}_u"], strict=True)
+            frame[name] = [str(Estimate(value, None, u)) for value, u in pairs]
+        frame = frame.rename(columns={column.name: column.head for column in kind.columns} if kind else {})
+        table: str = (frame.T if alone else frame).to_html(max_rows=MOST, header=not alone, index=alone)
         image = io.StringIO()
         try:
             frictionlab.plot(self).savefig(image, format="svg")
         except frictionlab.UsageError:  # a result that has no figure
             image = io.StringIO()
-        return f"<p>{html.escape(repr(self))}</p>{shown}{''.join(image.getvalue().partition('<svg')[1:])}"
+        return f"<p>{html.escape(repr(self))}</p>{table}{''.join(image.getvalue().partition('<svg')[1:])}"
