@@ -14,7 +14,6 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.inference import compare
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.unknowns import of_law
-from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.uncertainty import STATISTICAL, combined, cycle_budget, sources_of
@@ -45,23 +44,19 @@ def test_the_shares_make_the_combined_uncertainty_and_the_standard_error_is_one_
     assert m.energy_per_cycle_u > 10 * m.energy_per_cycle_se
 
 
-@pytest.mark.parametrize("r", [0.3, 0.8, 1.2])
-def test_the_share_of_a_lag_is_what_a_lag_does(r: float) -> None:
-    still, late = measured(r=r), measured(r=r, lag_s=0.0005)
-    unit = scene(sensors={"lag_s_u": 0.0005})
-    share = measure(recorded_plain(r), unit).budget["energy_per_cycle"]["lag between the channels"]
-    assert abs(late.energy_per_cycle - still.energy_per_cycle) == pytest.approx(share, rel=0.03)
-
-
-def recorded_plain(r: float) -> Recording:
-    return recorded(Problem(r, 0.35), np.random.default_rng(1), scatter=0.0, seconds=25.0, rate=500.0)
-
-
-def test_the_share_of_a_gain_is_what_a_gain_does() -> None:
-    still, more = measured(), measured(gain=1.001)
-    for key in ("energy_per_cycle", "response_amplitude"):
-        change = getattr(more, key) - getattr(still, key)
-        assert change == pytest.approx(still.budget[key]["gain of the mass sensor"], rel=0.05)
+@pytest.mark.parametrize(
+    ("r", "change", "declared", "share", "key"),
+    [
+        *((r, {"lag_s": 5e-4}, {"lag_s_u": 5e-4}, "lag between the channels", KEYS[2]) for r in (0.3, 0.8, 1.2)),
+        *((0.8, {"gain": 1.001}, {"gain_error": 0.001}, "gain of the mass sensor", key) for key in KEYS[2:]),
+    ],
+)
+def test_the_share_of_a_source_is_what_it_does(
+    r: float, change: dict[str, float], declared: dict[str, object], share: str, key: str
+) -> None:
+    still = measured(r=r, what={"sensors": declared})
+    there = getattr(measured(r=r, **change), key) - getattr(still, key)  # type: ignore[arg-type]
+    assert abs(there) == pytest.approx(still.budget[key][share], rel=0.03)
 
 
 def test_half_a_sampling_interval_of_lag_is_assumed_where_nothing_is_declared() -> None:
@@ -95,7 +90,7 @@ def test_a_filter_that_is_declared_is_taken_back(order: int) -> None:
 
 def test_the_combined_uncertainty_holds_what_laboratories_do() -> None:
     """Lags and gains drawn from their declared uncertainties: rms of the error over the stated one is about 1."""
-    generator, keys = np.random.default_rng(12), ("energy_per_cycle", "response_amplitude")
+    generator, keys = np.random.default_rng(12), KEYS[2:]
     declared = {"gain_error": 0.004, "linearity": 0.0, "lag_s_u": 0.0008}
     truth, misses = measured(), []
     for _ in range(30):
@@ -110,7 +105,7 @@ def test_the_share_of_crosstalk_is_what_crosstalk_does() -> None:
     """Also to the energy, by the base's amplitude that all is over: it was not counted there."""
     mixed = {"sensors": {"crosstalk": 0.002}}
     still = measured(what=mixed)
-    changes = []
+    changes, keys = [], KEYS[2:]
     for of_mass, of_base in ((0.002, 0.0), (0.0, 0.002)):
 
         def show(_: FloatArray, x: FloatArray, y: FloatArray, a: float = of_mass, b: float = of_base) -> Shown:
@@ -120,8 +115,8 @@ def test_the_share_of_crosstalk_is_what_crosstalk_does() -> None:
             Problem(0.8, 0.35), np.random.default_rng(1), scatter=0.0, seconds=25.0, rate=500.0, sensors=show
         )
         seen = measure(recording, scene(**mixed))
-        changes.append([getattr(seen, key) - getattr(still, key) for key in ("energy_per_cycle", "response_amplitude")])
-    for key, change in zip(("energy_per_cycle", "response_amplitude"), np.hypot(*np.array(changes)), strict=True):
+        changes.append([getattr(seen, key) - getattr(still, key) for key in keys])
+    for key, change in zip(keys, np.hypot(*np.array(changes)), strict=True):
         assert still.budget[key]["crosstalk"] == pytest.approx(change, rel=0.02)
 
 
