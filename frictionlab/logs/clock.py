@@ -230,11 +230,15 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start
         raise LogError(f"{table.name}: no time column found: give --time, or --sampling-rate")
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
     said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
+    warnings = list[str]()
+    if rate is not None and stated_s is not None and abs(rate * stated_s - 1.0) > _STATED_TOLERANCE:
+        warnings = [f"the log states a sampling interval of {stated_s:.9g} s: {rate:g} Hz as given is taken"]
     with np.errstate(over="ignore", invalid="ignore"):  # the recording refuses what is not finite
         time = np.arange(table.body.counts["data"], dtype=np.float64) * np.float64(interval)
     bridge = max(options.bridge_s, _SHORTEST_BRIDGE * interval)
     return Clock(
         *(time, np.zeros(len(time), np.uint8), none, interval, bridge),
+        warnings=warnings,
         written=False,
         start_s=start_s,
         facts={"time_unit": "counted"},

@@ -146,6 +146,10 @@ def test_a_sampling_rate_counts_the_time(tmp_path: Path) -> None:
     recording = read_log(log, LogOptions(sampling_rate_hz=500.0))
     assert recording.sampling_rate_hz == pytest.approx(500.0)
     assert "'time [s]') has steps of 0.004 s: 500 Hz as given is taken" in recording.source.warnings[0]
+    log = write(tmp_path / "log.csv", f"Sampling rate [Hz];500\nmass [mm];base [mm]\n{rows.replace(',', ';')}\n")
+    for rate in (500.0, 250.0):
+        said = read_log(log, LogOptions(sampling_rate_hz=rate)).source.warnings
+        assert said == (("the log states a sampling interval of 0.002 s: 250 Hz as given is taken",) * (rate == 250.0))
 
 
 def test_two_readings_that_fit_are_shown_both_unless_a_header_tells(tmp_path: Path) -> None:
