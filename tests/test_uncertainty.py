@@ -9,8 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from frictionlab.analysis.channels import SensorChannel, low_pass, restored
-from frictionlab.analysis.measure import measure
-from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.inference import compare
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.unknowns import of_law

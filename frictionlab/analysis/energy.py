@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.analysis import channels, steadiness
-from frictionlab.analysis.measurement import LoadCell
 from frictionlab.analysis.signals import variance_of_mean
 from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate
@@ -76,6 +75,18 @@ def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: fl
         alone = float(some.var(ddof=1)) / len(part)
         square = max(alone if len(part) == 1 else variance_of_mean(some) * len(some) / len(part), square)
     return Estimate(mean, math.hypot(math.sqrt(square), shared, drift * mean / math.sqrt(12.0)))
+
+
+@dataclass(frozen=True)
+class LoadCell:
+    """The measured force in single steady cycles ``each`` (n, p) N, as `Cycle.force`, and what pressed the contact.
+
+    ``normal_force``: mean over the way, N; None: not known; ``normal_is_measured``: by a channel of its own.
+    """
+
+    each: FloatArray
+    normal_force: float | None
+    normal_is_measured: bool
 
 
 @dataclass(frozen=True)

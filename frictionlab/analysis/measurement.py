@@ -1,111 +1,42 @@
-"""What one recording says: the measurement, and the cycles that stand behind its numbers."""
+"""Recording + scene -> measurement: what `analyze` does to a sample, in its order.
+
+1. Even stretches: gaps and clock breaks part them; declared lags and filters are taken back (`stretches`, `channels`).
+2. The transient is cut off: as given, or where the motion settles (`steadiness`).
+3. Cycles: drive frequency and hum (`spectrum`), cut by the base's phase (`cycles`), laid under each other (`layout`).
+4. The answer of each cycle: loop area (`energy`), amplitude, stops (`stops`), regime (`response`).
+5. Means with errors (`energy`, `signals`), the budget of sensors and rig (`uncertainty`), and what a reader must know
+   of them (`doubts`).
+"""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.analysis import channels, cycles, doubts, energy, response, steadiness
+from frictionlab.analysis.layout import Layout, lay_out
+from frictionlab.analysis.mean_cycle import Cycle, CycleSeries, Traces, mean_cycle, traces
+from frictionlab.analysis.response import Response
+from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.steadiness import Trend
+from frictionlab.analysis.stretches import channels_of, even_stretches, is_force
 from frictionlab.arrays import FloatArray
-from frictionlab.estimate import Estimate, Flat, FlatKnown
-from frictionlab.schema import MEASUREMENTS, Result
-from frictionlab.uncertainty import Shares, Sources
+from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown
+from frictionlab.recording import Recording
+from frictionlab.scene import Scene
+from frictionlab.scene.keys import window_of
+from frictionlab.schema import AMPLITUDE, ESTIMATED, MEASUREMENTS, RATIO, Result
+from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
 
-if TYPE_CHECKING:
-    from frictionlab.analysis.layout import Layout
-
-SHOWN_CYCLES, SHOWN_LOOPS = 6, 30
-SHOWN_POINTS, SHOWN_LINES = 512, 8000  # a cycle, a spectrum
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """The mean of the cycles used, on points equally spaced in phase from tau = 0 (the base's fundamental at its top).
-
-    ``tau`` (p,) rad; ``mass`` (p,) x/Y about its mean, ``base`` (p,) y/Y about its mean: as measured;
-    ``mass_smooth``, ``mass_velocity`` (p,): without the noise, and its derivative by tau;
-    ``base_cosine``, ``base_sine`` (9,): Fourier series of y/Y, harmonics 1 to 9 (the first is 1 and 0);
-    ``kept`` (p // 2,): how much of the mass's harmonics 1 to p // 2 its filter leaves once it is taken back;
-    ``each`` (n, K): complex amplitudes of harmonics 1 to K of x/Y in single steady cycles, up to 400 of them evenly
-    chosen: how far one cycle may be from another;
-    ``force`` (p,) N (a torque: N m): at the contact, about its mean, known inertia taken off; None: not measured;
-    ``cell``: the same of single cycles;
-    ``others``: the masses from the second on, of a frame of several.
-    """
-
-    tau: FloatArray
-    mass: FloatArray
-    base: FloatArray
-    mass_smooth: FloatArray
-    mass_velocity: FloatArray
-    base_cosine: FloatArray
-    base_sine: FloatArray
-    each: NDArray[np.complex128]
-    kept: FloatArray
-    force: FloatArray | None = None
-    cell: "LoadCell | None" = None
-    others: "tuple[OtherMass, ...]" = ()
-
-
-@dataclass(frozen=True)
-class LoadCell:
-    """The measured force in single steady cycles ``each`` (n, p) N, as `Cycle.force`, and what pressed the contact.
-
-    ``normal_force``: mean over the way, N; None: not known; ``normal_is_measured``: by a channel of its own.
-    """
-
-    each: FloatArray
-    normal_force: float | None
-    normal_is_measured: bool
-
-
-@dataclass(frozen=True)
-class OtherMass:
-    """A further mass in the same cycles: its mean cycle ``mass`` (p,) and single cycles ``each`` (n, K), as `Cycle`."""
-
-    mass: FloatArray
-    each: NDArray[np.complex128]
-
-
-@dataclass(frozen=True)
-class CycleSeries:
-    """One value per full steady cycle, arrays (n,): ``time`` of its start [s]; ``used``: by the energy rule.
-
-    ``energy`` (k Y^2), ``amplitude`` (Y), ``position``: mean of x/Y in the cycle about the whole mean,
-    ``stops``: stops that begin in the cycle, ``stuck``: fraction of the cycle standing.
-    """
-
-    time: FloatArray
-    used: NDArray[np.bool_]
-    energy: FloatArray
-    amplitude: FloatArray
-    position: FloatArray
-    stops: FloatArray
-    stuck: FloatArray
-
-
-@dataclass(frozen=True)
-class Traces:
-    """What a figure of the measurement shows; thinned, never computed on.
-
-    ``time`` (t,) s, ``mass``, ``base`` (t,) in Y: the last cycles used; ``stops`` (k, 2) s: from when to when the mass
-    stands in them; ``loop_mass``, ``loop_base`` (c, p): up to 30 of the cycles used, each closed; ``mass_frequency``,
-    ``base_frequency`` Hz, ``mass_spectrum``, ``base_spectrum`` m: amplitude spectra up to ten times the drive.
-    """
-
-    time: FloatArray
-    mass: FloatArray
-    base: FloatArray
-    stops: FloatArray
-    loop_mass: FloatArray
-    loop_base: FloatArray
-    mass_frequency: FloatArray
-    mass_spectrum: FloatArray
-    base_frequency: FloatArray
-    base_spectrum: FloatArray
+NO_NATURAL_FREQUENCY = (
+    "frequency_ratio: the natural frequency is not known: give natural_frequency_hz in [rig] of the scene or"
+    " --natural-frequency; `frictionlab free-vibration` measures it"
+)
+LONG_TEST_S = 300.0  # from this length on a trend of the energy is fitted
+BUDGETED = ("ratio", "base_amplitude", "energy", "amplitude")  # those with a combined uncertainty
 
 
 @dataclass(frozen=True, repr=False)
@@ -207,26 +138,230 @@ class Measurement(Result):
         return f"<Measurement {self.source}: {ratio}, energy {self.energy} kY², {self.regime}{said}>"
 
 
-def traces(layout: "Layout", found: FloatArray, used: slice) -> Traces:
-    """Cut out what a figure shows of the cycles used; ``found`` (2, m): stops, radians of tau."""
-    points, last = layout.mass.shape[1], slice(max(0, used.stop - SHOWN_CYCLES), used.stop)
-    thin = math.ceil(points / SHOWN_POINTS)
-    loops = np.unique(np.linspace(used.start, used.stop - 1, SHOWN_LOOPS).round().astype(np.intp))
-    inside = np.arange(points)[::thin] / points
-    time = layout.time[last, None] + (layout.end[last] - layout.time[last])[:, None] * inside
-    shown = found.T / (2.0 * math.pi)
-    shown = np.clip(shown[(shown[:, 1] > last.start) & (shown[:, 0] < last.stop)], last.start, last.stop)
-    cycles = (layout.mass[loops], layout.base[loops])
-    closed = [np.concatenate([rows[:, ::thin], rows[:, :1]], axis=1) for rows in cycles]
-    spectra = []
-    for lines in (layout.mass_spectrum, layout.base_spectrum):  # the highest of a few neighbours: no peak is lost
-        first = np.arange(0, len(lines.frequency), math.ceil(len(lines.frequency) / SHOWN_LINES))
-        spectra += [lines.frequency[first], np.maximum.reduceat(lines.amplitude, first)]
-    return Traces(
-        time.ravel(),
-        layout.mass[last, ::thin].ravel(),
-        layout.base[last, ::thin].ravel(),
-        np.asarray(np.interp(shown, np.arange(len(layout) + 1.0), np.append(layout.time, layout.end[-1]))),
-        *closed,
-        *spectra,
+def measure(recording: Recording, scene: Scene) -> Measurement:
+    """Measure one recording: drive, response, energy per cycle, irregularity, stops, regime.
+
+    Base motion is Y cos(omega t + phase), displacements are over Y, energies over k Y^2 and positive when dissipated.
+
+    Parameters
+    ----------
+    recording : Recording
+    scene : Scene
+        ``[analysis]`` says which part is measured and how; ``[rig]`` gives natural frequency and stiffness where known.
+
+    Raises
+    ------
+    AnalysisError
+        The recording holds no measurement: no drive, shorter than its transient, no full cycle.
+
+    Examples
+    --------
+    >>> from frictionlab.scene import Analysis, Rig
+    >>> t = np.arange(0.0, 30.0, 0.004)
+    >>> x, y = 1e-3 * np.sin(2 * np.pi * t), 2e-3 * np.cos(2 * np.pi * t)
+    >>> scene = Scene(rig=Rig(natural_frequency_hz=4.0), analysis=Analysis(transient_s=5.0, cycles="all"))
+    >>> m = measure(Recording(t, x, y), scene)
+    >>> print(f"{m.frequency_ratio:.6f} {m.energy_per_cycle:.6f} {m.response_amplitude:.4f} {m.regime}")
+    0.250000 1.570796 0.5000 continuous
+    """
+    parts, warnings = even_stretches(recording, scene)
+    found, settled = steadiness.transient(parts[0]) if parts else (0.0, None)
+    transient = found if scene.analysis.transient_s is None else scene.analysis.transient_s
+    layout = _laid_out(parts, transient, recording, scene)
+    of_mass, of_base = channels_of(scene)
+    channels.check_drive(layout.drive.frequency, (of_mass, of_base))
+    natural, unit = scene.rig.natural_frequency, layout.drive.amplitude
+    wall_moves, prescribed = scene.model.wall == "base", scene.rig.kind == "prescribed"
+    r, rate = layout.drive.frequency / natural if natural else None, 1.0 / parts[0].step
+    joules = scene.rig.stiffness * unit**2 if scene.rig.stiffness else None  # k Y^2
+    answer = response.response(layout, wall_moves=wall_moves)
+    used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
+    cycle = mean_cycle(layout, answer, used, of_mass)
+    steady_from = float(recording.time[0]) + (settled or 0.0)
+    estimates: dict[str, Any] = _estimates(layout, answer, used, steady_from, natural, prescribed=prescribed)
+    sources, loop = sources_of_test(recording, scene, rate), estimates["energy"]
+    cut, slides = 0.0, abs(loop.value or 0.0) / (4.0 * max(answer.size, 1e-12))
+    if not answer.is_stuck:
+        cut = channels.cut_away(cycle.mass_smooth, layout.drive.frequency, of_mass, friction=slides, r=r or 1.0)
+    budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
+    estimates |= {n: estimates[n].with_u(combined(budget[ESTIMATED[n]])) for n in BUDGETED if estimates[n].known}
+    friction = energy.by_load_cell(
+        *(layout, answer, used, sources),
+        normal_force_n=normal_force_of(recording, scene),
+        inertia_kg=scene.sensors.force_inertia_kg,
+        wall_moves=wall_moves,
+        has_metres=scene.rig.radius_m is not None or not channels.is_angular(recording.measured()),
     )
+    warnings += doubts.warnings(
+        layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves, prescribed=prescribed
+    )
+    if friction is not None:
+        taken = energy.taken_by_the_frame(cycle.mass_smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
+        warnings += doubts.of_the_load_cell(friction, loop, joules, taken)
+        cycle = replace(cycle, force=friction.cycle, cell=friction.cell)
+        estimates |= {
+            "force_energy": friction.energy.over(joules),
+            "force_energy_j": friction.energy,
+            "measured_force": friction.force,
+            "measured_coefficient": friction.coefficient,
+        }
+    unknown = () if natural or prescribed else (NO_NATURAL_FREQUENCY,)
+    warnings += (*unknown, *doubts.of_the_filter(cut, answer.size, of_mass))
+    is_long = not prescribed and layout.time[-1] - layout.time[0] >= LONG_TEST_S
+    trend = steadiness.trend_of(layout.time, answer.energy) if is_long else None
+    return Measurement(
+        **_facts(recording, scene, layout, parts),
+        **_of_the_answer(layout, answer, used),
+        **estimates,
+        warnings=(*scene.rig.doubts, *warnings),
+        transient_s=transient,
+        energy_per_cycle_j=loop.scaled(joules).value,
+        energy_trend=Estimate(trend.slope, trend.slope_se).scaled(3600.0) if trend else NOT_KNOWN,
+        settled_s=settled,
+        cycle=cycle,
+        sources=sources,
+        trend=trend,
+        traces=traces(layout, answer.found, used),
+        budget=budget,
+    )
+
+
+def _facts(recording: Recording, scene: Scene, layout: Layout, parts: list[Stretch]) -> dict[str, Any]:
+    """Fields of a measurement that say which test it is of, and what its sensors are like."""
+    return {
+        "source": source_of(recording),
+        "status": "ok",
+        "reason": None,
+        "material": material_of(recording, scene),
+        "normal_force_n": normal_force_of(recording, scene),
+        "sampling_rate_hz": 1.0 / parts[0].step,
+        "slides_one_way": any(part.one_way for part in parts),
+        "duration_s": recording.duration_s,
+        "natural_frequency_hz": scene.rig.natural_frequency,
+        "base_distortion": float(np.linalg.norm(layout.drive.harmonics[1:])),
+        "cycles": len(layout),
+        "energy_rule": scene.analysis.cycles,
+        "mass_noise_m": layout.of_mass.noise * layout.drive.amplitude,
+        "base_noise_m": layout.of_base.noise * layout.drive.amplitude,
+        "accuracy": scene.accuracy,
+    }
+
+
+def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, Any]:
+    """Fields of a measurement that say how the mass answers, those without an error, and its series."""
+    is_used, still = np.zeros(len(layout), dtype=bool), answer.is_stuck
+    is_used[used] = True
+    noise = layout.of_mass.noise * math.sqrt(cycles.INTERPOLATED)
+    index = None if still else steadiness.irregularity_index(layout.mass, layout.blocks)
+    per_cycle = (answer.energy, answer.amplitude, answer.position, answer.stops, answer.stuck)
+    return {
+        "stops_per_cycle": answer.stops_per_cycle,
+        "stuck_fraction": answer.stuck_fraction,
+        "regime": answer.regime,
+        "shortest_stop": answer.shortest_stop,
+        "smallest_slip": answer.smallest_slip,
+        "irregularity_index": index,
+        "irregularity_floor": None if index is None else steadiness.irregularity_floor(layout.mass, noise),
+        "base_irregularity_index": steadiness.irregularity_index(layout.base, layout.blocks),
+        "asymmetry": None if still else answer.asymmetry,
+        "energy_input_per_cycle": float(energy.energy_input(layout.mass[used]).mean()),
+        "series": CycleSeries(layout.time, is_used, *per_cycle),
+    }
+
+
+def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scene: Scene) -> Layout:
+    """The steady cycles; refused where there are none, by what is the cause."""
+    begin, how = float(recording.time[0]) + transient, scene.analysis
+    steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= 32]
+    if not steady:
+        raise AnalysisError(
+            f"analysis: the test is shorter than its transient: expected more than {transient:g} s; got"
+            f" {recording.duration_s:.4g} s: shorten transient_s (--transient) or record longer"
+        )
+    try:
+        return lay_out(steady, padding=how.padding, least_points=how.least_points, most_points=how.most_points)
+    except AnalysisError as error:
+        held = recording.flag_counts()["held"]
+        if not held:
+            raise
+        raise AnalysisError(
+            f"analysis: {held} values are held at the end of a sensor's range, and between them no cycle is whole: move"
+            f" the sensor or enlarge its range, and test again ({error})"
+        ) from error
+
+
+def used_cycles(end_time: FloatArray, rule: str) -> slice:
+    """Which cycles a rule uses (``last``, ``all``, ``window:S``), by each cycle's start and the last end (n + 1,)."""
+    n = len(end_time) - 1
+    try:
+        window = window_of(rule)
+    except ValueError as error:
+        raise UsageError(f"cycles: {error}") from error
+    first = n - 1 if rule == "last" else 0
+    if window is not None:
+        first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
+    if first >= n:
+        length = end_time[-1] - end_time[-2]
+        raise AnalysisError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
+    return slice(first, n)
+
+
+def _estimates(
+    layout: Layout, answer: Response, used: slice, steady_from: float, natural: float | None, *, prescribed: bool
+) -> dict[str, Estimate]:
+    """All numbers that have errors, by the names of the measurement's fields; from a time [s] on cycles are steady."""
+    first = int(np.searchsorted(layout.time, steady_from - 1e-9))
+    frequency = Estimate(layout.drive.frequency, layout.drive.frequency_se)
+    found = {
+        "drive": frequency,
+        "ratio": frequency.over(natural),
+        "base_amplitude": Estimate(layout.drive.amplitude, layout.drive.amplitude_se),
+    }
+    for kind, some in (("", used), ("steady_", slice(min(first, len(layout) - 1), len(layout)))):
+        found[f"{kind}energy"] = energy.mean_over(
+            answer.energy, some, noise=answer.energy_noise, shared=answer.energy_shared
+        )
+        mean = energy.mean_over(answer.amplitude, some)
+        found[f"{kind}amplitude"] = Estimate(mean.value, math.hypot(mean.se or 0.0, answer.amplitude_noise))
+    by_force = ("force_energy", "force_energy_j", "measured_force", "measured_coefficient")
+    unknown = (*by_force, "ratio", "energy", "steady_energy") if prescribed else by_force
+    return found | dict.fromkeys(unknown, NOT_KNOWN)  # a mass that drives itself has no loop and no ratio
+
+
+def _budget(
+    cycle: Cycle, estimates: dict[str, Estimate], sources: Sources, layout: Layout, of_filter: Shares
+) -> dict[str, Shares]:
+    """What each source adds to each number, its own scatter first; ``of_filter``: to the amplitude."""
+    turn, unit = 2.0 * math.pi * layout.drive.frequency, layout.drive.amplitude
+    found = dict(cycle_budget(cycle.mass_smooth, cycle.base, sources, turn=turn, unit=unit))
+    found[RATIO] = {"natural frequency": (estimates["ratio"].value or 0.0) * sources.natural_frequency}
+    found[AMPLITUDE] = {**found[AMPLITUDE], LINES: layout.hidden, **of_filter}
+    known = ((ESTIMATED[name], estimates[name]) for name in BUDGETED)
+    return {key: {STATISTICAL: number.se or 0.0, **found[key]} for key, number in known if number.known}
+
+
+# What a recording, and else its scene, say about a test --------------------------------------------------------------
+
+
+def source_of(recording: Recording) -> str:
+    """The names of the logs that a recording was made of."""
+    return ", ".join(f.name for f in recording.source.files)
+
+
+def material_of(recording: Recording, scene: Scene) -> str | None:
+    """Material of a test's contact, as the recording has it, else the scene."""
+    value = recording.experiment.get("material", scene.experiment.material)
+    return None if value is None else str(value)
+
+
+def normal_force_of(recording: Recording, scene: Scene) -> float | None:
+    """Normal force of a test [N], as the recording has it, else the scene."""
+    value = recording.experiment.get("normal_force_n", scene.experiment.normal_force_n)
+    return float(value) if value is not None and is_force(value) else None
+
+
+def sources_of_test(recording: Recording, scene: Scene, sampling_rate_hz: float) -> Sources:
+    """What is not known of the sensors and the rig of a test."""
+    lag = recording.source.dialect.get("lag_s_u")
+    lag_s_u = lag if isinstance(lag, float) else None
+    return sources_of(scene, sampling_rate_hz, normal_force_n=normal_force_of(recording, scene), lag_s_u=lag_s_u)

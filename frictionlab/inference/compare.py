@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionlab.analysis.measure import measure, source_of
-from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.measurement import Measurement, measure, source_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from frictionlab.analysis.channels import in_band
-from frictionlab.analysis.measurement import Cycle, Measurement, OtherMass
+from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, UsageError
@@ -440,11 +440,11 @@ def cycles_of(measurement: Measurement, *, masses: int = 1) -> Cycles:
     samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
     wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / ratio)))
     count = min(cycle.each.shape[1], max(2, min(wanted, int(min(samples, len(cycle.tau)) / POINTS))))
-    moved: tuple[Cycle | OtherMass, ...] = (cycle, *cycle.others[: masses - 1])
-    single = np.concatenate([parts(one.each[:, :count]) for one in moved], axis=1)
-    mean = np.concatenate([parts(harmonics_of(one.mass, count)) for one in moved])
+    moved = [(cycle.mass, cycle.each), *((one.mass, one.each) for one in cycle.others[: masses - 1])]
+    single = np.concatenate([parts(each[:, :count]) for _, each in moved], axis=1)
+    mean = np.concatenate([parts(harmonics_of(mass, count)) for mass, _ in moved])
     used = max(1, int(measurement.series.used.sum()))
-    power = sum(float(np.mean(one.mass**2)) for one in moved)
+    power = sum(float(np.mean(mass**2)) for mass, _ in moved)
     sensor = 2.0 * (measurement.mass_noise_m / measurement.base_amplitude_m) ** 2 / samples
     least = sensor + 2.0 * ROUNDING**2 * power / count
     beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)

@@ -7,9 +7,9 @@ from typing import ClassVar, Self
 import numpy as np
 
 from frictionlab.analysis.channels import best_penalty, gain_kept, restored, spline
-from frictionlab.analysis.measure import channels_of, material_of, normal_force_of, sources_of_test
-from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.measurement import Measurement, material_of, normal_force_of, sources_of_test
 from frictionlab.analysis.signals import student, variance_inflation, white_noise
+from frictionlab.analysis.stretches import channels_of
 from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError

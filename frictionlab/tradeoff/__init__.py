@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from frictionlab.analysis import cycles, energy, spectrum
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import FloatArray
 from frictionlab.files import write_whole
 from frictionlab.hdf5 import read_recording

@@ -126,7 +126,7 @@ def analyze(what: "Recording | FilePath", scene: AnyScene = None, **settings: ob
     LogError, RecordingError, SceneError, UsageError
         The file, the scene or a setting is refused.
     """
-    from frictionlab.analysis.measure import measure
+    from frictionlab.analysis.measurement import measure
 
     known = scene_given(scene, settings, ("analysis", "rig", "model"))
     recording = recording_given(what, known)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.analysis import energy
-from frictionlab.analysis.measure import used_cycles
+from frictionlab.analysis.measurement import used_cycles
 from frictionlab.errors import AnalysisError, UsageError
 from tests.analysis import naive
 

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from frictionlab.analysis.channels import SensorChannel, cut_away, in_band, kept, low_pass
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.errors import AnalysisError
 from frictionlab.inference import compare
 from frictionlab.recording import Recording

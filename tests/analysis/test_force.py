@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.errors import AnalysisError
 from frictionlab.logs import read_log
 from frictionlab.recording import Channel, Recording

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.analysis.measure import measure
-from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Model, Rig, Scene

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis.doubts import is_clipped
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.analysis.stops import parted, smallest_slip
 from frictionlab.errors import AnalysisError
 from frictionlab.logs.read import read_log

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis import stops
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.analysis.response import half_range, smoothed, smoother
 from tests.analysis import naive
 from tests.analysis.seen import recording_of, scene, steady

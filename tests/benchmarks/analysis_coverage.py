@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.estimate import Estimate
 from frictionlab.inference import predict
 from frictionlab.recording import Recording

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.campaign import Campaign, Trial, evaluate, trial_of
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.material_law import COEFFICIENT

@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from frictionlab.analysis.measure import measure
-from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.campaign import evaluate, trial_of
 from frictionlab.inference.comparison import contact_force
 from frictionlab.inference.observations import measured_base, nrmse_of, observe

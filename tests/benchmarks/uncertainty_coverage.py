@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.channels import low_pass
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.inference import predict
 from frictionlab.recording import Recording
 from frictionlab.simulator import Problem, steady_state

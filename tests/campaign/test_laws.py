@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.campaign import FrictionFit, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.campaign.joint_fit import fit_together

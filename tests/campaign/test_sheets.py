@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.campaign import Campaign, evaluate, trial_of
 from frictionlab.report import page
 from frictionlab.report.charts import ChartLine, chart

@@ -6,8 +6,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from frictionlab.analysis.measure import measure
-from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene

@@ -10,8 +10,7 @@ from scipy.special import logsumexp, ndtr
 from scipy.stats import multivariate_normal, multivariate_t, norm
 from scipy.stats import t as student
 
-from frictionlab.analysis.measure import measure
-from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.inference.fit import Fit, fit_from, log_evidence, log_orthant
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import model_of

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.errors import UsageError
 from frictionlab.inference import compare, predict
 from frictionlab.inference.comparison import contact_force

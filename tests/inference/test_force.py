@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference import Comparison, compare, predict

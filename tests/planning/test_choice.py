@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import frictionlab as fl
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.inference.fit import log_evidence
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer

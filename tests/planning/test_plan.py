@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import frictionlab as fl
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import measure
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.inference.compare import identified

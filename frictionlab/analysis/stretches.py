@@ -1,21 +1,28 @@
-"""A contact that slides one way, such as a pin on a turning disc or a belt: folded, so that it has cycles like others.
+"""From a recording to even stretches: clock, lags, filters, displacements of whatever channels there are.
 
-The way of one revolution (of a straight motion: a tenth of the record) is laid half to and half fro, as a sine, and the
+A contact that slides one way, such as a pin on a turning disc or a belt, is folded, so that it has cycles like others:
+the way of one revolution (of a straight motion: a tenth of the record) is laid half to and half fro, as a sine, and the
 friction force turns with it: where it turns, nothing is slid. Energy per cycle, friction force and coefficient are
 integrals over the way, and stay what they are, the middle of each half counting most; what a cell shows beside friction
 (an offset) turns too, so it cannot be told from friction one way.
 """
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping
+from itertools import pairwise
 
 import numpy as np
 
-from frictionlab.analysis.channels import FORCES, displacement, is_angular
+from frictionlab.analysis import channels, signals
+from frictionlab.analysis.channels import FORCES, SensorChannel, displacement, is_angular
+from frictionlab.analysis.signals import Stretch
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
+from frictionlab.recording import Fact, Recording
+from frictionlab.sampling import clock_breaks
+from frictionlab.scene import Scene
 
+MOST_GAPS = 5  # named one by one
 REVOLUTION = 2.0 * math.pi
 PARTS = 10  # of a straight motion
 BACK = 0.02  # of the way that may be gone backward: what is more is no turning
@@ -28,15 +35,66 @@ NO_METRES = (
 )
 
 
-"""How the sentence on a motion that was folded ends."""
+def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
+    """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
+    step, said, parts, strays = 1.0 / recording.sampling_rate_hz, list[str](), list[Stretch](), 0.0
+    of_mass, of_base = channels_of(scene)
+    warnings = list(recording.source.warnings)
+    for part in recording.stretches():
+        breaks = clock_breaks(part.time, step).tolist()
+        warnings += _some(
+            f"time: the clock passes {float(part.time[i] - part.time[i - 1]) / step:.4g} sampling intervals at"
+            f" {part.time[i]:.6g} s: it was set, or the logger paused; no cycle is cut across it"
+            for i in breaks
+        )
+        for some in (slice(a, b) for a, b in pairwise([0, *breaks, len(part)]) if b - a > 1):
+            measured = {name: values[some] for name, values in part.measured().items()}
+            seen, off = signals.evenly(part.time[some], step, measured)
+            strays, one_way = max(strays, off), False
+            if scene.rig.kind == "prescribed":
+                mass, seen, said, edge, one_way = given_motion(seen, step, scene.rig.radius_m)
+                base = mass
+            else:
+                mass, said, edge = channels.displacement(seen, "mass", step)
+                base, of_the_base, other = channels.displacement(seen, "base", step)
+                said, edge = said + of_the_base, max(edge, other)
+            more = {name: seen[name] for name in channels.KEPT if name in seen}
+            more |= {name: channels.restored(seen[name], step, of_mass) for name in channels.other_masses(seen)}
+            mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
+            whole = Stretch(float(part.time[some][0]), step, mass, base, more, one_way)
+            parts.append(whole.part(edge, len(mass) - edge))
+    warnings += said
+    if strays > 0.0:
+        warnings.append(
+            f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock; values were interpolated"
+        )
+    warnings += _some(
+        f"gap: no samples from {a:.4g} s to {b:.4g} s; no cycle is cut across it" for a, b in recording.gaps
+    )
+    force = recording.experiment.get("normal_force_n")
+    if force is not None and not is_force(force):
+        warnings.append(f"normal_force_n: expected a number above 0; got {force!r} in the recording: it is not used")
+    return parts, warnings
 
 
-class Folded(NamedTuple):
-    """The folded ``motion`` (n,) in m or rad, its ``sign`` (n,) against the true one, and what is to be said of it."""
+def _some(sentences: Iterable[str]) -> list[str]:
+    """The first few sentences, and how many more there are."""
+    every = list(sentences)
+    if len(every) <= MOST_GAPS:
+        return every
+    return [*every[:MOST_GAPS], f"{every[0].partition(':')[0]}: {len(every) - MOST_GAPS} more such places"]
 
-    motion: FloatArray
-    sign: FloatArray
-    said: str
+
+def channels_of(scene: Scene) -> tuple[SensorChannel, SensorChannel]:
+    """The ways of mass and base into the log, as the scene declares them."""
+    s = scene.sensors
+    mass = SensorChannel(0.0, s.mass_filter_hz or s.filter_hz, s.mass_filter_order or s.filter_order)
+    return mass, SensorChannel(s.lag_s, s.base_filter_hz or s.filter_hz, s.base_filter_order or s.filter_order)
+
+
+def is_force(value: Fact) -> bool:
+    """Whether a fact is a normal force: a number above 0."""
+    return isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0
 
 
 def given_motion(
@@ -56,9 +114,9 @@ def given_motion(
     if fold is None:
         motion, said, edge = displacement(measured, "mass", step)
     else:
-        motion, said, edge = fold.motion, [fold.said], 0
+        motion, sign, said, edge = fold[0], fold[1], [fold[2]], 0
         seen.pop("mass_velocity", None)
-        seen |= {name: seen[name] * fold.sign for name in FORCES if name in seen}
+        seen |= {name: seen[name] * sign for name in FORCES if name in seen}
     if not is_angular(measured):
         return motion, seen, said, edge, fold is not None
     if radius is None:
@@ -69,8 +127,10 @@ def given_motion(
     return motion * radius, seen, said, edge, fold is not None
 
 
-def folded(measured: Mapping[str, FloatArray], step: float) -> Folded | None:
+def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, FloatArray, str] | None:
     """Fold the motion of channels (n,) by their names, one sample every ``step`` s; None where it goes to and fro.
+
+    Returned are the motion (n,) in m or rad, its sign (n,) against the true one, and what is to be said of it.
 
     A record of forces alone is taken as an even motion, where the force has one sign.
 
@@ -111,4 +171,4 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> Folded | None:
     phase = REVOLUTION * way / whole  # which way it slides where no motion is known, the force says: against it
     against = 1.0 if name is not None or force is None else math.copysign(1.0, float(force.mean()))
     motion, sign = -0.25 * whole * np.cos(phase), np.where(np.sin(phase) < 0.0, -against, against)
-    return Folded(motion, sign, f"contact: {said}; an offset of the force cannot be told from friction")
+    return motion, sign, f"contact: {said}; an offset of the force cannot be told from friction"
