@@ -2,6 +2,11 @@
 
 A cycle starts where the fundamental of the base rises through zero. A loop that does not close exactly (sensor drift,
 an irregular mass) then closes where the base is at zero, and the closing chord adds no area.
+
+Smoothing by the spectrum: what the cycles have in common, and what each has of its own. The mean cycle is known the
+better the more cycles there are; a cycle's deviation from it is kept only where its spectrum stands above the
+sensor's. Both are Wiener filters (gain = signal power / total power, per harmonic), so that a regular motion is
+smoothed over all its cycles and an irregular one cycle by cycle, without anything to tune.
 """
 
 import math
@@ -220,3 +225,104 @@ def _crossings(centre: FloatArray, turns: FloatArray, frequency: float, length: 
     whole = np.arange(math.ceil(passed[0] + 0.25 - 1e-9), math.floor(passed[-1] + 0.25 + 1e-9) + 1)
     edges = np.interp(whole - 0.25, passed, at)
     return np.asarray(edges[(edges >= 0.0) & (edges <= length - 1)])
+
+
+# Smoothing ------------------------------------------------------------------------------------------------------------
+
+BLOCK = 1 << 18  # points smoothed, or of loops measured, at a time: long recordings fit in memory
+_KEPT_FROM = 1.5  # amplitude over the noise's, about, from which a harmonic stands out
+_MOST_RAISED = 4.0
+_ENOUGH = 32  # harmonics whose median is a floor
+
+
+@dataclass(frozen=True)
+class Smoother:
+    """How cycles are smoothed, decided from all of them.
+
+    ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
+    what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the error left in one point of
+    x and v (v: with the harmonics given up); ``x_tail``: what the harmonics that drown in noise may add to an extreme;
+    ``resolution``: the shortest time that can be resolved, in radians of tau.
+    """
+
+    mean: ComplexArray
+    own_gain: FloatArray
+    x_noise: float
+    v_noise: float
+    x_tail: float
+    resolution: float
+
+    def cycle(self, points: int) -> tuple[FloatArray, FloatArray]:
+        """The smoothed mean cycle on so many points, and its derivative by the phase."""
+        lines = self.mean * points
+        return np.fft.irfft(lines, points), np.fft.irfft(1j * np.arange(len(lines)) * lines, points)
+
+
+def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0) -> Smoother:
+    """Decide how to smooth cycles (n, points), points even, one a row.
+
+    ``noise``: rms of the white noise of one of the ``samples`` that the sensor took of a cycle (a row may have more
+    points); ``shared``: the same of noise that cycles share, for rounding without noise follows the place.
+    """
+    n, points = rows.shape
+    mean_cycle = rows.mean(axis=0)
+    lines = np.fft.rfft(mean_cycle) / points
+    floor = noise * noise / samples  # power that noise alone gives one coefficient of one cycle
+    mean_floor = floor / n + shared * shared / samples
+    mean_gain = np.ones(len(lines))
+    for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
+        mean_gain[parity::2] = _gain(np.abs(lines[parity::2]) ** 2, mean_floor, 1)
+    own_gain = np.zeros(len(lines))
+    if n > 1:
+        power = np.zeros(len(lines))
+        for some in chunks(n, points, BLOCK):
+            own = np.fft.rfft(rows[some] - mean_cycle, axis=1)
+            power += np.sum(own.real**2 + own.imag**2, axis=0)
+        power = power / (n - 1) / points**2
+        top = power[int(0.375 * samples) : int(0.5 * samples)]
+        if len(top) >= _ENOUGH:  # rounding without noise is not quite white
+            floor = min(max(floor, float(np.median(top))), _MOST_RAISED * floor)
+        floor += shared * shared / samples
+        own_gain[1:] = _gain(power[1:], floor, n - 1)
+    k = np.arange(len(lines))
+    left = 2.0 * (mean_floor * mean_gain**2 + floor * own_gain**2)
+    left[0] *= 0.5
+    highest = max(1, int(np.flatnonzero((mean_gain > 0.0) | (own_gain > 0.0))[-1]))
+    drowned = _KEPT_FROM * math.sqrt(mean_floor)  # amplitude of the first harmonic given up; the others fall as k^-3
+    v_noise = math.hypot(math.sqrt(float((left * k * k).sum())), drowned * math.sqrt(highest**3 / 3.0))
+    return Smoother(
+        mean=lines * mean_gain,
+        own_gain=own_gain,
+        x_noise=math.sqrt(float(left.sum())),
+        v_noise=v_noise,
+        x_tail=0.5 * highest * drowned,  # all of them in phase at an extreme
+        resolution=math.pi / highest,
+    )
+
+
+def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
+    """Wiener gain by line, of power averaged over its neighbourhood; 0 above the last line that stands out of noise."""
+    k = np.arange(len(power))
+    reach = np.maximum(2, k // 6)
+    low, high = np.maximum(k - reach, 0), np.minimum(k + reach, len(power) - 1)
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    count = high - low + 1
+    local = (total[high + 1] - total[low]) / count
+    clear = local > floor * (1.0 + 4.0 / np.sqrt(count * samples))
+    gain = np.where(clear, 1.0 - floor / np.maximum(local, 1e-300), 0.0)
+    gain[(int(np.flatnonzero(clear)[-1]) if clear.any() else 0) + 1 :] = 0.0
+    return gain
+
+
+def smoothed(rows: FloatArray, how: Smoother, points: int) -> tuple[FloatArray, FloatArray]:
+    """Smooth cycles (n, p): x and its derivative by tau (n, points); deviations from the mean cycle as one signal."""
+    mean_cycle, both = rows.mean(axis=0), np.empty((2, len(rows), points))
+    both[:] = np.stack(how.cycle(points))[:, None]
+    for some in chunks(len(rows), points, BLOCK) if how.own_gain.any() else ():
+        n, flat = some.stop - some.start, (rows[some] - mean_cycle).ravel()
+        lines = np.fft.rfft(np.concatenate([flat, flat[::-1]])) / len(flat)
+        harmonic = np.arange(len(lines)) / (2.0 * n)
+        lines *= np.interp(harmonic, np.arange(1, len(how.own_gain)), how.own_gain[1:]) * (n * points)
+        for signal, factor in zip(both, (1.0, 1j * harmonic), strict=True):
+            signal[some] += np.fft.irfft(factor * lines, 2 * n * points)[: n * points].reshape(n, points)
+    return both[0], both[1]

@@ -17,8 +17,7 @@ import numpy as np
 
 from frictionlab.analysis import channels, cycles, doubts, energy, response, steadiness
 from frictionlab.analysis.layout import Layout, lay_out
-from frictionlab.analysis.mean_cycle import Cycle, CycleSeries, Traces, mean_cycle, traces
-from frictionlab.analysis.response import Response
+from frictionlab.analysis.response import Cycle, CycleSeries, Response, Traces, mean_cycle, traces
 from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.analysis.stretches import channels_of, even_stretches, is_force

@@ -1,124 +1,26 @@
-"""How the mass answers, cycle by cycle: noise taken off, energy, amplitude, position, stops and regime.
-
-Smoothing by the spectrum: what the cycles have in common, and what each has of its own. The mean cycle is known the
-better the more cycles there are; a cycle's deviation from it is kept only where its spectrum stands above the
-sensor's. Both are Wiener filters (gain = signal power / total power, per harmonic), so that a regular motion is
-smoothed over all its cycles and an irregular one cycle by cycle, without anything to tune.
-"""
+"""How the mass answers, cycle by cycle: noise taken off, energy, amplitude, position, stops and regime."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy import fft
+from numpy.typing import NDArray
 
-from frictionlab.analysis import energy, stops
-from frictionlab.analysis.cycles import chunks
+from frictionlab.analysis import channels, energy, stops
+from frictionlab.analysis.channels import SensorChannel
+from frictionlab.analysis.cycles import BLOCK, Smoother, chunks, smoothed, smoother
+from frictionlab.analysis.energy import LoadCell
 from frictionlab.analysis.layout import Layout, slow_wander
 from frictionlab.analysis.signals import white_noise
 from frictionlab.analysis.stops import Move, Thresholds
 from frictionlab.arrays import ComplexArray, FloatArray
 
+MOST_SINGLE, MOST_HARMONICS = 400, 128  # of the single cycles that show the scatter
+SHOWN_CYCLES, SHOWN_LOOPS = 6, 30
+SHOWN_POINTS, SHOWN_LINES = 512, 8000  # a cycle, a spectrum
 FEW = 5  # cycles whose mean shows a slip within a stop
 LEVELLED = 0.5  # of the range, which stops of one place each never take away
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
-_KEPT_FROM = 1.5  # amplitude over the noise's, about, from which a harmonic stands out
-_MOST_RAISED = 4.0
-_ENOUGH = 32  # harmonics whose median is a floor
-_BLOCK = 1 << 18  # points smoothed, or of loops measured, at a time: long recordings fit in memory
-
-
-@dataclass(frozen=True)
-class Smoother:
-    """How cycles are smoothed, decided from all of them.
-
-    ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
-    what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the error left in one point of
-    x and v (v: with the harmonics given up); ``x_tail``: what the harmonics that drown in noise may add to an extreme;
-    ``resolution``: the shortest time that can be resolved, in radians of tau.
-    """
-
-    mean: ComplexArray
-    own_gain: FloatArray
-    x_noise: float
-    v_noise: float
-    x_tail: float
-    resolution: float
-
-    def cycle(self, points: int) -> tuple[FloatArray, FloatArray]:
-        """The smoothed mean cycle on so many points, and its derivative by the phase."""
-        lines = self.mean * points
-        return fft.irfft(lines, points), fft.irfft(1j * np.arange(len(lines)) * lines, points)
-
-
-def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0) -> Smoother:
-    """Decide how to smooth cycles (n, points), points even, one a row.
-
-    ``noise``: rms of the white noise of one of the ``samples`` that the sensor took of a cycle (a row may have more
-    points); ``shared``: the same of noise that cycles share, for rounding without noise follows the place.
-    """
-    n, points = rows.shape
-    mean_cycle = rows.mean(axis=0)
-    lines = fft.rfft(mean_cycle) / points
-    floor = noise * noise / samples  # power that noise alone gives one coefficient of one cycle
-    mean_floor = floor / n + shared * shared / samples
-    mean_gain = np.ones(len(lines))
-    for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
-        mean_gain[parity::2] = _gain(np.abs(lines[parity::2]) ** 2, mean_floor, 1)
-    own_gain = np.zeros(len(lines))
-    if n > 1:
-        power = np.zeros(len(lines))
-        for some in chunks(n, points, _BLOCK):
-            own = fft.rfft(rows[some] - mean_cycle, axis=1)
-            power += np.sum(own.real**2 + own.imag**2, axis=0)
-        power = power / (n - 1) / points**2
-        top = power[int(0.375 * samples) : int(0.5 * samples)]
-        if len(top) >= _ENOUGH:  # rounding without noise is not quite white
-            floor = min(max(floor, float(np.median(top))), _MOST_RAISED * floor)
-        floor += shared * shared / samples
-        own_gain[1:] = _gain(power[1:], floor, n - 1)
-    k = np.arange(len(lines))
-    left = 2.0 * (mean_floor * mean_gain**2 + floor * own_gain**2)
-    left[0] *= 0.5
-    highest = max(1, int(np.flatnonzero((mean_gain > 0.0) | (own_gain > 0.0))[-1]))
-    drowned = _KEPT_FROM * math.sqrt(mean_floor)  # amplitude of the first harmonic given up; the others fall as k^-3
-    v_noise = math.hypot(math.sqrt(float((left * k * k).sum())), drowned * math.sqrt(highest**3 / 3.0))
-    return Smoother(
-        mean=lines * mean_gain,
-        own_gain=own_gain,
-        x_noise=math.sqrt(float(left.sum())),
-        v_noise=v_noise,
-        x_tail=0.5 * highest * drowned,  # all of them in phase at an extreme
-        resolution=math.pi / highest,
-    )
-
-
-def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
-    """Wiener gain by line, of power averaged over its neighbourhood; 0 above the last line that stands out of noise."""
-    k = np.arange(len(power))
-    reach = np.maximum(2, k // 6)
-    low, high = np.maximum(k - reach, 0), np.minimum(k + reach, len(power) - 1)
-    total = np.concatenate([[0.0], np.cumsum(power)])
-    count = high - low + 1
-    local = (total[high + 1] - total[low]) / count
-    clear = local > floor * (1.0 + 4.0 / np.sqrt(count * samples))
-    gain = np.where(clear, 1.0 - floor / np.maximum(local, 1e-300), 0.0)
-    gain[(int(np.flatnonzero(clear)[-1]) if clear.any() else 0) + 1 :] = 0.0
-    return gain
-
-
-def smoothed(rows: FloatArray, how: Smoother, points: int) -> tuple[FloatArray, FloatArray]:
-    """Smooth cycles (n, p): x and its derivative by tau (n, points); deviations from the mean cycle as one signal."""
-    mean_cycle, both = rows.mean(axis=0), np.empty((2, len(rows), points))
-    both[:] = np.stack(how.cycle(points))[:, None]
-    for some in chunks(len(rows), points, _BLOCK) if how.own_gain.any() else ():
-        n, flat = some.stop - some.start, (rows[some] - mean_cycle).ravel()
-        lines = fft.rfft(np.concatenate([flat, flat[::-1]])) / len(flat)
-        harmonic = np.arange(len(lines)) / (2.0 * n)
-        lines *= np.interp(harmonic, np.arange(1, len(how.own_gain)), how.own_gain[1:]) * (n * points)
-        for signal, factor in zip(both, (1.0, 1j * harmonic), strict=True):
-            signal[some] += fft.irfft(factor * lines, 2 * n * points)[: n * points].reshape(n, points)
-    return both[0], both[1]
 
 
 @dataclass(frozen=True)
@@ -250,7 +152,7 @@ def _loop_areas(layout: Layout) -> FloatArray:
     return np.concatenate(
         [
             energy.loop_area(layout.mass[some], layout.base[some] - slow_wander(means, points, layout.blocks, some))
-            for some in chunks(n, points, _BLOCK)
+            for some in chunks(n, points, BLOCK)
         ]
     )
 
@@ -280,3 +182,146 @@ def _summit(x: FloatArray) -> FloatArray:
     is_peak = (curvature < 0.0) & ~((right == middle) & (beyond == middle))
     safe = np.where(is_peak, curvature, -1.0)
     return np.asarray(np.where(is_peak, middle - 0.125 * (left - right) ** 2 / safe, middle))
+
+
+# The mean cycle and its single cycles ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class OtherMass:
+    """A further mass in the same cycles: its mean cycle ``mass`` (p,) and single cycles ``each`` (n, K), as `Cycle`."""
+
+    mass: FloatArray
+    each: NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """The mean of the cycles used, on points equally spaced in phase from tau = 0 (the base's fundamental at its top).
+
+    ``tau`` (p,) rad; ``mass`` (p,) x/Y about its mean, ``base`` (p,) y/Y about its mean: as measured;
+    ``mass_smooth``, ``mass_velocity`` (p,): without the noise, and its derivative by tau;
+    ``base_cosine``, ``base_sine`` (9,): Fourier series of y/Y, harmonics 1 to 9 (the first is 1 and 0);
+    ``kept`` (p // 2,): how much of the mass's harmonics 1 to p // 2 its filter leaves once it is taken back;
+    ``each`` (n, K): complex amplitudes of harmonics 1 to K of x/Y in single steady cycles, up to 400 of them evenly
+    chosen: how far one cycle may be from another;
+    ``force`` (p,) N (a torque: N m): at the contact, about its mean, known inertia taken off; None: not measured;
+    ``cell``: the same of single cycles;
+    ``others``: the masses from the second on, of a frame of several.
+    """
+
+    tau: FloatArray
+    mass: FloatArray
+    base: FloatArray
+    mass_smooth: FloatArray
+    mass_velocity: FloatArray
+    base_cosine: FloatArray
+    base_sine: FloatArray
+    each: NDArray[np.complex128]
+    kept: FloatArray
+    force: FloatArray | None = None
+    cell: LoadCell | None = None
+    others: tuple[OtherMass, ...] = ()
+
+
+@dataclass(frozen=True)
+class CycleSeries:
+    """One value per full steady cycle, arrays (n,): ``time`` of its start [s]; ``used``: by the energy rule.
+
+    ``energy`` (k Y^2), ``amplitude`` (Y), ``position``: mean of x/Y in the cycle about the whole mean,
+    ``stops``: stops that begin in the cycle, ``stuck``: fraction of the cycle standing.
+    """
+
+    time: FloatArray
+    used: NDArray[np.bool_]
+    energy: FloatArray
+    amplitude: FloatArray
+    position: FloatArray
+    stops: FloatArray
+    stuck: FloatArray
+
+
+@dataclass(frozen=True)
+class Traces:
+    """What a figure of the measurement shows; thinned, never computed on.
+
+    ``time`` (t,) s, ``mass``, ``base`` (t,) in Y: the last cycles used; ``stops`` (k, 2) s: from when to when the mass
+    stands in them; ``loop_mass``, ``loop_base`` (c, p): up to 30 of the cycles used, each closed; ``mass_frequency``,
+    ``base_frequency`` Hz, ``mass_spectrum``, ``base_spectrum`` m: amplitude spectra up to ten times the drive.
+    """
+
+    time: FloatArray
+    mass: FloatArray
+    base: FloatArray
+    stops: FloatArray
+    loop_mass: FloatArray
+    loop_base: FloatArray
+    mass_frequency: FloatArray
+    mass_spectrum: FloatArray
+    base_frequency: FloatArray
+    base_spectrum: FloatArray
+
+
+def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorChannel) -> Cycle:
+    """Mean of the cycles used, turned so that it starts at tau = 0, the slow wander of both channels taken off."""
+    points, how = layout.mass.shape[1], answer.how
+    if used.stop - used.start < len(layout):
+        sensor = layout.of_mass
+        how = smoother(layout.mass[used], noise=sensor.noise, samples=layout.samples, shared=sensor.shared)
+
+    def turned(cycle: FloatArray) -> FloatArray:
+        return np.asarray(np.roll(cycle, -(points // 4)))
+
+    def mean_of(rows: FloatArray, wander: FloatArray | float) -> FloatArray:
+        mean = turned(rows[used].mean(axis=0) - wander)
+        return np.asarray(mean - mean.mean())
+
+    def single(rows: FloatArray) -> ComplexArray:
+        """Harmonics (n, K) of single cycles, at most `MOST_SINGLE`, counted from the top of the base's motion."""
+        if len(rows) > MOST_SINGLE:
+            rows = rows[np.linspace(0, len(rows) - 1, MOST_SINGLE).astype(np.intp)]
+        each = np.fft.rfft(rows, axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / points)
+        return np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1))
+
+    def wander_of(means: FloatArray) -> FloatArray:
+        return np.asarray(slow_wander(means, points, layout.blocks)[0])
+
+    smooth, velocity = map(turned, how.cycle(points))
+    others = [layout.more[name] / layout.drive.amplitude for name in channels.other_masses(layout.more)]
+    return Cycle(
+        tau=2.0 * math.pi * np.arange(points) / points,
+        mass=mean_of(layout.mass, wander_of(answer.position)),
+        base=mean_of(layout.base, layout.base_wander),
+        mass_smooth=smooth - smooth.mean(),
+        mass_velocity=velocity,
+        base_cosine=layout.drive.harmonics.real.copy(),
+        base_sine=-layout.drive.harmonics.imag,
+        each=single(layout.mass),
+        others=tuple(OtherMass(mean_of(rows, wander_of(rows.mean(axis=1))), single(rows)) for rows in others),
+        kept=channels.kept(layout.drive.frequency * np.arange(1, points // 2 + 1), of_mass),
+    )
+
+
+def traces(layout: Layout, found: FloatArray, used: slice) -> Traces:
+    """Cut out what a figure shows of the cycles used; ``found`` (2, m): stops, radians of tau."""
+    points, last = layout.mass.shape[1], slice(max(0, used.stop - SHOWN_CYCLES), used.stop)
+    thin = math.ceil(points / SHOWN_POINTS)
+    loops = np.unique(np.linspace(used.start, used.stop - 1, SHOWN_LOOPS).round().astype(np.intp))
+    inside = np.arange(points)[::thin] / points
+    time = layout.time[last, None] + (layout.end[last] - layout.time[last])[:, None] * inside
+    shown = found.T / (2.0 * math.pi)
+    shown = np.clip(shown[(shown[:, 1] > last.start) & (shown[:, 0] < last.stop)], last.start, last.stop)
+    cycles = (layout.mass[loops], layout.base[loops])
+    closed = [np.concatenate([rows[:, ::thin], rows[:, :1]], axis=1) for rows in cycles]
+    spectra = []
+    for lines in (layout.mass_spectrum, layout.base_spectrum):  # the highest of a few neighbours: no peak is lost
+        first = np.arange(0, len(lines.frequency), math.ceil(len(lines.frequency) / SHOWN_LINES))
+        spectra += [lines.frequency[first], np.maximum.reduceat(lines.amplitude, first)]
+    return Traces(
+        time.ravel(),
+        layout.mass[last, ::thin].ravel(),
+        layout.base[last, ::thin].ravel(),
+        np.asarray(np.interp(shown, np.arange(len(layout) + 1.0), np.append(layout.time, layout.end[-1]))),
+        *closed,
+        *spectra,
+    )

@@ -32,7 +32,7 @@ MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are
 class Stretch:
     """Uninterrupted samples (n,): ``time`` of the first [s], ``step`` [s], ``mass`` and ``base`` [m], evenly spaced.
 
-    ``more``: further channels by their names, (n,) each; ``one_way``: the motion is one way, folded (`turning`).
+    ``more``: further channels by their names, (n,) each; ``one_way``: the motion is one way, folded (`stretches`).
     """
 
     time: float

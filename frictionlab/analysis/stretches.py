@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from frictionlab.analysis import channels, signals
+from frictionlab.analysis import channels, signals, spectrum
 from frictionlab.analysis.channels import FORCES, SensorChannel, displacement, is_angular
 from frictionlab.analysis.signals import Stretch
 from frictionlab.arrays import FloatArray
@@ -27,6 +27,7 @@ REVOLUTION = 2.0 * math.pi
 PARTS = 10  # of a straight motion
 BACK = 0.02  # of the way that may be gone backward: what is more is no turning
 EVEN = 0.1  # relative, from cycle to cycle: speeds that differ by more are several tests
+REPEATS = 0.2  # of the power of a motion to and fro, in its strongest line
 ROTATIONS = {"angle": 0, "angular_velocity": 1}
 KNOWN = {**ROTATIONS, "mass_displacement": 0, "mass_velocity": 1}
 """Channels that say the way -> how often they are integrated for it; the first that is measured counts."""
@@ -108,15 +109,13 @@ def given_motion(
     Raises
     ------
     AnalysisError
-        No motion is measured and the force tells none; it turns at several speeds, or less than two revolutions.
+        No motion is measured and the force shows none; it turns at several speeds, or less than two revolutions.
     """
-    seen, fold = dict(measured), folded(measured, step)
+    fold = folded(measured, step)
     if fold is None:
-        motion, said, edge = displacement(measured, "mass", step)
+        seen, (motion, said, edge) = dict(measured), displacement(measured, "mass", step)
     else:
-        motion, sign, said, edge = fold[0], fold[1], [fold[2]], 0
-        seen.pop("mass_velocity", None)
-        seen |= {name: seen[name] * sign for name in FORCES if name in seen}
+        motion, seen, said, edge = fold[0], fold[1], [fold[2]], 0
     if not is_angular(measured):
         return motion, seen, said, edge, fold is not None
     if radius is None:
@@ -127,48 +126,61 @@ def given_motion(
     return motion * radius, seen, said, edge, fold is not None
 
 
-def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, FloatArray, str] | None:
-    """Fold the motion of channels (n,) by their names, one sample every ``step`` s; None where it goes to and fro.
+def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, dict[str, FloatArray], str] | None:
+    """Fold the motion of channels (n,) by their names, one sample every ``step`` s; None where it repeats to and fro.
 
-    Returned are the motion (n,) in m or rad, its sign (n,) against the true one, and what is to be said of it.
-
-    A record of forces alone is taken as an even motion, where the force has one sign.
+    Returned are the motion (n,) in m or rad, the channels with it, and what is to be said of it. A record of forces
+    alone is taken as an even motion, where the force has one sign. A way that goes to and fro without repeating, or at
+    several speeds, is laid out evenly over the way: energy and friction of its tenths are what they are.
 
     Raises
     ------
     AnalysisError
-        The speed changes during the record, or less than two cycles are there.
+        It turns at several speeds, or less than two revolutions.
     """
     name = next((n for n, t in KNOWN.items() if n in measured and (t or float(np.ptp(measured[n])) > 0.0)), None)
     force = next((measured[name] for name in FORCES if name in measured), None)
+    turns, direction = name in ROTATIONS, np.ones(1)  # which way it slides; where no motion is known, against the force
     if name is None:
         if force is None or abs(float(force.mean())) < 0.8 * math.sqrt(float(np.mean(force**2))):
             return None
-        way, whole = np.arange(len(force)) / (len(force) - 1.0), 1.0 / PARTS
-        said = f"no motion is measured: taken as an even one, in {PARTS} parts"
+        way, said = (
+            np.arange(len(force)) / (len(force) - 1.0),
+            f"no motion is measured: taken as an even one, in {PARTS} parts",
+        )
+        direction = np.sign(force.mean(keepdims=True))
     else:
         signal = np.unwrap(measured[name]) if name == "angle" else measured[name]
         way = signal - signal[0] if KNOWN[name] == 0 else np.cumsum(signal) * step
         way = way if way[-1] > 0.0 else -way
-        whole = REVOLUTION if name in ROTATIONS else float(way[-1]) / PARTS
-        said = "it turns one way: a cycle is a revolution" if name in ROTATIONS else "it slides one way, in ten parts"
-    points = np.linspace(0, len(way) - 1, 400).round().astype(np.intp)  # noise of single samples is no way back
-    moves = np.diff(way[points])
-    if not way[-1] > 0.0 or -float(moves[moves < 0.0].sum()) > BACK * float(way[-1]):
-        return None
-    count = float(way[-1]) / whole
-    if count < 2.0:
+        said = "it turns one way: a cycle is a revolution" if turns else "it slides one way, in ten parts"
+        points = np.linspace(0, len(way) - 1, 400).round().astype(np.intp)  # noise of single samples is no way back
+        moves = np.diff(way[points])
+        if not way[-1] > 0.0 or -float(moves[moves < 0.0].sum()) > BACK * float(way[-1]):
+            tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(way, step))
+            if 0.5 * tone.amplitude**2 >= REPEATS * float(np.var(way)):
+                return None
+            moves = np.diff(channels.denoised(way, signals.white_noise(way)), prepend=0.0)
+            turns, direction, way = False, np.sign(moves), np.cumsum(np.abs(moves))
+            said = "it goes to and fro without repeating, its way in ten parts"
+    whole = REVOLUTION if turns else float(way[-1]) / PARTS
+    if (count := float(way[-1]) / whole) < 2.0:
         raise AnalysisError(
             f"analysis: it turns one way: expected at least 2 revolutions; got {count:.2g}: record longer"
         )
-    passed = np.searchsorted(np.maximum.accumulate(way), whole * np.arange(math.floor(count) + 1))
-    lengths = np.diff(passed) * step
-    if float(np.ptp(lengths)) > EVEN * float(lengths.mean()) + 2.0 * step:
+    rising = np.maximum.accumulate(way)
+    lengths = np.diff(np.searchsorted(rising, whole * np.arange(math.floor(count + 1e-9) + 1))) * step
+    uneven = float(np.ptp(lengths)) > EVEN * float(lengths.mean()) + 2.0 * step
+    if uneven and turns:
         raise AnalysisError(
             f"analysis: it turns one way, at {1 / lengths.max():.3g} to {1 / lengths.min():.3g} cycles a second:"
             " expected one speed: record each speed by itself"
         )
-    phase = REVOLUTION * way / whole  # which way it slides where no motion is known, the force says: against it
-    against = 1.0 if name is not None or force is None else math.copysign(1.0, float(force.mean()))
-    motion, sign = -0.25 * whole * np.cos(phase), np.where(np.sin(phase) < 0.0, -against, against)
-    return motion, sign, f"contact: {said}; an offset of the force cannot be told from friction"
+    seen = {n: values * direction if n in FORCES else values for n, values in measured.items() if n != "mass_velocity"}
+    if uneven:
+        way, before = np.linspace(0.0, way[-1], len(way)), rising + 1e-12 * way[-1] * np.arange(len(way))
+        seen = {n: np.interp(way, before, values) for n, values in seen.items()}
+        said += ", laid evenly over its way, for the speed changes"
+    phase = REVOLUTION * way / whole
+    seen |= {n: np.where(np.sin(phase) < 0.0, -seen[n], seen[n]) for n in FORCES if n in seen}
+    return -0.25 * whole * np.cos(phase), seen, f"contact: {said}; an offset of the force cannot be told from friction"

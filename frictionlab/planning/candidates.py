@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from frictionlab.analysis.mean_cycle import Cycle
+from frictionlab.analysis.response import Cycle
 from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.diagnose import OTHER_CAUSE, diagnose

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from frictionlab.analysis.mean_cycle import Traces
 from frictionlab.analysis.measurement import Measurement, measure
+from frictionlab.analysis.response import Traces
 from frictionlab.campaign import Campaign, Trial, Watch, is_comparison, read_measurements, recording_path, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.campaign.files import recording_of

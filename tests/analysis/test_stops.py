@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis import stops
+from frictionlab.analysis.cycles import smoothed, smoother
 from frictionlab.analysis.measurement import measure
-from frictionlab.analysis.response import half_range, smoothed, smoother
+from frictionlab.analysis.response import half_range
 from tests.analysis import naive
 from tests.analysis.seen import recording_of, scene, steady
 
