@@ -120,15 +120,6 @@ def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> No
     assert len(done.stderr.strip().splitlines()) == 1
 
 
-def test_the_screen_of_a_campaign_ranks_no_material_against_itself(run: Run, tmp_path: Path) -> None:
-    rows = [row for row in small_campaign() if row.get("material") == "rubber"]
-    write_rows(rows, tmp_path / "one.csv")
-    (tmp_path / "scene.toml").write_text(TOML)
-    shown = run("campaign", "one.csv", "--scene", "scene.toml", "-o", "one").stdout.splitlines()
-    assert shown[0].startswith("material")
-    assert not any(line.startswith("by ") for line in shown)
-
-
 def test_recordings_are_found_where_batch_puts_them(tmp_path: Path) -> None:
     (tmp_path / "recordings").mkdir()
     assert recordings_beside(tmp_path / "measurements.csv") == [tmp_path, tmp_path / "recordings"]

@@ -31,6 +31,9 @@ def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path
     write_rows(rows, tmp_path / "m.jsonl")
     done = invoke("campaign", tmp_path / "m.jsonl", "-o", tmp_path / "out")
     assert done.exit_code == 0, done.output
+    shown = done.stdout.splitlines()
+    assert shown[0].startswith("material")
+    assert not any(line.startswith("by ") for line in shown), "one material is not ranked"
     told = [line for line in done.stderr.splitlines() if "warning (" in line]
     assert told == [
         "frictionlab: warning (3 tests): stops_per_cycle: 0.3 to 0.7 in some cycles",
