@@ -65,26 +65,10 @@ class SensorLog:
 
 
 def read_log(path: Path, options: LogOptions | None = None, *, progress: Progress | None = None) -> Recording:
-    r"""Read a log that holds both displacements, or further channels.
+    r"""Read a log that holds both displacements, or further channels: one sample for each line of data, damage flagged.
 
-    Parameters
-    ----------
-    path
-        The log: text, packed or not, or a binary one of a kind that is registered.
-    options
-        What the log does not say itself, or says wrongly.
-    progress
-        Called with bytes read and bytes in all.
-
-    Returns
-    -------
-    Recording
-        In SI units, one sample for each data line, damage flagged.
-
-    Raises
-    ------
-    LogError
-        If it cannot be read, can be read in more than one way, or is damaged beyond use.
+    It may be text, packed or not, or binary of a kind that is registered; ``options`` say what it does not, or says
+    wrongly. Refused are logs that cannot be read, or in more than one way, or are damaged beyond use.
 
     Examples
     --------
@@ -165,27 +149,10 @@ def _is_acceleration(column: LogColumn) -> bool:
 def read_two_logs(
     mass_log: Path, base_log: Path, options: LogOptions | None = None, *, progress: Progress | None = None
 ) -> Recording:
-    """Read one log per sensor and put both on the mass's clock.
+    """Read one log per sensor, each with its own clock and rate, and put both on the mass's clock.
 
-    Parameters
-    ----------
-    mass_log, base_log
-        One log of the mass, one of the base, each with its own clock and rate.
-    options
-        ``lag_s`` where the clocks' difference is known.
-    progress
-        Called with bytes read and bytes in all of each log.
-
-    Returns
-    -------
-    Recording
-        The samples of the mass's log that lie inside both logs; the base is interpolated to them, and
-        ``source.dialect`` says how the logs were aligned, how sure that is and what was trimmed.
-
-    Raises
-    ------
-    LogError
-        As `read_log`, and if the logs do not overlap.
+    Kept are the samples of the mass's log inside both; the base is interpolated to them, and ``source.dialect`` says
+    how they were aligned, how sure that is, what was trimmed. Refused as by `read_log`, and if they do not overlap.
     """
     options = options or LogOptions()
     only = {"mass": options.but(base=None), "base": options.but(mass=None)}

@@ -26,13 +26,7 @@ HOUR = 3600.0
 
 
 def base_motion(test: SyntheticTest, scene: Scene, time: FloatArray) -> FloatArray:
-    """Displacement of a test's base (m) at even times (n,) from 0.
-
-    Raises
-    ------
-    SceneError
-        A recorded motion cannot be read or is too short.
-    """
+    """Displacement of a test's base (m) at even times (n,) from 0; SceneError for a record unread, or too short."""
     base, step = test.base, float(time[1] - time[0])
     size = ramp(time / base.ramp_s) if base.ramp_s else np.ones(len(time))
     if base.amplitude_wander:
@@ -221,12 +215,7 @@ class Driven:
 def driven(test: SyntheticTest, scene: Scene) -> Driven:
     """Return the motion from rest under a base that is no plain sine; where the base is 0 the spring is relaxed.
 
-    Friction has one value for a cycle of the drive, then the next.
-
-    Raises
-    ------
-    SceneError
-        A start from the steady state, which only a plain sine has; a recorded base that cannot be read.
+    Friction has one value for a cycle of the drive, then the next. A start from the steady state is refused.
     """
     if scene.synthetic.start == "steady":
         raise SceneError(

@@ -88,13 +88,7 @@ class SyntheticTest:
 
 
 def virtual_tests(scene: Scene) -> tuple[SyntheticTest, ...]:
-    """All tests that a scene's ``[[synthetic.tests]]`` asks for, in its order.
-
-    Raises
-    ------
-    SceneError
-        No tests, no natural frequency or no stiffness in the scene, or a law that cannot be.
-    """
+    """All tests that a scene's ``[[synthetic.tests]]`` asks for, in its order; SceneError if one cannot be."""
     rig, synthetic = scene.rig, scene.synthetic
     if not synthetic.tests:
         raise SceneError("synthetic.tests: expected at least one [[synthetic.tests]] table; got none")

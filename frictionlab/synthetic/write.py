@@ -39,26 +39,10 @@ HEADS = {
 
 
 def synthesize(scene: Scene, folder: Path) -> Iterator[SyntheticTest]:
-    """Write one log per virtual test into a folder, and their truth beside them (``truth.jsonl``, last).
+    """Write one log per virtual test into a folder, each told when it stands; their truth last (``truth.jsonl``).
 
-    Parameters
-    ----------
-    scene : Scene
-        Its ``[rig]``, ``[model]`` and ``[synthetic]`` tables say all; the same scene gives the same bytes.
-    folder : Path
-        Made if it is not there. Synthetic logs of the same names are replaced, measured ones never.
-
-    Yields
-    ------
-    SyntheticTest
-        Each test when its log stands.
-
-    Raises
-    ------
-    SceneError
-        As :func:`virtual_tests`.
-    OutputError
-        The folder cannot be written, or a log that is not synthetic stands there.
+    ``[rig]``, ``[model]`` and ``[synthetic]`` say all: the same scene gives the same bytes. Synthetic logs of the same
+    names are replaced, measured ones never (OutputError).
     """
     tests = virtual_tests(scene)
     make_folder(folder)
