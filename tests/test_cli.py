@@ -46,7 +46,7 @@ def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
         (("show", "none"), "none: there is no such file"),
         (("analyze", "--colour"), "No such option: --colour"),
         (("analyze",), "Missing argument"),
-        (("sweep", "--r", "0.1:0.05:0.1", "--beta", "0.2", "-o", "m.csv"), "10000000 values going up; got 0"),
+        (("sweep", "--r", "1:0.5:0.1", "--beta", "0.2", "-o", "m.csv"), "going up, with both ends; got '1:0.5:0.1'"),
         (("analyze", str(SAMPLE), "--cycles", "window:1_0"), "got 'window:1_0'"),
     ],
 )

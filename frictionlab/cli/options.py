@@ -5,7 +5,6 @@ import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from decimal import Decimal
 from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
@@ -209,11 +208,10 @@ class Inputs:
         """Say which files of these folders look like data and are passed over."""
         from frictionlab.verbs.inputs import not_read_in
 
-        found = not_read_in(places)
-        for reason in {} if self.quiet or self.as_json else dict.fromkeys(found.values()):
-            names = [path.name for path in found]
-            more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-            complain(f"note: passed over: {', '.join(names[:3])}{more}: {reason}")
+        found = {} if self.quiet or self.as_json else not_read_in(places)
+        if found:
+            names = ", ".join(path.name for path in list(found)[:3])
+            complain(f"note: passed over: {names}{', ...' * (len(found) > 3)}: {min(found.values())}")
 
     def rows(
         self,
@@ -313,7 +311,7 @@ class Judged(ManyInputs):
 
 
 MOST_VALUES = 10_000_000
-NEARLY = Decimal("1e-12")  # how far a factor's last value may lie beyond the end
+NEARLY = 1e-9  # of a step: how far the last value may lie beyond the end
 SAME_AS = {"mu": ("static_ratio_up", "static_ratio_down", "static_ratio"), "zeta": ("contact_damping_ratio",)}
 
 
@@ -364,20 +362,19 @@ def values_of(text: str, option: str) -> list[float]:
     """
     try:
         if ":" not in text:
-            return [float(Decimal(part)) for part in text.split(",")]
+            return [float(part) for part in text.split(",")]
         first, last, by = (part.strip() for part in text.split(":"))
-        start, stop, step = Decimal(first), Decimal(last), Decimal(by.removeprefix("x"))
+        start, stop, step = float(first), float(last), float(by.removeprefix("x"))
         is_factor = by.startswith("x")
-        goes_up = (0 < start <= stop and step > 1) if is_factor else step > 0
-        steps = (stop * (1 + NEARLY) / start).ln() / step.ln() if goes_up and is_factor else (stop - start) / step
-        number = math.floor(steps) + 1
-        beyond = not is_factor and goes_up and 0 < stop - start < step
+        steps = math.log(stop / start) / math.log(step) if is_factor else (stop - start) / step
+        number = math.floor(steps + NEARLY) + 1
     except (ArithmeticError, ValueError) as error:
         raise UsageError(
             f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP or START:STOP:xFACTOR; got {text!r}"
         ) from error
-    if beyond:
-        raise UsageError(f"{option}: expected START:STOP:STEP; got a step of {by}, more than all of {first} to {last}")
-    if not (goes_up and 0 < number <= MOST_VALUES):
-        raise UsageError(f"{option}: expected 1 to {MOST_VALUES} values going up; got {number} from {text!r}")
-    return [float(start * step**i if is_factor else start + i * step) for i in range(number)]
+    if not 0 < number <= MOST_VALUES or step <= 0.0 or stop < start or (number == 1 and stop > start):
+        raise UsageError(
+            f"{option}: expected a range of up to {MOST_VALUES} values going up, with both ends; got {text!r}"
+        )
+    values = (start * step**i if is_factor else start + i * step for i in range(number))
+    return [float(f"{value:.14g}") for value in values]

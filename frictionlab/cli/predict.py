@@ -185,10 +185,9 @@ def predict(
             typer.echo(json_line(test.row()))
     else:
         first = found.tests[0]
-        typer.echo(
-            f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base"
-            f" {1e3 * first.base_amplitude_m:.4g} mm; each number with its 95 % band"
-        )
+        base = f"{1e3 * first.base_amplitude_m:.4g} mm{' from its first value' * (first.frequency_ratio is None)}"
+        about = f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base {base}"
+        paragraph(f"{about}; each number with its 95 % band")
         print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], PREDICTED)
         if not to.quiet:
             warned = ({"source": name, "warnings": t.warnings} for t, name in zip(found.tests, names, strict=True))

@@ -1,7 +1,7 @@
 """Measured over predicted: a cycle and its loop; what the contact does, the law over it, and the ladder of laws."""
 
 from collections.abc import Sequence
-from itertools import groupby, pairwise
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from frictionlab.inference import Comparison, ContactForce
 from frictionlab.inference.comparison import OverFrequency
 
 STILL = 1e-9  # of omega Y: a contact that is slower stands
-SHORTEST = 0.1  # of a cycle: a slide that has space for its name
 ROW = 0.115  # inches: a law of the ladder
 WIDTHS = (2.0, 1.0, 1.0)  # of what is left, misfit, and evidence
 NEAR, FAR = (-100.0, -10.0, 0.0, 10.0), (-1000.0, -10.0, 0.0, 10.0)  # ticks of evidence
@@ -135,16 +134,8 @@ def _draw_residual(contact: ContactForce, ax: Axes) -> None:
     if contact.residual is not None:
         ax.plot(turns, unit * contact.residual, color=style.MEASURED, lw=1.0)
     if contact.law_velocity is not None:
-        way = np.where(np.abs(contact.law_velocity) < STILL, 0, np.sign(contact.law_velocity)).astype(int)
-        ax.fill_between(turns, 0, 1, where=way == 0, transform=above, color=style.GREY, alpha=0.2, lw=0)
-        starts = np.concatenate([[0], np.flatnonzero(np.diff(way)) + 1, [len(way)]])
-        for first, after in pairwise(starts.tolist()):
-            if way[first] != 0 and after - first > SHORTEST * len(way):
-                words, middle = (
-                    "slides up" if way[first] > 0 else "slides down",
-                    0.5 * (turns[first] + turns[after - 1]),
-                )
-                ax.text(middle, 0.97, words, transform=above, ha="center", va="top", fontsize=style.SMALL)
+        stops = np.abs(contact.law_velocity) < STILL
+        ax.fill_between(turns, 0, 1, where=stops, transform=above, color=style.GREY, alpha=0.2, lw=0)
     ax.set(
         xlabel="drive cycle, ωt / 2π (stops shaded)",
         ylabel=f"measured - predicted [{'N' if contact.is_measured else 'µm'}]",

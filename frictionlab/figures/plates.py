@@ -1,7 +1,6 @@
 """All figures of a campaign by name, each with the caption that its report prints."""
 
 import inspect
-import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -76,10 +75,8 @@ def _of_best(campaign: Campaign) -> Campaign:
     """The campaign of the materials that rank best by any criterion, no more than figures and report can hold."""
     if len(campaign.materials) <= MOST:
         return campaign
-    best = dict.fromkeys(campaign.materials, math.inf)
-    for rank in campaign.ranking:
-        best[rank.material] = min(best.get(rank.material, math.inf), rank.rank or math.inf)
-    chosen = set(sorted(best, key=lambda material: (best[material], material))[:MOST])
+    ranked = sorted((rank.rank, rank.material) for rank in campaign.ranking if rank.rank)
+    chosen = set(list(dict.fromkeys([*(material for _, material in ranked), *campaign.materials]))[:MOST])
     of_material = ("fits", "amontons", "ranking", "curves", "laws", "loops", "parameters")
     of_test = ("drifts", "responses")
     kept: dict[str, Any] = {

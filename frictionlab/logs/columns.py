@@ -304,6 +304,7 @@ def _unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None)
     order = f"--mass {one} --base {two}, or --mass {two} --base {one}" if len(columns) == 2 else "--mass and --base"
     more = [] if time is not None else ["--time or --sampling-rate where no column says it is the time"]
     more += ["--unit where the sensor's step does not tell it"] if not any(c.unit for c in columns) else []
+    more += ["--mass-log and --base-log if each sensor has its file"] if len(columns) == 1 else []
     rest = f"; and {', '.join(more)}" if more else ""
     known = f" (time is {time})" if time is not None else ""
     return LogError(
