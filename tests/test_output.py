@@ -118,6 +118,14 @@ def test_show_says_what_is_in_a_log_and_its_first_lines() -> None:
     assert len(lines) < 25
 
 
+def test_show_reads_a_log_in_another_encoding_and_cuts_a_long_table_that_is_none(tmp_path: Path) -> None:
+    rows = "".join(f"{i / 100},{i % 7},{i % 5}\n" for i in range(500))
+    (tmp_path / "log.csv").write_bytes(f"time [s],mass [µm],base [µm]\n{rows}".encode("latin-1"))
+    assert shown(tmp_path / "log.csv")[0] == ["a", "log"]
+    (tmp_path / "mine.csv").write_text("dose,colour\n" + "1,a\n" * 500)
+    assert len(shown(tmp_path / "mine.csv")) == 102
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
 def test_show_waits_for_no_pipe(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.csv")
@@ -128,7 +136,7 @@ def test_show_waits_for_no_pipe(tmp_path: Path) -> None:
 
 def test_show_does_not_roll_thousands_of_rows_over_a_terminal(tmp_path: Path) -> None:
     path = tmp_path / "rows.csv"
-    write_rows([{"source": f"{n}.h5", "energy_per_cycle": 1.0} for n in range(1000)], path)
+    write_rows([{"source": f"{n}.h5", "energy_per_cycle": 1.0} for n in range(1000)], path, MEASUREMENTS)
     stream = Terminal()
     with mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1"}), contextlib.redirect_stdout(stream):
         show(path)

@@ -88,13 +88,12 @@ def _show_log(file: Path) -> None:
 
 
 def _show_rows(file: Path) -> None:
-    """The table, then failures and warnings, once for each kind; a file of numbers that is no result is a log."""
+    """The table, then failures and warnings, once for each kind; a CSV that is no result is a log, if it can be one."""
+    if file.suffix == ".csv" and not _is_result(file):
+        with contextlib.suppress(LogError):
+            _show_log(file)
+            return
     try:
-        names_of_rows = names_in_csv(file) if file.suffix == ".csv" else ()
-        if file.suffix == ".csv" and table_of(names_of_rows) is None:
-            with contextlib.suppress(LogError):
-                _show_log(file)
-                return
         rows = read_rows(file)
     except UsageError as error:
         hint = f"; if it is a log, `frictionlab ingest --dry-run {file}` says what is missing"
@@ -102,10 +101,12 @@ def _show_rows(file: Path) -> None:
     good = [row for row in rows if row.get("status") != "failed"]
     names = list(dict.fromkeys(key for row in good for key in row))
     if good:
-        seen = good[:MOST] if sys.stdout.isatty() else good
-        print_table(seen, table_of(names) or names)
+        table = table_of(names)
+        seen = good[:MOST] if sys.stdout.isatty() or table is None else good
+        print_table(seen, table or names)
         if len(seen) < len(good):
-            typer.echo(f"the first {len(seen)} of {len(good)} rows; a pipe has all, as in: frictionlab show ... | more")
+            more = "a pipe has all, as in: frictionlab show ... | more" if table else "it is no result of frictionlab"
+            typer.echo(f"the first {len(seen)} of {len(good)} rows; {more}")
     else:
         typer.echo("no rows" if not rows else "no row without a failure")
     named = [(str(row.get("source") or f"row {number}"), row) for number, row in enumerate(rows, 1)]
@@ -115,6 +116,14 @@ def _show_rows(file: Path) -> None:
     for sentence, sources in kinds_of((source, said) for source, row in named for said in warnings_of(row)):
         more = f" and {len(sources) - 1} more" if len(sources) > 1 else ""
         typer.echo(printable(f"{sources[0]}{more}: {sentence}"))
+
+
+def _is_result(file: Path) -> bool:
+    """Whether the head of a CSV is that of a result; results are in UTF-8."""
+    try:
+        return table_of(names_in_csv(file)) is not None
+    except UnicodeDecodeError:
+        return False
 
 
 def laws(
