@@ -12,7 +12,6 @@ newtons, the motion a ratio to k Y; what is not known of that product and of the
 
 import math
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -280,16 +279,16 @@ def _cycles_of(
 
 @dataclass(frozen=True, kw_only=True)
 class MotionAndForce(CycleObservation):
-    """The mean cycle of a test's motion, and of the force at its contact: harmonics, then parts of the force."""
+    """The mean cycle of a test's motion (``alone``), and of the force at its contact: harmonics, then parts of that."""
 
+    alone: CycleObservation
     force: ForceObservation
     by_sensors: ClassVar = (*SENSORS, "mass_in_base", GAIN, UNIT, LAG)
-    free: ClassVar = (UNIT,)
 
     @property
     def own(self) -> int:
         """How many of the data are the motion's."""
-        return len(self.cycles.mean)
+        return len(self.alone.data)
 
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
@@ -298,7 +297,12 @@ class MotionAndForce(CycleObservation):
 
     def under(self, law: Law, held: Values | None = None) -> Self:
         """Return the same test under another law; what that law lacks is no longer held."""
-        return replace(super().under(law, held), force=self.force.under(law, held))
+        kept = super().under(law, held)
+        return replace(kept, alone=self.alone.under(law, held), force=self.force.under(law, held))
+
+    def missing(self, share: float) -> Self:
+        """Return the test with a share of its power counted as what the law misses, of motion and force alike."""
+        return replace(super().missing(share), alone=self.alone.missing(share), force=self.force.missing(share))
 
     def seen(self, motion: Motion, values: Values) -> FloatArray:
         """Return harmonics as the sensors show them, then the force (N,); NaN where it has none."""
@@ -306,22 +310,13 @@ class MotionAndForce(CycleObservation):
         shown = np.full(len(self.force.data), math.nan) if force is None else force
         return np.concatenate([super().seen(motion, values), shown])
 
-    @cached_property
-    def alone(self) -> CycleObservation:
-        """The motion without the force."""
-        n = self.own
-        known: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(CycleObservation)}
-        known |= {"data": self.data[:n], "variances": np.asarray(self.variances)[:n], "powers": self.cycles.power}
-        known["directions"] = None if self.directions is None else self.directions[:n, :n]
-        return CycleObservation(**known)
-
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (n, n) in the coordinates: that which the motion leaves and that which the force does.
 
         Each by its own cycles; what the other says holds the coordinates too.
         """
         n, total = self.own, np.zeros_like(at.hold)
-        both = (self.alone, slice(n)), (self.force.missing(self.missed), slice(n, None))
+        both = (self.alone, slice(n)), (self.force, slice(n, None))
         for observation, some in both:
             rest = slice(n, None) if some.stop else slice(n)
             others = at.hold + at.slopes[rest].T @ at.slopes[rest]
@@ -335,18 +330,12 @@ class MotionAndForce(CycleObservation):
         """Return the score of each part of the cycles by the fit to the others, and the nrmse of their motion."""
         n = self.own
         scores, nrmse = self.alone.left_out(residual[:n], slopes[:n], gain[:, :n])
-        force = self.force.missing(self.missed)
-        more = force.left_out(residual[n:], slopes[n:], gain[:, n:])[0]
+        more = self.force.left_out(residual[n:], slopes[n:], gain[:, n:])[0]
         return scores + more if len(more) == len(scores) else scores, nrmse
 
     def nrmse(self, residual: FloatArray) -> float:
         """Return the rms of a whitened residual over that of what was measured, of the motion."""
         return self.alone.nrmse(residual[: self.own])
-
-    def force_misfit(self, residual: FloatArray) -> tuple[float, float]:
-        """Return the rms that a whitened residual leaves of the force, relative, and that over what noise leaves."""
-        nrmse = self.force.missing(self.missed).nrmse(residual[self.own :])
-        return nrmse, nrmse / self.force.floor
 
     def in_newtons(self, found: Posterior) -> dict[str, Any]:
         """Return friction force (N) and coefficient of a posterior by the force, and what adds to their uncertainty."""
@@ -363,8 +352,8 @@ class MotionAndForce(CycleObservation):
                 f"friction_force_n: force and motion give different friction: the force is {100 * more:+.2g} % off the"
                 " motion's; check the gain of the load cell, the stiffness and the base's sensor"
             )
-        nrmse, misfit = self.force_misfit(found.fit.residual())
-        if misfit > STRAINED:
+        nrmse = force.nrmse(found.fit.residual()[self.own :])
+        if (misfit := nrmse / force.floor) > STRAINED:
             said.append(
                 f"force: the law leaves {100 * nrmse:.2g} % of the measured force, {misfit:.2g} times its error: what"
                 " it misses is counted in the errors"
@@ -386,4 +375,4 @@ def with_force(observation: CycleObservation, scene: Scene) -> CycleObservation:
         "directions": block_diag(*(np.eye(len(o.data)) if o.directions is None else o.directions for o in both)),
         "powers": np.concatenate([np.full(len(o.data), o.cycles.power) for o in both]),
     }
-    return MotionAndForce(**known, force=force)
+    return MotionAndForce(**known, alone=observation, force=force)
