@@ -252,7 +252,7 @@ def integrated_at_a_cost(
 
 
 def is_angular(measured: Mapping[str, FloatArray]) -> bool:
-    """Whether the motion is known as an angle alone, or not at all: nothing tells metres then but a radius."""
+    """Whether the motion is known as an angle alone, or not at all: nothing gives metres then but a radius."""
     still = [name for name in ("mass_displacement",) if name in measured and float(np.ptp(measured[name])) == 0.0]
     return not any(name.startswith("mass_") and name not in still for name in measured)
 

@@ -159,7 +159,7 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
         )
     elif not answer.is_stuck and _is_blurred(answer):
         yield (
-            "stops_per_cycle: the sensor's noise and step hide the mass's speed, so that no stop can be told, nor"
+            "stops_per_cycle: the sensor's noise and step hide the mass's speed, so that no stop can be seen, nor"
             " whether the column is the mass's own displacement or that relative to the base: use a sensor of a"
             " smaller range"
         )

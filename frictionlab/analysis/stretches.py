@@ -4,7 +4,7 @@ A contact that slides one way, such as a pin on a turning disc or a belt, is fol
 the way of one revolution (of a straight motion: a tenth of the record) is laid half to and half fro, as a sine, and the
 friction force turns with it: where it turns, nothing is slid. Energy per cycle, friction force and coefficient are
 integrals over the way, and stay what they are, the middle of each half counting most; what a cell shows beside friction
-(an offset) turns too, so it cannot be told from friction one way.
+(an offset) turns too, so it cannot be separated from friction one way.
 """
 
 import math
@@ -183,4 +183,8 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
         said += ", laid evenly over its way, for the speed changes"
     phase = REVOLUTION * way / whole
     seen |= {n: np.where(np.sin(phase) < 0.0, -seen[n], seen[n]) for n in FORCES if n in seen}
-    return -0.25 * whole * np.cos(phase), seen, f"contact: {said}; an offset of the force cannot be told from friction"
+    return (
+        -0.25 * whole * np.cos(phase),
+        seen,
+        f"contact: {said}; an offset of the force cannot be separated from friction",
+    )

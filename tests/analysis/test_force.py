@@ -159,7 +159,7 @@ def test_a_contact_that_turns_has_coefficient_and_energy_of_a_revolution(place: 
     assert (u := m.measured_friction_coefficient_u or math.inf) < 0.002
     assert m.measured_friction_coefficient == pytest.approx(0.3, abs=3.0 * u)
     assert m.measured_friction_force_n == pytest.approx(3.0, rel=3e-3)
-    assert any("an offset of the force cannot be told from friction" in w for w in m.warnings)
+    assert any("an offset of the force cannot be separated from friction" in w for w in m.warnings)
     if place is None:
         assert m.force_energy_per_cycle_j is None
     elif place == "mass_velocity":

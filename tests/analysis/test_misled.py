@@ -103,7 +103,7 @@ def test_a_mass_whose_stops_cannot_be_told_is_not_said_to_be_relative(tmp_path: 
     m = measure(read_log(tmp_path / made.log), rig)
     assert m.shortest_stop == 1.0
     assert not any("looks like the displacement relative to the base" in said for said in m.warnings)
-    assert any("no stop can be told, nor whether the column is" in said for said in m.warnings)
+    assert any("no stop can be seen, nor whether the column is" in said for said in m.warnings)
 
 
 FITS, STANDS = "mass + base fits the equation of motion", "mass + base stands"
@@ -188,7 +188,7 @@ def test_lines_that_are_no_harmonic_are_named_and_taken_out(size: float, r: floa
     ("r", "beta", "k", "off"), [(0.5, 0.4, 32, 0.0), (0.5, 0.4, 33, 0.004), (0.8, 0.3, 20, 0.0), (1.2, 0.4, 13, 0.004)]
 )
 def test_hum_on_a_harmonic_of_the_drive_is_said_and_in_the_error(r: float, beta: float, k: int, off: float) -> None:
-    """It cannot be told from the motion: 5 um moved the amplitude by 0.2 % (20 errors) and hid both stops, unwarned."""
+    """The motion does not show it: 5 um moved the amplitude by 0.2 % (20 errors) and hid both stops, unwarned."""
     of = motion(r, beta)
     one = seen(of, noise=0.0, step=1e-12, seconds=60.0)
     hummed = one.mass_displacement + 5e-6 * np.sin(2 * np.pi * (k * of.hz + off) * (one.time + 0.0731) + 0.4)
