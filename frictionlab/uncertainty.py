@@ -167,14 +167,12 @@ def bent_gain(filled: float) -> float:
     return float(_bent(np.array([[1.0], [0.0], [CUBIC_GAIN]]), filled)[0])
 
 
-def bent_unknown(sources: Sources) -> float:
-    """`bent_gain` times the linearity, the swing not known: taken as small in a range that is known, at the worst."""
-    return sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0)
-
-
 def unit_uncertainty(sources: Sources) -> float:
-    """Relative standard uncertainty of Y by the gain and the linearity of the base's sensor, its swing not known."""
-    return math.hypot(sources.base_gain, bent_unknown(sources))
+    """Relative standard uncertainty of Y by the gain and the linearity of the base's sensor, its swing not known.
+
+    The swing is taken as small in a range that is known, at the worst.
+    """
+    return math.hypot(sources.base_gain, sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0))
 
 
 def _bends(channel: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -201,12 +201,6 @@ def _gain(f: FloatArray, highpass_hz: float, times: int) -> FloatArray:
     return np.asarray(share ** (HIGH_PASS - times) / (1.0 + share**HIGH_PASS) / (2.0 * np.pi * highpass_hz) ** times)
 
 
-def integrated_noise(noise: float, rate: float, highpass_hz: float, *, times: int = 2) -> float:
-    """Return the rms that white noise of a sensor (rms of a sample) is integrated to."""
-    f = np.geomspace(1e-2 * highpass_hz, 0.5 * rate, 4000)
-    return math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(_gain(f, highpass_hz, times) ** 2, f)))
-
-
 def displacement(measured: Mapping[str, FloatArray], place: str, step: float) -> tuple[FloatArray, list[str], int]:
     """Displacement (n,) of ``mass`` or ``base``, measured or integrated, from channels (n,) by their names, SI units.
 
@@ -242,7 +236,8 @@ def integrated_at_a_cost(
 ) -> tuple[FloatArray, float, str]:
     """Return what `integrated` makes of a signal (n,), the rms of its sensor's noise in it [m], and both in words."""
     moved = integrated(signal, rate, highpass_hz, times=times)
-    u = integrated_noise(white_noise(signal) if len(signal) >= 16 else 0.0, rate, highpass_hz, times=times)
+    noise, f = white_noise(signal) if len(signal) >= 16 else 0.0, np.geomspace(1e-2 * highpass_hz, 0.5 * rate, 4000)
+    u = math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(_gain(f, highpass_hz, times) ** 2, f)))
     share = 100.0 * u / max(float(np.std(moved)), 1e-300)
     said = (
         f"what moves slower than {highpass_hz:.3g} Hz, drift and offset are gone, {1.0 / highpass_hz:.3g} s at either"

@@ -157,17 +157,12 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
             " stops, stuck fraction and regime are those of the sensor's steps, and the energy's error is larger than"
             " stated"
         )
-    elif not answer.is_stuck and _is_blurred(answer):
+    elif not answer.is_stuck and answer.is_blurred:
         yield (
             "stops_per_cycle: the sensor's noise and step hide the mass's speed, so that no stop can be seen, nor"
             " whether the column is the mass's own displacement or that relative to the base: use a sensor of a"
             " smaller range"
         )
-
-
-def _is_blurred(answer: Response) -> bool:
-    """Whether no stop can be seen: how long the mass stands is not known then, and 0 is no finding."""
-    return answer.shortest_stop >= 1.0
 
 
 def _of_settling(layout: Layout, settled: float | None, transient: float) -> Iterator[str]:
@@ -224,7 +219,7 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
 def _of_stops(answer: Response) -> Iterator[str]:
     """Which may be none or two; one of a motion whose halves mirror each other has a twin."""
     often, length = answer.doubtful
-    if often >= OFTEN and not _is_blurred(answer):
+    if often >= OFTEN and not answer.is_blurred:
         yield (
             f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %:"
             f" not counted, for stops are seen from {100.0 * answer.shortest_stop:.2g} % on: take a quieter sensor"
@@ -327,7 +322,7 @@ def _of_the_channels(
                 f" {100.0 * of_m:.2g} %): exchange --mass and --base ([log]), or turn the sign of one column"
             )
         yield f"{ENERGY}: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
-    elif r is not None and not wall_moves and not _is_blurred(answer):
+    elif r is not None and not wall_moves and not answer.is_blurred:
         yield from _relative(mass, base, answer.stuck_fraction, r)
 
 

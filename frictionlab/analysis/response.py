@@ -62,6 +62,11 @@ class Response:
         return float(np.median(self.amplitude))
 
     @property
+    def is_blurred(self) -> bool:
+        """Whether no stop can be seen: how long the mass stands is not known then, and 0 is no finding."""
+        return self.shortest_stop >= 1.0
+
+    @property
     def is_stuck(self) -> bool:
         """Whether the mass does not move by more than its sensor's noise."""
         return self.regime == "stuck"

@@ -93,17 +93,9 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
 _ORDER = 6
 _GAIN = math.comb(2 * _ORDER, _ORDER)  # variance of the 6th difference of unit white noise
 _BLOCK = 64
-
-
-def _median_over_mean() -> float:
-    """Median over mean of a block's mean power: chi-squared with the block's effective degrees of freedom."""
-    lags = np.arange(1, _ORDER + 1)
-    rho = np.array([math.comb(2 * _ORDER, _ORDER + int(k)) for k in lags]) / _GAIN
-    freedom = _BLOCK / (1.0 + 2.0 * float(np.sum((1.0 - lags / _BLOCK) * rho * rho)))
-    return float((1.0 - 2.0 / (9.0 * freedom)) ** 3)  # Wilson and Hilferty 1931
-
-
-_MEDIAN_OVER_MEAN = _median_over_mean()
+# of a block's mean power: chi-squared with the block's effective degrees of freedom [Wilson and Hilferty 1931]
+_SQUARES = [(1.0 - k / _BLOCK) * (math.comb(2 * _ORDER, _ORDER + k) / _GAIN) ** 2 for k in range(1, _ORDER + 1)]
+_MEDIAN_OVER_MEAN = (1.0 - 2.0 / (9.0 * _BLOCK / (1.0 + 2.0 * math.fsum(_SQUARES)))) ** 3
 
 
 def white_noise(signal: FloatArray) -> float:

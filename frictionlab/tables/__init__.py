@@ -87,7 +87,8 @@ def write_rows(
         raise UsageError(f"{path}: HDF5 says what its rows are: expected the table they belong to; got none")
     from frictionlab.hdf5 import write_tree
 
-    tree = frames.tree_of(rows, names, table, series or {})
+    every = list(rows)
+    tree = {frames.ROWS: {n: frames.array_of(n, every, table) for n in names}, frames.SERIES: dict(series or {})}
     write_tree(tree, path, kind=table.format, force=force, columns=table.column)
 
 

@@ -96,18 +96,9 @@ def _frame_of(path: Path, rows: int | None = None) -> "pd.DataFrame":
     return frame
 
 
-def tree_of(
-    rows: Iterable[Row], names: Sequence[str], table: Table | None, series: Mapping[str, object]
-) -> dict[str, object]:
-    """The file of these rows; ``series``: what stands behind them, by the number of the row."""
-    every = list(rows)
-    columns = {name: _array(name, [flat(row.get(name)) for row in every], table) for name in names}
-    return {ROWS: columns, SERIES: dict(series)}
-
-
-def _array(name: str, cells: Sequence[bool | float | str | None], table: Table | None) -> object:
+def array_of(name: str, rows: Sequence[Row], table: Table) -> object:
     """A column as HDF5 holds it: texts (empty: not known), or floats (NaN: not known)."""
-    column = column_of(name, table)
+    column, cells = column_of(name, table), [flat(row.get(name)) for row in rows]
     if column is not None:
         is_text = column.type in (Type.TEXT, Type.SENTENCES, Type.OBJECT)
     else:
