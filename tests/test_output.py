@@ -50,16 +50,6 @@ def numbers_of(rows: list[Row], names: tuple[str, ...]) -> set[str]:
     return {cell(row[name]) for row in rows for name in names if isinstance(row.get(name), float)}
 
 
-@pytest.mark.parametrize("width", [60, 100])
-@pytest.mark.parametrize(("row", "table"), [(MEASURED, MEASUREMENTS), (COMPARED, COMPARISONS)])
-@pytest.mark.parametrize("count", [1, 6])
-def test_no_digit_and_no_exponent_is_cut(row: Row, table: Table, width: int, count: int) -> None:
-    text = printed(width, [row] * count, table)
-    assert max(map(len, text.splitlines())) <= width
-    shown = tuple(n for n in table.shown if n in row)
-    assert not [number for number in numbers_of([row], shown) if number not in text.split()]
-
-
 @settings(max_examples=80, deadline=None)
 @given(
     st.lists(st.lists(st.floats(allow_nan=False) | st.text("abc /", max_size=40), min_size=4, max_size=4), min_size=1),

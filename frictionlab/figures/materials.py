@@ -1,6 +1,6 @@
 """A campaign's materials: friction over force, rankings, laws, energy over frequency, responses and drift over time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
 from textwrap import fill
 from typing import Any
@@ -131,7 +131,7 @@ def energy(campaign: Campaign, material: str) -> Figure:
         ax = figure.subplots()
         ratios = ["no fit" if fit.friction_ratio is None else f"β = {fit.friction_ratio:.3f}" for fit in fits]
         labels = [f"{fit.normal_force_n:.4g} N, {ratio}" for fit, ratio in zip(fits, ratios, strict=True)]
-        _draw_energies(ax, campaign, fits, labels, style.shades(len(fits)))
+        _draw_energies(ax, campaign, fits, labels, style.shades(len(fits)), cycle(style.MARKERS))
         ax.set_title(material)
         figure.legend(title="normal force", loc="outside right upper")
     return figure
@@ -148,7 +148,8 @@ def comparison(campaign: Campaign) -> Figure:
             fits = [f for f in campaign.fits if f.normal_force_n == force]
             places = [campaign.materials.index(fit.material) % len(style.PALETTE) for fit in fits]
             names = [fill(fit.material, 30) for fit in fits]
-            _draw_energies(ax, campaign, fits, names, [style.PALETTE[place] for place in places])
+            looks = zip(*((style.PALETTE[place], style.MARKERS[place]) for place in places), strict=True)
+            _draw_energies(ax, campaign, fits, names, *looks)
             ax.set_title(f"{force:.4g} N")
             ax.legend()
     return figure
@@ -196,10 +197,16 @@ def _residual(verdict: Verdict) -> list[tuple[float, float]]:
     return [(100.0 * verdict.residual, 100.0 * NORMAL * (1.0 + verdict.residual) * se / mean if mean > 0.0 else 0.0)]
 
 
+def count(campaign: Campaign, material: str | None = None) -> int:
+    """How many short tests of a material, or of all, are drawn."""
+    fits = [fit for fit in campaign.fits if material in (None, fit.material)]
+    return sum(not verdict.trial.is_long for fit in fits for verdict in fit.verdicts)
+
+
 def has_open_points(campaign: Campaign) -> bool:
     """Whether a short test is left out of the fits, or so many are drawn that some may lie beyond their panel."""
-    short = [v for f in campaign.fits for v in f.verdicts if not v.trial.is_long]
-    return len(short) > 100 / (100 - MOST_USED) or any(v.excluded is not None for v in short)
+    out = any(v.excluded is not None for f in campaign.fits for v in f.verdicts if not v.trial.is_long)
+    return out or count(campaign) > 100 / (100 - MOST_USED)
 
 
 def over_force(campaign: Campaign) -> bool:
@@ -218,13 +225,18 @@ def _set_across(ax: Axes, campaign: Campaign) -> None:
 
 
 def _draw_energies(
-    ax: Axes, campaign: Campaign, fits: Sequence[FrictionFit], labels: Sequence[str], colours: Sequence[str]
+    ax: Axes,
+    campaign: Campaign,
+    fits: Sequence[FrictionFit],
+    labels: Sequence[str],
+    colours: Sequence[str],
+    markers: Iterable[str],
 ) -> None:
     """Measured energies of some groups, and what the fitted law predicts of them.
 
     The axes show all that was measured; over r, a prediction near resonance may leave them at the top.
     """
-    for fit, label, colour, marker in zip(fits, labels, colours, cycle(style.MARKERS), strict=False):
+    for fit, label, colour, marker in zip(fits, labels, colours, markers, strict=False):
         rows = [(v, v.trial.mean[0], NORMAL * v.trial.mean_se[0]) for v in fit.verdicts]
         _draw_tests(ax, campaign, rows, colour, marker, label)
         if over_force(campaign):
