@@ -280,7 +280,9 @@ def _print_taps(lines: Sequence[Row], means: "dict[str, Average]", unit: str, *,
     if means:
         f, zeta, friction = (means[name] for name in ("natural_frequency_hz", "damping_ratio", "friction_m"))
         size, word = (1e6, "um") if unit == "m" else (degrees(1.0), "deg")
-        typer.echo(
-            f"\naverage of {taps}: f {with_error(f.mean, f.se)} Hz, zeta {with_error(zeta.mean, zeta.se)}, F/k"
-            f" {with_error(friction.mean, friction.se, size)} {word}. For a scene:\n\n{scene_snippet(means, unit)}"
+        typer.echo()
+        screen.paragraph(
+            f"average of {taps}: f {with_error(f.mean, f.se)} Hz, zeta {with_error(zeta.mean, zeta.se)}, F/k"
+            f" {with_error(friction.mean, friction.se, size)} {word}. For a scene:"
         )
+        typer.echo(f"\n{scene_snippet(means, unit)}")

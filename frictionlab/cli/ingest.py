@@ -196,6 +196,7 @@ def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
         typer.echo(f"natural frequency {with_error(mean.mean, mean.se)} Hz, from the taps")
     if found.sheet or found.name_pattern:
         where = f"the sheet {found.sheet}" if found.sheet else f"their names, {found.name_pattern}"
-        typer.echo(printable(f"facts of the tests: from {where}"))
-    typer.echo(printable(f"the scene is {path}" + (f"; to fill in: {', '.join(open_keys)}" if open_keys else "")))
+        screen.paragraph(f"facts of the tests: from {where}", indent="    ")
+    to_fill_in = f"; to fill in: {', '.join(open_keys)}" if open_keys else ""
+    screen.paragraph(f"the scene is {path}{to_fill_in}", indent="    ")
     typer.echo(printable(f"next: frictionlab batch {path.parent}{' --campaign' * (len(found.tests) > 1)}"))

@@ -65,9 +65,7 @@ def _show_scene(file: Path) -> None:
     lines = to_toml(read_scene(file)).rstrip("\n").splitlines()
     given = [line for line in lines if not line.endswith("is not given")]
     typer.echo("\n".join(given))
-    typer.echo(
-        f"# {len(lines) - len(given)} keys are not given; configs/README.md and `frictionlab init --all` list them"
-    )
+    typer.echo(f"# {len(lines) - len(given)} keys are not given: `frictionlab init --all` lists them")
 
 
 def _show_log(file: Path) -> None:
