@@ -1,6 +1,8 @@
 """One home for every column: no two heads alike, one meaning a name, and a sentence that the documents repeat."""
 
+import ast
 from dataclasses import fields
+from pathlib import Path
 
 import pytest
 
@@ -8,6 +10,7 @@ from frictionlab.analysis.free_vibration import FreeVibration
 from frictionlab.scene.text import template
 from frictionlab.schema import (
     DRIFTS,
+    ENERGY,
     FREE_VIBRATIONS,
     RANKING,
     STEADY_STATES,
@@ -78,3 +81,16 @@ def test_results_have_a_column_for_each_of_their_keys() -> None:
     assert {f.name for f in fields(FreeVibration)} - drawn <= set(FREE_VIBRATIONS.names)
     assert RANKING.mark == ("criterion", "rank", "material", "value", "value_se")
     assert "slope_per_hour" in DRIFTS.names
+
+
+def test_a_column_is_renamed_in_the_schema_alone() -> None:
+    """Elsewhere its name stands for attributes of results, which stay: repeated in a comparison, and of a contact."""
+    package, attributes = Path(__file__).parents[1] / "frictionlab", {"inference/compare.py", "cli/simulate.py"}
+    naming = {
+        path.relative_to(package).as_posix()
+        for path in package.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+        if ENERGY in node.value and not set(" \n") & set(node.value)
+    }
+    assert naming == {"schema/__init__.py", *attributes}

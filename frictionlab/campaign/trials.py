@@ -171,8 +171,7 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
 
     Examples
     --------
-    >>> row = {"source": "a.h5", "status": "ok", "frequency_ratio": 0.5, "energy_per_cycle": 2.1,
-    ...        "response_amplitude": 1.3}
+    >>> row = {"source": "a.h5", "status": "ok", RATIO: 0.5, ENERGY: 2.1, AMPLITUDE: 1.3}
     >>> trial_of(row).reason
     'no material, no normal_force_n: name them in the scene ([experiment], name_pattern or sheet)'
     >>> trial_of(row, {"material": "steel", "normal_force_n": 1.25}).group
