@@ -20,7 +20,6 @@ from frictionlab.inference.observations import law_and_held
 from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
 from frictionlab.inference.verdict import base_words, model_words
 from frictionlab.scene import Scene, Solver
-from frictionlab.schema import ENERGY, STOPS
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
@@ -130,9 +129,10 @@ def curve(model: Model, material: str, normal_force_n: float, beta: float, low: 
     half = (CURVE_POINTS if model.law.is_exact else DEAR_POINTS) // 2
     r = np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
     states = [predict(model, float(value), beta) for value in r]
-    energy, stops = (
-        np.array([math.nan if s is None else getattr(s, key) or 0.0 for s in states]) for key in (ENERGY, STOPS)
-    )
+    found = [
+        (math.nan, math.nan) if s is None else (s.energy_per_cycle or 0.0, s.stops_per_cycle or 0.0) for s in states
+    ]
+    energy, stops = np.array(found).T
     return Curve(material, normal_force_n, beta, r, energy, stops)
 
 

@@ -243,7 +243,7 @@ def to_numbers(state: SteadyState) -> list[float]:
     row[places.OUTCOME] = float(code[state.outcome])
     row[places.SOLVER] = float(SOLVERS.index(state.solver))
     for key, position in PLACES.items():
-        value = getattr(state, key)
+        value = value_of(state, key)
         row[position] = nan if value is None else float(value)
     row[places.NOTES] = float(state.notes)
     return row
