@@ -12,6 +12,7 @@
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 from frictionlab.campaign.files import (
@@ -39,7 +40,6 @@ from frictionlab.campaign.joint_fit import JointFit, fit_together
 from frictionlab.campaign.laws import (
     AmontonsTest,
     LawEvidence,
-    LawParameter,
     Loop,
     amontons_of,
     laws_together,
@@ -104,11 +104,8 @@ class Campaign(Result):
     ``trials``: all tests, failed ones last; ``fits``: one per material and normal force; ``amontons``: one per
     material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``: the
     prediction of each fit over frequency; ``responses``: examples, where the recordings are at hand; ``notes``:
-    sentences about the campaign as a whole; ``laws``: the joint evidence of the laws tried, one per material and law;
-    ``comparisons``: the row of `compare-numeric` by source, where it is given; ``folders``: where recordings stand;
-    ``joint``: the fit of all tests together, where recordings are at hand; ``parameters``: of the materials' laws;
-    ``loops``: of their contacts; ``material_laws``: each material's law in physical units; ``left_out``: each test as
-    the law of all others predicts it.
+    sentences about the campaign as a whole; ``comparisons``: the row of `compare-numeric` by source, where it is given;
+    ``folders``: where recordings stand; ``joint``: the fit of all tests together, where recordings are at hand.
     """
 
     trials: tuple[Trial, ...]
@@ -121,14 +118,52 @@ class Campaign(Result):
     notes: tuple[str, ...]
     model: Model
     scene: Scene
-    laws: tuple[LawEvidence, ...] = ()
     comparisons: Mapping[str, Row] = field(default_factory=dict, repr=False)
     folders: tuple[Path, ...] = ()
     joint: JointFit | None = field(default=None, repr=False)
-    parameters: tuple[LawParameter, ...] = ()
-    loops: tuple[Loop, ...] = ()
-    material_laws: tuple[MaterialLaw, ...] = ()
-    left_out: tuple[LeftOutTest, ...] = ()
+
+    @cached_property
+    def laws(self) -> tuple[LawEvidence, ...]:
+        """The joint evidence of the laws tried, one per material and law."""
+        return () if self.joint is None else laws_together(self.joint.ladders)
+
+    @cached_property
+    def parameters(self) -> tuple[Row, ...]:
+        """Those of the materials' laws, a row each."""
+        return () if self.joint is None else parameters_of(self.joint, self.scene)
+
+    @cached_property
+    def loops(self) -> tuple[Loop, ...]:
+        """Loops of the materials' contacts."""
+        return () if self.joint is None else loops_of(self.joint, self.scene.rig.stiffness)
+
+    @cached_property
+    def material_laws(self) -> tuple[MaterialLaw, ...]:
+        """Each material's law in physical units."""
+        joint, scene = self.joint, self.scene
+        stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
+        if joint is None or not stiffness or not frequency:
+            return ()
+        found = []
+        for test in self.amontons:
+            posterior, known = joint.by_force if test.holds is False else joint.posterior, scene.sensors.lag_s
+            law = material_law_of(
+                posterior, test.material, stiffness_n_per_m=stiffness, natural_frequency_hz=frequency, lag_s=known
+            )
+            found += [] if law is None else [law]
+        return tuple(found)
+
+    @cached_property
+    def left_out(self) -> tuple[LeftOutTest, ...]:
+        """Each test as the law of all others predicts it."""
+        if self.joint is None:
+            return ()
+        found, verdicts = left_out(self.joint.posterior, self.scene.sensors.lag_s), self.verdicts
+        for t in self.trials:
+            excluded = verdicts[t.source].excluded if t.source in verdicts else None
+            reason = t.reason or (excluded or Reason.NO_CYCLE).sentence
+            found.setdefault(t.source, LeftOutTest(t.source, t.material, reason=reason))
+        return tuple(found[t.source] for t in self.trials)
 
     def rows(self) -> list[dict[str, object]]:
         """One row for each material and normal force, as in ``friction.csv``."""
@@ -219,7 +254,7 @@ def evaluate(
     by_rig = () if joint is None else joint.rig_notes(scene)
     named = elsewhere(tests, folders)
     strangers = [NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])] if named else []
-    return _with_laws(replace(found, notes=(*_notes(found), *unfitted, *by_rig, *strangers)))
+    return replace(found, notes=(*_notes(found), *unfitted, *by_rig, *strangers))
 
 
 def _cycles(
@@ -249,38 +284,6 @@ def _rows(groups: Mapping[Setting, Group], model: Model) -> dict[str, list[RowOb
                 row = observe_row(t, model, group.sources, group.betas[t.source], group.units[t.source])
                 rows.setdefault(material, []).append(row)
     return rows
-
-
-def _with_laws(campaign: Campaign) -> Campaign:
-    """The campaign with what the mean cycles say of each material's law."""
-    scene, joint = campaign.scene, campaign.joint
-    if joint is None:
-        return campaign
-    stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
-    laws = [
-        material_law_of(
-            joint.by_force if test.holds is False else joint.posterior,
-            test.material,
-            stiffness_n_per_m=stiffness,
-            natural_frequency_hz=frequency,
-            lag_s=scene.sensors.lag_s,
-        )
-        for test in campaign.amontons
-        if stiffness and frequency
-    ]
-    found, verdicts = left_out(joint.posterior, scene.sensors.lag_s), campaign.verdicts
-    for t in campaign.trials:
-        excluded = verdicts[t.source].excluded if t.source in verdicts else None
-        reason = t.reason or (excluded or Reason.NO_CYCLE).sentence
-        found.setdefault(t.source, LeftOutTest(t.source, t.material, reason=reason))
-    return replace(
-        campaign,
-        laws=laws_together(joint.ladders),
-        parameters=parameters_of(joint, scene),
-        loops=loops_of(joint, stiffness),
-        material_laws=tuple(law for law in laws if law is not None),
-        left_out=tuple(found[t.source] for t in campaign.trials),
-    )
 
 
 def _notes(campaign: Campaign) -> list[str]:

@@ -123,10 +123,10 @@ class FrictionFit:
     """Friction of one material under one normal force; ``None`` is not known, and ``note`` says why.
 
     ``ratio`` (beta), ``force`` = beta k Y in N, ``coefficient`` = force / normal force are estimates, with the
-    contract's columns as flat names; ``low``, ``high``: 95 % confidence of the ratio, by Student's t with ``freedom``
-    degrees, and what the tests share; ``scatter``: relative standard deviation from test to test beyond measurement
-    error; ``shares``: relative uncertainty of the ratio by each source that all tests share; ``normal_force_u``:
-    relative. ``law``: that its cycles were fitted with, None where it rests on energies and amplitudes.
+    contract's columns as flat names; 95 % intervals are by Student's t with ``freedom`` degrees; ``scatter``: relative
+    standard deviation from test to test beyond measurement error; ``shares``: relative uncertainty of the ratio by each
+    source that all tests share; ``normal_force_u``: relative. ``law``: that its cycles were fitted with, None where it
+    rests on energies and amplitudes.
     """
 
     material: str
@@ -135,8 +135,6 @@ class FrictionFit:
     ratio: Estimate = NOT_KNOWN
     force: Estimate = NOT_KNOWN
     coefficient: Estimate = NOT_KNOWN
-    low: float | None = None
-    high: float | None = None
     freedom: int = 0
     scatter: float | None = None
     note: str = ""
@@ -195,8 +193,12 @@ class FrictionFit:
         return self._end(1.0)
 
     def _end(self, side: float) -> float | None:
-        value = self.coefficient.value if self.coefficient.se is not None else None
-        return None if value is None else value + side * reach_of(self.coefficient, self.freedom)
+        """An end of the interval: Student's for the tests' own scatter, normal for what they share."""
+        value, se, u = self.coefficient.value, self.coefficient.se, self.coefficient.u
+        if value is None or se is None:
+            return None
+        t = float(stdtrit(self.freedom, 0.975)) if self.freedom else NORMAL
+        return value + side * math.hypot(t * se, NORMAL * math.sqrt(max((u or se) ** 2 - se**2, 0.0)))
 
 
 @dataclass(frozen=True)
@@ -268,13 +270,6 @@ def _by_its_row(trial: Trial, *, leave_long: bool) -> LeftOut | None:
     return Reason.ASYMMETRIC.because(trial.asymmetry) if trial.asymmetry > ASYMMETRIC else None
 
 
-def reach_of(number: Estimate, freedom: int) -> float:
-    """Half of the 95 % interval: Student's for the tests' own scatter, normal for what they share."""
-    own, whole = number.se or 0.0, number.u or number.se or 0.0
-    t = float(stdtrit(freedom, 0.975)) if freedom else NORMAL
-    return math.hypot(t * own, NORMAL * math.sqrt(max(whole**2 - own**2, 0.0)))
-
-
 def friction_of(
     group: Group, joint: JointFit | None, model: Model, stiffness: float | None, said: str = ""
 ) -> FrictionFit:
@@ -294,7 +289,7 @@ def friction_of(
     amplitudes = [y for v in verdicts if v.excluded is None and math.isfinite(y := v.trial.base_amplitude_m)]
     newtons = NOT_KNOWN if stiffness is None or not amplitudes else ratio.scaled(stiffness * float(np.mean(amplitudes)))
     posterior, freedom = joint.posterior, len(joint.tests(material)) - 1
-    by_rig, reach = math.hypot(sources.stiffness, unit_uncertainty(sources)), reach_of(ratio, freedom)
+    by_rig = math.hypot(sources.stiffness, unit_uncertainty(sources))
     k = posterior.fit.find("beta", tests[0]) or 0
     return FrictionFit(
         material=material,
@@ -303,8 +298,6 @@ def friction_of(
         ratio=ratio,
         force=_widened(newtons, by_rig),
         coefficient=_widened(newtons.over(force), math.hypot(by_rig, sources.normal_force)),
-        low=ratio.value - reach,
-        high=ratio.value + reach,
         freedom=freedom,
         scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
         note="; ".join(filter(None, (*_notes(verdicts, group.note, model, stiffness, freedom), said))),

@@ -11,12 +11,13 @@ from scipy.special import fdtrc
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import JointFit
-from frictionlab.estimate import Estimate, Flat
+from frictionlab.estimate import Estimate
 from frictionlab.inference.compare import contact_of
 from frictionlab.inference.comparison import ContactForce
 from frictionlab.inference.ladder import Ladder
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
+from frictionlab.tables import Row
 
 SIGNIFICANT = 0.05
 SHOWN = 3  # loops of a material
@@ -63,32 +64,6 @@ class LawEvidence:
     gain: float | None
     response_nrmse: float | None
     required: bool
-
-
-@dataclass(frozen=True)
-class LawParameter:
-    """One parameter of one material's law, by all its tests.
-
-    ``value``: dimensionless, of a test at the mean Y and omega; ``physical``: in ``unit``, None where the scene does
-    not say what it takes; ``is_told``: whether the tests determine it; ``scatter``: of the value from test to test
-    beyond each test's own error.
-    """
-
-    material: str
-    law: str
-    parameter: str
-    number: Estimate
-    physical: Estimate
-    unit: str
-    is_told: bool
-    scatter: float | None = None
-
-    value = Flat("number")
-    value_se = Flat("number", "se")
-    value_u = Flat("number", "u")
-    physical_value = Flat("physical")
-    physical_value_se = Flat("physical", "se")
-    physical_value_u = Flat("physical", "u")
 
 
 class Loop(NamedTuple):
@@ -184,12 +159,13 @@ def laws_together(ladders: Mapping[str, Ladder]) -> tuple[LawEvidence, ...]:
     return tuple(sorted(lines, key=lambda line: (line.material, -line.log_evidence)))
 
 
-def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
-    """Return the parameters of each material's law but its friction, which is in ``friction.csv``.
+def parameters_of(joint: JointFit, scene: Scene) -> tuple[Row, ...]:
+    """Return the rows of ``parameters.csv``: each material's law but its friction, which is in ``friction.csv``.
 
-    The value is the one that all tests share; what single tests scatter by is in ``scatter``.
+    The value is the one that all tests share, dimensionless in a test at the mean Y and omega; what single tests
+    scatter by is in ``scatter``; ``is_told``: whether the tests determine it.
     """
-    posterior, found = joint.posterior, list[LawParameter]()
+    posterior, found = joint.posterior, list[Row]()
     frame = scene.rig.stiffness, scene.rig.natural_frequency
     for material in joint.materials:
         tests = joint.tests(material)
@@ -204,8 +180,10 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
             value = Estimate(shared, min(own.se or whole, whole), whole)
             factor, unit = to_physical(law.parameter(u.name), *frame, amplitude=observation.unit, turn=observation.turn)
             scatter = abs(slope) * float(posterior.fit.model.scatter[k]) if len(tests) > 1 else None
-            is_told = abs(shared) > 2.0 * whole or own.told
-            found.append(LawParameter(material, law.name, u.name, value, value.scaled(factor), unit, is_told, scatter))
+            row: dict[str, object] = {"material": material, "law": law.name, "parameter": u.name, "unit": unit}
+            for name, number in (("value", value), ("physical_value", value.scaled(factor))):
+                row |= {name: number.value, f"{name}_se": number.se, f"{name}_u": number.u}
+            found.append(row | {"is_told": abs(shared) > 2.0 * whole or own.told, "scatter": scatter})
     return tuple(found)
 
 

@@ -28,7 +28,7 @@ from dataclasses import astuple, fields
 from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import h5py
 import numpy as np
@@ -41,7 +41,6 @@ from frictionlab.hdf5.opening import TEXT, array_inside, group_inside, storable,
 from frictionlab.recording import DISPLACEMENTS, Channel, LineCount, Recording, Source, quantity_named
 from frictionlab.units import UNIT
 
-Compression = Literal["lzf", 1, 4, 9, None]
 FORMAT = "frictionlab recording"
 _NORMAL_FORCE = ("normal_force_n", "normal_force")  # its name in a scene, and in the file, where units are SI
 _QUARANTINED = {"file": np.str_, "line": np.int64, "text": np.str_, "reason": np.str_}
@@ -85,18 +84,8 @@ def is_recording(path: Path) -> bool:
     return opening.format_of(path) == FORMAT
 
 
-def pieces_of(
-    recording: Recording,
-    *,
-    created: datetime | None = None,
-    precision: Literal["f8", "f4"] = "f8",
-    compression: Compression = None,
-) -> tuple[memoryview, bytes]:
-    """Give the bytes of a recording's file, and its seal; only ``created`` differs between two files of one recording.
-
-    ``precision`` and ``compression`` of the displacements are knobs of the trade (`frictionlab tradeoff`): commands
-    write doubles as they are, which is fastest and loses nothing. gzip shuffles its bytes first.
-    """
+def pieces_of(recording: Recording, *, created: datetime | None = None) -> tuple[memoryview, bytes]:
+    """Give the bytes of a recording's file, and its seal; two files of one recording differ in ``created`` alone."""
 
     def fill(file: h5py.File) -> None:
         names, measured = " + ".join(f.name for f in recording.source.files) or "made in memory", recording.measured()
@@ -105,7 +94,7 @@ def pieces_of(
         title = storable(f"{words}: {names}" + (f" ({material})" if material else ""))
         when = (created or datetime.now(UTC)).isoformat(timespec="seconds")
         file.attrs.update({"Conventions": "CF-1.11", "title": title, "created": when, "default": "entry"})
-        _write_arrays(file, recording, precision, compression)
+        _write_arrays(file, recording)
         _write_source(file.create_group("source", track_order=True), recording.source)
         long, short = _NORMAL_FORCE
         facts = {short if key == long else key: value for key, value in recording.experiment.items()}
@@ -136,16 +125,15 @@ def read_recording(path: str | PathLike[str]) -> Recording:
         return _read(file, size)
 
 
-def _write_arrays(file: h5py.File, recording: Recording, precision: str, compression: Compression) -> None:
-    packed: dict[str, Any] = {} if compression is None else {"compression": compression, "shuffle": True}
-    time = file.create_dataset("time", data=recording.time, **packed)
+def _write_arrays(file: h5py.File, recording: Recording) -> None:
+    time = file.create_dataset("time", data=recording.time)
     time.attrs.update({"units": "s", "long_name": "time", "axis": "T"})
     if "start_time" in recording.source.dialect:
         time.attrs["start_time"] = str(recording.source.dialect["start_time"])
     time.make_scale("time")
     further = {channel.name: channel for channel in recording.channels}
     for name, values in recording.measured().items():
-        dataset = file.create_dataset(name, data=values.astype(precision, copy=False), **packed)
+        dataset = file.create_dataset(name, data=values.astype("f8", copy=False))
         units = further[name].unit if name in further else "m"
         dataset.attrs.update({"units": units, "long_name": _words(name), "ancillary_variables": "quality"})
         if name in further and further[name].sensor:

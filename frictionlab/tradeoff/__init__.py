@@ -8,23 +8,17 @@ what was found and why the defaults are where they are.
 
 import gc
 import math
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache, partial
-from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from frictionlab.analysis import cycles, energy, spectrum
 from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import FloatArray
-from frictionlab.files import write_whole
-from frictionlab.hdf5 import read_recording
-from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.inference import compare
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
@@ -47,7 +41,7 @@ class Setting:
 
     ``error`` relative, of ``quantity``, against ``reference``; ``seconds``: the shortest of several runs;
     ``default``: what commands use by default; ``dominated``: another setting of the knob beats it in both;
-    ``over_bound``: the error in units of the Cramer-Rao bound; ``size_bytes``: of the file; ``None`` where it has none.
+    ``over_bound``: the error in units of the Cramer-Rao bound; ``None`` where it has none.
     """
 
     knob: str
@@ -58,7 +52,6 @@ class Setting:
     default: bool = False
     dominated: bool = False
     over_bound: float | None = None
-    size_bytes: int | None = None
     reference: str = ""
 
     def row(self) -> dict[str, object]:
@@ -146,17 +139,10 @@ CONTACTS: dict[str, tuple[Problem, float]] = {  # and its energy per cycle, by s
 R, BETA, NATURAL_HZ, BASE_M = 0.3, 0.6, 3.13, 1.8e-3
 DRIVE_HZ = R * NATURAL_HZ  # 0.939 Hz
 NOISE = 4.4e-4  # rms over Y: 0.8 um on 1.8 mm
-STEP_M = 1.02e-3 * 50 / 65520  # of the sensor, 50 mm measuring range
 DURATION_S, RATE_HZ = 70.0, 250.0
 RECORDINGS, FEW = 12, 4  # of each kind, each with its own noise and phase; where recordings are long
 TRUTH = "synthetic recordings of the exact orbit"
 SCENE = Scene(rig=Rig(natural_frequency_hz=NATURAL_HZ), analysis=Analysis(transient_s=20.0, cycles="all"))
-STORED: dict[str, tuple[Any, Any]] = {  # precision, compression
-    "doubles": ("f8", None),
-    "doubles, gzip 1": ("f8", 1),
-    "floats": ("f4", None),
-    "floats, gzip 1": ("f4", 1),
-}
 
 
 def _off(truth: float) -> Callable[[object], float]:
@@ -332,32 +318,6 @@ def accuracy_of(command: str) -> tuple[Setting, ...]:
     return _each(f"{command} --accuracy", quantity, truth, *settings)
 
 
-def storage() -> tuple[Setting, ...]:
-    """Precision and compression of the displacements in a recording: written, read back, compared.
-
-    The recording has 280,000 samples, in the sensor's steps.
-    """
-    clean = recording(4000.0, 0)
-    mass, base = (np.round(c / STEP_M) * STEP_M for c in (clean.mass_displacement, clean.base_displacement))
-    original = Recording(clean.time, mass, base)
-    size = float(np.abs(original.mass_displacement).max())
-    sizes = {name: sum(map(len, pieces_of(original, precision=p, compression=c))) for name, (p, c) in STORED.items()}
-
-    def error(back: Any) -> float:
-        return float(np.abs(back.mass_displacement - original.mass_displacement).max()) / size
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "stored.h5"
-
-        def stored(precision: Any, compression: Any) -> Recording:
-            write_whole(path, pieces_of(original, precision=precision, compression=compression))
-            return read_recording(path)
-
-        trials = [Run(name, partial(stored, p, c), error, name == "doubles") for name, (p, c) in STORED.items()]
-        found = run_trials("recording stored as", "mass_displacement", "the recording before it was stored", trials)
-    return tuple(replace(s, size_bytes=sizes[s.setting]) for s in found)
-
-
 FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
     {
         "simulator": (
@@ -369,7 +329,6 @@ FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
         "contacts": tuple(partial(tolerance_of, name) for name in CONTACTS),
         "frequency": (padding,),
         "cycle": (points_per_cycle, cycles_averaged, sampling_rate),
-        "files": (storage,),
         "levels": (partial(accuracy_of, "analyze"), partial(accuracy_of, "compare-numeric")),
     }
 )

@@ -175,7 +175,14 @@ def test_rewording_every_sentence_changes_no_number(monkeypatch: pytest.MonkeyPa
         monkeypatch.setattr(cause, "sentence", f"stuck near a long test, unsteady or unsettled ({cause.name})")
     after = fit(mixed())
     assert rank_all([after], [], ["steel"]) == rank_all([before], [], ["steel"])
-    for name in ("friction_ratio", "friction_ratio_se", "friction_coefficient", "low", "high", "scatter", "note"):
+    for name in (
+        "friction_ratio",
+        "friction_ratio_se",
+        "friction_coefficient",
+        "friction_coefficient_low",
+        "scatter",
+        "note",
+    ):
         assert getattr(after, name) == getattr(before, name)
     causes = [[v.excluded and v.excluded.cause for v in found.verdicts] for found in (before, after)]
     assert causes[0] == causes[1]
