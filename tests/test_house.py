@@ -41,7 +41,7 @@ planning: analysis errors estimate inference scene schema simulator uncertainty
 inference: analysis base_motion errors estimate files recording scene schema simulator uncertainty
 synthetic: analysis base_motion errors files hdf5 logs scene schema simulator
 campaign: analysis errors estimate files hdf5 inference recording scene schema simulator tables uncertainty
-tradeoff: analysis files hdf5 inference recording scene schema simulator
+tradeoff: analysis inference recording scene schema simulator
 base_motion: analysis errors recording simulator
 figures: analysis base_motion campaign errors files inference planning recording schema simulator
 verbs: __init__ analysis base_motion campaign errors estimate experiment figures files hdf5 inference logs planning

@@ -277,7 +277,7 @@ def rows_of(campaign: "Campaign") -> Mapping[str, list[Row]]:
         "ranking.csv": [schema.RANKING.row(r, tied_with=", ".join(r.tied_with) or None) for r in campaign.ranking],
         "drift.csv": [schema.DRIFTS.row(d, **{k: getattr(d.trial, k) for k in OF_TRIAL}) for d in campaign.drifts],
         "laws.csv": [schema.MATERIAL_LAWS.row(law) for law in campaign.laws],
-        "parameters.csv": [schema.LAW_PARAMETERS.row(parameter) for parameter in campaign.parameters],
+        "parameters.csv": list(campaign.parameters),
         "left_out.csv": [schema.LEFT_OUT.row(test) for test in campaign.left_out],
     }
 

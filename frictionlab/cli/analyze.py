@@ -210,9 +210,10 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
 
 def _tapped(file: Path, *, scene: "Scene") -> Made:
     """The row of an input: the averages over its taps and each of them, or the modes of several masses."""
-    from frictionlab.verbs.one_test import decay_of, free_vibration, free_vibration_modes, masses_of
+    from frictionlab.logs import read_mass_log
+    from frictionlab.verbs.one_test import free_vibration, free_vibration_modes, masses_of, recording_given
 
-    recording = decay_of(file, scene)
+    recording = recording_given(file, scene, read_mass_log)
     head = {"source": str(file), "status": "ok", "reason": None}
     if len(masses_of(recording)) > 1:
         modes = [asdict(mode) for mode in free_vibration_modes(recording, scene)]

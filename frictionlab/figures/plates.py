@@ -77,7 +77,7 @@ def _of_best(campaign: Campaign) -> Campaign:
         return campaign
     ranked = sorted((rank.rank, rank.material) for rank in campaign.ranking if rank.rank)
     chosen = set(list(dict.fromkeys([*(material for _, material in ranked), *campaign.materials]))[:MOST])
-    of_material = ("fits", "amontons", "ranking", "curves", "laws", "loops", "parameters")
+    of_material = ("fits", "amontons", "ranking", "curves")
     of_test = ("drifts", "responses")
     kept: dict[str, Any] = {
         name: tuple(one for one in getattr(campaign, name) if one.material in chosen) for name in of_material

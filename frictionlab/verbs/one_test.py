@@ -9,6 +9,8 @@ from frictionlab.errors import AnalysisError, OutputError, UsageError
 from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, scene_given
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from frictionlab.analysis.free_vibration import FreeVibration, Mode
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.inference import Comparison, Fitted
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from frictionlab.inference.material_law import MaterialLaw
     from frictionlab.logs.text import Progress
     from frictionlab.recording import FrequencyTable, Recording
-    from frictionlab.scene import Scene
+    from frictionlab.scene import LogOptions, Scene
 
 NO_PENDULUM = (
     'natural_frequency_hz: the spring of this angle is taken as linear; of a pendulum say [rig] restoring = "pendulum"'
@@ -139,8 +141,13 @@ def analyze(what: "Recording | FilePath", scene: AnyScene = None, **settings: ob
         raise AnalysisError("; ".join([str(error), *doubts])) from error
 
 
-def recording_given(what: "Recording | FilePath", scene: "Scene") -> "Recording":
-    """The recording that is meant: one as it is, one from its file, or one made of a log."""
+def recording_given(
+    what: "Recording | FilePath", scene: "Scene", read: "Callable[[Path, LogOptions], Recording] | None" = None
+) -> "Recording":
+    """The recording that is meant: one as it is, one from its file, or one made of a log.
+
+    ``read``: reads a log that need not hold both channels, `read_mass_log` or `read_base_log`.
+    """
     from frictionlab.recording import Recording
 
     if isinstance(what, Recording):
@@ -149,7 +156,7 @@ def recording_given(what: "Recording | FilePath", scene: "Scene") -> "Recording"
         from frictionlab.hdf5 import read_recording
 
         return read_recording(Path(what))
-    return ingest(what, scene)
+    return ingest(what, scene) if read is None else read(Path(what), scene.log)
 
 
 def _measurement_given(what: "Measurement | Recording | FilePath", scene: "Scene") -> "Measurement":
@@ -303,10 +310,10 @@ def free_vibration(
         The file, the scene or a setting is refused.
     """
     from frictionlab.analysis.free_vibration import FreeVibration, free_vibrations
-    from frictionlab.recording import Recording
+    from frictionlab.logs import read_mass_log
 
     known = scene_given(scene, settings, ("log",))
-    recording = what if isinstance(what, Recording) else decay_of(Path(what), known)
+    recording = recording_given(what, known, read_mass_log)
     pendulum = known.rig.restoring == "pendulum"
     measured = recording.measured()
     mass = "mass_displacement" if "mass_displacement" in measured and not pendulum else "angle"
@@ -347,10 +354,10 @@ def free_vibration_modes(
     import numpy as np
 
     from frictionlab.analysis.free_vibration import modes
-    from frictionlab.recording import Recording
+    from frictionlab.logs import read_mass_log
 
     known = scene_given(scene, settings, ("log",))
-    recording = what if isinstance(what, Recording) else decay_of(Path(what), known)
+    recording = recording_given(what, known, read_mass_log)
     part = max(recording.stretches(), key=len)
     return modes(part.time, np.array([part.measured()[name] for name in masses_of(part)]))
 
@@ -359,11 +366,3 @@ def masses_of(recording: "Recording") -> list[str]:
     """The displacements of all masses, from mass 1 up."""
     found = recording.measured()
     return [name for name in ("mass_displacement", *(f"mass_{k}_displacement" for k in range(2, 100))) if name in found]
-
-
-def decay_of(path: Path, scene: "Scene") -> "Recording":
-    """A recording from its file, or one made of a log that may hold the mass alone."""
-    from frictionlab.hdf5 import read_recording
-    from frictionlab.logs import read_mass_log
-
-    return read_recording(path) if is_recording_name(path) else read_mass_log(path, scene.log)

@@ -97,8 +97,10 @@ def respond(
         The scene or a setting is refused.
     """
     from frictionlab.base_motion import respond_to
+    from frictionlab.logs import read_base_log
     from frictionlab.recording import Recording
     from frictionlab.verbs.inputs import scene_given
+    from frictionlab.verbs.one_test import recording_given
 
     known = scene_given(scene, settings, ("rig", "log"))
     frequency = known.rig.natural_frequency
@@ -109,34 +111,21 @@ def respond(
         )
     if known.rig.damping is not None and problem.frame_damping_ratio == 0.0:
         problem = problem.with_parameters({"frame_damping_ratio": known.rig.damping})
-    if isinstance(what, Recording):
-        return respond_to(what, problem, natural_frequency_hz=frequency, stiffness_n_per_m=known.rig.stiffness)
-    recording = _base_of(what, known)
-    is_acceleration = "base_displacement" not in recording.measured()
+    recording, made_of = recording_given(what, known, read_base_log), not isinstance(what, Recording)
+    is_acceleration = made_of and "base_displacement" not in recording.measured()
     if is_acceleration:
         recording = recording.changed(base_displacement=recording.base_acceleration, channels=())
-    elif highpass_hz is not None:
+    elif made_of and highpass_hz is not None:
         raise UsageError(f"{what}: --highpass belongs to a base that is an acceleration; got a displacement")
     return respond_to(
         recording,
         problem,
         natural_frequency_hz=frequency,
         stiffness_n_per_m=known.rig.stiffness,
-        source=str(what),
+        source=str(what) if made_of else "",
         is_acceleration=is_acceleration,
-        highpass_hz=highpass_hz,
+        highpass_hz=highpass_hz if is_acceleration else None,
     )
-
-
-def _base_of(what: "FilePath", scene: "Scene | None" = None) -> "Recording":
-    """The base's motion: of a recording, or of a log that may hold it alone."""
-    from frictionlab.hdf5 import read_recording
-    from frictionlab.logs import read_base_log
-    from frictionlab.verbs.inputs import is_recording_name
-
-    if is_recording_name(Path(what)):
-        return read_recording(Path(what))
-    return read_base_log(Path(what)) if scene is None else read_base_log(Path(what), scene.log)
 
 
 def synthesize(
@@ -353,6 +342,9 @@ def predict(
     """
     from frictionlab.inference.material_law import MaterialLaw, read_material_law
     from frictionlab.inference.predictive import predict_record, predict_tests
+    from frictionlab.logs import read_base_log
+    from frictionlab.scene import Scene
+    from frictionlab.verbs.one_test import recording_given
 
     known = law if isinstance(law, MaterialLaw) else read_material_law(law)
     force = _positive(known, "normal_force_n", normal_force_n)
@@ -360,7 +352,7 @@ def predict(
     if base_motion is not None:
         if r is not None or base_amplitude_m is not None:
             raise UsageError("base_motion: a recorded base has its own amplitude and times: give neither r nor Y")
-        found = _base_of(base_motion)
+        found = recording_given(base_motion, Scene(), read_base_log)
         if "base_displacement" not in found.measured():
             raise UsageError(
                 f"{base_motion}: expected the base's displacement; got its acceleration: integrate it first"
