@@ -66,6 +66,12 @@ TWO = [
         rubs("coulomb+compliance+breakaway", 1, 2, beta=0.2, stiffness_ratio=9.0, **UNEVEN),
         rubs("coulomb", 2, beta=0.2),
     ],
+    # what rigid contacts hold, an elastic one beside them waits on: they stop and give way together
+    [rubs("coulomb", 2, beta=0.2), rubs("coulomb+compliance", 2, beta=0.3, stiffness_ratio=5.0)],
+    [
+        *(rubs("coulomb+compliance", 1, 2, beta=0.3, stiffness_ratio=9.0), rubs("coulomb", 2, 1, beta=0.06)),
+        rubs("coulomb+speed", 2, beta=0.25, contact_damping_ratio=0.05),
+    ],
 ]
 
 

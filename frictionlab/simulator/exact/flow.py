@@ -33,6 +33,7 @@ SHORT = 1.5  # the same where their bounds grow: under a sampled base, and next 
 STILL = 1e-12  # over the size of the motion: a slower contact stands
 BARELY = 1e-11  # over the masses' accelerations: a contact so little pushed stays where it is
 IDLE = 8  # events in a row at one moment, and as many for each contact and slider, that no motion has
+NEVER = 1e-300  # bound of the third derivative of what does not change
 EVENTS = 400.0  # in a natural period and contact that no motion has
 
 
@@ -210,14 +211,20 @@ def _is_consistent(system: Any, work: Any) -> bool:
 
 
 @inner
+def still_speed(system: Any, work: Any) -> float:
+    """Return the speed below which a contact stands."""
+    total = abs(work.f[1])
+    for a in range(system.masses):
+        total += abs(work.v[a])
+    return STILL * total
+
+
+@inner
 def begin(system: Any, work: Any) -> None:
     """Find which contacts slip in the state at hand, and which are at rest."""
     base_at_time(system, work)
     bound_base(system, work)
-    still = abs(work.f[1])
-    for a in range(system.masses):
-        still += abs(work.v[a])
-    still *= STILL
+    still = still_speed(system, work)
     for c in range(system.contacts):
         for which in range(3):
             work.lead[c, which] = 0
@@ -286,7 +293,7 @@ def watched(system: Any, work: Any, slot: int, c: int, which: int) -> tuple[floa
 @inner
 def third_bound(system: Any, work: Any, slot: int, c: int, which: int) -> float:
     """Bound the third derivative of what an event is seen by, over the window of `bound_modes`."""
-    phases, bound, total = work.phases, work.bound, 1e-300
+    phases, bound, total = work.phases, work.bound, NEVER
     if is_rigid(system, c) and which != TURN_OF:
         for order in range(3):
             total += abs(phases.held_f[slot, c, order]) * work.crest[order]
@@ -374,6 +381,8 @@ def nearest_event(system: Any, work: Any, slot: int, t: float, reach: float) -> 
             if which != TURN_OF:
                 value -= work.upper[c] if which == UPWARDS else work.lower[c]
             lead, bound = 0 if t > 0.0 else work.lead[c, which], work.bounds[c, which]
+            if bound <= NEVER and which != TURN_OF:  # rigid contacts hold what it lies between: it waits for them
+                continue
             if lead == 2 and abs(bend) * work.fastest < 1e-9 * bound:  # all but the third derivative are zero
                 step = min(reach, max(0.0, 2.0 * sign * twist / (bound * work.fastest)))
             elif lead == 0 and sign * value <= 0.0:
@@ -402,8 +411,8 @@ def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
     """Let a contact hold or give way at its event; return whether it does: then contacts are to be settled."""
     for other in range(system.contacts):
         work.resting[other] = 1 if is_rigid(system, other) and work.side[other] == 0 else 0
-        for which in range(3):
-            work.lead[other, which] = 0
+    for which in range(3):
+        work.lead[c, which] = 0
     side, work.breaking = 1 if how == UPWARDS else -1, -1
     first, last = system.first[c], system.first[c + 1]
     if how == TURN_OF:
@@ -421,6 +430,12 @@ def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
             return False
         work.resting[c], work.breaking = side, c
     else:  # what meets its threshold gives way
+        if abs(place_of(system, work.v, c, work.f[1])) <= still_speed(system, work):  # a rigid contact held it there
+            _, slope, bend, _ = watched(system, work, slot, c, TURN_OF)
+            if side * slope < 0.0 and (abs(slope) > BARELY * work.fastest or side * bend < 0.0):  # it moves back
+                work.lead[c, how] = 2
+                return False
+            work.lead[c, TURN_OF] = 1
         threshold, work.side[c] = work.upper[c] if side > 0 else work.lower[c], side
         for i in range(first, last):
             late = side * (gives_way(system, work, c, i, float(side))[0] - threshold)
@@ -469,6 +484,9 @@ def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float
     base[0] += length * (base[1] + length * (base[2] + length * base[3]))
     base[1] += length * (2.0 * base[2] + 3.0 * length * base[3])
     base[2] += 3.0 * length * base[3]
+    for c in range(contacts):
+        for which in range(3):
+            work.lead[c, which] = 0
 
 
 @inner

@@ -21,6 +21,7 @@ from frictionlab.simulator.compiled import entry, inner
 SLOTS = 97  # phases remembered: odd, so that fields of one do not meet in one line of the processor's cache
 DONE, CHATTER, PULLS, TIRED, STEEP, MISSING = range(6)  # how a run ended; MISSING: a phase is to be made
 CRITICAL = 2e-10  # over the squared frequency: two rates nearer than this are parted by it (zeta moved by 1e-10)
+ROUNDING = 1e-13  # a contact that moves by a smaller share of the masses' motion is held by others
 NEAR = 0.02  # a harmonic nearer to a rate than this is taken by its divided difference
 
 
@@ -234,14 +235,17 @@ def _contact_rows(system: Any, phases: Any, i: int) -> None:
     """Write each contact's displacement, and the force of each held rigid one, over the modes and the base."""
     n, contacts, d = system.masses, system.contacts, phases.modes[i]
     for c in range(contacts):
-        phases.follows[i, c] = -system.follow[c]
+        total, size = -system.follow[c], system.follow[c]
         for a in range(n):
-            phases.follows[i, c] += system.row[c, a] * phases.along[i, a]
+            total += system.row[c, a] * phases.along[i, a]
+            size += abs(phases.along[i, a])
+        phases.follows[i, c] = total if abs(total) > ROUNDING * size else 0.0
         for j in range(d):
-            total = 0.0j
+            wave, size = 0.0j, 0.0
             for a in range(n):
-                total += system.row[c, a] * phases.outward[i, a, j]
-            phases.place[i, c, j] = total
+                wave += system.row[c, a] * phases.outward[i, a, j]
+                size += abs(phases.outward[i, a, j])
+            phases.place[i, c, j] = wave if abs(wave) > ROUNDING * size else 0.0j
         if phases.kappa[i, c] != inf:
             continue
         for order in range(3):
