@@ -138,7 +138,7 @@ def test_sensors_move_the_cycle_as_the_fit_thinks() -> None:
     m = measured()
     m = replace(m, sources=sources_of(scene(sensors={"crosstalk": 0.002}, log={"measuring_range_m": 0.012}), 500.0))
     observation = observe(m, scene())
-    unknowns = (*of_law(observation.law, observation.held), *observation.rig_unknowns)
+    unknowns = (*of_law(observation.law, observation.held, observation.sources.infer), *observation.rig_unknowns)
     here = {u.name: u.value(0.0) for u in unknowns} | {"beta": 0.35}
     plain, values = observation.predict(here), [here[u.name] for u in unknowns]
     assert plain is not None

@@ -336,7 +336,7 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
     measurement = fl.analyze(recording, scene)
     held = {"frame_damping_ratio": 0.01}
     observation, _ = observe_record(recording, scene, law_of("coulomb"), held, measurement)
-    unknowns = (*of_law(observation.law, held), *observation.rig_unknowns)
+    unknowns = (*of_law(observation.law, held, observation.sources.infer), *observation.rig_unknowns)
     here = {u.name: u.value(0.0) for u in unknowns} | {"beta": 0.3, "cubic": 1e-3, "base_in_mass": 1e-3}
     plain, values = observation.predict(here), [here[u.name] for u in unknowns]
     assert plain is not None

@@ -128,7 +128,7 @@ class Observation(ABC):
     @property
     def law_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of the law."""
-        return of_law(self.law, self.held)
+        return of_law(self.law, self.held, self.sources.infer)
 
     @abstractmethod
     def motion(self, values: Values, near: Any = None) -> Any:

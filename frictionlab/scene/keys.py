@@ -26,7 +26,7 @@ Count = Annotated[int, Field(ge=1)]
 Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 Pair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
-Level = Literal["rig", "material", "test"]
+Level = Literal["material", "test"]
 Lines = Mapping[tuple[str, ...], int]
 LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
@@ -180,15 +180,28 @@ class Sensors(SceneTable):
 
 
 class Infer(SceneTable):
-    """``[infer]``: what is fitted at which level, and what is known of it before; laws and sensors give the rest."""
+    """``[infer]``: what is known before of the law's parameters, and which tests share one value of them.
+
+    Of sensors and rig ``[sensors]`` and ``[rig]`` say it.
+    """
 
     levels: dict[str, Level] = key(
-        'Unknown -> what shares one value of it, "rig", "material" or "test": {gradient = "material"}.', {}
+        'Parameter of the law -> what has one value of it, "material" or "test": {gradient = "material"}.', {}
     )
     priors: dict[str, Two] = key(
-        "Unknown -> [value, standard deviation] known before: {natural_frequency_hz = [3.13, 0.01]}.", {}
+        "Parameter of the law -> [value, standard deviation] known before: {contact_damping_ratio = [0.02, 0.005]}.", {}
     )
-    scatter: dict[str, NonNegative] = key("Material's unknown -> relative scatter from test to test to expect.", {})
+    scatter: dict[str, Positive] = key("Parameter -> scatter from test to test to expect, over its value.", {})
+
+    @model_validator(mode="after")
+    def _of_laws(self) -> Self:
+        for table in ("levels", "priors", "scatter"):
+            for name, value in getattr(self, table).items():
+                mean, sd = value if table == "priors" else (None, 1.0)
+                check_held({name: mean}, None, table=table)
+                if sd <= 0.0:
+                    raise ValueError(f"priors.{name}: expected [value, standard deviation > 0]; got {value}")
+        return self
 
 
 class PlanTable(SceneTable):

@@ -11,12 +11,14 @@ from frictionlab.analysis.measurement import measure
 from frictionlab.errors import UsageError
 from frictionlab.inference import compare, predict
 from frictionlab.inference.comparison import contact_force
-from frictionlab.inference.fit import inside
+from frictionlab.inference.fit import inside, scatter_scale
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer, model_of
 from frictionlab.inference.starts import starting_points
-from frictionlab.inference.unknowns import Unknown
+from frictionlab.inference.unknowns import Unknown, of_law
+from frictionlab.scene import Infer
 from frictionlab.simulator import Base, Problem
+from frictionlab.simulator.laws import law_of
 from tests.benchmarks.uncertainty_coverage import scores_of
 from tests.inference.contacts import BASE_M, recorded, scene
 
@@ -34,6 +36,34 @@ def test_the_values_of_a_law_are_found_within_their_errors() -> None:
         assert told["value"] == pytest.approx(value, abs=3.5 * told["u"])
         assert told["u"] < 0.3 * abs(value)
         assert told["lower"] < told["value"] < told["upper"]
+
+
+def test_what_the_scene_declares_of_a_parameter_is_its_prior() -> None:
+    law, usual = "coulomb+place", scene()
+    measurement = recorded(Problem(0.4, 0.35, law=law, parameters={"gradient": -0.04}), np.random.default_rng(5))
+    known = usual.model_copy(update={"infer": Infer(priors={"gradient": [0.02, 1e-5]})})
+    found, free = (compare(measurement, each, law=law).parameters["gradient"] for each in (known, usual))
+    assert free["value"] == pytest.approx(-0.04, abs=0.01)
+    assert found["value"] == pytest.approx(0.02, abs=4e-5)
+    assert found["se"] <= 1.01e-5
+
+
+def test_a_declared_prior_keeps_the_bounds_of_a_parameter() -> None:
+    declared = Infer(
+        levels={"gradient": "material"},
+        priors={"contact_damping_ratio": [0.02, 0.005], "beta": [0.3, 0.03]},
+        scatter={"beta": 0.04, "gradient": 0.2},
+    )
+    law = law_of("coulomb+place+speed")
+    usual, found = ({u.name: u for u in of_law(law, {}, said)} for said in (Infer(), declared))
+    for name, (mean, sd) in declared.priors.items():
+        assert found[name].value(0.0) == pytest.approx(mean, rel=1e-12)
+        assert found[name].slope(0.0) == pytest.approx(sd, rel=1e-12)
+    dashpots = [each["contact_damping_ratio"] for each in (usual, found)]
+    assert [u.value(u.low) for u in dashpots] == pytest.approx([0.0, 0.0], abs=1e-15)
+    assert (usual["gradient"].level, found["gradient"].level) == ("test", "material")
+    assert found["beta"].scatter * found["beta"].slope(0.0) == pytest.approx(0.04 * 0.3, rel=1e-12)
+    assert scatter_scale(found["gradient"], found["gradient"].at(0.1)) * found["gradient"].sd == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize(
