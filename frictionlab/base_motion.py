@@ -1,6 +1,7 @@
 """A recorded motion of the base -> what the mass does under it: units put on, doubtful records refused or doubted."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,8 +10,8 @@ from frictionlab.analysis.channels import denoised, integrated_at_a_cost
 from frictionlab.analysis.signals import white_noise
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import RecordingError
-from frictionlab.recording import Quality, Recording, Source
-from frictionlab.simulator import Problem
+from frictionlab.recording import Channel, Quality, Recording, Source
+from frictionlab.simulator import Problem, Structure
 from frictionlab.simulator.record import BaseRecord, Response, respond
 
 FAR = 10.0  # times the steps around it: such a step is a jump ...
@@ -89,13 +90,15 @@ class RecordResponse:
             "peak_velocity_m_per_s": peaks["velocity"] * scale * omega,
             "peak_contact_force": peaks["contact_force"],
             "peak_contact_force_n": None if k is None else peaks["contact_force"] * scale * k,
+            "peak_displacements": np.abs(r.displacements).max(axis=0).tolist(),
+            "contacts": [r.row_of(contact) for contact in range(len(r.frame.contacts))],
             "sampling_error": self.sampling_error,
         }
 
 
 def respond_to(
     recording: Recording,
-    problem: Problem,
+    what: Problem | Callable[[float], Structure],
     *,
     natural_frequency_hz: float,
     stiffness_n_per_m: float | None = None,
@@ -103,7 +106,7 @@ def respond_to(
     is_acceleration: bool = False,
     highpass_hz: float | None = None,
 ) -> RecordResponse:
-    """Simulate the mass, from rest, under the motion of a recording's base.
+    """Simulate one mass, or a frame of several, from rest, under the motion of a recording's base.
 
     A wall that moves with the base feels its acceleration. Where that was recorded nothing is integrated: Y is its
     largest size over omega_n^2, and the mass's displacement is that from the base. A fixed wall needs the base's
@@ -113,9 +116,11 @@ def respond_to(
     ----------
     recording : Recording
         Its base drives; its mass is not looked at.
-    problem : Problem
-        With r = 1; beta is over k times the largest displacement of the base from its first value.
+    what : Problem or callable
+        What moves, with r = 1; beta is over k times the largest displacement of the base from its first value, Y. A
+        frame of several masses is given as a function of Y [m].
     natural_frequency_hz : float
+        Of the frame; of several masses, of the first storey alone.
     stiffness_n_per_m : float, optional
         Gives newtons and joules.
     source : str
@@ -132,10 +137,11 @@ def respond_to(
     SimulationError
         The base does not move, or the law cannot be integrated.
     """
+    follows = what.wall == "base" if isinstance(what, Problem) else what(1.0).follows_base
     part, warnings = sound_base(recording, jumps=is_acceleration)
     omega, y, u = 2.0 * math.pi * natural_frequency_hz, part.base_displacement, None
     tau = omega * (part.time - part.time[0])
-    if is_acceleration and problem.wall == "base":
+    if is_acceleration and follows:
         warnings.append(
             f"base: an acceleration, up to {np.abs(y).max():.4g} m/s^2, drives the wall as it is: Y is that over"
             " omega_n^2, and the mass's displacement is that from the base"
@@ -145,7 +151,7 @@ def respond_to(
         y, u = _integrated(part, highpass_hz, warnings)
         base, part = BaseRecord(tau, y), part.changed(base_displacement=y)
     else:
-        noise = white_noise(y) if problem.wall == "base" and len(y) >= 16 else 0.0
+        noise = white_noise(y) if follows and len(y) >= 16 else 0.0
         if noise > QUIET * float(np.ptp(y)):
             warnings.append(
                 f"base: its noise of {1e6 * noise:.3g} um rms was smoothed away: a wall that moves with the base feels"
@@ -153,8 +159,9 @@ def respond_to(
             )
             y = denoised(y, noise)
         base = BaseRecord(tau, y)
-    response = respond(problem, base)
-    error = _sampling_error(problem, base, response)
+    moves = what if isinstance(what, Problem) else what(base.scale)
+    response = respond(moves, base)
+    error, problem = _sampling_error(moves, base, response), response.problem
     if error > COARSE:
         warnings.append(
             f"base: its motion between the samples is not known and may change the response by {error:.2g}"
@@ -167,7 +174,9 @@ def respond_to(
         options={"natural_frequency_hz": natural_frequency_hz, "wall": problem.wall},
         warnings=tuple(warnings),
     )
-    made = part.changed(mass_displacement=response.displacement * base.scale, source=origin)
+    mass, *more = response.displacements.T * base.scale
+    channels = tuple(Channel(f"mass_{number}_displacement", x) for number, x in enumerate(more, 2))
+    made = part.changed(mass_displacement=mass, channels=channels, source=origin)
     return RecordResponse(source, response, made, natural_frequency_hz, stiffness_n_per_m, error, tuple(warnings), u)
 
 
@@ -185,13 +194,13 @@ def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str])
     return y, u
 
 
-def _sampling_error(problem: Problem, base: BaseRecord, response: Response) -> float:
+def _sampling_error(what: Problem | Structure, base: BaseRecord, response: Response) -> float:
     """Rms error of the response over Y, by the response under every other sample."""
     if len(base.time) < 9:
         return 0.0
     half = BaseRecord(base.time[::2], base.displacement[::2], rest=base.rest, scale=base.scale, quantity=base.quantity)
-    coarse = respond(problem, half, x0=float(response.displacement[0]), v0=float(response.velocity[0]))
-    return math.sqrt(float(np.mean((coarse.displacement - response.displacement[::2]) ** 2))) / ORDER_LEFT
+    coarse = respond(what, half, x0=response.displacements[0], v0=response.velocities[0])
+    return math.sqrt(float(np.mean((coarse.displacements - response.displacements[::2]) ** 2))) / ORDER_LEFT
 
 
 def sound_base(recording: Recording, *, jumps: bool = False) -> tuple[Recording, list[str]]:

@@ -11,6 +11,7 @@ import pytest
 
 import frictionlab as fl
 from frictionlab.errors import SceneError, UsageError
+from frictionlab.hdf5 import read_recording
 from frictionlab.inference.observations import observe
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import read_scene, scene_from_tables
@@ -82,6 +83,22 @@ def test_the_motion_of_each_mass_is_written_and_drawn(desk: Path) -> None:
     row = json.loads(run(*words, "--json").stdout)
     assert moved == pytest.approx(row["response_amplitudes"], rel=1e-4)
     assert "mass 2" in (desk / "two.svg").read_text(encoding="utf-8")
+
+
+def test_a_law_with_a_state_of_its_own_and_a_record_move_a_frame(desk: Path) -> None:
+    law = 'law = "coulomb+dahl"\nstiffness_ratio = 50.0\nbeta = 0.05'
+    (desk / "mixed.toml").write_text(SCENE.replace("beta = 0.05", law), encoding="utf-8")
+    row = json.loads(run("simulate", "--scene", desk / "mixed.toml", "--r", "0.4", "--json").stdout)
+    assert (row["outcome"], row["solver"], len(row["response_amplitudes"])) == ("periodic", "numeric", 2)
+    assert [each["law"] for each in row["contacts"]] == ["coulomb", "coulomb+dahl"]
+    lines = (f"{0.02 * i},{2.0 * math.sin(0.2 * i)}" for i in range(200))
+    (desk / "quake.csv").write_text("\n".join(("time [s],base [mm]", *lines)), encoding="utf-8")
+    words = ("simulate", "--scene", desk / "mixed.toml", "--base-motion", desk / "quake.csv")
+    row = json.loads(run(*words, "--json", "-o", desk / "out.h5").stdout)
+    assert (row["status"], row["solver"], len(row["peak_displacements"])) == ("ok", "numeric", 2)
+    assert sum(each["energy"] for each in row["contacts"]) == pytest.approx(row["energy"], rel=0.1)
+    assert "mass_2_displacement" in read_recording(desk / "out.h5").measured()
+    assert "--beta: belongs to one mass with one contact" in run(*words, "--beta", "0.3").output
 
 
 def test_options_of_one_contact_are_refused(desk: Path) -> None:

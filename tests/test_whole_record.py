@@ -47,8 +47,8 @@ def virtual(r: float, seconds: float, problem: Problem, seed: int = 1, *, jump_a
         first = int(np.argmax(after))
         run = respond(problem, BaseRecord(tau, y, rest=0.0, scale=Y))
         half = problem.with_parameters({"beta": 1.5 * problem.beta})
-        start = {"x0": float(run.displacement[first]), "v0": float(run.velocity[first])}
-        x[after] = respond(half, BaseRecord(tau[after], y[after], rest=0.0, scale=Y), **start).displacement * Y
+        x0, v0 = float(run.displacement[first]), float(run.velocity[first])
+        x[after] = respond(half, BaseRecord(tau[after], y[after], rest=0.0, scale=Y), x0=x0, v0=v0).displacement * Y
     return Recording(t, x + NOISE * rng.standard_normal(len(t)), y + NOISE * rng.standard_normal(len(t)))
 
 
@@ -109,13 +109,13 @@ def test_friction_that_drifts_is_followed_with_its_error() -> None:
     t = np.arange(8000) / 200.0
     y = Y * np.sin(2 * math.pi * 0.4 * FN * t)
     tau, drifting = 2 * math.pi * FN * t, 0.40 + 0.04 * (t // 0.5) / 80
-    x, start = np.zeros(len(t)), {"x0": 0.0, "v0": 0.0}
+    x, start = np.zeros(len(t)), (0.0, 0.0)
     for first in range(0, len(t), 100):
         part = slice(first, min(first + 101, len(t)))
         law = Problem(1.0, float(drifting[first]), frame_damping_ratio=0.01)
-        run = respond(law, BaseRecord(tau[part], y[part], rest=0.0, scale=Y), **start)
+        run = respond(law, BaseRecord(tau[part], y[part], rest=0.0, scale=Y), x0=start[0], v0=start[1])
         x[part] = Y * run.displacement
-        start = {"x0": float(run.displacement[-1]), "v0": float(run.velocity[-1])}
+        start = float(run.displacement[-1]), float(run.velocity[-1])
     noise = NOISE * np.random.default_rng(2).standard_normal((2, len(t)))
     seen = fl.compare(Recording(t, x + noise[0], y + noise[1]), SCENE, fit="whole")
     assert seen.record is not None

@@ -1,8 +1,9 @@
 """``frictionlab simulate``: a steady state, N cycles from rest, the response to a recorded base; ``sweep``: a map."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
@@ -34,6 +35,7 @@ CONTACTS = {
     "stops_per_cycle": "stops",
     "stuck_fraction": "stuck",
 }
+IN_ALL = {"energy": "energy [kY²]", "peak_force": "peak force [kY]"}  # under a record
 SolverName = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
 
@@ -81,6 +83,10 @@ def simulate(
             raise UsageError("expected --r R or --base-motion FILE; got both: a recorded base has its own times")
         if given:
             raise UsageError(f"{given[0]}: a recorded base is followed once, by its law's own solver: leave it out")
+        if known and _is_frame(known):
+            moves = _structure(rubbing, known, ())
+            _follow(lambda amplitude: moves(1.0, amplitude), base_motion, scene, settings, highpass, to)
+            return
         if rubbing.beta is None:
             raise UsageError(
                 "friction: with --base-motion expected --beta BETA, the friction force over k times the largest"
@@ -96,9 +102,12 @@ def simulate(
         raise UsageError("expected --r R (a steady state) or --base-motion FILE (the response to it); got neither")
     if every and len(given) > 1:
         raise UsageError(f"--all: expected neither --cycles nor --solver; got {', '.join(given[:1] + given[2:])}")
-    is_frame = known is not None and bool(known.rig.masses or known.rig.contacts)
-    what: Any = _structure(r, rubbing, known, given) if known and is_frame else _posed(r, rubbing, known)
-    _settle(what[0], what[1], to, every=every, solver=solver, cycles=cycles)
+    if known and _is_frame(known):
+        amplitude = rubbing.base_amplitude or known.plan.base_amplitudes_m[0]
+        frame = _structure(rubbing, known, given)(r, amplitude)
+        _settle(frame, Units(amplitude, known.rig.stiffness), to, every=every, solver=solver, cycles=cycles)
+        return
+    _settle(*_posed(r, rubbing, known), to, every=every, solver=solver, cycles=cycles)
 
 
 class Units(NamedTuple):
@@ -121,8 +130,12 @@ def _in_si(row: Row, units: Units) -> Row:
     return {**known, f"{ENERGY}_j": joules, "friction_force_n": beta * k * y}
 
 
-def _structure(r: float, rubs: Rubbing, scene: "Scene", given: Sequence[str]) -> "tuple[Structure, Units]":
-    """The frame of several masses or contacts that the scene has, and its units."""
+def _is_frame(scene: "Scene") -> bool:
+    return bool(scene.rig.masses or scene.rig.contacts)
+
+
+def _structure(rubs: Rubbing, scene: "Scene", given: Sequence[str]) -> "Callable[[float, float], Structure]":
+    """The frame of several masses or contacts that the scene has, by frequency ratio and base amplitude."""
     from frictionlab.scene.physical import structure_of
 
     named = ("beta", "law", "mu", "parameter", "wall", "zeta")
@@ -132,9 +145,7 @@ def _structure(r: float, rubs: Rubbing, scene: "Scene", given: Sequence[str]) ->
             f"{said[0]}: belongs to one mass with one contact; {scene.files[0]} has [[rig.masses]] or"
             " [[rig.contacts]]: say it there"
         )
-    amplitude = rubs.base_amplitude or scene.plan.base_amplitudes_m[0]
-    structure = structure_of(scene, r, amplitude, coefficient=rubs.coefficient, normal_force_n=rubs.normal_force)
-    return structure, Units(amplitude, scene.rig.stiffness)
+    return partial(structure_of, scene, coefficient=rubs.coefficient, normal_force_n=rubs.normal_force)
 
 
 def _posed(
@@ -221,17 +232,14 @@ def _settle(
 
 def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) -> None:
     """Each row turned, its verdict, and the numbers in mm, mJ and N as far as they are known; then the warnings."""
-    from frictionlab.cli.screen import paragraph, print_table, print_turned, print_warnings, warnings_of
+    from frictionlab.cli.screen import paragraph, print_turned, print_warnings, warnings_of
 
     print_turned(map(_numbers_of, rows), MOTIONS)
     for row, verdict in zip(rows, verdicts, strict=True):
         share = row.get("basin_share")
         paragraph(f"{100.0 * share:.3g} % of the starts: {verdict}" if isinstance(share, float) else verdict)
     for row in rows:
-        amplitudes, contacts = row.get("response_amplitudes"), row.get("contacts")
-        if isinstance(amplitudes, list) and isinstance(contacts, list) and max(len(amplitudes), len(contacts)) > 1:
-            typer.echo("amplitude of each mass: " + ", ".join(f"{amplitude:.6g} Y" for amplitude in amplitudes))
-            print_table(contacts, CONTACTS)
+        _print_parts(row, "amplitude of each mass: ", "response_amplitudes", CONTACTS)
     if len(rows) == 1 and f"{AMPLITUDE}_m" in rows[0]:
         known = {name: (rows[0].get(key), times, unit) for name, (key, times, unit) in SI.items()}
         said = (f"{name} {times * v:.4g} {unit}" for name, (v, times, unit) in known.items() if isinstance(v, float))
@@ -242,11 +250,21 @@ def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) 
         print_warnings([{"warnings": list(warnings)}])
 
 
+def _print_parts(row: Row, words: str, key: str, columns: Mapping[str, str]) -> None:
+    """What each mass and contact does, where there are several."""
+    from frictionlab.cli.screen import print_table
+
+    sizes, contacts = row.get(key), row.get("contacts")
+    if isinstance(sizes, list) and isinstance(contacts, list) and max(len(sizes), len(contacts)) > 1:
+        typer.echo(words + ", ".join(f"{size:.6g} Y" for size in sizes))
+        print_table(contacts, {name: head for name, head in columns.items() if name in contacts[0]} if contacts else {})
+
+
 def _numbers_of(row: Row) -> Row:
     """The row of a state as it stands on a screen: warnings stand below it, and what is beside the contract's keys."""
     from frictionlab.simulator.state import KEYS
 
-    hidden = {"status", "warnings", "response_amplitudes", "contacts"}
+    hidden = {"status", "warnings", "response_amplitudes", "peak_displacements", "contacts"}
     hidden |= {k for k, value in row.items() if value is None and (k not in KEYS or k == "growth_per_cycle")}
     hidden |= set() if row.get(f"frame_{ENERGY}") else {f"contact_{ENERGY}", f"frame_{ENERGY}"}
     return {key: value for key, value in row.items() if key not in hidden}
@@ -277,7 +295,7 @@ def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) 
 
 
 def _follow(
-    problem: "Problem",
+    problem: "Problem | Callable[[float], Structure]",
     path: Path,
     scene: Path | None,
     settings: Mapping[str, object],
@@ -309,7 +327,9 @@ def _follow(
             force, unit = answer.contact_force
             name = f"contact force{'' if unit == 'N' else ' over stiffness'}, on the mass"
             channel = Channel("contact_force", force, name, unit)
-            write_recording(answer.recording.changed(channels=(channel,)), to.output, force=to.force)
+            write_recording(
+                answer.recording.changed(channels=(*answer.recording.channels, channel)), to.output, force=to.force
+            )
         if figure is not None:
             plot(answer, figure, force=to.force)
         return row
@@ -320,5 +340,6 @@ def _follow(
     elif not to.as_json:
         print_turned([_numbers_of(rows[0])], RESPONSES)
         paragraph("Y is here the largest displacement of the base from its first value, and beta is over k times that.")
+        _print_parts(rows[0], "peak of each mass: ", "peak_displacements", {**CONTACTS, **IN_ALL})
         print_warnings(() if to.quiet else rows)
     exit_status(rows)

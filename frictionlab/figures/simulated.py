@@ -112,17 +112,20 @@ def response_figure(answer: "RecordResponse") -> Figure:
     """
     part, response = answer.recording, answer.response
     force, time = response.contact_force, part.time
-    way = response.relative_displacement if response.problem.wall == "base" else response.displacement
+    way = response.place_of(0)
     last = slice(max(0, len(way) - MOST_POINTS), None)
     stops = response.intervals_stuck / (2.0 * np.pi * answer.natural_frequency_hz) + time[0]
     with drawing(4.2, cautions=answer.warnings) as figure:
         axes = figure.subplot_mosaic([["motion", "motion"], ["force", "loop"]], width_ratios=(1.8, 1.0))
-        base, mass = part.base_displacement - part.base_displacement[0], part.mass_displacement
-        lines, shaded = {"base": 1e3 * base, "mass, simulated": 1e3 * mass}, stops if len(stops) <= MOST_STOPS else ()
-        over_time(axes["motion"], time, lines, (PREDICTED,), stops=shaded, ylabel="displacement [mm]")
+        base, masses = part.base_displacement - part.base_displacement[0], response.displacements.T
+        lines, shaded = {"base": 1e3 * base}, stops if len(stops) <= MOST_STOPS else ()
+        for number, mass in enumerate(masses, 1):
+            name = "mass" if len(masses) == 1 else f"mass {number}"
+            lines[f"{name}, simulated"] = 1e3 * response.base.scale * mass
+        over_time(axes["motion"], time, lines, shades(len(masses)), stops=shaded, ylabel="displacement [mm]")
         some = thinned(force)
         axes["force"].plot(time[some], force[some], color=PREDICTED, linewidth=0.8)
         axes["force"].set(xlabel="time [s]", ylabel="contact force over kY")
         axes["loop"].plot(way[last], force[last], color=PREDICTED, linewidth=0.6)
-        axes["loop"].set(xlabel="mass over Y", ylabel="contact force over kY")
+        axes["loop"].set(xlabel="contact's displacement over Y", ylabel="contact force over kY")
     return figure

@@ -10,6 +10,7 @@ import importlib
 import logging
 import os
 import tempfile
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -22,7 +23,15 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 EXACT = ("phase", "motion", "flow", "account", "orbit", "answer")
-SOURCES = ("compiled", "row", "laws/law", "numeric/radau", *(f"exact/{name}" for name in EXACT))  # what is compiled
+SOURCES = ("compiled", "row", "laws/law", *(f"exact/{name}" for name in EXACT))  # what is compiled
+INTEGRATED = ("numeric/radau", "numeric/along")  # and on top of it
+
+
+def _digest_of(*sources: str) -> str:
+    digest = hashlib.sha256(numba.__version__.encode())
+    for name in sources:
+        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _machine_code_folder() -> Path:
@@ -31,15 +40,17 @@ def _machine_code_folder() -> Path:
     It stands in ``NUMBA_CACHE_DIR`` if that is set, else in the user's cache folder. numba's own check sees a change of
     a function's own file only (which is enough for a law's formula), hence the digest of all these.
     """
-    digest = hashlib.sha256(numba.__version__.encode())
-    for name in SOURCES:
-        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
     try:
         root = Path(home) if home else Path("~/.cache").expanduser()
     except RuntimeError:  # a user without a home folder
         root = Path(tempfile.gettempdir())
-    return root / "frictionlab" / f"simulator-{digest.hexdigest()[:16]}"
+    return root / "frictionlab" / f"simulator-{_digest_of(*SOURCES)}"
+
+
+def _folder_of(module: str) -> Path:
+    """Return where machine code of a module is kept: that of the integrated flow in a folder within."""
+    return FOLDER / f"integrated-{_digest_of(*INTEGRATED)}" if ".numeric." in module else FOLDER
 
 
 def _prepared(folder: Path) -> bool:
@@ -52,12 +63,16 @@ def _prepared(folder: Path) -> bool:
 
 
 FOLDER = _machine_code_folder()
+_ANNOUNCED: set[Path] = set()
 OPTIONS = {"cache": _prepared(FOLDER), "error_model": "numpy"}
 
 
 def announce(module: str) -> None:
-    """Say to whoever listens to this module's logger that compiling begins, if it has to."""
-    if not numba.config.DISABLE_JIT and not any(FOLDER.glob(f"**/{module.rpartition('.')[2]}.*.nbi")):
+    """Say once to whoever listens to this module's logger that compiling begins, if it has to."""
+    if numba.config.DISABLE_JIT or FOLDER in _ANNOUNCED:
+        return
+    if not any(_folder_of(module).glob(f"**/{module.rpartition('.')[2]}.*.nbi")):
+        _ANNOUNCED.add(FOLDER)
         logging.getLogger(__name__).info("compiling the simulator once for this machine, about half a minute")
 
 
@@ -86,7 +101,9 @@ def entry(function: Function) -> Function:
     @functools.wraps(function)
     def called(*arguments: Any) -> Any:
         if not made:
-            made.append(dispatcher.compile(tuple(numba.typeof(argument) for argument in arguments)))
+            with warnings.catch_warnings():  # a tuple of formulas: numba calls their type experimental
+                warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
+                made.append(dispatcher.compile(tuple(numba.typeof(argument) for argument in arguments)))
         return made[0](*arguments)
 
     return cast("Function", called)
@@ -104,10 +121,10 @@ def callback(function: Callable[..., Any], signature: Any) -> Any:
 
 
 def _kept(decorate: Callable[[Any], Any], function: Any) -> Any:
-    """Decorate a function so that its machine code is kept in FOLDER."""
+    """Decorate a function so that its machine code is kept in the folder of its module."""
     if numba.config.DISABLE_JIT:
         return function
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(FOLDER)
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(_folder_of(function.__module__))
     try:
         return decorate(function)
     finally:

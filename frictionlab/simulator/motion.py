@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.structure import Structure
 
 TURN = 2.0 * np.pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -96,11 +97,11 @@ class Timeline:
 
 
 class Nodes(NamedTuple):
-    """A motion where integrals over it are taken: times (n,), weights, displacement and velocity, contact force."""
+    """A motion where integrals are taken: times (k,), weights, displacements and velocities (k, n), forces (k, c)."""
 
     tau: FloatArray
     weight: FloatArray
-    x: FloatArray
+    q: FloatArray
     v: FloatArray
     force: FloatArray
 
@@ -121,9 +122,13 @@ class Motion(ABC):
     solver: ClassVar[str]
 
     @property
-    @abstractmethod
     def stops(self) -> FloatArray:
-        """Begin and end of each stop, rad, shape (m, 2): times in which the contact does not slip."""
+        """Begin and end of each stop of the first contact, rad, shape (m, 2): times in which it does not slip."""
+        return self.stops_of(0)
+
+    @abstractmethod
+    def stops_of(self, contact: int) -> FloatArray:
+        """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
 
     @abstractmethod
     def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
@@ -137,7 +142,7 @@ class Motion(ABC):
         cuts = [np.linspace(a, b, ceil((b - a) / longest) + 1)[:-1] for a, b in pairwise(marks)]
         half = 0.5 * np.diff(np.concatenate((*cuts, [self.end])))
         tau = ((np.concatenate(cuts) + half)[:, None] + half[:, None] * NODES).ravel()
-        return Nodes(tau, (half[:, None] * WEIGHTS).ravel(), *self.at(tau), self.force(tau))
+        return Nodes(tau, (half[:, None] * WEIGHTS).ravel(), *self.all_at(tau))
 
     @property
     def start(self) -> float:
@@ -149,19 +154,20 @@ class Motion(ABC):
         """End of the motion (or of its first period), rad."""
         return self.timeline.end
 
-    @property
-    def range(self) -> tuple[float, float]:
-        """Least and largest displacement x of the mass."""
+    def range_of(self, mass: int = 0) -> tuple[float, float]:
+        """Least and largest displacement of a mass (from 0)."""
         nodes = self.nodes
-        turns = np.flatnonzero(nodes.v[:-1] * nodes.v[1:] < 0.0)
-        one, other = (nodes.tau[turns], nodes.v[turns]), (nodes.tau[turns + 1], nodes.v[turns + 1])
+        rates = nodes.v[:, mass]
+        turns = np.flatnonzero(rates[:-1] * rates[1:] < 0.0)
+        one, other = (nodes.tau[turns], rates[turns]), (nodes.tau[turns + 1], rates[turns + 1])
         for _ in range(SECANTS if len(turns) else 0):  # Illinois: x is stationary there, so few steps do
             middle = other[0] - other[1] * (other[0] - one[0]) / (other[1] - one[1])
-            rate = self.at(middle)[1]
+            rate = self.all_at(middle)[1][:, mass]
             passed = rate * other[1] < 0.0
             one = np.where(passed, other[0], one[0]), np.where(passed, other[1], 0.5 * one[1])
             other = middle, rate
-        x = np.concatenate((nodes.x, self.at(np.concatenate(((self.start, self.end), other[0])))[0]))
+        ends = self.all_at(np.concatenate(((self.start, self.end), other[0])))[0]
+        x = np.concatenate((nodes.q[:, mass], ends[:, mass]))
         return float(x.min()), float(x.max())
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
@@ -208,6 +214,7 @@ class Motion(ABC):
         shape, local, index, within = self.timeline.place(tau, cycle)
         return self.evaluate(local, index, within)[2].reshape(shape)
 
+    @abstractmethod
     def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return displacements and velocities (k, n) of the masses, over Y, and forces (k, c) of the contacts on them.
 
@@ -228,8 +235,6 @@ class Motion(ABC):
         >>> [part.shape for part in state.orbit.all_at([0.0, 1.0])]
         [(2, 2), (2, 2), (2, 0)]
         """
-        x, v = self.at(np.atleast_1d(tau))
-        return x[:, None], v[:, None], self.force(np.atleast_1d(tau))[:, None]
 
 
 def cycles_of(tau: FloatArray, duration: FloatArray) -> NDArray[np.int64]:
@@ -243,25 +248,27 @@ def cycles_of(tau: FloatArray, duration: FloatArray) -> NDArray[np.int64]:
 
 
 class Energies(NamedTuple):
-    """Energies per cycle over k Y^2: the loop's area (2.18), what the contact takes, what the frame's dashpot takes."""
+    """Energies per cycle over k Y^2: the loop's area (2.18), what contacts take, what the frame's dashpots take."""
 
     loop: float | None
     contact: float
     frame: float
 
 
-def energies_of(motion: Motion) -> tuple[Energies, float]:
-    """Return the energies of a motion per cycle, and by how much what the base puts in differs from what is taken."""
-    problem, base, nodes = motion.problem, motion.problem.base, motion.nodes
+def energies_of(motion: Motion, frame: Structure) -> tuple[Energies, FloatArray, float]:
+    """Return the energies of a motion per cycle, what each contact takes (c,), and what goes in less what is taken."""
+    nodes, base, contacts = motion.nodes, frame.base, frame.contacts
     f, rate = base.at(nodes.tau), base.rate_at(nodes.tau)
-    z, slip = (nodes.x - f, nodes.v - rate) if problem.wall == "base" else (nodes.x, nodes.v)
-    legs = 2.0 * problem.frame_damping_ratio * problem.r * (nodes.v - rate)
-    put_in = -(z + legs) * rate  # and f f', which is nothing in a cycle
-    if problem.wall == "base":  # the wall moves too: the base works against spring, dashpot and contact
-        put_in -= nodes.force * rate
-    cycles = round((motion.end - motion.start) / TURN)
-    powers = (f * nodes.v, nodes.force * slip, legs * (nodes.v - rate), put_in)
-    loop, contact, frame, given = (float(np.sum(nodes.weight * power)) / cycles for power in powers)
-    if motion.timeline.periodic and problem.wall == "fixed" and not problem.frame_damping_ratio:
+    follows = np.array([float(contact.against == "base") for contact in contacts])
+    rows = np.array([frame.row(contact) for contact in contacts]).reshape(-1, frame.masses)
+    drag = frame.r * (nodes.v - rate[:, None]) @ frame.damping  # on the masses, by the frame's dashpots
+    pull = -(nodes.q @ frame.stiffness + drag).sum(axis=1)  # on the base; and f, whose work is nothing in a cycle
+    weight = nodes.weight / round((motion.end - motion.start) / TURN)
+    taken = weight @ (nodes.force * (nodes.v @ rows.T - np.outer(rate, follows)))
+    put_in = float(weight @ ((pull - nodes.force @ follows) * rate))
+    lost = float(weight @ np.sum(drag * (nodes.v - rate[:, None]), axis=1))
+    loop, contact = float(weight @ (f * nodes.v[:, 0])), float(taken.sum())
+    alone = frame.masses == 1 and not follows.any() and not frame.damping.any()
+    if motion.timeline.periodic and alone:
         loop = contact  # it encloses what is taken
-    return Energies(loop, contact, frame), abs(given - contact - frame)
+    return Energies(loop, contact, lost), taken, abs(put_in - contact - lost)

@@ -165,7 +165,8 @@ def _forgets_slowly(state: "SteadyState") -> str:
 
 
 def _not_passive(state: "SteadyState") -> str:
-    p = state.problem.parameters
+    contacts = (state.problem,) if state.structure is None else state.structure.contacts
+    p = next(contact.parameters for contact in contacts if contact.law.has("lugre"))
     return (
         "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r >"
         f" bristle_damping (static_ratio - 1) = {p['bristle_damping'] * (p['static_ratio'] - 1.0):.3g} (term speed, or"

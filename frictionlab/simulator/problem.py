@@ -63,6 +63,11 @@ class Base:
         return len(self.cosine)
 
     @property
+    def is_odd(self) -> bool:
+        """Whether half a cycle later the motion is its own negative."""
+        return not (any(self.cosine[1::2]) or any(self.sine[1::2]))
+
+    @property
     def lines(self) -> NDArray[np.complex128]:
         """Complex amplitudes (K,): the motion is the real part of their sum, each times exp(i k tau), k from 1 on."""
         return np.asarray(np.array(self.cosine) - 1j * np.array(self.sine))
@@ -154,10 +159,14 @@ class Problem(Friction):
         return f"<Problem r = {self.r:g}, {self.law.name}: {said}, {self.wall} wall{base}>"
 
     @property
+    def is_exact(self) -> bool:
+        """Whether every phase of its motion has a closed form."""
+        return self.law.is_exact
+
+    @property
     def has_mirror_image(self) -> bool:
         """Whether the problem is its own mirror image half a cycle later: then its steady state is, or has a twin."""
-        even = any(self.base.cosine[1::2]) or any(self.base.sine[1::2])
-        return not even and self.parameter("gradient") == 0.0 and len(set(self.static_ratios)) == 1
+        return self.base.is_odd and self.is_even
 
     def with_parameters(self, changes: Mapping[str, float]) -> Self:
         """Return the problem with some of its law's parameters replaced, by name.

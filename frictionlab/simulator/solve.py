@@ -62,8 +62,8 @@ def steady_state(problem: Problem | Structure, *, solver: Solver = "auto") -> St
 def _check_solver(problem: Problem | Structure, solver: str) -> None:
     """Refuse a solver that does not exist, or does not know the law."""
     if isinstance(problem, Structure):
-        if solver not in ANSWERS["elastic"]:
-            raise UsageError("simulate: of several masses motions are exact: leave solver out")
+        if solver != "auto":
+            raise UsageError("simulate: of several masses the laws say what solves them: leave solver out")
         return
     if solver not in get_args(Solver):
         raise UsageError(f"steady state: solver; expected one of {', '.join(get_args(Solver))}; got {solver!r}")
@@ -76,7 +76,7 @@ def _check_solver(problem: Problem | Structure, solver: str) -> None:
 
 def flow_of(problem: Problem | Structure, solver: str = "auto") -> Any:
     """Return the flow that answers, a module with `steady`, `steady_from` and `run`, loaded when it is asked for."""
-    if isinstance(problem, Structure) or (problem.law.is_exact and solver != "numeric"):
+    if problem.is_exact and solver != "numeric":
         from frictionlab.simulator.exact import solve as exact  # noqa: PLC0415 - half a second to load
 
         return exact

@@ -1,5 +1,6 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, isfinite, nan, pi
 from typing import Any, Literal, NamedTuple
@@ -249,27 +250,47 @@ def to_numbers(state: SteadyState) -> list[float]:
     return row
 
 
-def numbers_of(motion: Motion) -> dict[str, Any]:
-    """Return what a motion of whole cycles says of a steady state, by the names of `SteadyState`."""
-    energies, gap = energies_of(motion)
-    (low, high), stops = motion.range, motion.stops
-    begun = len(stops) if motion.timeline.periodic else int(np.count_nonzero(stops[:, 0] > motion.start + 1e-12))
-    stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (motion.end - motion.start)
-    holds = stuck > 1.0 - 1e-12
+def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
+    """Return what a motion of whole cycles says of a steady state, by the names of `SteadyState`.
+
+    `response_amplitudes` and `contacts` are of all masses and contacts, the others of the first ones.
+    """
+    energies, taken, gap = energies_of(motion, frame)
+    ranges, contacts = [motion.range_of(mass) for mass in range(frame.masses)], []
+    for number, contact in enumerate(frame.contacts):
+        stops = motion.stops_of(number)
+        begun = len(stops) if motion.timeline.periodic else int(np.count_nonzero(stops[:, 0] > motion.start + 1e-12))
+        stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (motion.end - motion.start)
+        holds, cycles = stuck > 1.0 - 1e-12, round((motion.end - motion.start) / (2.0 * pi))
+        named = (contact.mass, contact.against, contact.law.name, float(taken[number]))
+        contacts.append(ContactNumbers(*named, *((0.0, 1.0) if holds else (begun / cycles, stuck))))
+    amplitudes = tuple(0.5 * (high - low) for low, high in ranges)
     return {
         "energies": energies,
         "closure_error": gap,
-        "response_amplitude": 0.5 * (high - low),
-        "stops_per_cycle": 0.0 if holds else begun / round((motion.end - motion.start) / (2.0 * pi)),
-        "stuck_fraction": 1.0 if holds else stuck,
-        "regime": "stuck" if holds else "stick-slip" if begun else "continuous",
+        "response_amplitude": amplitudes[0],
+        "response_amplitudes": amplitudes,
         "orbit": motion,
+        **of_contacts(contacts),
+    }
+
+
+def of_contacts(contacts: Sequence[ContactNumbers]) -> dict[str, Any]:
+    """Return what contacts say of a steady state, by the names of `SteadyState`: stuck where all of them are."""
+    stuck = bool(contacts) and all(contact.stuck_fraction == 1.0 for contact in contacts)
+    sticks = any(contact.stops_per_cycle or contact.stuck_fraction == 1.0 for contact in contacts)
+    moves: Regime = "stick-slip" if sticks else "continuous"
+    return {
+        "contacts": tuple(contacts),
+        "stops_per_cycle": contacts[0].stops_per_cycle if contacts else None,
+        "stuck_fraction": contacts[0].stuck_fraction if contacts else None,
+        "regime": "stuck" if stuck else moves,
     }
 
 
 def last_of(motion: Motion) -> SteadyState:
     """Return the state of a motion of one cycle, the last of a run: "not settled" where it does not yet repeat."""
-    numbers = numbers_of(motion)
+    numbers = numbers_of(motion, Structure.of(motion.problem))
     x, v = (values.tolist() for values in motion.at([motion.start, motion.end]))
     drift = hypot(x[1] - x[0], motion.problem.r * (v[1] - v[0]))
     settled = drift <= SETTLED * (hypot(x[0], v[0]) + 2.0 * numbers["response_amplitude"])

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import ParameterError
-from frictionlab.simulator.laws import TERMS, Friction, Law
+from frictionlab.simulator.laws import Friction, Law
 from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 
 
@@ -31,7 +31,7 @@ class Contact(Friction):
     Raises
     ------
     ParameterError
-        The law has phases that are not linear.
+        Friction changes along the path faster than a spring's force.
 
     Examples
     --------
@@ -47,15 +47,7 @@ class Contact(Friction):
     numbers: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Refuse what only one mass with one contact can have."""
-        exact = ("rigid", "elastic")
-        others = [term.name for term in self.law.terms if term.kind not in exact]
-        if others:
-            known = sorted(term.name for term in TERMS.values() if term.kind in exact)
-            raise ParameterError(
-                f"contact of mass {self.mass}: law {self.law.name}: expected a sum of {', '.join(known)}: the"
-                f" phases of {', '.join(others)} are not linear, and are solved for one mass with one contact only"
-            )
+        """Refuse friction that runs away."""
         if abs(self.beta * self.parameter("gradient")) >= 1.0:
             raise ParameterError(
                 f"contact of mass {self.mass}: beta |gradient|; expected less than 1: friction would change along the"
@@ -149,10 +141,43 @@ class Structure:
         dashpots = 2.0 * zeta * np.sqrt(k * m) / np.sqrt(k[0] * m[0])
         return cls(float(r), np.diag(m / m[0]), _chain(dashpots), _chain(k / k[0]), tuple(contacts), base)
 
+    @classmethod
+    def of(cls, problem: Problem) -> "Structure":
+        """Return a problem as a frame of one mass."""
+        against, zeta = "base" if problem.wall == "base" else "wall", problem.frame_damping_ratio
+        contact, one = Contact(1, against, problem.law, problem.numbers), np.eye(1)
+        return cls(problem.r, one, 2.0 * zeta * one, one, (contact,), problem.base)
+
     @property
     def masses(self) -> int:
         """Number of masses."""
         return len(self.mass)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether every phase of its motion has a closed form."""
+        return all(contact.law.is_exact for contact in self.contacts)
+
+    @property
+    def follows_base(self) -> bool:
+        """Whether contacts are against the base, and none against the wall: then motion relative to the base is all."""
+        against = {contact.against for contact in self.contacts}
+        return "base" in against and "wall" not in against
+
+    @property
+    def rubs(self) -> bool:
+        """Whether there is any friction."""
+        return any(contact.beta > 0.0 for contact in self.contacts)
+
+    @property
+    def weakens(self) -> bool:
+        """Whether friction is larger at rest, falls with speed or varies along the path at some contact."""
+        return any(contact.weakens for contact in self.contacts)
+
+    @property
+    def has_mirror_image(self) -> bool:
+        """Whether it is its own mirror image half a cycle later."""
+        return self.base.is_odd and all(contact.is_even for contact in self.contacts)
 
     def row(self, contact: Contact) -> FloatArray:
         """Return the row (n,) whose product with the masses' displacements is the contact's, but for the base."""

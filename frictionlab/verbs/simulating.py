@@ -62,21 +62,21 @@ def simulate(problem: "Problem | Structure", *, cycles: int | None = None, solve
 
 def respond(
     what: "Recording | FilePath",
-    problem: "Problem",
+    problem: "Problem | Callable[[float], Structure]",
     scene: "AnyScene" = None,
     *,
     highpass_hz: float | None = None,
     **settings: object,
 ) -> "RecordResponse":
-    """Simulate the mass, from rest, under any recorded motion of the base.
+    """Simulate one mass, or a frame of several, from rest, under any recorded motion of the base.
 
     Parameters
     ----------
     what : Recording, str or Path
         A recording, its file, a log with a base column, or one column of any table (``base="2"``).
-    problem : Problem
+    problem : Problem or callable
         The contact law, with r = 1 (time is counted in omega_n t); beta is over k times the largest displacement of the
-        base from its first value.
+        base from its first value, Y. A frame of several masses is given as a function of Y [m].
     scene : Scene, str, Path or None
         ``[rig]`` gives natural frequency, stiffness and, where the problem has none, the frame's damping ratio;
         ``[log]`` what the log does not say itself.
@@ -109,8 +109,9 @@ def respond(
             "natural frequency: expected the frame's, in Hz; got none; do: give --natural-frequency HZ, or "
             "natural_frequency_hz in [rig] of the scene; `frictionlab free-vibration` measures it"
         )
-    if known.rig.damping is not None and problem.frame_damping_ratio == 0.0:
-        problem = problem.with_parameters({"frame_damping_ratio": known.rig.damping})
+    damping = known.rig.damping
+    if not callable(problem) and damping is not None and problem.frame_damping_ratio == 0.0:
+        problem = problem.with_parameters({"frame_damping_ratio": damping})
     recording, made_of = recording_given(what, known, read_base_log), not isinstance(what, Recording)
     is_acceleration = made_of and "base_displacement" not in recording.measured()
     if is_acceleration:

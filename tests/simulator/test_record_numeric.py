@@ -12,7 +12,7 @@ from frictionlab.simulator.record import BaseRecord, respond
 from tests.simulator import numeric_oracle as oracle
 from tests.simulator.test_record import cosine_record, some_base
 
-integrator = importlib.import_module("frictionlab.simulator.record.integrate")
+carrier = importlib.import_module("frictionlab.simulator.record.carry")
 LAWS = {name.removeprefix("coulomb+"): parameters for name, parameters in oracle.LAWS.items()}
 
 
@@ -75,7 +75,7 @@ def test_plain_friction_is_the_exact_kernels(wall: Any) -> None:
     more = {"gradient": 0.05, "contact_damping_ratio": 0.02}
     problem = Problem(1.0, 0.2, wall=wall, law="coulomb+place+speed", parameters=more, frame_damping_ratio=0.03)
     exact = respond(problem, base, x0=0.2, v0=0.1)
-    numeric = integrator.integrate(problem, base, 0.2, 0.1).response(problem, base, "numeric")
+    numeric = respond(problem, base, x0=0.2, v0=0.1, solver="numeric")
     for key in ("displacement", "velocity", "contact_force", "intervals_stuck"):
         assert getattr(numeric, key) == pytest.approx(getattr(exact, key), abs=1e-9), key
     assert numeric.events == pytest.approx(exact.events, abs=1e-8)
@@ -98,6 +98,6 @@ def test_what_cannot_be_integrated_is_named(monkeypatch: pytest.MonkeyPatch) -> 
     base = BaseRecord(*some_base(5, 20, even=True))
     with pytest.raises(SimulationError, match="friction turns negative"):
         respond(Problem(1.0, 0.1, law="coulomb+stribeck+place", parameters=LAWS["stribeck"] | {"gradient": 2.0}), base)
-    monkeypatch.setattr(integrator, "ALLOWED", 3)
+    monkeypatch.setattr(carrier, "ALLOWED", 3)
     with pytest.raises(SimulationError, match=r"expected fewer than 4000 steps.* too stiff"):
         respond(Problem(1.0, 0.1, law="coulomb+dahl", parameters={"stiffness_ratio": 1e5}), base)

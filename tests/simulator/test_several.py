@@ -1,17 +1,25 @@
 """Several masses, contacts anywhere: against one mass, a slow twin, and closed forms."""
 
 import math
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Contact, Problem, Structure, simulate, steady_state
 from frictionlab.simulator.exact.solve import Trajectory
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.numeric import steady as integrated
+from frictionlab.simulator.record import BaseRecord, respond
+from tests.simulator.numeric_oracle import LAWS, rates
 from tests.simulator.several_twin import cycles_from_rest
+from tests.simulator.test_record import some_base
 
 
 def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: float) -> Contact:
@@ -102,6 +110,70 @@ def test_two_masses_move_as_the_slow_twin_does(contacts: list[Contact]) -> None:
     assert taken == pytest.approx(slow[5], abs=1e-9)
 
 
+@pytest.mark.parametrize("contacts", TWO)
+def test_the_integrated_flow_moves_them_as_the_exact_one(contacts: list[Contact]) -> None:
+    frame = Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts, Base((1.0, 0.1), (0.0, 0.05)))
+    exact, found = steady_state(frame), integrated(frame)
+    for key in ("energy_per_cycle", "contact_energy_per_cycle", "frame_energy_per_cycle", "response_amplitudes"):
+        assert getattr(found, key) == pytest.approx(getattr(exact, key), rel=1e-9), key
+    assert found.floquet_multiplier == pytest.approx(exact.floquet_multiplier, abs=1e-8)
+    for one, other in zip(found.contacts, exact.contacts, strict=True):
+        assert one[3:] == pytest.approx(other[3:], abs=1e-8)
+
+
+LUGRE, AGES = (LAWS[f"coulomb+{law}"] for law in ("lugre", "rate-state"))
+MIXED = [rubs("coulomb+lugre", 1, beta=0.3, **LUGRE), rubs("coulomb+rate-state", 2, 1, beta=0.2, **AGES)]
+
+
+def scipys(frame: Structure, f: Any, knots: np.ndarray) -> np.ndarray:
+    """States (k, 8) of two masses with `MIXED` at knots from rest; the oracle's contact is that of a mass alone."""
+    alone = [Problem(frame.r, c.beta, law=c.law, parameters=c.parameters) for c in frame.contacts]
+    laws, inverse = [rates(problem, 1.0, lambda _: 0.0) for problem in alone], np.linalg.inv(frame.r**2 * frame.mass)
+
+    def slope(t: float, y: np.ndarray) -> np.ndarray:
+        q, v, forces, inner = y[:2], y[2:4], [], []
+        for contact, law, w in zip(frame.contacts, laws, (y[4:5], y[5:7]), strict=True):
+            z, speed = frame.row(contact) @ q, frame.row(contact) @ v
+            _, acceleration, *rest = law(t, [z, speed, *w])
+            forces.append(-z - frame.r**2 * acceleration)
+            inner += rest[:-1]
+        net = frame.stiffness @ (f(t) - q) + frame.r * frame.damping @ (f(t, 1) - v)
+        net -= sum(n * frame.row(contact) for contact, n in zip(frame.contacts, forces, strict=True))
+        return np.concatenate((v, inverse @ net, inner))
+
+    states = [np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, MIXED[1].beta])]
+    for span in pairwise(knots):
+        run: Any = solve_ivp(slope, span, states[-1], "Radau", rtol=1e-11, atol=1e-13)
+        states.append(run.y[:, -1])
+    return np.array(states)
+
+
+def test_laws_with_states_of_their_own_move_two_masses_as_scipys_radau_does() -> None:
+    frame = Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], MIXED)
+    slow = scipys(frame, lambda t, order=0: -math.sin(t) if order else math.cos(t), np.array([0.0, 2.0 * math.pi]))
+    q, v, _ = simulate(frame, cycles=1).all_at([2.0 * math.pi])
+    assert np.concatenate((q[0], v[0])) == pytest.approx(slow[-1, :4], abs=2e-9)
+    state = steady_state(frame)
+    assert (state.outcome, state.solver) == ("periodic", "numeric")
+    assert state.closure_error == pytest.approx(0.0, abs=1e-9)
+    assert sum(contact.energy_per_cycle or 0.0 for contact in state.contacts) == state.contact_energy_per_cycle
+
+
+@pytest.mark.parametrize("contacts", [TWO[0], TWO[1], TWO[4], MIXED])
+def test_a_record_moves_two_masses_as_scipys_radau_does(contacts: list[Contact]) -> None:
+    frame = Structure.of_storeys(1.0, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts)
+    base = BaseRecord(*some_base(7, 9, even=False))
+    seen = respond(frame, base)
+    assert seen.closure_error < 1e-11
+    if contacts is MIXED:
+        slow = scipys(frame, CubicSpline(base.time, base.values), base.time)
+        assert seen.displacements == pytest.approx(slow[:, :2], abs=1e-8)
+    else:
+        stepped = respond(frame, base, solver="numeric")
+        for key in ("displacements", "velocities", "contact_forces", "contact_energies", "paths"):
+            assert getattr(stepped, key) == pytest.approx(getattr(seen, key), abs=1e-8), key
+
+
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(
     r=st.floats(0.15, 1.8),
@@ -145,9 +217,6 @@ def test_structures_that_cannot_be_are_refused_by_name() -> None:
         Structure.of_storeys(0.5, [1.0, 1.0], [1.0, 1.0], [0.0, 0.0], [rubs("coulomb", 3, beta=0.1)])
     with pytest.raises(ParameterError, match=r"storeys: stiffness; expected finite numbers > 0 .* got \[1\.0, -1\.0\]"):
         Structure.of_storeys(0.5, [1.0, 1.0], [1.0, -1.0], [0.0, 0.0])
-    law = law_of("coulomb+lugre")
-    with pytest.raises(ParameterError, match="the phases of lugre are not linear, and are solved for one mass"):
-        Contact(1, "wall", law, tuple(0.1 for _ in law.parameters))
 
 
 def test_an_undamped_mode_at_resonance_has_no_steady_state() -> None:

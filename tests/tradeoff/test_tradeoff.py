@@ -56,7 +56,7 @@ def test_the_references_of_numeric_laws_are_another_methods(name: str) -> None:
     assert isinstance(motion, NumericMotion)
     units = [1.0, 1.0, 1.0, problem.beta]  # the twin's age is a force
     size = {"smooth": 2, "inner": 3}[problem.law.kind] + (name == "rate-state")
-    start = (motion.state(0.0) * units)[:size]
+    start = motion.state(0.0) * units[:size]
     there = cycle(problem, start, method="DOP853", rtol=1e-12)
     assert there[:-1] == pytest.approx(start, abs=2e-11)
     assert there[-1] == pytest.approx(energy, rel=2e-11)

@@ -473,10 +473,11 @@ def carry_on(flow: Carrier, legs: Any, y: FloatArray, image: FloatArray, derived
 def travel(flow: Carrier, time: FloatArray, cubics: FloatArray, found: FloatArray) -> int:
     """Carry the state at hand along sampled times (n,); return the piece that it did not come through, or -1.
 
-    `cubics` (n - 1, 4): what drives the mass, in the time from each sample on; `found` (n, 3): displacement, velocity
-    and force of the contact at the samples.
+    `cubics` (n - 1, 4): what drives the masses, in the time from each sample on; `found` (n, 2 n + c): displacements,
+    velocities and contacts' forces at the samples, but for the first forces.
     """
     system, work = flow.systems[0], flow.works[0]
+    n = system.masses
     for i in range(len(time) - 1):
         for k in range(4):
             system.cubic[k] = cubics[i, k]
@@ -485,9 +486,13 @@ def travel(flow: Carrier, time: FloatArray, cubics: FloatArray, found: FloatArra
         if code != DONE:
             return i
         if i == 0:
-            found[0, 0], found[0, 1] = flow.pieces[0, 2], flow.pieces[0, 3]
+            for k in range(2 * n):
+                found[0, k] = flow.pieces[0, 2 + k]
         base_at_time(system, work)
-        work.now_q[0], work.now_v[0], slot = work.q[0], work.v[0], slot_of(system, work.phases, work.kappa)
-        found[i + 1, 0], found[i + 1, 1] = work.q[0], work.v[0]
-        found[i + 1, 2] = contact_force(system, work, slot, 0)
+        slot = slot_of(system, work.phases, work.kappa)
+        for a in range(n):
+            found[i + 1, a], found[i + 1, n + a] = work.q[a], work.v[a]
+            work.now_q[a], work.now_v[a] = work.q[a], work.v[a]
+        for c in range(system.contacts):
+            found[i + 1, 2 * n + c] = contact_force(system, work, slot, c)
     return -1

@@ -36,7 +36,7 @@ from frictionlab.simulator.meter import EXACT_STATE, LOOKS, Meter
 from frictionlab.simulator.motion import Motion, Timeline, cycles_of
 from frictionlab.simulator.notes import SLOW, Note
 from frictionlab.simulator.problem import Base, Problem
-from frictionlab.simulator.state import ContactNumbers, Outcome, Regime, SteadyState, from_numbers
+from frictionlab.simulator.state import ContactNumbers, Outcome, SteadyState, from_numbers, of_contacts
 from frictionlab.simulator.structure import Contact, Structure
 
 announce("frictionlab.simulator.exact.answer")
@@ -103,10 +103,10 @@ def system_of(what: Problem | Structure) -> Any:
     system = systems[0]
     system["masses"], system["contacts"], system["r"] = n, len(contacts), r
     for number, contact in enumerate(contacts):
-        _set_sliders(system, number, contact.parameters)
+        _set_sliders(system, number, contact.parameters if contact.law.kind == "elastic" else {"beta": contact.beta})
         system["limit"][number], system["gradient"][number] = contact.beta, contact.parameter("gradient")
         system["up"][number], system["down"][number] = contact.static_ratios
-    rigid = [i for i in range(len(contacts)) if system["first"][i] == system["first"][i + 1]]
+    rigid = [i for i, contact in enumerate(contacts) if contact.law.kind in ("rigid", "smooth")]
     bound = np.column_stack((rows, follow))[rigid]
     if len(bound) and np.linalg.matrix_rank(bound) < len(bound):
         raise SimulationError(
@@ -146,6 +146,13 @@ def systems_of(values: Mapping[str, FloatArray], wall: str, base: Base) -> Any:
         for k in range(len(r)):
             _set_sliders(systems[k], 0, {name: float(numbers[k]) for name, numbers in values.items()})
     return systems
+
+
+def feel_acceleration(systems: Any) -> None:
+    """Change a system's coordinates to those relative to the base, which then drives by its acceleration."""
+    n = int(systems[0]["masses"])
+    systems["push"][0, :n, 0], systems["push"][0, :n, 1] = -systems["inertia"][0, :n, :n].sum(axis=1), 0.0
+    systems["follow"][:] = 0.0
 
 
 def _set_base(systems: Any, base: Base) -> None:
@@ -210,11 +217,6 @@ class Trajectory(Motion):
     def masses(self) -> int:
         """Number of masses."""
         return int(self.systems[0]["masses"])
-
-    @property
-    def stops(self) -> FloatArray:
-        """Begin and end of each stop, rad, shape (m, 2): times in which nothing of the first contact slips."""
-        return self.stops_of(0)
 
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
@@ -402,19 +404,15 @@ def _state(what: Problem | Structure, systems: Any, found: Solved) -> SteadyStat
         contacts.append(ContactNumbers(*named, energy, stops, 1.0 if holds else stuck / TURN))
     high, low = (np.asarray(found.numbers[name])[: what.masses] for name in ("high", "low"))
     sizes = 0.5 * (high - low) if cycles >= 1.0 else np.maximum(high, -low)
-    stuck_all = bool(contacts) and all(contact.stuck_fraction == 1.0 for contact in contacts)
-    moves: Regime = "stick-slip" if any(contact.stuck_fraction for contact in contacts) else "continuous"
+    seen = of_contacts(contacts)
     lasting = Note.FORGETS_SLOWLY * int(1.0 - abs(state.floquet_multiplier or 0.0) < SLOW)
     return replace(
         state,
-        outcome="stuck" if stuck_all else "periodic",
-        regime="stuck" if stuck_all else moves,
-        stops_per_cycle=contacts[0].stops_per_cycle if contacts else None,
-        stuck_fraction=contacts[0].stuck_fraction if contacts else None,
-        notes=int(lasting | Note.MAY_COEXIST * int(any(contact.weakens for contact in what.contacts))),
+        outcome="stuck" if seen["regime"] == "stuck" else "periodic",
+        notes=int(lasting | Note.MAY_COEXIST * int(what.weakens)),
         structure=what,
         response_amplitudes=tuple(sizes.tolist()),
-        contacts=tuple(contacts),
+        **seen,
     )
 
 

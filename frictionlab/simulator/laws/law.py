@@ -288,6 +288,11 @@ class Friction:
         return max(self.static_ratios)
 
     @property
+    def is_even(self) -> bool:
+        """Whether friction is the same both ways and at all places."""
+        return self.parameter("gradient") == 0.0 and len(set(self.static_ratios)) == 1
+
+    @property
     def weakens(self) -> bool:
         """Whether friction is larger at rest, falls with speed or varies along the path: then motions may coexist."""
         return self.beta > 0.0 and any(term.weakens(self.parameters) for term in self.law.terms)

@@ -11,9 +11,8 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
-from frictionlab.simulator.compiled import compiled
-from frictionlab.simulator.numeric.flow import rig_of
-from frictionlab.simulator.numeric.radau import Oscillator, contact_at
+from frictionlab.simulator.compiled import compiled, inner
+from frictionlab.simulator.numeric.flow import Flow
 from frictionlab.simulator.prescribed import shifted
 from frictionlab.simulator.problem import Problem
 
@@ -25,41 +24,49 @@ CYCLES = 40  # after which it must
 
 
 @compiled
-def solve_stage(law: Any, rig: Oscillator, z: float, v: float, state: FloatArray, h: float, rates: FloatArray) -> bool:
-    """Write the rates of the state that solves ``x = state + h rates(x)``; False where none is found."""
-    w, age = state[0], state[1]
+def solve_stage(law: Any, own: FloatArray, grip: FloatArray, motion: FloatArray, state: FloatArray, h: float) -> bool:
+    """Make a state (2,), in which a step of h is begun, its end, at a place and speed; False where none is found.
+
+    `grip`: friction ratio, gradient, sizes of the two states, and 1 where the second is an age.
+    """
+    w, age, z, v = state[0], state[1], motion[0], motion[1]
     for _ in range(MOST):
-        side = v if rig.size < 4 else w
-        c = contact_at(law, rig, -1.0 if side < 0.0 else 1.0, z, v, w, age)
+        c = law(own, side_of(grip, v, w), grip[0] * (1.0 + grip[1] * z), z, v, w, age)
         off, late = w - state[0] - h * c[6], age - state[1] - h * c[11]
         a, b, d, e = 1.0 - h * c[9], -h * c[10], -h * c[14], 1.0 - h * c[15]
         whole = a * e - b * d
         dw, dage = (e * off - b * late) / whole, (a * late - d * off) / whole
         w, age = w - dw, age - dage
-        rates[0], rates[1] = (w - state[0]) / h, (age - state[1]) / h
         if not (isfinite(w) and isfinite(age)):
             return False
-        if abs(dw) <= 1e-12 * (rig.scale[2] + abs(w)) and abs(dage) <= 1e-12 * (1.0 + abs(age)):
+        if abs(dw) <= 1e-12 * (grip[2] + abs(w)) and abs(dage) <= 1e-12 * (1.0 + abs(age)):
+            state[0], state[1] = w, age
             return True
     return False
 
 
+@inner
+def side_of(grip: FloatArray, v: float, w: float) -> float:
+    """Return the side on which a contact is."""
+    return -1.0 if (w if grip[4] else v) < 0.0 else 1.0
+
+
 @compiled
-def carry_along(law: Any, rig: Oscillator, motion: FloatArray, state: FloatArray, force: FloatArray) -> bool:
-    """Carry the state (2,) once round a motion (4, p): place and speed at the points, and a stage after them."""
-    points = motion.shape[1]
-    h, rates, begun = 2.0 * pi / points, np.zeros((2, 2)), np.zeros(2)
-    for i in range(points):
-        j = (i + 1) % points
-        side = motion[1, i] if rig.size < 4 else state[0]
-        side = -1.0 if side < 0.0 else 1.0
-        force[i] = contact_at(law, rig, side, motion[0, i], motion[1, i], state[0], state[1])[0]
-        if not solve_stage(law, rig, motion[2, i], motion[3, i], state, STAGE * h, rates[0]):
+def carry_along(
+    law: Any, own: FloatArray, grip: FloatArray, motion: FloatArray, state: FloatArray, force: FloatArray
+) -> bool:
+    """Carry the state (2,) once round a motion (p, 2, 2): place and speed at the points, and a stage after them."""
+    h, begun, stage = 2.0 * pi / len(motion), np.zeros(2), np.zeros(2)
+    for i in range(len(motion)):
+        (z, v), j = motion[i, 0], (i + 1) % len(motion)
+        force[i] = law(own, side_of(grip, v, state[0]), grip[0] * (1.0 + grip[1] * z), z, v, state[0], state[1])[0]
+        stage[:] = state
+        if not solve_stage(law, own, grip, motion[i, 1], stage, STAGE * h):
             return False
-        begun[:] = state + (1.0 - STAGE) * h * rates[0]
-        if not solve_stage(law, rig, motion[0, j], motion[1, j], begun, STAGE * h, rates[1]):
+        begun[:] = state + (1.0 - STAGE) / STAGE * (stage - state)
+        if not solve_stage(law, own, grip, motion[j, 0], begun, STAGE * h):
             return False
-        state[:] = begun + STAGE * h * rates[1]
+        state[:] = begun
     return True
 
 
@@ -74,14 +81,16 @@ def force_along(problem: Problem, place: FloatArray) -> FloatArray:
     times = -(-POINTS // len(place))
     fine = np.fft.irfft(np.fft.rfft(place), times * len(place)) * times
     after = STAGE * 2.0 * pi / len(fine)
-    motion = np.array([shifted(fine, phase, order) for phase in (0.0, after) for order in (0, 1)])
-    law, rig = rig_of(problem, 1e-9)
-    state, force = np.array([0.0, 1.0]), np.zeros(len(fine))
+    motion = np.array([[shifted(fine, phase, order) for order in (0, 1)] for phase in (0.0, after)])
+    flow = Flow(problem, 1e-9)
+    law, state, force = flow.rubbing[0], np.array([0.0, 1.0]), np.zeros(len(fine))
+    size = law["scale"][2:4] * (1.0, 1.0 if law["states"][0] > 1 else 0.0)
+    grip = np.array([problem.beta, problem.parameter("gradient"), *size, law["states"][0] > 1], np.float64)
     for _ in range(CYCLES):
         before = state.copy()
-        if not carry_along(law, rig, motion, state, force):
+        if not carry_along(flow.formulas[0], law["own"][0], grip, np.moveaxis(motion, 2, 0).copy(), state, force):
             break
-        if np.all(np.abs(state - before) <= SAME * (np.abs(state) + rig.scale[2:])):
+        if np.all(np.abs(state - before) <= SAME * (np.abs(state) + size)):
             return force[::times]
     raise SimulationError(
         f"law {problem.law.name}, parameters {problem.parameters}: its force under a given motion does not repeat, or"

@@ -1,9 +1,9 @@
-"""The integrated flow of a problem: it carries a state and its slopes, and records the motion, step by step."""
+"""The integrated flow of a problem or a structure: it carries a state and its slopes, and records the motion."""
 
 import functools
 from dataclasses import dataclass
 from functools import cached_property
-from math import hypot, inf, pi, sqrt
+from math import inf, pi, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,25 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
-from frictionlab.simulator.compiled import callback, numba
-from frictionlab.simulator.laws import TERMS
+from frictionlab.simulator.compiled import callback, numba, record_of
+from frictionlab.simulator.exact.motion import WORK
+from frictionlab.simulator.exact.phase import CONTACTS, DONE, MISSING, PULLS, SLIDERS, STEEP, TIRED, make_phase
+from frictionlab.simulator.exact.solve import feel_acceleration, system_of
+from frictionlab.simulator.laws import TERMS, Friction, Term
 from frictionlab.simulator.laws.law import ContactForce
 from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.motion import Motion, Nodes, Timeline
 from frictionlab.simulator.numeric import radau
-from frictionlab.simulator.numeric.radau import (
-    COUNT,
-    MATRIX,
-    NODES,
-    STAGES,
-    WEIGHTS,
-    WIDTH,
-    Forcing,
-    Oscillator,
-    Work,
-    contacts,
-)
-from frictionlab.simulator.problem import Base, Problem
+from frictionlab.simulator.numeric.radau import COUNT, MATRIX, NODES, WEIGHTS, Stepper
+from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.structure import Structure
 
 TURN = 2.0 * pi
 FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
@@ -40,17 +33,17 @@ DWELL = 10.0  # a stop lasts at least so many times as long as that speed, over 
 TOUCH = 1e-13  # rad: a shorter stick of a rigid contact is a touch, not a stop
 
 
-def stop_limits(problem: Problem, rate: float, own_time: float = 1.0) -> tuple[float, float, float]:
+def stop_limits(contact: Friction, r: float, rate: float, own_time: float = 1.0) -> tuple[float, float, float]:
     """Slip speed below which a contact is at rest, the shortest stop, and the longest slip that is part of one (rad).
 
     A contact that creeps is at rest where it slips slower than 1/1000 of the drive's largest rate, or than an elastic
     contact of the same stiffness would yield. A turn passes that speed too; a stop lasts ten times as long.
     """
-    if problem.law.kind != "inner" or problem.beta == 0.0:
+    if contact.law.kind != "inner" or contact.beta == 0.0:
         return 0.5, TOUCH, 0.0
-    kappa = problem.parameter("stiffness_ratio", inf)
+    kappa = contact.parameter("stiffness_ratio", inf)
     share = max(STOP_SHARE, 1.0 / (1.0 + kappa))
-    return share * rate, DWELL * share * own_time, 2.0 * pi * problem.r / sqrt(1.0 + kappa)
+    return share * rate, DWELL * share * own_time, TURN * r / sqrt(1.0 + kappa)
 
 
 def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> FloatArray:
@@ -68,85 +61,77 @@ def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> 
     return np.column_stack((spans[begins, 0], spans[ends, 1]))
 
 
-def contact_along(law: Any, rig: Oscillator, side: FloatArray, values: FloatArray) -> FloatArray:
-    """Force of the contact on the mass, and its slip (2, ...): of states (n, 4) or (n, 4, 8), a side each of n.
-
-    At rest, side 0, neither is known from the state: both are 0 here.
-    """
-    states = np.ascontiguousarray(np.moveaxis(values, 1, -1)).reshape(-1, values.shape[1])
-    found = np.zeros((2, len(states)))
-    contacts(law, rig, np.repeat(side, len(states) // max(1, len(side))), states, found)
-    return found.reshape(2, len(side), *values.shape[2:])
-
-
 @dataclass(frozen=True)
 class NumericMotion(Motion):
-    """A motion of one problem as steps: z, v and inner states (n, 4, 8) at the nodes of each, and its side; 0: at rest.
+    """A motion as steps: displacements, velocities and inner states (m, size, 8) at the nodes of each.
 
-    `rig`: the law's formula, compiled, and the problem's numbers.
+    `rows` (m, 3 c): of each contact side (0: it holds), stiffness and constant force of its springs. `flow`: what
+    moves, with its laws' formulas. Displacements are relative to the base where contacts follow it.
     """
 
     problem: Problem
     timeline: Timeline
-    side: FloatArray
+    rows: FloatArray
     values: FloatArray
-    rig: tuple[Any, Oscillator]
+    flow: "Flow"
     solver: ClassVar[str] = "numeric"
 
     @cached_property
     def times(self) -> FloatArray:
-        """Times of all nodes, rad, shape (n, 8)."""
+        """Times of all nodes, rad, shape (m, 8)."""
         return np.asarray(self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES)
 
     @cached_property
-    def slip(self) -> FloatArray:
-        """Speed at which the contact slips, at all nodes (n, 8)."""
-        return np.asarray(contact_along(*self.rig, self.side, self.values)[1])
+    def _seen(self) -> FloatArray:
+        """Force and slip of each contact at all nodes (2, m, c, 8)."""
+        return self.flow.observe(self.flow.drive_at(self.times), self.rows, self.values)
 
     @property
     def nodes(self) -> Nodes:
         """Those of the steps, where the motion is known without interpolation."""
-        tau, values = self.times[:, 1:], self.values[:, :, 1:]
-        x, v, force = self._seen(tau, self.side, values)
-        weight = self.timeline.duration[:, None] * MATRIX[-1]
-        return Nodes(*(part.ravel() for part in (tau, weight, x, v, force)))
-
-    def _seen(self, tau: FloatArray, side: FloatArray, values: FloatArray) -> tuple[FloatArray, ...]:
-        """Displacement, velocity and the contact's force, of states (n, 4, ...) at times (n, ...), a side each of n."""
-        z, v, problem = values[:, 0], values[:, 1], self.problem
-        held = side.reshape(-1, *(1,) * (z.ndim - 1)) == 0.0
-        force = np.where(held, Base(*problem.force).at(tau) - z, contact_along(*self.rig, side, values)[0])
-        return (
-            (z, v, force)
-            if problem.wall == "fixed"
-            else (z + problem.base.at(tau), v + problem.base.rate_at(tau), force)
-        )
+        n, tau, weight = self.flow.masses, self.times[:, 1:].ravel(), self.timeline.duration[:, None] * MATRIX[-1]
+        parts = (self.values[:, :n], self.values[:, n : 2 * n], self._seen[0])
+        q, v, force = (part[..., 1:].swapaxes(1, 2).reshape(len(tau), part.shape[1]) for part in parts)
+        return Nodes(tau, weight.ravel(), *self.flow.from_wall(tau, q, v), force)
 
     def state(self, tau: ArrayLike) -> FloatArray:
-        """Return z, v and the inner states (relative to the wall) at times tau, shape (..., 4)."""
+        """Return displacements, velocities and inner states, as the flow has them, at times tau, shape (..., size)."""
         shape, _, index, within = self.timeline.place(tau, None)
-        return self._states(index, within).reshape(*shape, WIDTH)
+        return self._states(index, within).reshape(*shape, self.values.shape[1])
 
     def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
-        """Return x, v and the contact's force (k,) at times within the steps of an index."""
-        return self._seen(tau, self.side[index], self._states(index, within))
+        """Return x, v of the first mass and the force of the first contact (k,) at times within steps of an index."""
+        q, v, force = self._all(tau, index, within)
+        return q[:, 0], v[:, 0], force[:, 0]
 
-    @property
-    def stops(self) -> FloatArray:
-        """Begin and end of each stop, rad, shape (m, 2): as `stop_limits` says.
+    def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return displacements, velocities (k, n) and forces (k, c) of all masses and contacts: see `Motion.all_at`."""
+        _, local, index, within = self.timeline.place(np.atleast_1d(tau), None)
+        return self._all(local, index, within)
+
+    def stops_of(self, contact: int) -> FloatArray:
+        """Begin and end of each stop (m, 2), rad, of a contact (from 0): as `stop_limits` says.
 
         A periodic motion's stop across its end is listed once, its end beyond it.
         """
-        pairs = enumerate(zip(*self.problem.force, strict=True), 1)
-        slow, shortest, ringing = stop_limits(self.problem, sum(k * float(np.hypot(c, s)) for k, (c, s) in pairs))
-        spans = slow_times(self.times.ravel(), self.slip.ravel(), slow, ringing)
+        law = self.flow.structure.contacts[contact]
+        slow, shortest, ringing = stop_limits(law, self.problem.r, self.flow.drive_rate)
+        spans = slow_times(self.times.ravel(), self._seen[1][:, contact].ravel(), slow, ringing)
         if self.timeline.periodic and len(spans) > 1 and spans[0, 0] == self.start and spans[-1, 1] >= self.end - 1e-12:
             spans[-1, 1] = spans[0, 1] + self.end - self.start
             spans = spans[1:]
         return spans[spans[:, 1] - spans[:, 0] > shortest]
 
+    def _all(
+        self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        states, n = self._states(index, within), self.flow.masses
+        force = self.flow.observe(self.flow.drive_at(tau[:, None]), self.rows[index], states[:, :, None])[0, ..., 0]
+        q, v = self.flow.from_wall(tau, states[:, :n], states[:, n : 2 * n])
+        return q, v, force
+
     def _states(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
-        """The polynomials through the nodes' values (m, 4), at times within the steps of an index: barycentric."""
+        """The polynomials through the nodes' values (k, size), at times within the steps of an index: barycentric."""
         theta = np.clip(within / self.timeline.duration[index], 0.0, 1.0)
         gap = theta[:, None] - NODES
         hit = gap == 0.0
@@ -160,108 +145,220 @@ class LostError(SimulationError):
 
 
 class Flow:
-    """The integrated flow of a problem, to a tolerance of each step; the steps tried are booked on a meter."""
+    """The integrated flow of a problem or structure, to a tolerance of each step; steps tried are booked on a meter.
 
-    def __init__(self, problem: Problem, rtol: float, *, steps: int = CAP, meter: Meter | None = None) -> None:
-        self.problem, self.rtol, self.meter = problem, rtol, meter
-        self.law, self.rig = rig_of(problem, rtol)
-        sizes = [hypot(c, s) for c, s in zip(*problem.force, strict=True)]
-        bounds = [sum(k**n * c for k, c in enumerate(sizes, 1)) for n in (1, 2)]
-        self.drive = Forcing(*(np.array(column, dtype=float) for column in (*problem.force, bounds)))
-        size, reduced = self.rig.size, STAGES * (self.rig.size - 1)
-        self.scale = self.rig.scale[:size]  # what counts as small of each component: errors are relative to it
-        shapes: tuple[tuple[int, ...], ...] = (
-            *((WIDTH, COUNT), (WIDTH, COUNT), (STAGES,), (WIDTH, STAGES), (WIDTH - 1, WIDTH, STAGES)),
-            *((reduced, reduced), (WIDTH, STAGES), (2, reduced), (2, COUNT), (0, 3 + WIDTH * COUNT)),
+    Its state: displacements and velocities (n,) of the masses, anchors of elastic sliders (s,), inner states of laws.
+    """
+
+    def __init__(self, what: Problem | Structure, rtol: float, *, steps: int = CAP, meter: Meter | None = None) -> None:
+        self.structure = what if isinstance(what, Structure) else Structure.of(what)
+        self.what, self.rtol, self.meter = what, rtol, meter
+        self.problem = what if isinstance(what, Problem) else what.first_contact
+        self.systems, self.works, contacts = system_of(self.structure), record_of(WORK), self.structure.contacts
+        system, n = self.systems[0], self.structure.masses
+        self.masses, self.sliders, h = n, int(system["sliders"]), int(system["harmonics"])
+        self.follows = self.structure.follows_base
+        if self.follows:
+            feel_acceleration(self.systems)
+            system["lines"][:h] *= -(np.arange(1.0, h + 1.0) ** 2)
+        waves = 1j * np.arange(1, h + 1) * system["push"][:n, 1:] + system["push"][:n, :1]
+        self._sizes = np.abs(waves * system["lines"][:h])  # (n, h): of the forces on the masses
+        terms = [_term_of(contact) for contact in contacts]
+        self.rubbing = self._rubbing(terms, rtol)
+        padded = [(term or TERMS["coulomb"]).contact for term in terms] + [TERMS["coulomb"].contact] * CONTACTS
+        self.formulas = tuple(map(_compiled, padded[:CONTACTS]))
+        self.steps, size = record_of(radau.STEPS), int(system["sliders"]) - self.sliders + 2 * n
+        self.clock = self.steps.view(np.recarray)[0]
+        self.clock.components, self.clock.most = size, steps
+        self.scale = np.insert(
+            self.rubbing[0]["scale"][:size], 2 * n, np.full(self.sliders, self.rubbing[0]["scale"][0])
         )
-        clock = np.zeros(1, radau.CLOCK).view(np.recarray)[0]
-        clock.most = steps
-        self.work = Work(np.zeros(WIDTH), np.eye(WIDTH), clock, *(np.zeros(shape) for shape in shapes))
+        self.log = np.zeros((0, 2 + 3 * len(contacts) + COUNT * size))
+
+    def _rubbing(self, terms: list[Term | None], rtol: float) -> Any:
+        """The laws' numbers; what count as states of their own goes behind the sliders of elastic contacts."""
+        system, n, r, rubbing = self.systems[0], self.masses, self.structure.r, record_of(radau.RUBBING)
+        law, reach = rubbing[0], float(self._sizes.sum(axis=1).max(initial=0.0)) * min(1.0, 1.0 / r**2)
+        scale = [reach] * n + [reach / min(1.0, r)] * n
+        for c, (term, contact) in enumerate(zip(terms, self.structure.contacts, strict=True)):
+            law["at"][c], law["states"][c] = len(scale), -1 if term is None else term.states
+            law["beta"][c] = contact.beta
+            if term is None or term.contact is None:
+                continue
+            own = law["own"][c]
+            own[: len(term.parameters)] = [contact.parameter(p.name) for p in term.parameters]
+            law["gradient"][c], law["narrow"][c] = contact.parameter("gradient"), term.narrow(contact.parameters)
+            system["gradient"][c] = 0.0  # the formula is given it
+            if term.states:
+                bend = term.contact(own, 1.0, contact.beta, 0.0, 0.0, 0.0, 1.0)[4]
+                scale += [contact.beta / bend or 1.0, 1.0][: term.states]
+        system["sliders"] = self.sliders + len(scale) - 2 * n
+        if system["sliders"] > SLIDERS:
+            raise SimulationError(f"structure: sliders and states of laws; expected at most {SLIDERS}; got more")
+        law["scale"][: len(scale)], law["force"], law["tolerance"] = scale, reach, rtol
+        return rubbing
+
+    @property
+    def _ages(self) -> NDArray[np.int64]:
+        """Where ages stand in a state."""
+        law = self.rubbing[0]
+        return np.asarray(self.sliders + law["at"][law["states"] == 2] + 1)
+
+    @property
+    def carrier(self) -> Stepper:
+        """What is carried, as the compiled flow takes it."""
+        return Stepper(self.formulas, self.systems, self.works, self.rubbing, self.steps, self.log)
+
+    @property
+    def drive_rate(self) -> float:
+        """Largest rate of the forces that drive the masses, by the sum of their harmonics."""
+        return float((self._sizes @ np.arange(1.0, self._sizes.shape[1] + 1.0)).max())
+
+    @property
+    def signs(self) -> FloatArray:
+        """What the mirror image of a state is multiplied by, component by component: an age by 1, all others by -1."""
+        signs = np.full(len(self.scale), -1.0)
+        signs[self._ages] = 1.0
+        return signs
 
     def rest_state(self, tau: float = 0.0) -> FloatArray:
-        """The mass at rest with a relaxed spring, the contact unloaded; one that has an age has its steady one."""
-        state = np.zeros(self.rig.size)
-        if self.problem.wall == "base":
-            state[:2] = -float(self.problem.base.at(tau)), -float(self.problem.base.rate_at(tau))
-        state[3:] = 1.0
+        """Masses at rest with relaxed springs, contacts unloaded; one that has an age has its steady one."""
+        f, rate = float(self.structure.base.at(tau)), float(self.structure.base.rate_at(tau))
+        q, v = (-np.full(self.masses, x) if self.follows else np.zeros(self.masses) for x in (f, rate))
+        return self.rest_at(q, v, f)
+
+    def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
+        """The same at displacements and velocities (n,), what drives being f."""
+        system, state = self.systems[0], np.concatenate((q, v, np.zeros(len(self.scale) - 2 * self.masses)))
+        first = 2 * self.masses + system["first"]
+        for c in range(int(system["contacts"])):
+            state[first[c] : first[c + 1]] = system["row"][c, : self.masses] @ q - system["follow"][c] * f
+        state[self._ages] = 1.0
         return state
+
+    def from_wall(self, tau: FloatArray, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return displacements and velocities (k, n) as they are seen from the wall, at times tau."""
+        if not self.follows:
+            return q, v
+        base = self.structure.base
+        return q + base.at(tau)[:, None], v + base.rate_at(tau)[:, None]
+
+    def drive_at(self, tau: FloatArray) -> FloatArray:
+        """Return what drives, and its first two derivatives (3, ...), at times."""
+        turns = 1j * np.arange(1, int(self.systems[0]["harmonics"]) + 1)
+        waves = self.systems[0]["lines"][: len(turns)] * np.exp(tau[..., None] * turns)
+        return np.stack([(waves * turns**order).sum(axis=-1).real for order in range(3)])
+
+    def observe(self, drive: FloatArray, rows: FloatArray, values: FloatArray) -> FloatArray:
+        """Return force and slip of the contacts (2, m, c, k) in states (m, size, k) within steps.
+
+        `drive` (3, m, k): what drives then, and its first two derivatives.
+        """
+        found = np.zeros((2, len(rows), len(self.structure.contacts), values.shape[2]))
+        given, contacts, states = (np.ascontiguousarray(part) for part in (drive.swapaxes(0, 1), rows, values))
+        while radau.observe(self.carrier, given, contacts, states, found) < len(rows):
+            make_phase(self.systems, self.works)
+        return found
 
     def carry(self, state: FloatArray, span: float, *, tau0: float = 0.0) -> FloatArray:
         """Return the state that another one becomes over a span of time from tau0 on.
 
         Raises LostError where the motion cannot be carried on, SimulationError where the steps allowed are used up.
         """
-        return self._carried(state, span, tau0, tangent=False)
+        self.set_state(state)
+        for begun in np.arange(0.0, span - 1e-9, TURN):
+            self._advance(tau0, float(min(TURN, span - begun)), tangent=False)
+        return self.state()
 
     def carry_with_tangent(self, state: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
-        """Return the state that another one becomes from tau = 0 on, and the slopes (n, n) of it over that one."""
-        reached, size = self._carried(state, span, 0.0, tangent=True), self.rig.size
-        return reached, self.work.tangent[:size, :size].copy()
+        """Return the state that another one becomes from tau = 0 on, and the slopes (n, n) of it over that one.
+
+        Slopes of anchors that have not slipped are 0: they stay wherever they are.
+        """
+        size, n, slopes = len(self.scale), self.masses, np.eye(len(self.scale))
+        slipped = np.ones(size, np.bool_)
+        slipped[2 * n : 2 * n + self.sliders] = False
+        self.set_state(state)
+        for begun in np.arange(0.0, span - 1e-9, TURN):
+            self._advance(0.0, float(min(TURN, span - begun)), tangent=True)
+            slopes = self.works[0]["jacobian"][:size, :size] @ slopes
+            slipped[2 * n : 2 * n + self.sliders] |= self.works[0]["slipped"][: self.sliders] != 0
+        return self.state(), np.asarray(slopes * slipped * slipped[:, None])
 
     def record(self, state: FloatArray, tau0: float, cycles: int, *, periodic: bool, first: int = 0) -> NumericMotion:
         """Return the motion over some cycles from a state; `first` is the count of cycles that it begins with."""
-        rows, size = STEPS * cycles, 3 + WIDTH * COUNT
+        rows, size = STEPS * cycles, self.log.shape[1]
         while True:
-            self.work = self.work._replace(log=np.empty((rows, size)))
-            self.work.clock.rows, cuts = 0, [0]
-            self._begin(state)
+            self.log = np.empty((rows, size))
+            self.clock.rows, cuts = 0, [0]
+            self.set_state(state)
             for _ in range(cycles):
                 self._advance(tau0, TURN, tangent=False)
-                cuts.append(int(self.work.clock.rows))
+                cuts.append(int(self.clock.rows))
             if cuts[-1] <= rows:
                 break
             rows = cuts[-1]
-        begin, length, side, values = self.recorded()
-        self.work = self.work._replace(log=np.empty((0, size)))
+        begin, length, contacts, values = self.recorded()
+        self.log = np.empty((0, size))
         cycle = first + np.repeat(np.arange(cycles), np.diff(cuts))
         cycle.setflags(write=False)
-        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), side, values, (self.law, self.rig))
+        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), contacts, values, self)
 
     def recorded(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return start (n,), length (n,), side (n,) and values (n, 4, 8) of the steps recorded last."""
-        log = self.work.log[: self.work.clock.rows].copy()
+        """Return start (m,), length (m,), rows (m, 3 c) and values (m, size, 8) of the steps recorded last."""
+        log, cut = self.log[: self.clock.rows].copy(), 2 + 3 * len(self.structure.contacts)
         log.setflags(write=False)
-        return log[:, 0], log[:, 1], log[:, 2], log[:, 3:].reshape(-1, WIDTH, COUNT)
+        return log[:, 0], log[:, 1], log[:, 2:cut], log[:, cut:].reshape(len(log), -1, COUNT)
 
     def failure(self, code: int, what: str, most: str) -> SimulationError:
         """Return the error of a run of what was simulated that ended so; `most`: the steps that it might take."""
-        problem = self.problem
+        contacts = self.structure.contacts
         said = {
-            radau.NEGATIVE: "friction turns negative within the motion; expected at least 0; do: a smaller gradient or"
+            PULLS: "friction turns negative within the motion; expected at least 0; do: a smaller gradient or"
             " rate_strength",
-            radau.TOO_MANY: f"expected fewer than {most}; got more: the contact rings, hardly anything damps it, or"
+            STEEP: "friction changes along the path faster than the spring's force; do: a smaller gradient",
+            TIRED: f"expected fewer than {most}; got more: the contact rings, hardly anything damps it, or"
             " the law is too stiff; do: take the law that this one tends to (a rigid contact for a stiffness without"
             " end), or loosen rtol",
-            radau.STALLED: "steps became too short; expected a law that can be integrated; got one too stiff; do:"
-            " report these numbers, or take a law that holds where this one nearly does",
         }
-        breaks = next(filter(None, (term.breaks(problem.parameters) for term in problem.law.terms)), "")
-        why = breaks if breaks and code != radau.NEGATIVE else said[code]
-        kind = SimulationError if code == radau.TOO_MANY else LostError
-        return kind(f"simulation of {what}: law {problem.law.name}, parameters {problem.parameters}: {why}")
+        stalled = (
+            "steps became too short; expected a law that can be integrated; got one too stiff; do: report these"
+            " numbers, or take a law that holds where this one nearly does"
+        )
+        all_breaks = (term.breaks(contact.parameters) for contact in contacts for term in contact.law.terms)
+        breaks = next(filter(None, all_breaks), "")
+        why = breaks if breaks and code != PULLS else said.get(code, stalled)
+        kind = SimulationError if code == TIRED else LostError
+        laws = ", ".join(f"law {contact.law.name}, parameters {contact.parameters}" for contact in contacts)
+        return kind(f"simulation of {what}: {laws}: {why}")
 
-    def _carried(self, state: FloatArray, span: float, tau0: float, *, tangent: bool) -> FloatArray:
-        """Carry a state cycle by cycle."""
-        self._begin(state)
-        for begun in np.arange(0.0, span - 1e-9, TURN):
-            self._advance(tau0, float(min(TURN, span - begun)), tangent=tangent)
-        return self.work.state[: self.rig.size].copy()
+    def state(self) -> FloatArray:
+        """Return the state at hand."""
+        work, n = self.works[0], self.masses
+        return np.concatenate((work["q"][:n], work["v"][:n], work["anchor"][: len(self.scale) - 2 * n]))
 
-    def _begin(self, state: FloatArray) -> None:
-        """Set the state; its slopes over itself are then 1, and steps begin as if nothing had gone before."""
-        self.work.clock.next = FIRST * min(self.problem.r, 1.0) / self.problem.base.harmonics
-        self.work.state[:] = 0.0
-        self.work.state[: self.rig.size] = state
-        self.work.tangent[:] = np.eye(WIDTH)
+    def set_state(self, state: FloatArray) -> None:
+        """Set the state; steps begin as if nothing had gone before."""
+        work, n = self.works[0], self.masses
+        fastest = 1.0 if n == 1 else float(self.structure.natural_frequencies[-1])
+        self.clock.next = FIRST * min(self.structure.r / fastest, 1.0) / self.structure.base.harmonics
+        work["q"][:n], work["v"][:n], work["anchor"][: len(state) - 2 * n] = np.split(state, (n, 2 * n))
 
     def _advance(self, tau: float, span: float, *, tangent: bool) -> None:
         """Carry the state, and its slopes, from a phase of the drive over at most a cycle."""
-        before = self.work.clock.tried
-        code = radau.carry(self.law, self.rig, self.drive, self.work, tau, span, int(tangent))
+        before, rows, begin, code = self.clock.tried, self.clock.rows, self.state(), MISSING
+        next_step = self.clock.next
+        while code == MISSING:
+            self.works[0]["tau"] = tau
+            code = radau.carry(self.carrier, span, tangent)
+            if code == MISSING:  # it has met a phase of several masses for the first time
+                make_phase(self.systems, self.works)
+                self.set_state(begin)
+                self.clock.rows, self.clock.next = rows, next_step
         if self.meter is not None:
-            self.meter.take(float(self.work.clock.tried - before))
-        if code != radau.FINE:
-            raise self.failure(code, f"a motion at r = {self.problem.r!r}", f"{self.work.clock.most} steps")
+            self.meter.take(float(self.clock.tried - before))
+        if code != DONE:
+            raise self.failure(code, f"a motion at r = {self.structure.r!r}", f"{self.clock.most} steps")
 
 
 @functools.cache
@@ -271,21 +368,12 @@ def _compiled(contact: ContactForce) -> Any:
     return callback(contact, numba.types.UniTuple(number, 16)(number[::1], *(number,) * 6))
 
 
-def rig_of(problem: Problem, rtol: float) -> tuple[Any, Oscillator]:
-    """A law's formula, compiled, and the numbers of a problem; without friction every law is none."""
-    r, p, terms = problem.r, problem.parameters, problem.law.terms
-    term = next((term for term in terms if term.kind in ("smooth", "inner") and problem.beta > 0.0), TERMS["coulomb"])
-    if problem.law.kind == "elastic" or term.contact is None:
-        raise SimulationError(
-            f"simulation: law {problem.law.name}: the integrated flow does not know it; do: leave the solver to choose"
-        )
-    own = np.array([p[parameter.name] for parameter in term.parameters])
-    bend = term.contact(own, 1.0, problem.beta, 0.0, 0.0, 0.0, 1.0)[4] if term.states else 1.0
-    reach = problem.force_size * min(1.0, 1.0 / r**2)
-    scale = np.array([reach, reach / min(1.0, r), problem.beta / bend or 1.0, 1.0])
-    dashpots = 2.0 * problem.zeta * r, 2.0 * problem.frame_damping_ratio * r
-    numbers = (r, problem.beta, problem.parameter("gradient"), *dashpots, *problem.static_ratios, term.narrow(p))
-    return _compiled(term.contact), Oscillator(own, *numbers, 2 + term.states, rtol, scale)
+def _term_of(contact: Friction) -> Term | None:
+    """The term whose formula is the contact's; without friction every law is none. None: it is elastic."""
+    kinds = ("smooth", "inner") if contact.beta > 0.0 else ()
+    if contact.law.kind == "elastic":
+        return None
+    return next((term for term in contact.law.terms if term.kind in kinds), TERMS["coulomb"])
 
 
 def warm_up() -> None:

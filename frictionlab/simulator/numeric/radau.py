@@ -1,28 +1,53 @@
-"""The integrated flow, compiled: steps of Radau IIA, the corners at which phases end, and stops.
+"""The integrated flow, compiled: steps of Radau IIA through the phases of any masses and contacts.
 
-    z' = v,   r^2 v' = F - z - 2 zeta_f r v - 2 zeta_c r v - n,   w' and age' as the law says (`laws.law.Contact`)
+    q' = v,   r^2 M v' = push (f, f') - r C v - K q - sum row_c n_c,   w' as the contacts' laws say (`laws.law.Contact`)
 
-Within a phase the right-hand side is smooth. The polynomial through the start and the seven stages of a step is the
-motion (degree 7, error like h^8), and its highest coefficient says how well: a step is taken if that coefficient, times
-the largest value of the node polynomial, is below the tolerance. So the motion is as good everywhere as the tolerance
-says; the end of a step is much better (order 13), and the stops, which are ends of steps, with it.
+Within a phase the right-hand side is smooth: a contact at rest on a corner of its friction is held, and its force is
+eliminated; one that slips keeps its direction; an elastic one is a spring. The polynomial through the start and the
+seven stages of a step is the motion (degree 7, error like h^8), and its highest coefficient says how well: a step is
+taken if that coefficient, times the largest value of the node polynomial, is below the tolerance. So the motion is as
+good everywhere as the tolerance says; the end of a step is much better (order 13), and the events, which are ends of
+steps, with it.
 
-A phase ends where v (n, if the contact has an age) comes back to zero. That the polynomial of a step does not cross
-zero is proven by its Bernstein coefficients, all of one sign; if they are not, the interval is halved until they are or
-a crossing is closed in. Then the step is made again so that it ends there, by Newton's method on its length.
+A phase ends where a function of the state falls to zero: the speed of a contact (its force, if it has an age), what a
+held one can bear more, the way of a spring to its limit. That the polynomial of a step does not cross zero is proven by
+its Bernstein coefficients, all of one sign; if they are not, the interval is halved until they are or a crossing is
+closed in. Then the step is made again so that it ends there, by Newton's method on its length.
+
+What happens at an event is decided by the exact flow: there friction is what it is at that moment.
 
 E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, sections IV.5 and IV.8.
 """
 
-from math import comb, cos, isfinite, sin
+from math import comb, cos, inf, isfinite, sin
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import announce, compiled, inner
+from frictionlab.simulator.compiled import announce, entry, inner
+from frictionlab.simulator.exact.flow import (
+    TURN_OF,
+    UPWARDS,
+    accelerate,
+    after_event,
+    begin,
+    follow_slip,
+    gives_way,
+    is_rigid,
+    jump,
+    load_at,
+    set_contact,
+    settle,
+    sign_of,
+    start_account,
+    watches,
+)
+from frictionlab.simulator.exact.motion import place_of
+from frictionlab.simulator.exact.phase import CHATTER, CONTACTS, DONE, MASSES, PULLS, TIRED, slot_of
 
-STAGES, COUNT, WIDTH = 7, 8, 4  # stages and nodes of a step; z, v and up to two inner states
+STAGES, COUNT = 7, 8  # stages and nodes of a step
 PEAK = 7e-5  # largest value of the node polynomial on the step
 MOST = 12  # of Newton's steps; two to four are usual
 ROUNDING = 1e-14  # a correction so small is none
@@ -31,20 +56,19 @@ FAILED = 1e300  # the size of a correction that does not exist
 LOST = 1e-10  # corrections that stay, but are no larger than this, are rounding in a stiff law
 SHORTEST = 1e-13  # share of a step: two crossings closer than this are one
 SHORT, TWITCHES = 1e-12, 3  # rad: a phase so short is a second look at the same corner; so many, and none is looked for
-TINY = 1e-14  # of the component that ends a phase: zero
+TINY = 1e-14  # of what ends a phase: zero
 LOOSE = 1e-12  # and what is taken for it after all looks
 LOOKS = 10  # for the end of a phase
 SHORTEST_TRY = 1e-10  # rad: a step so short crosses zero where its polynomial does
-REST = 0.5  # longest recorded piece of a stop, rad over the number of harmonics
 SAFETY, SHRINK, GROW = 0.85, 0.2, 4.0  # of a step's length
-
-FINE, TOO_MANY, STALLED, NEGATIVE = range(4)  # how a motion ended
+IDLE = 50  # events in a row at one moment that no motion has
 
 
 def tableau() -> tuple[FloatArray, ...]:
     """Nodes of a step, matrix of its stages, weights (barycentric; they give the highest coefficient), Bernstein's.
 
-    The stages stand at the zeros of ``P_7 - P_6``; the last maps values at the nodes to Bernstein coefficients.
+    The stages stand at the zeros of ``P_7 - P_6``; the fourth maps values at the nodes to Bernstein coefficients, the
+    last to the derivative at the end.
     """
     legendre: Any = np.polynomial.legendre
     series = np.append(np.zeros(STAGES - 1), (-1.0, 1.0))
@@ -62,117 +86,186 @@ def tableau() -> tuple[FloatArray, ...]:
         stages[:, j] = 0.5 * c * (base @ shares)
     powers: Any = np.array([comb(STAGES, i) for i in k]) * nodes[:, None] ** k * (1.0 - nodes[:, None]) ** (STAGES - k)
     weights: Any = 1.0 / np.prod(apart, axis=1)
-    return nodes, stages, weights, np.linalg.inv(powers)
+    bernstein: Any = np.linalg.inv(powers)
+    return nodes, stages, weights, bernstein, STAGES * (bernstein[-1] - bernstein[-2])
 
 
-NODES, MATRIX, WEIGHTS, BERNSTEIN = tableau()
+NODES, MATRIX, WEIGHTS, BERNSTEIN, LAST = tableau()
 announce(__name__)
 
 
-class Oscillator(NamedTuple):
-    """The numbers of a problem; its law's formula, compiled, goes beside it."""
+INNER = 2 * CONTACTS  # states that the contacts' laws may have
+SIZE, LESS = 2 * MASSES + INNER, MASSES + INNER
+_C = CONTACTS
 
-    own: FloatArray  # parameters of the law's formula
-    r: float
-    beta: float
-    gradient: float
-    dashpot: float  # 2 zeta_c r
-    lead: float  # 2 zeta_f r
-    up: float  # what a stop holds over what a slide begins with, for a start up and for one down
-    down: float
-    narrow: float  # speed below which friction changes; 0: it does not
-    size: int  # components of the state
-    tolerance: float
-    scale: FloatArray  # (4,): errors are relative to it and to the state's own size
+RUBBING = np.dtype(
+    [
+        ("own", "f8", (_C, 8)),  # parameters of each formula
+        ("beta", "f8", (_C,)),
+        ("gradient", "f8", (_C,)),
+        ("narrow", "f8", (_C,)),  # speed below which friction changes; 0: it does not
+        ("states", "i8", (_C,)),  # states of its own; -1: an elastic contact, which has no formula
+        ("at", "i8", (_C,)),  # the component at which they stand, after displacements and velocities
+        ("scale", "f8", (SIZE,)),  # errors are relative to it and to the component's own size
+        ("force", "f8"),  # and to this, of what a held contact bears
+        ("tolerance", "f8"),
+    ]
+)
+"""The contacts' laws in numbers, and what counts as small of each component; the formulas go beside it."""
+
+STEPS = np.dtype(
+    [
+        ("components", "i8"),  # that are carried: displacements, velocities, inner states
+        ("tried", "i8"),  # steps
+        ("most", "i8"),  # that are allowed
+        ("rows", "i8"),  # that are recorded
+        ("next", "f8"),  # length of the next step
+        ("last", "f8"),  # and of the last one; 0: none to go on from
+        ("fall", "f8"),  # rate of an event's function at the end of the step that is tried
+        ("driven", "f8", (3, COUNT)),  # f, f' and f'' at the nodes of the step that is tried
+        ("values", "f8", (SIZE, COUNT)),  # the last step at its nodes
+        ("trial", "f8", (SIZE, COUNT)),  # the step that is tried
+        ("rate", "f8", (SIZE, COUNT)),
+        ("net", "f8", (MASSES, COUNT)),  # force on each mass but for that of held contacts
+        ("bare", "f8", (MASSES, SIZE, COUNT)),  # its slopes over the state
+        ("slopes", "f8", (LESS, SIZE, COUNT)),  # of the rates of v and of the inner states over the state
+        ("mobile", "f8", (MASSES, MASSES)),  # accelerations by net forces, as held contacts leave them
+        ("moved", "f8", (MASSES,)),  # and by f''
+        ("constant", "f8", (MASSES,)),  # constant forces of springs
+        ("inverse", "f8", (STAGES * LESS, STAGES * LESS)),  # of the stages' equations, q put in
+        ("right", "f8", (SIZE, STAGES)),
+        ("reduced", "f8", (2, STAGES * LESS)),
+        ("exchanged", "i8", (STAGES * LESS,)),
+        ("held", "f8", (_C, COUNT)),  # force of each held contact at the nodes
+        ("watch", "f8", (COUNT,)),  # an event's function at the nodes
+        ("curve", "f8", (2, COUNT)),  # its Bernstein coefficients, and those of a part
+    ]
+)
+"""Where a run writes, beside `WORK`."""
 
 
-class Forcing(NamedTuple):
-    """The force F: a Fourier series, or without sine parts the coefficients of a polynomial."""
+class Stepper(NamedTuple):
+    """What carries a motion: formulas of the contacts; records in arrays of length 1; where steps are recorded."""
 
-    cosine: FloatArray
-    sine: FloatArray
-    bounds: FloatArray  # (2,): of |F'| and |F''|
-
-
-class Work(NamedTuple):
-    """The state, and where a run writes."""
-
-    state: FloatArray  # (4,)
-    tangent: FloatArray  # (4, 4): its slopes over the state that the run began with
-    clock: Any  # `CLOCK`
-    values: FloatArray  # (4, 8): the last step at its nodes
-    trial: FloatArray  # (4, 8): the step that is tried
-    pull: FloatArray  # (7,): F at its stages
-    rate: FloatArray  # (4, 7)
-    slopes: FloatArray  # (3, 4, 7): of the rates of v, w and age over the state
-    inverse: FloatArray  # (7 m, 7 m): of the stages' equations, z put in: m components are left
-    right: FloatArray  # (4, 7)
-    reduced: FloatArray  # (2, 7 m)
-    curve: FloatArray  # (2, 8): Bernstein coefficients of a component, and of a part of it
-    log: FloatArray  # (steps, 3 + 32): start, length, side (0: at rest), values
-
-
-CLOCK = np.dtype([("tried", np.int64), ("most", np.int64), ("rows", np.int64), ("next", float), ("last", float)])
-"""Steps tried, and allowed; steps recorded; length of the next step, and of the last one (0: none to go on from)."""
+    formulas: Any  # one for each contact that there may be
+    systems: Any  # `SYSTEM` and `WORK`, as the exact flow has them
+    works: Any
+    rubbing: Any
+    steps: Any
+    log: FloatArray  # (steps, 2 + 3 c + 8 size): start, length; side, stiffness, constant force of contacts; values
 
 
 @inner
-def drive_at(drive: Forcing, t: float) -> tuple[float, float]:
-    """Return F and its rate at a time."""
-    cosine, sine = drive.cosine, drive.sine
-    value, rate = 0.0, 0.0
-    if len(sine) == 0:
-        for i in range(len(cosine)):
-            rate = rate * t + value
-            value = value * t + cosine[len(cosine) - 1 - i]
-        return value, rate
-    for i in range(len(cosine)):
-        k = i + 1.0
+def drive_at(system: Any, t: float, base: FloatArray, i: int) -> None:
+    """Write the base's displacement and its first two derivatives at a time into a column."""
+    f, df, ddf = 0.0, 0.0, 0.0
+    if system.harmonics == 0:
+        c = system.cubic
+        f, df = c[0] + t * (c[1] + t * (c[2] + t * c[3])), c[1] + t * (2.0 * c[2] + t * 3.0 * c[3])
+        ddf = 2.0 * c[2] + t * 6.0 * c[3]
+    for m in range(system.harmonics):
+        k, line = m + 1.0, system.lines[m]
         c, s = cos(k * t), sin(k * t)
-        value += cosine[i] * c + sine[i] * s
-        rate += k * (sine[i] * c - cosine[i] * s)
-    return value, rate
+        real, imaginary = line.real * c - line.imag * s, line.real * s + line.imag * c
+        f += real
+        df -= k * imaginary
+        ddf -= k * k * real
+    base[0, i], base[1, i], base[2, i] = f, df, ddf
 
 
 @inner
-def contact_at(law: Any, rig: Oscillator, side: float, z: float, v: float, w: float, age: float) -> Any:
-    """Return what the contact does (`Contact`), its dashpot apart."""
-    return law(rig.own, side, rig.beta * (1.0 + rig.gradient * z), z, v, w, age)
-
-
-@compiled
-def contacts(law: Any, rig: Oscillator, sides: FloatArray, states: FloatArray, found: FloatArray) -> None:
-    """Write the contact's force, its dashpot's in it, and its slip (2, m) at many states; at rest (side 0) neither."""
-    for i in range(len(sides)):
-        if sides[i] != 0.0:
-            c = contact_at(law, rig, sides[i], states[i, 0], states[i, 1], states[i, 2], states[i, 3])
-            found[0, i], found[1, i] = c[0] + rig.dashpot * states[i, 1], c[5]
+def along(system: Any, x: FloatArray, first: int, i: int, c: int, f: float) -> Any:
+    """Return a contact's displacement or speed from a column of states; f: that of the base."""
+    total = -system.follow[c] * f
+    for a in range(system.masses):
+        total += system.row[c, a] * x[first + a, i]
+    return total
 
 
 @inner
-def rates(law: Any, rig: Oscillator, work: Work, side: float) -> None:
-    """Write the rates of the trial's states at the stages, and their slopes."""
-    x, rate, slopes, pull, own = work.trial, work.rate, work.slopes, work.pull, rig.own
-    mass, rise, damping = 1.0 / (rig.r * rig.r), rig.beta * rig.gradient, rig.lead + rig.dashpot
-    for i in range(STAGES):
-        z, v = x[0, i + 1], x[1, i + 1]
-        c = law(own, side, rig.beta + rise * z, z, v, x[2, i + 1], x[3, i + 1])
-        rate[0, i], rate[1, i] = v, (pull[i] - z - damping * v - c[0]) * mass
-        slopes[0, 0, i], slopes[0, 1, i] = -(1.0 + c[1] * rise + c[2]) * mass, -(damping + c[3]) * mass
-        slopes[0, 2, i], slopes[0, 3, i] = -c[4] * mass, 0.0
-        if rig.size > 2:
-            rate[2, i], slopes[1, 0, i] = c[6], c[7] * rise
-            slopes[1, 1, i], slopes[1, 2, i], slopes[1, 3, i] = c[8], c[9], c[10]
-        if rig.size > 3:
-            rate[3, i], slopes[2, 0, i] = c[11], c[12] * rise
-            slopes[2, 1, i], slopes[2, 2, i], slopes[2, 3, i] = c[13], c[14], c[15]
+def contact_at(flow: Stepper, c: int, side: float, z: float, v: float, w: float, age: float) -> Any:
+    """Return what a contact does (`laws.law.Contact`), its dashpot apart."""
+    law = flow.rubbing[0]
+    return flow.formulas[c](law.own[c], side, law.beta[c] * (1.0 + law.gradient[c] * z), z, v, w, age)
 
 
 @inner
-def invert(a: FloatArray) -> bool:
+def inner_slopes(system: Any, slopes: FloatArray, c: int, at: int, i: int, by_z: float, by_v: float) -> None:
+    """Write the slopes of an inner state's rate over displacements and velocities."""
+    n = system.masses
+    for b in range(n):
+        slopes[at - n, b, i] = by_z * system.row[c, b]
+        slopes[at - n, n + b, i] = by_v * system.row[c, b]
+
+
+@inner
+def forces(flow: Stepper, slot: int, first: int, last: int) -> None:
+    """Write net forces, and the rates of inner states, with their slopes, at some nodes of the trial step."""
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    x, bare, net, n = steps.trial, steps.bare, steps.net, system.masses
+    for i in range(first, last):
+        f, df = steps.driven[0, i], steps.driven[1, i]
+        for a in range(n):
+            total = work.phases.by_f[slot, a] * f + system.push[a, 1] * df + steps.constant[a]
+            for b in range(n):
+                stiff, thick = work.phases.stiffness[slot, a, b], system.damping[a, b]
+                total -= stiff * x[b, i] + thick * x[n + b, i]
+                bare[a, b, i], bare[a, n + b, i] = -stiff, -thick
+            for k in range(2 * n, steps.components):
+                bare[a, k, i] = 0.0
+            net[a, i] = total
+        for c in range(system.contacts):
+            if law.states[c] >= 0 and work.kappa[c] != inf:
+                rub(flow, c, i)
+
+
+@inner
+def rub(flow: Stepper, c: int, i: int) -> None:
+    """Add what a contact does by its formula at a node."""
+    system, law, steps = flow.systems[0], flow.rubbing[0], flow.steps[0]
+    x, bare, slopes, n = steps.trial, steps.bare, steps.slopes, system.masses
+    states, at, rise = law.states[c], law.at[c], law.beta[c] * law.gradient[c]
+    w, age = x[at, i] if states > 0 else 0.0, x[at + 1, i] if states > 1 else 0.0
+    z, v = along(system, x, 0, i, c, steps.driven[0, i]), along(system, x, n, i, c, steps.driven[1, i])
+    d = flow.formulas[c](law.own[c], float(flow.works[0].side[c]), law.beta[c] + rise * z, z, v, w, age)
+    for a in range(n):
+        share = system.row[c, a]
+        if share != 0.0:
+            steps.net[a, i] -= share * d[0]
+            for b in range(n):
+                bare[a, b, i] -= share * (d[1] * rise + d[2]) * system.row[c, b]
+                bare[a, n + b, i] -= share * d[3] * system.row[c, b]
+            if states > 0:
+                bare[a, at, i] -= share * d[4]
+    if states > 0:
+        steps.rate[at, i], slopes[at - n, at, i] = d[6], d[9]
+        inner_slopes(system, slopes, c, at, i, d[7] * rise, d[8])
+    if states > 1:
+        steps.rate[at + 1, i], slopes[at - n, at + 1, i] = d[11], d[10]
+        inner_slopes(system, slopes, c, at + 1, i, d[12] * rise, d[13])
+        slopes[at + 1 - n, at, i], slopes[at + 1 - n, at + 1, i] = d[14], d[15]
+
+
+@inner
+def rates(n: int, steps: Any) -> None:
+    """Write the rates of the masses' states at the stages, and their slopes, from the net forces."""
+    for a in range(n):
+        for i in range(1, COUNT):
+            rate = steps.moved[a] * steps.driven[2, i]
+            for b in range(n):
+                rate += steps.mobile[a, b] * steps.net[b, i]
+            steps.rate[a, i], steps.rate[n + a, i] = steps.trial[n + a, i], rate
+        for k in range(steps.components):
+            for i in range(1, COUNT):
+                slope = 0.0
+                for b in range(n):
+                    slope += steps.mobile[a, b] * steps.bare[b, k, i]
+                steps.slopes[a, k, i] = slope
+
+
+@inner
+def invert(a: FloatArray, n: int, rows: NDArray[np.int64]) -> bool:
     """Invert a matrix in place, by Gauss-Jordan with row exchanges; False if it is singular or not finite."""
-    n = len(a)
-    rows = np.empty(n, np.int64)
     for k in range(n):
         row = k
         for i in range(k + 1, n):
@@ -198,80 +291,91 @@ def invert(a: FloatArray) -> bool:
 
 
 @inner
-def factorise(work: Work, h: float, size: int) -> bool:
-    """Invert 1 - h A x J of the stages, J the slopes of their rates, with z' = v put in; False if that fails."""
-    a, slopes, less = work.inverse, work.slopes, size - 1
+def factorise(steps: Any, h: float, n: int) -> bool:
+    """Invert 1 - h A x J of the stages, J the slopes of their rates, with q' = v put in; False if that fails."""
+    a, slopes, less = steps.inverse, steps.slopes, steps.components - n
     for k in range(less):
         for i in range(STAGES):
             for m in range(less):
                 for j in range(STAGES):
-                    a[k * STAGES + i, m * STAGES + j] = -h * MATRIX[i, j] * slopes[k, m + 1, j]
-            for j in range(STAGES):
-                spring = h * h * MATRIX[i, j] * slopes[k, 0, j]
-                if spring != 0.0:
-                    for m in range(STAGES):
-                        a[k * STAGES + i, m] -= spring * MATRIX[j, m]
+                    a[k * STAGES + i, m * STAGES + j] = -h * MATRIX[i, j] * slopes[k, n + m, j + 1]
+            for b in range(n):
+                for j in range(STAGES):
+                    spring = h * h * MATRIX[i, j] * slopes[k, b, j + 1]
+                    if spring != 0.0:
+                        for m in range(STAGES):
+                            a[k * STAGES + i, b * STAGES + m] -= spring * MATRIX[j, m]
     for i in range(less * STAGES):
         a[i, i] += 1.0
-    return invert(a)
+    return invert(a, less * STAGES, steps.exchanged)
 
 
 @inner
-def solve_stages(work: Work, h: float, size: int) -> None:
-    """Solve the linear equations of all stages in place of their right-hand side, z by what v makes of it."""
-    right, given, found, slopes = work.right, work.reduced[0], work.reduced[1], work.slopes
-    for k in range(size - 1):
+def solve_stages(steps: Any, h: float, n: int) -> None:
+    """Solve the linear equations of all stages in place of their right-hand side, q by what v makes of it."""
+    right, given, found, slopes = steps.right, steps.reduced[0], steps.reduced[1], steps.slopes
+    for k in range(steps.components - n):
         for i in range(STAGES):
             total = 0.0
-            for j in range(STAGES):
-                total += MATRIX[i, j] * slopes[k, 0, j] * right[0, j]
-            given[k * STAGES + i] = right[k + 1, i] + h * total
-    for i in range(len(given)):
+            for b in range(n):
+                for j in range(STAGES):
+                    total += MATRIX[i, j] * slopes[k, b, j + 1] * right[b, j]
+            given[k * STAGES + i] = right[n + k, i] + h * total
+    for i in range(STAGES * (steps.components - n)):
         total = 0.0
-        for j in range(len(given)):
-            total += work.inverse[i, j] * given[j]
+        for j in range(STAGES * (steps.components - n)):
+            total += steps.inverse[i, j] * given[j]
         found[i] = total
     for i in range(STAGES):
-        total = 0.0
-        for j in range(STAGES):
-            total += MATRIX[i, j] * found[j]
-        right[0, i] += h * total
-        for k in range(size - 1):
-            right[k + 1, i] = found[k * STAGES + i]
+        for b in range(n):
+            total = 0.0
+            for j in range(STAGES):
+                total += MATRIX[i, j] * found[b * STAGES + j]
+            right[b, i] += h * total
+        for k in range(steps.components - n):
+            right[n + k, i] = found[k * STAGES + i]
 
 
 @inner
-def correct(law: Any, rig: Oscillator, work: Work, side: float, h: float, fresh: int) -> float:
+def correct(flow: Stepper, slot: int, h: float, fresh: int) -> float:
     """Correct the stages once by Newton's method; return its size over the scale, or FAILED if there is none."""
-    trial, right, worst = work.trial, work.right, 0.0
-    rates(law, rig, work, side)
-    if fresh and not factorise(work, h, rig.size):
+    steps, scale, n, worst = flow.steps[0], flow.rubbing[0].scale, flow.systems[0].masses, 0.0
+    trial, right = steps.trial, steps.right
+    forces(flow, slot, 1, COUNT)
+    rates(n, steps)
+    if fresh and not factorise(steps, h, n):
         return FAILED
-    for k in range(rig.size):
+    for k in range(steps.components):
         for i in range(STAGES):
             total = 0.0
             for j in range(STAGES):
-                total += MATRIX[i, j] * work.rate[k, j]
+                total += MATRIX[i, j] * steps.rate[k, j + 1]
             right[k, i] = (trial[k, 0] - trial[k, i + 1]) + h * total
-    solve_stages(work, h, rig.size)
-    for k in range(rig.size):
+    solve_stages(steps, h, n)
+    for k in range(steps.components):
         for i in range(STAGES):
             trial[k, i + 1] += right[k, i]
-            off = abs(right[k, i]) / (rig.scale[k] + abs(trial[k, 0]))
+            off = abs(right[k, i]) / (scale[k] + abs(trial[k, 0]))
             worst = max(worst, off) if isfinite(off) else FAILED
     return worst
 
 
 @inner
-def step(law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, t: float, h: float) -> bool:
+def step(flow: Stepper, slot: int, t: float, h: float) -> bool:
     """Solve one step from the state at t over h, from the guess in `trial`; False if Newton's method fails."""
-    work.clock.tried += 1
-    work.trial[:, 0] = work.state
-    for i in range(STAGES):
-        work.pull[i] = drive_at(drive, t + NODES[i + 1] * h)[0]
+    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    n = system.masses
+    steps.tried += 1
+    for a in range(n):
+        steps.trial[a, 0], steps.trial[n + a, 0] = work.q[a], work.v[a]
+    first = system.first[system.contacts] - 2 * n  # of inner states, behind the anchors
+    for k in range(2 * n, steps.components):
+        steps.trial[k, 0] = work.anchor[first + k]
+    for i in range(COUNT):
+        drive_at(system, t + NODES[i] * h, steps.driven, i)
     before, fresh = FAILED, 1
     for _ in range(MOST):
-        now = correct(law, rig, work, side, h, fresh)
+        now = correct(flow, slot, h, fresh)
         if now >= FAILED:
             return False
         ratio = now / before if before < FAILED else GUESS
@@ -285,57 +389,131 @@ def step(law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, t: 
 
 
 @inner
-def carry_tangent(work: Work, h: float, size: int) -> None:
-    """Carry the slopes of the state over its start through the step just solved."""
-    right, tangent = work.right, work.tangent
-    factorise(work, h, size)
-    for column in range(size):
-        right.T[:] = tangent[:, column]
-        solve_stages(work, h, size)
-        tangent[:size, column] = right[:size, STAGES - 1]
+def hold(flow: Stepper, slot: int) -> None:
+    """Write the forces of held rigid contacts at the nodes of the trial step."""
+    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    count = 0
+    for c in range(system.contacts):
+        count += 1 if work.kappa[c] == inf else 0
+    if count == 0:
+        return
+    forces(flow, slot, 0, COUNT)
+    for c in range(system.contacts):
+        if work.kappa[c] == inf:
+            for i in range(COUNT):
+                total = -work.phases.bind[slot, c] * steps.driven[2, i]
+                for b in range(system.masses):
+                    total += work.phases.grip[slot, c, b] * steps.net[b, i]
+                steps.held[c, i] = total
 
 
 @inner
-def predict(work: Work, size: int, offset: float, ratio: float) -> None:
+def watch(flow: Stepper, c: int, which: int) -> Any:
+    """Write an event's function at the nodes of the trial step, positive until then; return what is zero of it."""
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    n, sign, scale = system.masses, sign_of(work, c, which), law.scale[system.masses]
+    threshold = 0.0 if which == TURN_OF else work.upper[c] if which == UPWARDS else work.lower[c]
+    for i in range(COUNT):
+        if which == TURN_OF and law.states[c] == 2:
+            value, scale = steps.trial[law.at[c], i], law.scale[law.at[c]]
+        elif which == TURN_OF:
+            value = along(system, steps.trial, n, i, c, steps.driven[1, i])
+        elif is_rigid(system, c):
+            value, scale = steps.held[c, i], law.force
+        else:
+            value, scale = along(system, steps.trial, 0, i, c, steps.driven[0, i]), law.scale[0]
+        steps.watch[i] = sign * (value - threshold)
+    return scale
+
+
+@inner
+def carry_tangent(flow: Stepper, h: float) -> None:
+    """Carry the derivative of the state by its start, q, v, anchors and inner states, through the step just solved."""
+    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    n, sliders, size, right, jacobian = (
+        system.masses,
+        system.first[system.contacts],
+        steps.components,
+        steps.right,
+        work.jacobian,
+    )
+    factorise(steps, h, n)
+    for column in range(size + sliders):
+        for a in range(n):
+            push = 0.0
+            for c in range(system.contacts if sliders > 0 else 0):
+                for i in range(system.first[c], system.first[c + 1]):
+                    if not work.slips[i] and jacobian[2 * n + i, column] != 0.0:
+                        for b in range(n):
+                            share = steps.mobile[a, b] * system.row[c, b] * system.spring[i]
+                            push += share * jacobian[2 * n + i, column]
+            for i in range(STAGES):
+                right[a, i] = jacobian[a, column]
+                right[n + a, i] = jacobian[n + a, column] + h * NODES[i + 1] * push
+        for k in range(2 * n, size):
+            for i in range(STAGES):
+                right[k, i] = jacobian[sliders + k, column]
+        solve_stages(steps, h, n)
+        for k in range(size):
+            jacobian[k if k < 2 * n else sliders + k, column] = right[k, STAGES - 1]
+
+
+@inner
+def predict(steps: Any, offset: float, ratio: float) -> None:
     """Write a first guess of the stages: the last step's polynomial, at shares offset + ratio * node of that step."""
+    size = steps.components
     for i in range(1, COUNT):
         theta, below = offset + ratio * NODES[i], 0.0
         for k in range(size):
-            work.trial[k, i] = 0.0
+            steps.trial[k, i] = 0.0
         for j in range(COUNT):
             gap = theta - NODES[j]
             if gap == 0.0:
                 below = 1.0
                 for k in range(size):
-                    work.trial[k, i] = work.values[k, j]
+                    steps.trial[k, i] = steps.values[k, j]
                 break
             below += WEIGHTS[j] / gap
             for k in range(size):
-                work.trial[k, i] += WEIGHTS[j] / gap * work.values[k, j]
+                steps.trial[k, i] += WEIGHTS[j] / gap * steps.values[k, j]
         for k in range(size):
-            work.trial[k, i] /= below
+            steps.trial[k, i] /= below
 
 
 @inner
-def error_of(rig: Oscillator, work: Work) -> float:
+def top_of(values: FloatArray, scale: float) -> Any:
+    """Return the largest error of the polynomial through values at the nodes, over a scale and their size."""
+    top, largest = 0.0, 0.0
+    for i in range(COUNT):
+        top += WEIGHTS[i] * (values[i] - values[0])
+        largest = max(largest, abs(values[i]))
+    return abs(top) * PEAK / (scale + largest)
+
+
+@inner
+def error_of(flow: Stepper, slot: int) -> Any:
     """Return the size of the trial step's error over the tolerance; more than 1 if it is too long.
 
     A Stribeck curve that falls within nu may stand between two nodes unseen, and the polynomial looks perfect. So near
     v = 0 two nodes are at most nu apart; by how much they are more enters the error by a power, so that the step
     shrinks in proportion.
     """
-    trial, worst, widest = work.trial, 0.0, 0.0
-    for k in range(rig.size):
-        top, largest = 0.0, 0.0
-        for i in range(COUNT):
-            top += WEIGHTS[i] * (trial[k, i] - trial[k, 0])
-            largest = max(largest, abs(trial[k, i]))
-        worst = max(worst, abs(top) * PEAK / (rig.scale[k] + largest))
-    if rig.narrow > 0.0:
-        for i in range(STAGES):
-            if min(abs(trial[1, i]), abs(trial[1, i + 1])) < 5.0 * rig.narrow:
-                widest = max(widest, min(abs(trial[1, i] - trial[1, i + 1]) / rig.narrow, 10.0))
-    return max(worst / rig.tolerance, widest**7)
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    worst, widest = 0.0, 0.0
+    hold(flow, slot)
+    for k in range(steps.components):
+        worst = max(worst, top_of(steps.trial[k], law.scale[k]))
+    for c in range(system.contacts):
+        if work.kappa[c] == inf:
+            worst = max(worst, top_of(steps.held[c], law.force))
+        elif law.narrow[c] > 0.0:
+            one = along(system, steps.trial, system.masses, 1, c, steps.driven[1, 1])
+            for i in range(2, COUNT):
+                other = along(system, steps.trial, system.masses, i, c, steps.driven[1, i])
+                if min(abs(one), abs(other)) < 5.0 * law.narrow[c]:
+                    widest = max(widest, min(abs(one - other) / law.narrow[c], 10.0))
+                one = other
+    return max(worst / law.tolerance, widest**7)
 
 
 @inner
@@ -352,13 +530,12 @@ def least_between(curve: FloatArray, part: FloatArray, begin: float, end: float)
 
 
 @inner
-def first_crossing(rig: Oscillator, work: Work, side: float, k: int) -> float:
-    """Return the share of the trial step at which component k first falls below zero; 2 if it is proven not to."""
-    trial, curve, part = work.trial, work.curve[0], work.curve[1]
-    tiny = -TINY * rig.scale[k]
+def first_crossing(steps: Any, scale: float) -> float:
+    """Return the share of the step at which the function watched first falls below zero; 2: it is proven not to."""
+    given, curve, part, tiny = steps.watch, steps.curve[0], steps.curve[1], -TINY * scale
     for i in range(COUNT):
-        curve[i] = side * np.sum(BERNSTEIN[i] * trial[k])
-    curve[0], curve[STAGES] = side * trial[k, 0], side * trial[k, STAGES]
+        curve[i] = np.sum(BERNSTEIN[i] * given)
+    curve[0], curve[STAGES] = max(given[0], 0.0) if given[0] > -LOOSE * scale else given[0], given[STAGES]
     begin, width = 0.0, 1.0
     while begin + width > SHORTEST:
         if least_between(curve, part, begin, begin + width) >= tiny:
@@ -374,22 +551,24 @@ def first_crossing(rig: Oscillator, work: Work, side: float, k: int) -> float:
 
 
 @inner
-def land(
-    law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, k: int, t: float, h: float, theta: float
-) -> float:
-    """Make the trial step again so that it ends where component k falls through zero; -1 if it does not.
+def land(flow: Stepper, slot: int, c: int, which: int, t: float, h: float, theta: float) -> float:
+    """Make the trial step again so that it ends at an event; return its length, or -1 if there is none.
 
     The polynomial of a long step may cross zero where the motion does not (just after a release it moves like t^2):
     then the step must be shorter. The length is Newton's, kept between what is too short and what is too long.
     """
-    work.values[:] = work.trial
-    length, short, long, left = theta * h, 0.0, h, FAILED
+    steps = flow.steps[0]
+    steps.values[:] = steps.trial
+    length, short, long, left, scale = theta * h, 0.0, h, FAILED, 1.0
     for _ in range(LOOKS):
-        predict(work, rig.size, 0.0, length / h)
-        if not step(law, rig, drive, work, side, t, length):
+        predict(steps, 0.0, length / h)
+        if not step(flow, slot, t, length):
             return -1.0
-        left, rise = side * work.trial[k, STAGES], side * work.rate[k, STAGES - 1]
-        if abs(left) <= TINY * rig.scale[k] and (rise < 0.0 or h < SHORTEST_TRY):
+        hold(flow, slot)
+        scale = watch(flow, c, which)
+        left, rise = steps.watch[STAGES], np.sum(LAST * (steps.watch - steps.watch[STAGES])) / length
+        steps.fall = rise
+        if abs(left) <= TINY * scale and (rise < 0.0 or h < SHORTEST_TRY):
             return length
         if left < 0.0:
             long = length
@@ -400,193 +579,385 @@ def land(
         length = length - left / rise if rise < 0.0 else short
         if not short < length < long:
             length = 0.5 * (short + long)
-    return length if abs(left) <= LOOSE * rig.scale[k] or h < SHORTEST_TRY else -1.0
+    return length if abs(left) <= LOOSE * scale or h < SHORTEST_TRY else -1.0
 
 
 @inner
-def record(work: Work, t: float, h: float, side: float) -> None:
+def record(flow: Stepper, t: float, h: float) -> None:
     """Append the step in `values` to the log, as far as there is space; count it in any case."""
-    log, row = work.log, work.clock.rows
-    work.clock.rows += 1
+    work, steps, contacts = flow.works[0], flow.steps[0], flow.systems[0].contacts
+    log, row = flow.log, steps.rows
+    steps.rows += 1
     if row < len(log):
-        log[row, 0], log[row, 1], log[row, 2] = t, h, side
-        log[row, 3:] = work.values.reshape(WIDTH * COUNT)
+        log[row, 0], log[row, 1] = t, h
+        for c in range(contacts):
+            log[row, 2 + c], log[row, 2 + contacts + c] = float(work.side[c]), work.kappa[c]
+            log[row, 2 + 2 * contacts + c] = work.offset[c]
+        for k in range(steps.components):
+            for i in range(COUNT):
+                log[row, 2 + 3 * contacts + COUNT * k + i] = steps.values[k, i]
 
 
 @inner
-def advance(
-    law: Any, rig: Oscillator, drive: Forcing, work: Work, side: float, t: float, end: float, tangent: int, watched: int
-) -> tuple[float, bool]:
-    """Take one step from t, up to `end` at most: the time reached, and whether component `watched` ends the phase.
+def first_event(flow: Stepper, corners: bool) -> tuple[float, int, int]:
+    """Return the share of the trial step at which a phase ends, by which contact and how; (2, -1, 0): it does not.
 
-    -1: nothing is watched. A time beyond `end`: the steps allowed are used up.
+    Without `corners` those of contacts with states of their own are not looked for.
     """
-    clock = work.clock
-    while clock.tried < clock.most:
-        h = min(clock.next, end - t)
-        if 0.0 < h < 3.0 * clock.last:
-            predict(work, rig.size, 1.0, h / clock.last)
+    work, share, contact, how = flow.works[0], 2.0, -1, 0
+    for c in range(flow.systems[0].contacts):
+        for which in range(3):
+            if not watches(work, c, which) or (flow.rubbing[0].states[c] > 0 and not corners):
+                continue
+            scale = watch(flow, c, which)
+            theta = first_crossing(flow.steps[0], scale)
+            if which != TURN_OF and is_rigid(flow.systems[0], c) and theta < share and theta < 10.0 * SHORTEST:
+                theta = 0.0 if flow.steps[0].watch[0] <= LOOSE * scale else theta  # it cannot hold from the begin on
+            if theta < share:
+                share, contact, how = theta, c, which
+    return share, contact, how
+
+
+@inner
+def advance(flow: Stepper, slot: int, t: float, end: float, tangent: bool, corners: bool) -> tuple[float, int, int]:
+    """Take one step from t, up to `end` at most: the time reached, and by which contact the phase ends and how (-1).
+
+    A time beyond `end`: the steps allowed are used up.
+    """
+    steps = flow.steps[0]
+    while steps.tried < steps.most:
+        h = min(steps.next, end - t)
+        if 0.0 < h < 3.0 * steps.last:
+            predict(steps, 1.0, h / steps.last)
         else:
-            work.trial.T[:] = work.state
-            work.trial[0] += h * work.state[1] * NODES
-        if not step(law, rig, drive, work, side, t, h):
-            clock.next, clock.last = 0.25 * h, 0.0
+            guess(flow, h)
+        if not step(flow, slot, t, h):
+            steps.next, steps.last = 0.25 * h, 0.0
             continue
-        error = error_of(rig, work)
+        error = error_of(flow, slot)
         change = SAFETY * max(error, 1e-12) ** (-1.0 / 7.0)
         if error > 1.0:
-            clock.next = h * max(SHRINK, change)
+            steps.next = h * max(SHRINK, change)
             continue
-        theta = first_crossing(rig, work, side, watched) if watched >= 0 else 2.0
+        theta, c, which = first_event(flow, corners)
         grown = h * min(GROW, max(SHRINK, change))
-        clock.next = grown if h >= clock.next else max(grown, clock.next)
+        steps.next = grown if h >= steps.next else max(grown, steps.next)
         landed = h
+        if theta == 0.0:
+            watch(flow, c, which)
+            steps.fall = STAGES * (np.sum(BERNSTEIN[1] * steps.watch) - steps.watch[0]) / h
+            steps.bare[:, :, STAGES] = steps.bare[:, :, 0]
+            return t, c, which
         if theta <= 1.0:
-            landed = land(law, rig, drive, work, side, watched, t, h, theta)
-            if landed < 0.0 or error_of(rig, work) > 1.0:
-                clock.next, clock.last = 0.25 * h if landed < 0.0 else 0.5 * landed, 0.0
+            landed = land(flow, slot, c, which, t, h, theta)
+            if landed < 0.0 or error_of(flow, slot) > 1.0:
+                steps.next, steps.last = 0.25 * h if landed < 0.0 else 0.5 * landed, 0.0
                 continue
         if tangent:
-            carry_tangent(work, landed, rig.size)
-        work.values[:], work.state[: rig.size] = work.trial, work.trial[: rig.size, STAGES]
-        if len(work.log) > 0:
-            record(work, t, landed, side)
-        clock.last = landed
-        return (end if theta > 1.0 and h == end - t else t + landed), theta <= 1.0
-    return end + 1.0, False
+            carry_tangent(flow, landed)
+        accept(flow, t, landed)
+        steps.last = landed
+        return (end if theta > 1.0 and h == end - t else t + landed), c if theta <= 1.0 else -1, which
+    return end + 1.0, -1, 0
 
 
 @inner
-def release(law: Any, rig: Oscillator, drive: Forcing, z: float, t: float, end: float) -> tuple[float, float]:
-    """Return when and to which side a mass at rest at z breaks away: the first time after t, and before `end`."""
-    up = rig.up * contact_at(law, rig, 1.0, z, 0.0, 0.0, 0.0)[0]
-    down, bound = -rig.down * contact_at(law, rig, -1.0, z, 0.0, 0.0, 0.0)[0], drive.bounds[1]
-    tiny = 1e-15 * (drive.bounds[0] + abs(z) + max(up, down))
-    while t < end:
-        pull, rate = drive_at(drive, t)
-        wait = end - t
-        for side, hold in ((1.0, up), (-1.0, down)):
-            left, fall = hold - side * (pull - z), side * rate
-            if left < -tiny or (left <= tiny and fall > 0.0):
-                return t, side
-            root = (fall * fall + 2.0 * bound * max(left, 0.0)) ** 0.5
-            safe = 2.0 * max(left, 0.0) / (root + fall) if fall > 0.0 else (root - fall) / bound
-            wait = min(wait, max(safe, 1e-15 * (1.0 + t)))
-        t += wait
-    return end, 0.0
+def accept(flow: Stepper, t: float, h: float) -> None:
+    """Make the end of the trial step the state at hand, and record the step."""
+    work, system, steps = flow.works[0], flow.systems[0], flow.steps[0]
+    n = system.masses
+    steps.values[:] = steps.trial
+    for a in range(n):
+        work.q[a], work.v[a] = steps.trial[a, STAGES], steps.trial[n + a, STAGES]
+    for k in range(2 * n, steps.components):
+        work.anchor[system.first[system.contacts] - 2 * n + k] = steps.trial[k, STAGES]
+    for order in range(3):
+        work.f[order] = steps.driven[order, STAGES]
+    if len(flow.log) > 0:
+        record(flow, t, h)
 
 
 @inner
-def acceleration(law: Any, rig: Oscillator, side: float, pull: float, z: float) -> Any:
-    """Return the acceleration of a mass at rest under the force `pull`, about to slide."""
-    return (pull - z - contact_at(law, rig, side, z, 0.0, 0.0, 0.0)[0]) / (rig.r * rig.r)
+def guess(flow: Stepper, h: float) -> None:
+    """Write a first guess of the stages without a step before: the state, moving on as it does."""
+    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    n, first = system.masses, system.first[system.contacts] - 2 * system.masses
+    for i in range(1, COUNT):
+        for a in range(n):
+            steps.trial[a, i], steps.trial[n + a, i] = work.q[a] + h * NODES[i] * work.v[a], work.v[a]
+        for k in range(2 * n, steps.components):
+            steps.trial[k, i] = work.anchor[first + k]
 
 
 @inner
-def rest(
-    law: Any, rig: Oscillator, drive: Forcing, work: Work, t: float, end: float, before: float
-) -> tuple[float, float]:
-    """Let a mass at rest stay until it is released or the end comes; return when it goes, and to which side.
+def freeze(flow: Stepper) -> bool:
+    """Make friction what it is at this moment, as the exact flow's; False where it is negative.
 
-    `before` is the acceleration with which it came to rest (0: it began there); it says how slopes are carried on.
+    Of a contact at rest that is what it begins to slip with.
     """
-    tangent, z = work.tangent, work.state[0]
-    go, side = release(law, rig, drive, z, t, end)
-    if go > t and len(work.log) > 0:
-        work.values.T[:] = work.state
-        count = int((go - t) * max(1, len(drive.cosine)) / REST) + 1
-        for i in range(count):
-            record(work, t + (go - t) * i / count, (go - t) / count, 0.0)
-    pull, rate = drive_at(drive, go)
-    after = acceleration(law, rig, side, pull, z) if side != 0.0 else 0.0
-    for j in range(2):
-        if go > t or side == 0.0:
-            tangent[1, j] = 0.0
-            if side != 0.0 and rate != 0.0:
-                c = contact_at(law, rig, side, z, 0.0, 0.0, 0.0)
-                hold = (rig.up if side > 0.0 else rig.down) * (c[1] * rig.beta * rig.gradient + c[2])
-                tangent[1, j] = -after * (1.0 + hold) / rate * tangent[0, j]
-        elif before != 0.0:
-            tangent[1, j] *= after / before
-    return go, side
-
-
-@inner
-def choose_side(law: Any, rig: Oscillator, drive: Forcing, x: FloatArray, ending: int, t: float) -> float:
-    """Return the sign of the component that ends a phase, or of its rate where it is zero."""
-    if x[ending] != 0.0:
-        return 1.0 if x[ending] > 0.0 else -1.0
-    c = contact_at(law, rig, 1.0, x[0], x[1], x[2], x[3])
-    rate = drive_at(drive, t)[0] - x[0] - (rig.lead + rig.dashpot) * x[1] - c[0]
-    if ending == 2 and c[6] != 0.0:
-        rate = c[6]
-    return 1.0 if rate >= 0.0 else -1.0
-
-
-@compiled
-def carry(law: Any, rig: Oscillator, drive: Forcing, work: Work, t: float, span: float, tangent: int) -> int:
-    """Carry the state, and if asked for its slopes, from t over a span of time; return how it ended."""
-    state, clock, end, ending = work.state, work.clock, t + span, 2 if rig.size == WIDTH else 1
-    smooth, side, before, quick = rig.size == 2, 0.0, 0.0, 0
-    clock.last = 0.0
-    while t < end:
-        if side == 0.0 and smooth and state[1] == 0.0:
-            t, side = rest(law, rig, drive, work, t, end, before)
+    system, work, law = flow.systems[0], flow.works[0], flow.rubbing[0]
+    first = system.first[system.contacts] - 2 * system.masses
+    for c in range(system.contacts):
+        if law.states[c] < 0:
+            if load_at(system, work, c) < 0.0:
+                return False
             continue
-        if side == 0.0:
-            side = choose_side(law, rig, drive, state, ending, t)
-        begun = t
-        t, ended = advance(law, rig, drive, work, side, t, end, tangent, ending if quick < TWITCHES else -1)
-        if t > end:
-            return TOO_MANY
-        if clock.next < SHORTEST * SHORTEST:
-            return STALLED
-        friction = rig.beta * (1.0 + rig.gradient * state[0])
-        if smooth:
-            friction = side * contact_at(law, rig, side, state[0], state[1], 0.0, 0.0)[0]
-        if friction < 0.0:
-            return NEGATIVE
-        if ended:
-            before = acceleration(law, rig, side, drive_at(drive, t)[0], state[0]) if smooth else 0.0
-            state[ending], side, clock.last = 0.0, 0.0, 0.0
-            quick = quick + 1 if t - begun < SHORT and not smooth else 0
-        elif quick >= TWITCHES:
-            quick, side = 0, 0.0
-    return FINE
+        z, v = place_of(system, work.q, c, work.f[0]), place_of(system, work.v, c, work.f[1])
+        rests, side = law.states[c] == 0 and work.side[c] == 0, 1.0 if work.side[c] >= 0 else -1.0
+        w = work.anchor[first + law.at[c]] if law.states[c] > 0 else 0.0
+        age = work.anchor[first + law.at[c] + 1] if law.states[c] > 1 else 0.0
+        system.limit[c] = side * contact_at(flow, c, side, z, 0.0 if rests else v, w, age)[0]
+        if (law.states[c] == 0 and system.limit[c] < 0.0) or law.beta[c] * (1.0 + law.gradient[c] * z) < 0.0:
+            return False
+    return True
 
 
-@compiled
-def travel(
-    law: Any,
-    rig: Oscillator,
-    drive: Forcing,
-    work: Work,
-    lengths: FloatArray,
-    pull: FloatArray,
-    first: int,
-    longest: float,
-    most: int,
-) -> tuple[int, int, FloatArray]:
-    """Carry the state along pieces of a sampled drive, of these lengths (n,) and forces (n, 4), from the first one on.
+@inner
+def begin_phase(flow: Stepper, slot: int) -> None:
+    """Write what net forces and the base make of accelerations, and the constant forces of springs."""
+    system, work, steps, n = flow.systems[0], flow.works[0], flow.steps[0], flow.systems[0].masses
+    for a in range(n):
+        steps.moved[a], steps.constant[a] = 0.0, 0.0
+        for b in range(n):
+            steps.mobile[a, b] = system.mobility[a, b]
+    for c in range(system.contacts):
+        if work.kappa[c] == inf:
+            for a in range(n):
+                by_force = 0.0
+                for b in range(n):
+                    by_force += system.mobility[a, b] * system.row[c, b]
+                steps.moved[a] += by_force * work.phases.bind[slot, c]
+                for b in range(n):
+                    steps.mobile[a, b] -= by_force * work.phases.grip[slot, c, b]
+        elif flow.rubbing[0].states[c] < 0:
+            for a in range(n):
+                steps.constant[a] -= system.row[c, a] * work.offset[c]
 
-    `longest`, `most`: what is carried at once (rad), and the steps that may be recorded in it. Returns how it ended,
-    the piece to go on with when the log has no more space, and how many steps are recorded when each piece is over.
+
+@inner
+def come_earlier(flow: Stepper, slot: int, c: int, which: int) -> None:
+    """Write by how much an event comes earlier, for each column of the derivative, and accelerations before it."""
+    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    sliders, size, form = system.first[system.contacts], steps.components, work.form
+    for i in range(sliders):
+        work.slipping[i] = work.slips[i]
+    for k in range(size + sliders):
+        form[k], work.shift[k] = 0.0, 0.0
+    if which == TURN_OF or not is_rigid(system, c):
+        form_of_place(system, work, c, which)
+    else:
+        form_of_force(flow, slot, c, which)
+    for k in range(size + sliders):
+        if form[k] != 0.0 and steps.fall != 0.0:
+            for b in range(size + sliders):
+                work.shift[b] += form[k] * work.jacobian[k, b] / steps.fall
+    for other in range(system.contacts):
+        set_contact(system, work, other)
+    accelerate(system, work, slot)
+    for a in range(system.masses):
+        work.acceleration[0, a] = work.acceleration[1, a]
+
+
+@inner
+def form_of_place(system: Any, work: Any, c: int, which: int) -> None:
+    """Write the derivative of an event's function over the state: a contact's speed, or how far it may still go."""
+    n, sign, threshold = system.masses, sign_of(work, c, which), work.upper[c] if which == UPWARDS else work.lower[c]
+    for a in range(n):
+        work.form[n + a if which == TURN_OF else a] = sign * system.row[c, a]
+    for i in range(system.first[c], system.first[c + 1]):
+        place, by_anchor = gives_way(system, work, c, i, -sign)
+        if which != TURN_OF and not work.slips[i] and place == threshold:
+            work.form[2 * n + i] = -sign * by_anchor
+            break
+
+
+@inner
+def form_of_force(flow: Stepper, slot: int, c: int, which: int) -> None:
+    """Write the derivative of what a held contact can bear more over the state."""
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    n, sliders, form, sign = system.masses, system.first[system.contacts], work.form, sign_of(work, c, which)
+    d = contact_at(flow, c, -sign, place_of(system, work.q, c, work.f[0]), 0.0, 0.0, 0.0)
+    ratio = system.up[c] if which == UPWARDS else system.down[c]
+    for a in range(n):
+        form[a] = -sign * ratio * (d[1] * law.beta[c] * law.gradient[c] + d[2]) * system.row[c, a]
+    for b in range(n):
+        grip = sign * work.phases.grip[slot, c, b]
+        for k in range(steps.components):
+            form[k if k < 2 * n else sliders + k] += grip * steps.bare[b, k, STAGES]
+        for other in range(system.contacts):
+            for i in range(system.first[other], system.first[other + 1]):
+                if not work.slips[i]:
+                    form[2 * n + i] += grip * system.row[other, b] * system.spring[i]
+
+
+@inner
+def turn_corners(flow: Stepper) -> None:
+    """Give contacts with states of their own the side on which they are."""
+    system, work, law = flow.systems[0], flow.works[0], flow.rubbing[0]
+    first = system.first[system.contacts] - 2 * system.masses
+    for c in range(system.contacts):
+        if law.states[c] > 0:
+            ending = work.anchor[first + law.at[c]] if law.states[c] > 1 else place_of(system, work.v, c, work.f[1])
+            work.resting[c], work.side[c] = 0, -1 if ending < 0.0 else 1
+
+
+@inner
+def start(flow: Stepper) -> int:
+    """Find which contacts slip in the state at hand and to which side; return the phase's slot, or as `settle`."""
+    system, work, law = flow.systems[0], flow.works[0], flow.rubbing[0]
+    first = system.first[system.contacts] - 2 * system.masses
+    begin(system, work)
+    turn_corners(flow)
+    if not freeze(flow):
+        return -PULLS
+    slot = settle(system, work)
+    for c in range(system.contacts):
+        if slot < 0 or law.states[c] <= 0:
+            continue
+        ending = place_of(system, work.v, c, work.f[1])
+        if ending == 0.0:
+            ending = -system.follow[c] * work.f[2]
+            for a in range(system.masses):
+                ending += system.row[c, a] * work.acceleration[1, a]
+        if law.states[c] > 1 and work.anchor[first + law.at[c]] != 0.0:
+            ending = work.anchor[first + law.at[c]]
+        work.side[c] = 1 if ending >= 0.0 else -1
+    return slot
+
+
+@inner
+def after(flow: Stepper, slot: int, c: int, which: int, tangent: bool) -> int:
+    """Let the contacts do what they do at an event; return the slot of the next phase, or as `settle`."""
+    system, work, states = flow.systems[0], flow.works[0], flow.rubbing[0].states[c]
+    if states > 0:  # its law has a corner there, the motion has none
+        work.side[c] = -work.side[c]
+        if states == 2:
+            work.anchor[system.first[system.contacts] - 2 * system.masses + flow.rubbing[0].at[c]] = 0.0
+        elif system.masses == 1 and system.follow[c] == 0.0:
+            work.v[0] = 0.0
+        return slot
+    if tangent:
+        come_earlier(flow, slot, c, which)
+    before = float(work.side[c])
+    if which != TURN_OF and is_rigid(system, c):
+        for other in range(system.contacts):
+            rests = is_rigid(system, other) and work.side[other] == 0
+            work.resting[other] = 1 if rests else 0
+        work.resting[c], work.breaking = 1 if which == UPWARDS else -1, c
+    else:
+        after_event(system, work, slot, c, which)
+    slot = settle(system, work)
+    if tangent and slot >= 0:
+        jump(system, work, c, before)
+    return slot
+
+
+@inner
+def run(flow: Stepper, span: float, tangent: bool) -> int:
+    """Carry the state over a span of time from `works[0].tau` on, and if asked for its derivative; how it ended."""
+    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    t, quick, idle = work.tau, 0, 0
+    end = t + span
+    start_account(system, work, steps.components + system.first[system.contacts] if tangent else 0)
+    slot = start(flow)
+    while slot >= 0:
+        begin_phase(flow, slot)
+        steps.last, begun, c, which = 0.0, t, -1, 0
+        while c < 0 and t < end:
+            t, c, which = advance(flow, slot, t, end, tangent, quick < TWITCHES)
+            if t > end:
+                return TIRED
+            if steps.next < SHORTEST * SHORTEST:
+                return CHATTER
+            if not freeze(flow):
+                return PULLS
+            if quick >= TWITCHES:
+                quick = 0
+                turn_corners(flow)
+        if c < 0:
+            work.tau = end
+            follow_slip(system, work, tangent)
+            return DONE
+        brief = t - begun < SHORT
+        quick = quick + 1 if brief and flow.rubbing[0].states[c] > 0 else 0
+        idle = idle + 1 if brief else 0
+        if idle > IDLE:
+            return CHATTER
+        work.tau = t
+        slot = after(flow, slot, c, which, tangent)
+    return -slot
+
+
+@entry
+def carry(flow: Stepper, span: float, tangent: bool) -> int:
+    """`run`, as Python calls it."""
+    return run(flow, span, tangent)
+
+
+@entry
+def travel(flow: Stepper, time: FloatArray, cubics: FloatArray, first: int, most: int) -> tuple[int, int, FloatArray]:
+    """Carry the state along pieces of a sampled base, cubics (n, 4) between these times, from the first one on.
+
+    `most`: steps that may be recorded in a piece. Returns how it ended, the piece to go on with when the log has no
+    more space, and how many steps are recorded when each piece is over.
     """
-    clock, ends = work.clock, np.zeros(len(lengths))
-    for i in range(first, len(lengths)):
-        if clock.rows + most > len(work.log):
-            return FINE, i, ends
-        h = lengths[i]
-        drive.cosine[:] = pull[i]
-        drive.bounds[1] = 2.0 * abs(pull[i, 2]) + 6.0 * abs(pull[i, 3]) * h + 1e-300
-        drive.bounds[0] = abs(pull[i, 1]) + h * drive.bounds[1]
-        count = int(h / longest) + 1
-        for part in range(count):
-            clock.tried, begun = 0, clock.rows
-            code = carry(law, rig, drive, work, h * part / count, h / count, 0)
-            if code == FINE and clock.rows > min(begun + most, len(work.log)):
-                code = TOO_MANY
-            if code != FINE:
-                return code, i, ends
-        ends[i] = clock.rows
-    return FINE, len(lengths), ends
+    system, work, steps, ends = flow.systems[0], flow.works[0], flow.steps[0], np.zeros(len(cubics))
+    for i in range(first, len(cubics)):
+        if steps.rows + most > len(flow.log):
+            return DONE, i, ends
+        for k in range(4):
+            system.cubic[k] = cubics[i, k]
+        work.tau, steps.tried, begun = 0.0, 0, steps.rows
+        code = run(flow, time[i + 1] - time[i], False)
+        if code == DONE and steps.rows > min(begun + most, len(flow.log)):
+            code = TIRED
+        if code != DONE:
+            return code, i, ends
+        ends[i] = steps.rows
+    return DONE, len(cubics), ends
+
+
+@entry
+def observe(flow: Stepper, base: FloatArray, rows: FloatArray, values: FloatArray, found: FloatArray) -> int:
+    """Write force and slip of the contacts (2, m, c, k) in states (m, size, k) of steps; base (m, 3, k) then.
+
+    `rows` (m, 3 c): side, stiffness and constant force of the contacts, as recorded. Returns the row whose phase is to
+    be made first, or their number.
+    """
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    n, contacts = system.masses, system.contacts
+    for j in range(len(rows)):
+        for c in range(contacts):
+            work.side[c], work.kappa[c] = int(rows[j, c]), rows[j, contacts + c]
+            work.offset[c] = rows[j, 2 * contacts + c]
+        slot = slot_of(system, work.phases, work.kappa)
+        if slot < 0:
+            return j
+        begin_phase(flow, slot)
+        for i in range(values.shape[2]):
+            for k in range(steps.components):
+                steps.trial[k, 0] = values[j, k, i]
+            for order in range(3):
+                steps.driven[order, 0] = base[j, order, i]
+            forces(flow, slot, 0, 1)
+            for c in range(contacts):
+                z, v = (
+                    along(system, steps.trial, 0, 0, c, base[j, 0, i]),
+                    along(system, steps.trial, n, 0, c, base[j, 1, i]),
+                )
+                force, slip, at = system.dashpot[c] * v, float(work.side[c]), law.at[c]
+                if work.kappa[c] == inf:
+                    force = -work.phases.bind[slot, c] * base[j, 2, i]
+                    for b in range(n):
+                        force += work.phases.grip[slot, c, b] * steps.net[b, 0]
+                elif law.states[c] < 0:
+                    force += work.kappa[c] * z + work.offset[c]
+                else:
+                    w, age = (
+                        steps.trial[at, 0] if law.states[c] > 0 else 0.0,
+                        steps.trial[at + 1, 0] if law.states[c] > 1 else 0.0,
+                    )
+                    d = contact_at(flow, c, slip, z, v, w, age)
+                    force, slip = force + d[0], d[5]
+                found[0, j, c, i], found[1, j, c, i] = force, slip
+    return len(rows)

@@ -3,7 +3,7 @@
 A steady state is found by Newton's method on the map of a half, one or several cycles; by waiting where that gets lost.
 """
 
-from math import hypot, inf, isfinite, pi
+from math import inf, isfinite, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.numeric.flow import TURN, Flow, LostError, NumericMotion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, numbers_of
+from frictionlab.simulator.structure import Structure
 
 RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
@@ -59,14 +60,14 @@ class Orbit(NamedTuple):
 
 
 def steady(
-    problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = None, meter: Meter | None = None
+    what: Problem | Structure, *, rtol: float = RTOL, near: SteadyState | None = None, meter: Meter | None = None
 ) -> SteadyState:
-    """Return the steady state of a law without exact slides.
+    """Return the steady state of what has a law without exact slides.
 
     Parameters
     ----------
-    problem : Problem
-        What moves; any law of kind "smooth" or "inner" (and plain friction with place and dashpots).
+    what : Problem or Structure
+        What moves, with any laws.
     rtol : float
         Tolerance of the polynomial of each step, over the size of each component; 1e-12 to 1e-3. Where the two
         energies differ by more, steps are made finer, twice at most.
@@ -95,18 +96,18 @@ def steady(
     """
     if not FINEST <= rtol <= COARSEST:
         raise UsageError(f"numeric solver: rtol; expected between 1e-12 and 1e-3; got {rtol!r}")
-    flow = Flow(problem, rtol, steps=MOST, meter=meter)
+    flow = Flow(what, rtol, steps=MOST, meter=meter)
     if _is_unbounded(flow):
-        return SteadyState(problem, "numeric", "unbounded")
+        return SteadyState(flow.problem, "numeric", "unbounded")
     if meter is not None:
         meter.take(STATE)
     begin: FloatArray | None = None
     if near is not None and isinstance(near.orbit, NumericMotion):
-        begin = near.orbit.state(0.0)[: flow.rig.size]
-    elif not problem.weakens:
+        begin = near.orbit.state(0.0)
+    elif not what.weakens:
         begin = flow.carry(flow.rest_state(), TURN)
     if begin is not None:
-        found = newton(flow, begin, 1, mirrored=problem.has_mirror_image)
+        found = newton(flow, begin, 1, mirrored=what.has_mirror_image)
         if found is not None and found.is_stable:
             return _answer(flow, found)
     return _answer(flow, settle(flow, flow.rest_state()))
@@ -121,12 +122,19 @@ def steady_from(problem: Problem, x0: float, v0: float, looks: float = inf) -> t
 
 
 def run(
-    problem: Problem, *, cycles: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0, keep: int | None = None
+    what: Problem | Structure,
+    *,
+    cycles: int,
+    x0: float = 0.0,
+    v0: float = 0.0,
+    tau0: float = 0.0,
+    keep: int | None = None,
 ) -> NumericMotion:
-    """Return the motion from initial conditions, the contact unloaded, as `frictionlab.simulator.simulate` has it."""
-    flow, kept, begun = Flow(problem, RTOL), cycles if keep is None else keep, tau0 % TURN
+    """Return the motion from initial conditions, contacts unloaded, as `frictionlab.simulator.simulate` has it."""
+    flow, kept, begun = Flow(what, RTOL), cycles if keep is None else keep, tau0 % TURN
     state = flow.rest_state(begun)
-    state[:2] += (x0, v0)
+    state[0] += x0
+    state[flow.masses] += v0
     for _ in range(cycles - kept):
         state = flow.carry(state, TURN, tau0=begun)
     return flow.record(state, begun, kept, periodic=False, first=cycles - kept)
@@ -134,12 +142,16 @@ def run(
 
 def _is_unbounded(flow: Flow) -> bool:
     """Whether the drive is at resonance, nothing but friction damps, and friction is too weak to bound the motion."""
-    rig, waves = flow.rig, enumerate(zip(flow.drive.cosine, flow.drive.sine, strict=True), 1)
-    if rig.dashpot or rig.lead or not any(abs(k * rig.r - 1.0) < 1e-12 for k in range(1, len(flow.drive.sine) + 1)):
+    frame, law, system = flow.structure, flow.rubbing[0], flow.systems[0]
+    if frame.masses > 1 or system["damping"][0, 0] or np.any(law["states"] < 0):
         return False
-    fast = flow.law(rig.own, 1.0, rig.beta, 0.0, inf, 0.0, 1.0)[0] if rig.size == 2 else rig.beta
-    strength = max(rig.beta, fast)  # friction that grows with speed without end bounds every motion
-    return any(abs(k * rig.r - 1.0) < 1e-12 and strength < 0.25 * pi * hypot(c, s) for k, (c, s) in waves)
+    waves = [abs(line) for k, line in enumerate(frame.base.lines.tolist(), 1) if abs(k * frame.r - 1.0) < 1e-12]
+    strength = 0.0  # friction that grows with speed without end bounds every motion
+    for c, contact in enumerate(frame.contacts if waves else ()):
+        own = tuple(law["own"][c].tolist())
+        fast = flow.formulas[c](own, 1.0, contact.beta, 0.0, 1e300, 0.0, 1.0)[0] if law["states"][c] == 0 else 0.0
+        strength += max(contact.beta, fast)
+    return any(strength < 0.25 * pi * wave for wave in waves)
 
 
 def settle(flow: Flow, begin: FloatArray) -> Orbit | None:
@@ -150,7 +162,7 @@ def settle(flow: Flow, begin: FloatArray) -> Orbit | None:
     """
     past, close = [begin], CLOSE
     for waited in range(1, WAITED_CYCLES + 1):
-        if flow.work.clock.tried > WAITED_STEPS:
+        if flow.clock.tried > WAITED_STEPS:
             return None
         past = [*past[-LONGEST:], flow.carry(past[-1], TURN)]
         misses = [_distance(flow, past[-1], other) for other in past[-2::-1]]
@@ -161,8 +173,8 @@ def settle(flow: Flow, begin: FloatArray) -> Orbit | None:
             if found is not None:
                 return found
         if waited >= HELD_AFTER and waited in TRIES and misses[0] < CLOSE:
-            stops = flow.record(past[-1], 0.0, 1, periodic=False).stops
-            if np.sum(np.diff(stops)) <= (1.0 - 1e-12) * TURN:
+            motion, contacts = flow.record(past[-1], 0.0, 1, periodic=False), range(len(flow.structure.contacts))
+            if any(np.sum(np.diff(motion.stops_of(c))) <= (1.0 - 1e-12) * TURN for c in contacts):
                 continue
             slopes = flow.carry_with_tangent(past[-1], TURN)[1]
             return Orbit(past[-1], 1, mirrored=False, residual=misses[0], slopes=slopes)
@@ -172,7 +184,7 @@ def settle(flow: Flow, begin: FloatArray) -> Orbit | None:
 
 def _finish(flow: Flow, state: FloatArray, cycles: int) -> Orbit | None:
     """The stable orbit close to a state, of as few cycles as it has; None if there is none."""
-    alike = cycles == 1 and flow.problem.has_mirror_image
+    alike = cycles == 1 and flow.what.has_mirror_image
     for count, mirrored in [(1, True)] * alike + [(n, False) for n in range(1, cycles + 1) if cycles % n == 0]:
         found = newton(flow, state, count, mirrored=mirrored)
         if found is not None and found.is_stable and _distance(flow, found.state, state) < NEAR:
@@ -186,9 +198,7 @@ def _distance(flow: Flow, one: FloatArray, other: FloatArray) -> float:
 
 def newton(flow: Flow, state: FloatArray, cycles: int, *, mirrored: bool) -> Orbit | None:
     """Newton's method on the map of a period, or of half a period mirrored; None if it does not converge."""
-    sign, span = np.ones(len(state)), TURN * cycles
-    if mirrored:
-        sign[:3], span = -1.0, pi
+    sign, span = (flow.signs, pi) if mirrored else (np.ones(len(state)), TURN * cycles)
     best: tuple[float, FloatArray, FloatArray] | None = None
     for _ in range(NEWTON):
         try:
@@ -227,31 +237,32 @@ def _next(flow: Flow, state: FloatArray, reached: FloatArray, slopes: FloatArray
 
 def _answer(flow: Flow, found: Orbit | None) -> SteadyState:
     """The numbers of an orbit, by finer steps where its two energies differ by more than the tolerance."""
-    problem = flow.problem
+    problem, what, frame = flow.problem, flow.what, flow.structure
+    passive = _passivity(frame)
     if found is None:
-        return SteadyState(problem, "numeric", "not found", notes=Note.UNSETTLED | _passivity(problem))
+        return SteadyState(problem, "numeric", "not found", notes=Note.UNSETTLED | passive)
     for _ in range(TIGHTER + 1):
         motion = flow.record(found.state, 0.0, found.cycles, periodic=True)
-        numbers = numbers_of(motion)
+        numbers = numbers_of(motion, frame)
         off, size = numbers["closure_error"], numbers["energies"].contact + numbers["energies"].frame
         closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
-        dear = REFINING * len(motion.side) > MOST
+        dear = REFINING * len(motion.rows) > MOST
         in_vain = off * TIGHTEN**TIGHTER > HIDDEN * size
         if closed or dear or in_vain or found.residual > ALMOST or flow.rtol * TIGHTEN < FINEST:
             break
-        flow = Flow(problem, flow.rtol * TIGHTEN, steps=MOST, meter=flow.meter)
+        flow = Flow(what, flow.rtol * TIGHTEN, steps=MOST, meter=flow.meter)
         better = newton(flow, found.state, found.cycles, mirrored=found.mirrored)
         if better is None:
             break
         found = better
     stuck = numbers["regime"] == "stuck"
-    if problem.beta > 0.0 and not stuck and off > HIDDEN * size:
+    if frame.rubs and not stuck and off > HIDDEN * size:
         return SteadyState(problem, "numeric", "not found", notes=Note.FRICTION_HIDDEN)
     said = {
         Note.CREEPS: found.residual > ALMOST,
         Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(found.multiplier) < SLOW,
         Note.REST_STILL_FAR: not found.awaited,
-        Note.MAY_COEXIST: not stuck and found.awaited and problem.weakens,
+        Note.MAY_COEXIST: not stuck and found.awaited and what.weakens,
         Note.FEWER_DIGITS: not stuck and size != 0.0 and off / size > COARSE,
     }
     return SteadyState(
@@ -262,19 +273,20 @@ def _answer(flow: Flow, found: Orbit | None) -> SteadyState:
         period_cycles=found.cycles,
         floquet_multiplier=found.multiplier,
         residual=found.residual,
-        notes=_passivity(problem) | sum(int(note) for note, is_so in said.items() if is_so),
+        notes=passive | sum(int(note) for note, is_so in said.items() if is_so),
+        structure=what if isinstance(what, Structure) else None,
         **numbers,
     )
 
 
 def _is_symmetric(motion: NumericMotion) -> bool:
     """Whether half a cycle later the motion is its own negative."""
-    taus = np.linspace(0.0, pi, 17)
-    one, other = motion.state(taus)[:, :2], motion.state(taus + pi)[:, :2]
+    taus, size = np.linspace(0.0, pi, 17), 2 * motion.flow.masses
+    one, other = motion.state(taus)[:, :size], motion.state(taus + pi)[:, :size]
     return bool(np.max(np.abs(one + other)) < 1e-6 * np.max(np.abs(one)))
 
 
-def _passivity(problem: Problem) -> int:
+def _passivity(frame: Structure) -> int:
     """The note that a contact may give energy back, if it may."""
-    values = problem.parameters | {"r": problem.r}
-    return int(Note.NOT_PASSIVE) if any(term.gives(values) for term in problem.law.terms) else 0
+    pairs = ((contact.parameters | {"r": frame.r}, term) for contact in frame.contacts for term in contact.law.terms)
+    return int(Note.NOT_PASSIVE) if any(term.gives(values) for values, term in pairs) else 0

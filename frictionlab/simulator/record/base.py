@@ -1,6 +1,6 @@
 """A sampled motion of the base: what drives the mass where it is no periodic cosine.
 
-`cubics` are the coefficients (n, 4) of a polynomial a piece, over the time from the begin of each.
+Its cubics are coefficients (n, 4) of a polynomial a piece, over the time from the begin of each.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
-from frictionlab.simulator.problem import Problem
 
 Quantity = Literal["displacement", "acceleration"]
 
@@ -86,6 +85,12 @@ class BaseRecord:
         return values
 
     @cached_property
+    def motion(self) -> FloatArray:
+        """Displacement and its rate at the samples (2, n); none where the acceleration alone is known."""
+        known = (self.values, self.speeds) if self.quantity == "displacement" else np.zeros((2, len(self.time)))
+        return np.asarray(known)
+
+    @cached_property
     def speeds(self) -> FloatArray:
         """Rate of the spline through `values` by tau at the samples, shape (n,)."""
         return np.asarray(self._spline(self.time, 1))
@@ -105,27 +110,8 @@ class BaseRecord:
         return np.append(begins, self.time[-1]), np.column_stack(derivatives)
 
 
-def force_of(problem: Problem, base: BaseRecord, cubics: FloatArray) -> FloatArray:
-    """Return the force F in the displacement relative to the wall, while the base moves along `cubics` (n, 4).
-
-    Of a wall that moves with the base: -f''; of a fixed one: f and what the frame's dashpot adds. An acceleration says
-    nothing of where a fixed wall is, and is refused.
-    """
-    rate = cubics[:, 1:] * (1.0, 2.0, 3.0)
-    if base.quantity == "acceleration":
-        if problem.wall != "base":
-            raise SimulationError(
-                "simulation of a record: the base's acceleration; expected a wall that moves with the base (wall ="
-                " 'base'); got a fixed one, which needs the base's displacement; do: integrate twice, with a high-pass"
-            )
-        return -cubics
-    if problem.wall == "base":
-        return np.pad(-rate[:, 1:] * (1.0, 2.0), ((0, 0), (0, 2)))
-    return cubics + 2.0 * problem.frame_damping_ratio * np.pad(rate, ((0, 0), (0, 1)))
-
-
 def derivatives_of(cubics: FloatArray, t: FloatArray) -> FloatArray:
-    """Return values and three derivatives (4, ..., n) of `cubics` (n, 4), at times (..., n) from the begin of each."""
+    """Return values and three derivatives (4, ..., n) of cubics (n, 4), at times (..., n) from the begin of each."""
     c0, c1, c2, c3 = cubics.T
     rates = c1 + t * (2.0 * c2 + 3.0 * t * c3), 2.0 * c2 + 6.0 * t * c3, np.broadcast_to(6.0 * c3, t.shape)
     return np.array((c0 + t * (c1 + t * (c2 + t * c3)), *rates))

@@ -2,62 +2,97 @@
 
 from dataclasses import dataclass
 from math import pi
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record.base import BaseRecord
+from frictionlab.simulator.structure import Structure
 
 MOST_CYCLES = 1e7  # natural periods: half a minute of compiled work that nothing interrupts
 
 
 @dataclass(frozen=True)
 class Response:
-    """The motion of the mass under a sampled motion of the base, from its first sample to its last.
+    """The motion of the masses under a sampled motion of the base, from its first sample to its last.
 
-    Lengths are over Y = `base.scale`, times are tau = omega_n t in rad, forces over k Y, energies over k Y^2.
+    Lengths are over Y = `base.scale`, times are tau = omega_n t in rad, forces over k Y, energies over k Y^2; of
+    several masses omega_n and k are the first storey's.
 
     Parameters
     ----------
     problem : Problem
+        What moves; of several masses, as the first contact has it.
+    frame : Structure
+        What moves, as masses and contacts.
     base : BaseRecord
-    displacement, velocity : ndarray of shape (n,)
-        Absolute displacement x of the mass from where the spring is relaxed, and dx/dtau, at the samples; relative to
-        the base where that is given by its acceleration: how far it went is not known.
-    contact_force : ndarray of shape (n,)
-        Force of the contact on the mass, n, at the samples.
-    events : ndarray of shape (m, 3)
-        What begins, when, where: tau; 1 (slip up), -1 (slip down) or 0 (a stop); displacement relative to the wall.
+    displacements, velocities : ndarray of shape (k, n)
+        Absolute displacements of the masses from where the springs are relaxed, and their rates by tau, at the samples;
+        relative to the base where that is given by its acceleration: how far it went is not known.
+    contact_forces : ndarray of shape (k, c)
+        Forces of the contacts on the masses, at the samples.
+    contact_events : list of ndarray of shape (m, 3)
+        Of each contact: what begins, when, where: tau; 1 (slip up), -1 (slip down) or 0 (a stop); its displacement.
     energy : float
-        All that is dissipated: by friction, by the contact's dashpot and by the frame's.
+        All that is dissipated: by friction, by the contacts' dashpots and by the frame's.
+    contact_energies : ndarray of shape (c,)
+        By each contact, its dashpot in it.
     friction_energy : float
         By dry friction alone.
     energy_input : float
-        Work of the force that drives the motion relative to the wall, by an independent integral.
+        Work of the forces by which the base drives the masses, by an independent integral.
     closure_error : float
         |energy put in - energy dissipated - energy stored|.
-    path : float
-        Way of the mass along the wall while the contact slips.
+    paths : ndarray of shape (c,)
+        Way of each contact while it slips.
     solver : {"exact", "numeric"}
         Closed forms, or numerical integration for the laws that have none. A contact with an inner state always creeps:
-        a stop is then slow slip (`frictionlab.simulator.numeric.flow.stop_limits`), and `path` is the way slipped.
+        a stop is then slow slip (`frictionlab.simulator.numeric.flow.stop_limits`), and its path is the way slipped.
     """
 
     problem: Problem
+    frame: Structure
     base: BaseRecord
-    displacement: FloatArray
-    velocity: FloatArray
-    contact_force: FloatArray
-    events: FloatArray
+    displacements: FloatArray
+    velocities: FloatArray
+    contact_forces: FloatArray
+    contact_events: list[FloatArray]
     energy: float
+    contact_energies: FloatArray
     friction_energy: float
     energy_input: float
     closure_error: float
-    path: float
+    paths: FloatArray
     solver: Literal["exact", "numeric"]
+
+    @property
+    def displacement(self) -> FloatArray:
+        """Displacement of the first mass at the samples (k,)."""
+        return self.displacements[:, 0]
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Velocity of the first mass at the samples (k,)."""
+        return self.velocities[:, 0]
+
+    @property
+    def contact_force(self) -> FloatArray:
+        """Force of the first contact on its mass at the samples (k,)."""
+        return self.contact_forces[:, 0]
+
+    @property
+    def events(self) -> FloatArray:
+        """Events of the first contact (m, 3)."""
+        return self.contact_events[0]
+
+    @property
+    def path(self) -> float:
+        """Way of the first contact while it slips."""
+        return float(self.paths[0])
 
     @property
     def time(self) -> FloatArray:
@@ -66,14 +101,24 @@ class Response:
 
     @property
     def intervals_stuck(self) -> FloatArray:
-        """Begin and end of each time in which the contact does not slip, rad, shape (k, 2)."""
-        ends = np.append(self.events[1:, 0], self.time[-1])
-        return np.asarray(np.column_stack((self.events[:, 0], ends))[self.events[:, 1] == 0.0])
+        """Begin and end of each time in which the first contact does not slip, rad, shape (k, 2)."""
+        return self.stuck_in(0)
+
+    def stuck_in(self, contact: int) -> FloatArray:
+        """Begin and end of each time in which a contact (from 0) does not slip, rad, shape (k, 2)."""
+        events = self.contact_events[contact]
+        ends = np.append(events[1:, 0], self.time[-1])
+        return np.asarray(np.column_stack((events[:, 0], ends))[events[:, 1] == 0.0])
 
     @property
     def stops(self) -> int:
-        """Times that the slipping contact came to hold."""
-        return int(np.count_nonzero((self.events[1:, 1] == 0.0) & (self.events[:-1, 1] != 0.0)))
+        """Times that the first contact, slipping, came to hold."""
+        return self.stops_of(0)
+
+    def stops_of(self, contact: int) -> int:
+        """Times that a contact (from 0), slipping, came to hold."""
+        side = self.contact_events[contact][:, 1]
+        return int(np.count_nonzero((side[1:] == 0.0) & (side[:-1] != 0.0)))
 
     @property
     def time_stuck(self) -> float:
@@ -84,6 +129,27 @@ class Response:
     def stuck_fraction(self) -> float:
         """Share of the time in which the contact does not slip."""
         return self.time_stuck / float(self.time[-1] - self.time[0])
+
+    def row_of(self, contact: int) -> dict[str, object]:
+        """What a contact (from 0) does: what it is, energy taken, stops, share of the time without slip, way, force."""
+        known, stuck = self.frame.contacts[contact], float(np.sum(np.diff(self.stuck_in(contact))))
+        return {
+            "mass": known.mass,
+            "against": known.against,
+            "law": known.law.name,
+            "energy": float(self.contact_energies[contact]),
+            "stops": self.stops_of(contact),
+            "stuck_fraction": stuck / float(self.time[-1] - self.time[0]),
+            "path": float(self.paths[contact]),
+            "peak_force": float(np.abs(self.contact_forces[:, contact]).max()),
+        }
+
+    def place_of(self, contact: int) -> FloatArray:
+        """Displacement of a contact (from 0) at the samples (k,): of its mass from what it rubs against."""
+        known = self.frame.contacts[contact]
+        place = self.displacements @ self.frame.row(known)
+        moves = known.against == "base" and self.base.quantity == "displacement"
+        return np.asarray(place - self.base.values if moves else place)
 
     @property
     def relative_displacement(self) -> FloatArray:
@@ -99,44 +165,30 @@ class Response:
         return {name: float(np.abs(getattr(self, name)).max()) for name in names}
 
 
-class Carried(NamedTuple):
-    """A motion along a record, as a flow leaves it. Integrals are over the motion relative to the wall."""
+def respond(
+    what: Problem | Structure,
+    base: BaseRecord,
+    *,
+    x0: ArrayLike = 0.0,
+    v0: ArrayLike = 0.0,
+    solver: Literal["auto", "numeric"] = "auto",
+) -> Response:
+    """Simulate one mass or many under a sampled motion of the base.
 
-    samples: FloatArray  # (3, n): absolute displacement, velocity, force of the contact
-    events: FloatArray  # as `Response` has them
-    work: float  # of n v, the contact's dashpot apart
-    squared: float  # of v^2
-    dragged: float  # of the square of the frame's dashpot's speed
-    put_in: float  # of F v
-    path: float
-    stored: float  # energy in the contact's springs at the end
-    gained: float  # by mass and spring
-
-    def response(self, problem: Problem, base: BaseRecord, solver: Literal["exact", "numeric"]) -> Response:
-        """Return the response: what goes in is either dissipated or stored."""
-        dashpot, frame = 2.0 * problem.zeta * self.squared, 2.0 * problem.frame_damping_ratio
-        friction = self.work - self.stored
-        closure_error = abs(self.put_in - self.work - dashpot - frame * self.squared - self.gained)
-        energies = (friction + dashpot + frame * self.dragged, friction, self.put_in, closure_error)
-        x, v, n = self.samples
-        return Response(problem, base, x, v, n, self.events, *energies, self.path, solver)
-
-
-def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 0.0) -> Response:
-    """Simulate the mass under a sampled motion of the base.
-
-    Between samples the base is a polynomial and the mass, between events, a linear oscillator: its motion is a closed
-    form, and what interpolation makes of the samples is the only approximation (README, "How good"). Laws without exact
-    phases are integrated by the numeric engine, piece by piece.
+    Between samples the base is a polynomial and the motion, between events, that of a linear system: a closed form, and
+    what interpolation makes of the samples is the only approximation (README, "How good"). With a law without exact
+    phases it is integrated, piece by piece.
 
     Parameters
     ----------
-    problem : Problem
-        With r = 1: time is counted in omega_n t. Its own periodic base is not used. `beta` is over k times the
+    what : Problem or Structure
+        With r = 1: time is counted in omega_n t. Its own periodic base is not used. Friction is over k times the
         record's scale Y.
     base : BaseRecord
-    x0, v0 : float
-        Displacement (over Y, from where the spring is relaxed) and velocity dx/dtau of the mass at the first sample.
+    x0, v0 : array_like of shape (n,)
+        Displacements (over Y, from where the springs are relaxed) and velocities of the masses at the first sample.
+    solver : {"auto", "numeric"}
+        "auto" takes exact phases where the laws have them.
 
     Raises
     ------
@@ -152,26 +204,42 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
     >>> response.stops, round(response.energy, 3)
     (6, 2.442)
     """
-    if problem.r != 1.0:
-        raise SimulationError(
-            f"simulation of a record: r; expected 1 (time is counted in omega_n t); got {problem.r!r}"
-        )
+    if what.r != 1.0:
+        raise SimulationError(f"simulation of a record: r; expected 1 (time is counted in omega_n t); got {what.r!r}")
     cycles = float(base.time[-1] - base.time[0]) / (2.0 * pi)
     if not cycles <= MOST_CYCLES:
         raise SimulationError(
             f"simulation of a record: it lasts {cycles:.3g} natural periods; expected at most {MOST_CYCLES:g}: are its "
             "stamps in seconds?"
         )
-    if not problem.law.is_exact:
-        from frictionlab.simulator.record.integrate import integrate  # noqa: PLC0415 - for such laws alone
-
-        return integrate(problem, base, x0, v0).response(problem, base, "numeric")
-    from frictionlab.simulator.record.phases import carried  # noqa: PLC0415 - loads the compiler: half a second
-
-    change = problem.beta * abs(problem.parameter("gradient"))
-    if change >= 1.0:
+    frame = what if isinstance(what, Structure) else Structure.of(what)
+    if base.quantity == "acceleration" and not frame.follows_base:  # it says nothing of where a wall is
         raise SimulationError(
-            f"simulation of a record: beta * |gradient|; expected less than 1; got {change:g}: friction changes along "
-            "the path faster than the spring's force, and the mass would run away"
+            "simulation of a record: the base's acceleration; expected a wall that moves with the base (wall ="
+            " 'base'); got a fixed one, which needs the base's displacement; do: integrate twice, with a high-pass"
         )
-    return carried(problem, base, x0, v0).response(problem, base, "exact")
+    from frictionlab.simulator.record import carry  # noqa: PLC0415 - loads the compiler: half a second
+
+    n, contacts, shift = frame.masses, len(frame.contacts), np.zeros((2, len(base.time)))
+    if frame.follows_base:
+        shift = base.motion
+    q, v = (np.broadcast_to(np.asarray(start, np.float64), n) for start in (x0, v0))
+    is_exact = what.is_exact and solver == "auto"
+    carried = (carry.by_phases if is_exact else carry.by_steps)(frame, base, q - shift[0, 0], v - shift[1, 0])
+    friction = float(np.sum(carried.friction - carried.stored))
+    return Response(
+        what if isinstance(what, Problem) else what.first_contact,
+        frame,
+        base,
+        carried.samples[:, :n] + shift[0][:, None],
+        carried.samples[:, n : 2 * n] + shift[1][:, None],
+        carried.samples[:, 2 * n : 2 * n + contacts],
+        carried.events,
+        friction + float(carried.dashpots.sum()) + carried.frame,
+        carried.friction - carried.stored + carried.dashpots,
+        friction,
+        carried.put_in,
+        abs(carried.gap),
+        carried.paths,
+        "exact" if is_exact else "numeric",
+    )
