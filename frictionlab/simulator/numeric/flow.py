@@ -350,7 +350,7 @@ class Flow:
         next_step = self.clock.next
         while code == MISSING:
             self.works[0]["tau"] = tau
-            code = radau.carry(self.carrier, span, tangent)
+            code, _, _ = radau.carry(self.carrier, np.array([tau, tau + span]), np.zeros((0, 4)), 0, 0, tangent)
             if code == MISSING:  # it has met a phase of several masses for the first time
                 make_phase(self.systems, self.works)
                 self.set_state(begin)

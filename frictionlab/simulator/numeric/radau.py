@@ -889,26 +889,27 @@ def run(flow: Stepper, span: float, tangent: bool) -> int:
 
 
 @entry
-def carry(flow: Stepper, span: float, tangent: bool) -> int:
-    """`run`, as Python calls it."""
-    return run(flow, span, tangent)
+def carry(
+    flow: Stepper, time: FloatArray, cubics: FloatArray, first: int, most: int, tangent: bool
+) -> tuple[int, int, FloatArray]:
+    """Carry the state from a time to another, or along pieces of a sampled base, cubics (n, 4) between these times.
 
-
-@entry
-def travel(flow: Stepper, time: FloatArray, cubics: FloatArray, first: int, most: int) -> tuple[int, int, FloatArray]:
-    """Carry the state along pieces of a sampled base, cubics (n, 4) between these times, from the first one on.
-
-    `most`: steps that may be recorded in a piece. Returns how it ended, the piece to go on with when the log has no
-    more space, and how many steps are recorded when each piece is over.
+    `first`: the piece to begin with; `most`: steps that may be recorded in a piece. Returns how it ended, the piece to
+    go on with when the log has no more space, and how many steps are recorded when each piece is over. One entry for
+    both: it takes half a minute to compile.
     """
     system, work, steps, ends = flow.systems[0], flow.works[0], flow.steps[0], np.zeros(len(cubics))
-    for i in range(first, len(cubics)):
-        if steps.rows + most > len(flow.log):
-            return DONE, i, ends
-        for k in range(4):
-            system.cubic[k] = cubics[i, k]
-        work.tau, steps.tried, begun = 0.0, 0, steps.rows
-        code = run(flow, time[i + 1] - time[i], False)
+    for i in range(first, len(time) - 1):
+        if len(cubics) > 0:
+            if steps.rows + most > len(flow.log):
+                return DONE, i, ends
+            for k in range(4):
+                system.cubic[k] = cubics[i, k]
+            work.tau, steps.tried = 0.0, 0
+        begun = steps.rows
+        code = run(flow, time[i + 1] - time[i], tangent)
+        if len(cubics) == 0:
+            return code, i, ends
         if code == DONE and steps.rows > min(begun + most, len(flow.log)):
             code = TIRED
         if code != DONE:

@@ -269,7 +269,7 @@ def by_steps(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray) -
     flow.clock.next, done, along = LONGEST, 0, []
     while done < len(cubics):
         flow.clock.rows, begun = 0, flow.state()
-        code, reached, ends = radau.travel(flow.carrier, time, cubics, done, RECORDED)
+        code, reached, ends = radau.carry(flow.carrier, time, cubics, done, RECORDED, False)  # noqa: FBT003 - compiled
         if code == MISSING:
             make_phase(flow.systems, flow.works)
             flow.set_state(begun)
