@@ -7,9 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis import channels, energy, stops
-from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.cycles import BLOCK, Smoother, chunks, smoothed, smoother
-from frictionlab.analysis.energy import LoadCell
 from frictionlab.analysis.layout import Layout, slow_wander
 from frictionlab.analysis.signals import white_noise
 from frictionlab.analysis.stops import Move, Thresholds
@@ -225,7 +223,7 @@ class Cycle:
     each: NDArray[np.complex128]
     kept: FloatArray
     force: FloatArray | None = None
-    cell: LoadCell | None = None
+    cell: energy.LoadCell | None = None
     others: tuple[OtherMass, ...] = ()
 
 
@@ -267,7 +265,7 @@ class Traces:
     base_spectrum: FloatArray
 
 
-def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorChannel) -> Cycle:
+def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.SensorChannel) -> Cycle:
     """Mean of the cycles used, turned so that it starts at tau = 0, the slow wander of both channels taken off."""
     points, how = layout.mass.shape[1], answer.how
     if used.stop - used.start < len(layout):

@@ -14,8 +14,6 @@ from itertools import pairwise
 import numpy as np
 
 from frictionlab.analysis import channels, signals, spectrum
-from frictionlab.analysis.channels import FORCES, SensorChannel, displacement, is_angular
-from frictionlab.analysis.signals import Stretch
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Fact, Recording
@@ -36,9 +34,9 @@ NO_METRES = (
 )
 
 
-def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
+def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
-    step, said, parts, strays = 1.0 / recording.sampling_rate_hz, list[str](), list[Stretch](), 0.0
+    step, said, parts, strays = 1.0 / recording.sampling_rate_hz, list[str](), list[signals.Stretch](), 0.0
     of_mass, of_base = channels_of(scene)
     warnings = list(recording.source.warnings)
     for part in recording.stretches():
@@ -62,7 +60,7 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], l
             more = {name: seen[name] for name in channels.KEPT if name in seen}
             more |= {name: channels.restored(seen[name], step, of_mass) for name in channels.other_masses(seen)}
             mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
-            whole = Stretch(float(part.time[some][0]), step, mass, base, more, one_way)
+            whole = signals.Stretch(float(part.time[some][0]), step, mass, base, more, one_way)
             parts.append(whole.part(edge, len(mass) - edge))
     warnings += said
     if strays > 0.0:
@@ -86,11 +84,11 @@ def _some(sentences: Iterable[str]) -> list[str]:
     return [*every[:MOST_GAPS], f"{every[0].partition(':')[0]}: {len(every) - MOST_GAPS} more such places"]
 
 
-def channels_of(scene: Scene) -> tuple[SensorChannel, SensorChannel]:
+def channels_of(scene: Scene) -> tuple[channels.SensorChannel, channels.SensorChannel]:
     """The ways of mass and base into the log, as the scene declares them."""
     s = scene.sensors
-    mass = SensorChannel(0.0, s.mass_filter_hz or s.filter_hz, s.mass_filter_order or s.filter_order)
-    return mass, SensorChannel(s.lag_s, s.base_filter_hz or s.filter_hz, s.base_filter_order or s.filter_order)
+    mass = channels.SensorChannel(0.0, s.mass_filter_hz or s.filter_hz, s.mass_filter_order or s.filter_order)
+    return mass, channels.SensorChannel(s.lag_s, s.base_filter_hz or s.filter_hz, s.base_filter_order or s.filter_order)
 
 
 def is_force(value: Fact) -> bool:
@@ -113,10 +111,10 @@ def given_motion(
     """
     fold = folded(measured, step)
     if fold is None:
-        seen, (motion, said, edge) = dict(measured), displacement(measured, "mass", step)
+        seen, (motion, said, edge) = dict(measured), channels.displacement(measured, "mass", step)
     else:
         motion, seen, said, edge = fold[0], fold[1], [fold[2]], 0
-    if not is_angular(measured):
+    if not channels.is_angular(measured):
         return motion, seen, said, edge, fold is not None
     if radius is None:
         said.append(NO_METRES.format("radians" if ROTATIONS.keys() & seen else "parts of the record"))
@@ -139,7 +137,7 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
         It turns at several speeds, or less than two revolutions.
     """
     name = next((n for n, t in KNOWN.items() if n in measured and (t or float(np.ptp(measured[n])) > 0.0)), None)
-    force = next((measured[name] for name in FORCES if name in measured), None)
+    force = next((measured[name] for name in channels.FORCES if name in measured), None)
     turns, direction = name in ROTATIONS, np.ones(1)  # which way it slides; where no motion is known, against the force
     if name is None:
         if force is None or abs(float(force.mean())) < 0.8 * math.sqrt(float(np.mean(force**2))):
@@ -176,13 +174,17 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
             f"analysis: it turns one way, at {1 / lengths.max():.3g} to {1 / lengths.min():.3g} cycles a second:"
             " expected one speed: record each speed by itself"
         )
-    seen = {n: values * direction if n in FORCES else values for n, values in measured.items() if n != "mass_velocity"}
+    seen = {
+        n: values * direction if n in channels.FORCES else values
+        for n, values in measured.items()
+        if n != "mass_velocity"
+    }
     if uneven:
         way, before = np.linspace(0.0, way[-1], len(way)), rising + 1e-12 * way[-1] * np.arange(len(way))
         seen = {n: np.interp(way, before, values) for n, values in seen.items()}
         said += ", laid evenly over its way, for the speed changes"
     phase = REVOLUTION * way / whole
-    seen |= {n: np.where(np.sin(phase) < 0.0, -seen[n], seen[n]) for n in FORCES if n in seen}
+    seen |= {n: np.where(np.sin(phase) < 0.0, -seen[n], seen[n]) for n in channels.FORCES if n in seen}
     return (
         -0.25 * whole * np.cos(phase),
         seen,

@@ -22,16 +22,7 @@ from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.comparison import AtContact, contact_force
-from frictionlab.inference.observation import (
-    BENDS,
-    SENSORS,
-    Observation,
-    Reached,
-    Values,
-    as_kind,
-    at_least,
-    of_few,
-)
+from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values, as_kind, at_least, of_few
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of

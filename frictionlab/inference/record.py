@@ -13,16 +13,7 @@ from frictionlab.analysis.stretches import channels_of
 from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.observation import (
-    BENDS,
-    NO_MOTION,
-    SENSORS,
-    Observation,
-    Reached,
-    Values,
-    at_least,
-    of_few,
-)
+from frictionlab.inference.observation import BENDS, NO_MOTION, SENSORS, Observation, Reached, Values, at_least, of_few
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
