@@ -91,23 +91,26 @@ def free_vibration_figure(taps: Sequence[FreeVibration], name: str = "") -> Figu
     def known(value: float, se: float | None, upper: float | None, times: float = 1.0) -> str:
         return f"below {times * (upper or 0.0):.2g}" if se is None else f"{times * value:.4g} ± {times * se:.1g}"
 
+    is_length = taps[0].unit == "m"
+    size, small = (1e3, "µm") if is_length else (np.degrees(1.0), "mdeg")
+    motion = "displacement of the mass [mm]" if is_length else "angle [deg]"
     titles = [
         f"{tap.start_s:.4g} s:   f_n = {tap.natural_frequency_hz:.6g} ± {tap.natural_frequency_hz_se:.1g} Hz   "
         f"zeta = {known(tap.damping_ratio, tap.damping_ratio_se, tap.damping_ratio_upper)}   "
-        f"F/k = {known(tap.friction_m, tap.friction_m_se, tap.friction_m_upper, 1e6)} µm"
+        f"F/k = {known(tap.friction_m, tap.friction_m_se, tap.friction_m_upper, 1e3 * size)} {small}"
         for tap in taps[:TAPS]
     ]
     more = [f"... {len(taps)} taps"] if len(taps) > TAPS else []
     with style.drawing(4.6, name) as figure:
         above, below = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
         for number, tap in enumerate(taps):
-            time, measured, fitted = tap.time, 1e3 * tap.measured, 1e3 * tap.fitted
+            time, measured, fitted = tap.time, size * tap.measured, size * tap.fitted
             above.plot(time, measured, color=style.MEASURED, label=None if number else "measured")
             above.plot(time, fitted, color=style.PREDICTED, lw=0.8, ls="--", label=None if number else "fitted")
             below.plot(time, 1e3 * (measured - fitted), color=style.MEASURED, lw=0.5)
-        above.set(title="\n".join(titles + more), xlabel="time [s]", ylabel="displacement of the mass [mm]")
+        above.set(title="\n".join(titles + more), xlabel="time [s]", ylabel=motion)
         above.legend(loc="upper right", ncols=2)
-        below.set(xlabel="time [s]", ylabel="measured - fitted [µm]")
+        below.set(xlabel="time [s]", ylabel=f"measured - fitted [{small}]")
     return figure
 
 
