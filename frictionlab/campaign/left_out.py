@@ -83,16 +83,16 @@ def left_out(posterior: Posterior, lag_s: float = 0.0) -> dict[str, LeftOutTest]
     materials = [observation.material for observation in posterior.observations]
     found = {}
     for i, (observation, material) in enumerate(zip(posterior.observations, materials, strict=True)):
-        source, others, lag = observation.measurement.source, materials.count(material) - 1, posterior.values(i)
-        try:
-            late = lag.get("lag_s", 0.0)
-            test = _predicted(_expected(posterior, i, others), observation, late) if others else None
-        except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError) as error:
-            found[source] = LeftOutTest(source, material, reason=f"the other tests' law cannot be fitted: {error}")
+        source, others = observation.measurement.source, materials.count(material) - 1
+        found[source] = LeftOutTest(source, material, reason=ALONE)
+        if not others:
             continue
-        found[source] = (
-            LeftOutTest(source, material, reason=ALONE) if test is None else replace(test, lag_s=lag_s + late)
-        )
+        late = posterior.values(i).get("lag_s", 0.0)
+        try:
+            test = _predicted(_expected(posterior, i, others), observation, late)
+            found[source] = replace(test, lag_s=lag_s + late)
+        except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError) as error:
+            found[source] = replace(found[source], reason=f"the other tests' law cannot be fitted: {error}")
     return found
 
 

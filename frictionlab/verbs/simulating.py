@@ -265,8 +265,6 @@ def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
             scene = scene.changed(plan={key: found})
             where = "the sheet" if experiment.sheet else "the names of the logs"
             notes.append(f"plan.{key}: not given: those of {where} are taken: {', '.join(f'{x:g}' for x in found)}")
-    if not given and not notes and scene.experiment.normal_force_n is None:
-        return scene, notes
     assumed = [f"{key} = {getattr(scene.plan, key)}" for key in ("base_amplitudes_m", "duration_s") if key not in given]
     return scene, [*notes, f"plan: not given, assumed: {', '.join(assumed)}"] if assumed and notes else notes
 
