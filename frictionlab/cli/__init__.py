@@ -86,11 +86,23 @@ class Command(TyperCommand):
                 f"{before or 'an input'}: expected a name or a value; got an empty one: is a variable of the shell not"
                 " set?"
             )
+        if not ctx.resilient_parsing:
+            self._check_numbers(ctx, args)
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
             error.message = _in_words(error)
             raise
+
+    def _check_numbers(self, ctx: Any, args: list[str]) -> None:
+        """Refuse ``1_0`` and digits other than ASCII, which Python reads as numbers."""
+        given, _, _ = self.make_parser(ctx).parse_args(args=list(args))
+        params: list[Any] = self.get_params(ctx)
+        for param in params:
+            said, is_option = given.get(param.name), param.param_type_name == "option"
+            is_number = is_option and param.bare_type() in ("int", "float")
+            if is_number and isinstance(said, str) and (not said.isascii() or "_" in said):
+                raise typer.BadParameter(f"expected a number; got {said!r}", ctx=ctx, param=param)
 
 
 def _with_force_column(args: list[str]) -> list[str]:

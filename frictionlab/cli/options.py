@@ -343,11 +343,16 @@ def check_law(law: str | None) -> None:
 
 
 def number_of(text: str, option: str) -> float:
-    """The number that a text is."""
+    """The number that a text is, in ASCII digits; Python alone would take ``1_0`` and Arabic digits too."""
     try:
-        return float(text)
+        return float(text if is_plain(text) else "")
     except ValueError as error:
         raise UsageError(f"{option}: expected a number; got {text!r}") from error
+
+
+def is_plain(text: str) -> bool:
+    """Whether a text may be a number as people write it."""
+    return text.isascii() and "_" not in text
 
 
 def values_of(text: str, option: str) -> list[float]:
@@ -361,9 +366,10 @@ def values_of(text: str, option: str) -> list[float]:
     ([0.1, 0.2, 0.3, 0.4], [0.5, 1.0], [10.0, 100.0, 1000.0, 10000.0])
     """
     try:
-        if ":" not in text:
-            return [float(part) for part in text.split(",")]
-        first, last, by = (part.strip() for part in text.split(":"))
+        said = text if is_plain(text) else ""
+        if ":" not in said:
+            return [float(part) for part in said.split(",")]
+        first, last, by = (part.strip() for part in said.split(":"))
         start, stop, step = float(first), float(last), float(by.removeprefix("x"))
         is_factor = by.startswith("x")
         steps = math.log(stop / start) / math.log(step) if is_factor else (stop - start) / step
