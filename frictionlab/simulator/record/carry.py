@@ -51,7 +51,7 @@ def drive_of(base: BaseRecord, parts: int, *, acceleration: bool) -> tuple[Float
     time, cubics = base.pieces(parts)
     if acceleration and base.quantity == "displacement":
         cubics = np.column_stack((2.0 * cubics[:, 2], 6.0 * cubics[:, 3], np.zeros((len(cubics), 2))))
-    return time, cubics
+    return np.array(time), cubics  # to be written on, as all arrays are for which the flows are compiled
 
 
 def by_phases(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray) -> Carried:
