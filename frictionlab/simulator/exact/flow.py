@@ -381,7 +381,7 @@ def nearest_event(system: Any, work: Any, slot: int, t: float, reach: float) -> 
             if which != TURN_OF:
                 value -= work.upper[c] if which == UPWARDS else work.lower[c]
             lead, bound = 0 if t > 0.0 else work.lead[c, which], work.bounds[c, which]
-            if bound <= NEVER and which != TURN_OF:  # rigid contacts hold what it lies between: it waits for them
+            if bound <= NEVER and slope == bend == 0.0 and which != TURN_OF:  # what it lies between is held: it waits
                 continue
             if lead == 2 and abs(bend) * work.fastest < 1e-9 * bound:  # all but the third derivative are zero
                 step = min(reach, max(0.0, 2.0 * sign * twist / (bound * work.fastest)))
