@@ -1,9 +1,8 @@
-"""Maps of steady states, solved by many workers and written as they come."""
+"""Maps of steady states, solved by many workers and written when the last point is in."""
 
 import hashlib
-import time
 from collections import Counter
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
@@ -13,9 +12,9 @@ from numpy.typing import NDArray
 
 from frictionlab import simulator
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import ClusterError, SimulationError
+from frictionlab.errors import ClusterError, SimulationError, UsageError
 from frictionlab.files import check_replaceable, make_folder
-from frictionlab.hdf5.map_file import GrowingMap, MapLayout, finished_map, growing_map, is_map
+from frictionlab.hdf5.map_file import MapLayout, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.notes import WORDS, Note
@@ -26,9 +25,9 @@ from frictionlab.tables import Row, is_table, write_rows
 from frictionlab.workers import Lost, run_batches
 
 KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(PLACES, "float64") | {"warnings": "uint32"}
-CHECKPOINT_S = 2.0  # what a killed sweep loses at most, beside what was in work
 BATCH_S = 1.0  # seconds of work in a batch
-BLOCK = 20_000  # points read back at a time
+MOST_POINTS = 5_000_000  # of a map, which memory holds until it is written: some 200 bytes each
+BLOCK = 20_000  # points made into rows at a time
 
 __all__ = ["FAILED", "KINDS", "Grid", "Step", "Tally", "make_map", "rows"]
 
@@ -70,7 +69,7 @@ def _solve(points: FloatArray, grid: Grid) -> FloatArray:
 
 @dataclass(frozen=True)
 class Step:
-    """Some points of a map that are in its file now.
+    """Some points of a map that are solved now.
 
     ``start``: number of the first; ``records``: their steady states, one record with the keys of `KINDS` each;
     ``reason``: why a point could not be solved, if its workers died over it.
@@ -87,19 +86,11 @@ class Step:
 
 
 def make_map(
-    grid: Grid,
-    path: Path,
-    *,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    resume: bool = False,
-    force: bool = False,
-) -> Generator[Step]:
-    """Solve all points of a grid and write them to a file; yield them, in order, as they are done.
+    grid: Grid, path: Path, *, workers: int | None = None, scheduler: str | None = None, force: bool = False
+) -> Iterator[Step]:
+    """Solve all points of a grid, yield them in order as they are done, and write them to a file after the last.
 
-    What is solved is saved every two seconds beside the file, and when the iterator is left; the file itself appears
-    when all points are in, with the same bytes whatever solved them and however often it was interrupted. Memory holds
-    the batches in work, not the map.
+    The file has the same bytes whatever solved its points.
 
     Parameters
     ----------
@@ -109,15 +100,13 @@ def make_map(
         Where the map goes: ``.h5``, ``.csv`` or ``.jsonl``.
     workers, scheduler
         Who solves; see `frictionlab.workers.run_batches`.
-    resume
-        Continue what an earlier run has left here; its points are yielded first.
     force
-        Replace whatever file stands there; begin anew over an unfinished map.
+        Replace whatever file stands there.
 
     Raises
     ------
     UsageError
-        An unfinished map stands there and neither is said, or it is of other values or another version.
+        There are too many points.
     OutputError
         The file cannot be written.
     ClusterError
@@ -132,28 +121,32 @@ def make_map(
     >>> path.read_text().splitlines()[1][:30]
     '0.5,0.4,1.0,0.0,fixed,exact,pe'
     """
-    about = {"wall": grid.wall, "law": grid.law, "simulator": digest()}
-    words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
-    flags = {"warnings": {note.name.lower(): (note.value, said) for note, said in WORDS.items() if note.name}}
-    tree = MapLayout(grid.axes(), KINDS, about, words, flags)
-    whole = finished_map(path, tree) if resume else None
-    if whole is not None:
-        yield from (Step(start, whole[start : start + BLOCK]) for start in range(0, len(whole), BLOCK))
-        return
+    if len(grid) > MOST_POINTS:
+        raise UsageError(
+            f"{path}: expected at most {MOST_POINTS} points; got {len(grid)}: give fewer values, or several maps"
+        )
     make_folder(path.parent)
     check_replaceable(
         path, replace=force or (is_map if path.suffix == ".h5" else partial(is_table, table=STEADY_STATES))
     )
-    with growing_map(path, tree, resume=resume, force=force) as file:
-        yield from _blocks(file)
-        yield from _solved(grid, file, workers, scheduler)
-        if path.suffix == ".h5":
-            file.finish(force=force)
-            return
-        file.checkpoint()
-        every = (row for step in _blocks(file) for row in rows(grid, step))
-        write_rows(every, path, STEADY_STATES, force=force)
-        file.discard()
+    if scheduler is None:
+        warm_up(grid.law)  # compiled here once: processes find the machine code
+    every, done, job = np.empty(len(grid), list(KINDS.items())), 0, partial(solve, grid=grid, build=digest())
+    for batch in run_batches(job, range(len(grid)), workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S):
+        if isinstance(batch, Lost):
+            step = Step(done, _records(np.full((1, ROW), np.nan)), batch.reason)
+        else:
+            step = Step(done, batch)
+        every[done : step.done], done = step.records, step.done
+        yield step
+    if path.suffix == ".h5":
+        about = {"wall": grid.wall, "law": grid.law, "simulator": digest()}
+        words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
+        flags = {"warnings": {note.name.lower(): (note.value, said) for note, said in WORDS.items() if note.name}}
+        MapLayout(grid.axes(), KINDS, about, words, flags).write(every, path, force=force)
+        return
+    blocks = (Step(start, every[start : start + BLOCK]) for start in range(0, len(every), BLOCK))
+    write_rows((row for block in blocks for row in rows(grid, block)), path, STEADY_STATES, force=force)
 
 
 def rows(grid: Grid, step: Step) -> Iterator[Row]:
@@ -198,32 +191,8 @@ class Tally:
         return ", ".join(f"{name} = {value:g}" for name, value in zip(self.grid.axes(), point, strict=True))
 
 
-def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | None) -> Iterator[Step]:
-    """Solve what is not yet in the file and put it there, batch by batch."""
-    if scheduler is None:
-        warm_up(grid.law)  # compiled here once: processes find the machine code
-    saved, numbers, job = 0.0, range(file.done, len(grid)), partial(solve, grid=grid, build=digest())
-    batches = run_batches(job, numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S)
-    for batch in batches:
-        if isinstance(batch, Lost):
-            step = Step(file.done, _records(np.full((1, ROW), np.nan)), batch.reason)
-        else:
-            step = Step(file.done, batch)
-        file.append(step.records)
-        if time.monotonic() - saved > CHECKPOINT_S:
-            file.checkpoint()
-            saved = time.monotonic()
-        yield step
-
-
 def _records(numbers: FloatArray) -> NDArray[np.void]:
     records = np.empty(len(numbers), dtype=list(KINDS.items()))
     for key, values in named(numbers).items():
         records[key] = values
     return records
-
-
-def _blocks(file: GrowingMap) -> Iterator[Step]:
-    """What is in the file, read back."""
-    for start in range(0, file.done, BLOCK):
-        yield Step(start, file.read(start, min(start + BLOCK, file.done)))

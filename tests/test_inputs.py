@@ -149,18 +149,6 @@ def test_a_reader_that_has_left_is_no_fault_to_speak_of(run: Run) -> None:
     assert done.stderr == b""
 
 
-def test_a_map_whose_reader_has_left_says_how_to_go_on(run: Run, tmp_path: Path) -> None:
-    reading, writing = os.pipe()
-    os.close(reading)
-    words = ("sweep", "--r", "0.1:0.4:0.1", "--beta", "0.4", "-o", tmp_path / "map.h5")
-    done = run(*words, "--json", stdout=writing)
-    os.close(writing)
-    assert done.returncode == 141
-    assert b"points are saved beside" in done.stderr
-    assert b"give --resume to continue" in done.stderr
-    assert run(*words, "--resume").returncode == 0
-
-
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
 def test_messages_that_cannot_be_told_are_lost_and_nothing_else(run: Run) -> None:
     """Results and exit status are those of a standard error that takes all."""

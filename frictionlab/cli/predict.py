@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from frictionlab.cli import LostOutputError, complain
+from frictionlab.cli import complain
 from frictionlab.cli.options import Results, named_values, scene_of, values_of
 from frictionlab.cli.screen import count, counted, paragraph, print_table, print_warnings
 from frictionlab.errors import UsageError
@@ -225,7 +225,6 @@ def sweep(
     wall: Literal["fixed", "base"] = "fixed",
     workers: int | None = None,
     scheduler: str | None = None,
-    resume: bool = False,
     as_json: bool = False,
     plot: Path | None = None,
     force: bool = False,
@@ -234,8 +233,8 @@ def sweep(
     """Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law.
 
     Each takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number; so does --parameter, as in
-    --parameter gradient=0:0.1:0.02. A range may go by a factor: stiffness_ratio=10:1e6:x10. What is solved is saved as
-    it goes; --resume continues after Ctrl-C or a power cut and ends in the same file.
+    --parameter gradient=0:0.1:0.02. A range may go by a factor: stiffness_ratio=10:1e6:x10. The file
+    appears when all is solved.
 
     Example: frictionlab sweep --r 0.02:2.5:0.01 --beta 0.1:0.9:0.1 -o map.h5
     """
@@ -251,23 +250,16 @@ def sweep(
     axes = [name for name, along in grid.axes().items() if len(along) > 1]
     if figure is not None and len(axes) > MOST_AXES:
         raise UsageError(f"--plot {plot}: expected one or two axes with several values; got {', '.join(axes)}")
-    steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
-    tally, drawn, done = maps.Tally(grid), [], 0
-    try:
-        with count("sweep", quiet=quiet, total=len(grid)) as progress:
-            for step in steps:
-                done = step.done
-                progress(done, len(grid))
-                for row in maps.rows(grid, step) if as_json else ():
-                    typer.echo(json_line(row))
-                for sentence in tally.add(step):
-                    complain(sentence)
-                drawn += [step.records] if figure is not None else []
-    except (KeyboardInterrupt, LostOutputError) as error:
-        steps.close()  # which saves what is solved
-        why = "note: standard output takes no more" if isinstance(error, LostOutputError) else "stopped"
-        complain(f"{why}: {done} of {len(grid)} points are saved beside {output}: give --resume to continue")
-        raise
+    steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, force=force)
+    tally, drawn = maps.Tally(grid), []
+    with count("sweep", quiet=quiet, total=len(grid)) as progress:
+        for step in steps:
+            progress(step.done, len(grid))
+            for row in maps.rows(grid, step) if as_json else ():
+                typer.echo(json_line(row))
+            for sentence in tally.add(step):
+                complain(sentence)
+            drawn += [step.records] if figure is not None else []
     if not (as_json or quiet):
         for sentence in tally.sentences():
             complain(f"warning: {sentence}")

@@ -1,4 +1,4 @@
-"""HDF5 files: recordings, results and, in `frictionlab.hdf5.map_file`, maps that grow; h5py is only in this folder."""
+"""HDF5 files: recordings, results and maps of steady states; h5py is only in this folder."""
 
 from frictionlab.hdf5.opening import fault_of as fault_of
 from frictionlab.hdf5.opening import format_of as format_of

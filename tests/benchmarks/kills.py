@@ -1,11 +1,11 @@
 """Commands killed at moments drawn at random: all that stands is whole, and the next run ends in the same bytes.
 
-Sweeps (csv and h5, one worker and two) are killed once or more, by SIGKILL or SIGTERM, then resumed. Other commands are
-killed once, then run again. After each kill every file that stands under its own name must be whole: a map, a table, a
-figure, a report have the bytes of a run that nobody stopped; a recording, which holds the time it was made, its seal.
-After the last run the folder holds these files and nothing else, and no process of the command is left.
+Each is killed once, by SIGKILL or SIGTERM, then run again. After the kill every file that stands under its own name
+must be whole: a map, a table, a figure, a report have the bytes of a run that nobody stopped; a recording, which holds
+the time it was made, its seal. After the last run the folder holds these files and nothing else, and no process of the
+command is left.
 
-    python -m tests.benchmarks.kills [--sweeps 100] [--others 56] [--seed 1]
+    python -m tests.benchmarks.kills [--times 100] [--seed 1]
 """
 
 import argparse
@@ -29,13 +29,6 @@ from tests.armour.sound import sound
 from tests.campaign.fabricate import small_campaign
 from tests.desk import ROOT
 
-OFTEN = """
-import sys
-from frictionlab import cli, maps
-maps.CHECKPOINT_S, maps.BATCH_S = 0.02, 0.02  # many moments at which something is half done
-if __name__ == "__main__":
-    cli.main()
-"""
 SCENE = str(ROOT / "configs" / "sample_data.toml")
 LOG = str(ROOT / "sample_data" / "steel_N1.25_r0.3.csv")
 PLAN = """
@@ -60,6 +53,7 @@ normal_forces_n = [1.0, 1.25, 1.5]
 frequency_ratios = [0.3, 1.2]
 friction_coefficient = 0.6
 """
+SWEEP = ("sweep", "--r", "0.5:2:0.1", "--beta", "0.1:0.9:0.02", "--zeta", "0.02", "-q")
 DRIVE = ("--natural-frequency", "6", "--transient", "0.5")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "ingest": ("ingest", LOG, "--scene", SCENE, "-o", "out/a.h5"),
@@ -69,9 +63,10 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "simulate": ("simulate", "--r", "0.3", "--beta", "0.4", "-o", "out/s.h5", "--plot", "out/s.pdf"),
     "campaign": ("campaign", "m.jsonl", "-o", "out"),
     "synthesize": ("synthesize", "--scene", "synthetic.toml", "-o", "out"),
+    "sweep csv": (*SWEEP, "--workers", "1", "-o", "out/map.csv"),
+    "sweep h5": (*SWEEP, "--workers", "2", "-o", "out/map.h5"),
     "plan": ("plan", "--scene", "plan.toml", "--tests", "3", "-o", "out/plan.csv"),
 }
-SWEEP = ("sweep", "--r", "0.5:2:0.1", "--beta", "0.1:0.9:0.02", "--zeta", "0.02", "-q", "--resume")
 MARK = "FRICTIONLAB_KILLS"
 TRUTH: dict[str, tuple[dict[str, bytes], float]] = {}
 SEEN: defaultdict[str, Counter[str]] = defaultdict(Counter)
@@ -80,31 +75,25 @@ SEEN: defaultdict[str, Counter[str]] = defaultdict(Counter)
 def main() -> int:
     """Run all, print the counts; 1 if something was not whole."""
     parser = argparse.ArgumentParser(description=__doc__)
-    for name, count in {"sweeps": 100, "others": 56, "seed": 1}.items():
+    for name, count in {"times": 100, "seed": 1}.items():
         parser.add_argument(f"--{name}", type=int, default=count)
     given = parser.parse_args()
     rng = np.random.default_rng(given.seed)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        (folder / "often.py").write_text(OFTEN)
         faults: list[str] = []
-        for number in range(given.sweeps):
-            suffix, workers = ("csv", "h5")[number % 2], str(1 + number // 2 % 2)
-            sweep = (*SWEEP, "-o", f"map.{suffix}", "--workers", workers)
-            faults += killed(f"sweep {suffix}", sweep, folder, int(rng.integers(1, 4)), rng)
         for name, words in COMMANDS.items():
-            for _ in range(given.others // len(COMMANDS)):
-                faults += killed(name, words, folder, 1, rng)
+            for _ in range(given.times // len(COMMANDS)):
+                faults += killed(name, words, folder, rng)
         sys.stdout.write("".join(f"{name}: {dict(seen)}\n" for name, seen in SEEN.items()))
     sys.stdout.write("".join(f"FAULT {fault}\n" for fault in faults) + f"{len(faults)} faults\n")
     return 1 if faults else 0
 
 
-def start(words: Sequence[str], folder: Path, mark: str, script: str | None = None) -> "subprocess.Popen[bytes]":
+def start(words: Sequence[str], folder: Path, mark: str) -> "subprocess.Popen[bytes]":
     """A command in a session of its own, whose processes are known by a mark in their environment."""
-    how = ["-m", "frictionlab"] if script is None else [script]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    command = [sys.executable, *how, *words]
+    command = [sys.executable, "-m", "frictionlab", *words]
     return subprocess.Popen(command, cwd=folder, env=os.environ | {MARK: mark}, start_new_session=True, **quiet)  # type: ignore[call-overload, no-any-return] # mypy knows no keywords by name
 
 
@@ -158,34 +147,26 @@ def undisturbed(name: str, words: Sequence[str], place: Path) -> tuple[dict[str,
     """The files and the seconds of a run that nobody stops, once for each command; that of one worker for all."""
     if name not in TRUTH:
         folder, begin = desk(place / "truth"), time.monotonic()
-        if status := start(words, folder, "truth", script_of(name, place)).wait():
+        if status := start(words, folder, "truth").wait():
             sys.exit(f"{name}: status {status} where nobody stops it")
         TRUTH[name] = files(folder), time.monotonic() - begin
     return TRUTH[name]
 
 
-def script_of(name: str, place: Path) -> str | None:
-    """What runs a command: sweeps save more often than by themselves."""
-    return str(place / "often.py") if name.startswith("sweep") else None
-
-
-def killed(name: str, words: Sequence[str], place: Path, times: int, rng: np.random.Generator) -> list[str]:
-    """A command that is killed so many times, then run to its end: what is wrong, if anything."""
+def killed(name: str, words: Sequence[str], place: Path, rng: np.random.Generator) -> list[str]:
+    """A command that is killed, then run to its end: what is wrong, if anything."""
     (whole, seconds), folder, seen = undisturbed(name, words, place), desk(place / "work"), SEEN[name]
-    for turn in range(times):
-        how = signal.SIGKILL if rng.random() < 0.7 else signal.SIGTERM
-        mark = f"{folder}{turn}{rng.integers(1 << 40)}"
-        child = start(words, folder, mark, script_of(name, place))
-        if stop(child, float(rng.uniform(0.2, 1.1) * seconds), how):
-            seen[f"killed by {how.name}"] += 1
-        if left(mark):
-            return [f"{name}: a process is left"]
-        there = files(folder)
-        seen["with a part left"] += any(Path(file).name.startswith(".") for file in there)
-        odd = [file for file in there if not Path(file).name.startswith(".") and not same(folder, file, whole)]
-        if odd:
-            return [f"{name}: after {how.name}: {odd} are not whole"]
-    status = start(words, folder, "last", script_of(name, place)).wait()
+    how, mark = signal.SIGKILL if rng.random() < 0.7 else signal.SIGTERM, f"{folder}{rng.integers(1 << 40)}"
+    if stop(start(words, folder, mark), float(rng.uniform(0.2, 1.1) * seconds), how):
+        seen[f"killed by {how.name}"] += 1
+    if left(mark):
+        return [f"{name}: a process is left"]
+    there = files(folder)
+    seen["with a part left"] += any(Path(file).name.startswith(".") for file in there)
+    odd = [file for file in there if not Path(file).name.startswith(".") and not same(folder, file, whole)]
+    if odd:
+        return [f"{name}: after {how.name}: {odd} are not whole"]
+    status = start(words, folder, "last").wait()
     odd = [file for file in whole.keys() | files(folder).keys() if not same(folder, file, whole)]
     if odd or (status and there.keys() < whole.keys()):  # a plan that was written is not written again: it says so
         return [f"{name}: run again: status {status}, {odd} are not as they should be"]
