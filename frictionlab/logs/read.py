@@ -225,16 +225,18 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
             + (f", or give what a volt is, such as {example} in [log.units]" if wrong in VOLTS else "")
             + (f", or if the grams are a load say --units {role}=gf" if wrong == "g" and quantity == "force" else "")
         )
-    if not unit and is_laser and (by_step := unit_by_step(values)) is not None:
+    unknown = column.title.endswith(("]", "}")) and not column.unit  # what stands there is no unit of the table
+    if not unit and is_laser and not unknown and (by_step := unit_by_step(values)) is not None:
         unit = by_step[0]
         warnings.append(f"{role}: no unit is said; the sensor's step says {unit} ({by_step[1] * 1e3:g} mm range)")
     if not unit:
         known = UNIT[quantity]
         how = "--unit, such as --unit mm" if is_laser else f'--units {role}={known}, or [log.units] {role} = "{known}"'
-        raise LogError(f"{table.name}: the unit of column {column} is not said: expected {a}: give {how}")
+        fault = "known" if unknown else "said"
+        raise LogError(f"{table.name}: the unit of column {column} is not {fault}: expected {a}: give {how}")
     if per_volt is None and said and written and written != said:
         warnings.append(f"{role}: the log says {written}, the options say {said}: {said} is taken")
-    elif per_volt is None and said and not written and column.title.endswith(("]", "}")):
+    elif per_volt is None and said and unknown:
         warnings.append(f"{role}: the unit in {column.title!r} is not known; the options say {said}, which is taken")
     values = to_si(values, unit)
     if not is_laser:

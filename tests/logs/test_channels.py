@@ -87,7 +87,7 @@ WRONG: list[tuple[str, str, dict[str, object], str]] = [  # a column's title, in
         for said in ({}, {"unit": "mm"})
     ),
     ("mass", "mass [V]", {"mass": 2}, r"expected a length, .*or give what a volt is, such as mass = .5 mm/V"),
-    ("mass", "mass [parsec]", {"mass": 2}, r"the unit of column 2 .* is not said: expected a length: give --unit"),
+    ("mass", "mass [parsec]", {"mass": 2}, r"the unit of column 2 .* is not known: expected a length: give --unit"),
     ("time", "time [mm]", {"time": 1}, r"time column 1 .* is in mm: give --time, or --time-unit"),
     ("F", "F [mm]", {"contact_force": "F"}, r"is in mm \(displacement\): expected a force, one of N, mN"),
     ("F", "F [g]", {"contact_force": "F"}, r"expected a force.*if the grams are a load say --units contact_force=gf"),

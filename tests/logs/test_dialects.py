@@ -114,6 +114,8 @@ def test_bare_names_say_which_unit_by_the_sensors_step_or_ask_for_it(tmp_path: P
     recording = read_log(write(tmp_path / "log.csv", table(DATA, "t,x,y", ",")))
     assert_same(recording, DATA)
     assert any("no unit is said; the sensor's step says mm" in w for w in recording.source.warnings)
+    with pytest.raises(LogError, match=r"the unit of column 2 \('x \[mil\]'\) is not known: .* give --unit"):
+        read_log(write(tmp_path / "log.csv", table(DATA, "t,x [mil],y [mil]", ",")))  # whatever the step says
     smooth = Truth(tuple((t, f"{float(x):.3f}", f"{float(y):.3f}") for t, x, y in DATA.rows))
     log = write(tmp_path / "log.csv", table(smooth, "t,x,y", ","))
     with pytest.raises(LogError, match=r"log\.csv: the unit of column 2 \('x'\) is not said: .* give --unit"):
