@@ -26,7 +26,7 @@ from frictionlab.inference.over_time import follow
 from frictionlab.inference.posterior import EXPLAINED, Posterior, infer, model_of, posterior_of
 from frictionlab.inference.record import RecordObservation, observe_record
 from frictionlab.inference.table import TableObservation, observe_table
-from frictionlab.inference.unknowns import STRONGEST, Unknown
+from frictionlab.inference.unknowns import STRAINED, STRONGEST, Unknown
 from frictionlab.inference.verdict import (
     UNSETTLED,
     base_words,
@@ -198,7 +198,15 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     one = Test(observation.under(observation.law, held), np.arange(len(own)), np.ones(len(own)))
     starts = [np.array([start * (u.level == "test") for u in own]) for start in (0.0, 1.0, -1.0)]
     found = posterior_of(fit_from(Model((one,), tuple(own), np.zeros(len(own))), starts))
-    return compared(measurement, scene, found, None, scene.model.solver)
+    judged = compared(measurement, scene, found, None, scene.model.solver)
+    far = [
+        f"{u.name}: {u.value(c):.4g} fits this test, the law says {u.mean:.4g}: {abs(c):.0f} times its scatter:"
+        " the law does not hold here: is it another material, or another normal force?"
+        for u, c in zip(own, found.fit.point.tolist(), strict=True)
+        if u.law and abs(c) > STRAINED
+    ]
+    verdict = "strained" if far and judged.verdict == "explained" else judged.verdict
+    return replace(judged, verdict=verdict, warnings=(*far, *judged.warnings))
 
 
 def compare_table(

@@ -315,6 +315,11 @@ def test_a_law_found_elsewhere_judges_a_test_by_its_scatter_alone(brass: tuple[f
     held = {name: value["value"] for name, value in judged.nuisances.items()}
     assert held["lag_s"] == pytest.approx(law.rig["lag_s"], abs=1e-7)
     assert held["natural_frequency"] == pytest.approx(law.values[DETUNING] - 1.0, abs=1e-7)
+    assert not any("the law does not hold here" in w for w in judged.warnings)
+    other = replace(law, values={**law.values, COEFFICIENT: 1.4 * law.values[COEFFICIENT]})
+    strange = fl.compare(place / "250g.h5", facts, law_file=other)
+    assert strange.verdict in ("strained", "misfit")
+    assert any(w.startswith("beta: ") and "the law does not hold here" in w for w in strange.warnings)
     without = replace(law, scatter={})  # no unknown at all: the law as it stands
     assert (fl.compare(place / "250g.h5", facts, law_file=without).response_nrmse or 0.0) > 0.05
     with pytest.raises(UsageError, match="law_file: a given law leaves nothing to find"):
