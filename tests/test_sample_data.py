@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.inference import compare
+from frictionlab import compare
 from frictionlab.logs import read_log
 from frictionlab.scene import read_scene
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from frictionlab import compare
 from frictionlab.analysis.channels import SensorChannel, low_pass, restored
 from frictionlab.analysis.measurement import Measurement, measure
-from frictionlab.inference import compare
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.unknowns import of_law
 from frictionlab.scene import Scene

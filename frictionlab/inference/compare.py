@@ -39,7 +39,7 @@ from frictionlab.inference.verdict import (
     verdict_of,
 )
 from frictionlab.recording import FrequencyTable, Recording
-from frictionlab.scene import Scene, Solver
+from frictionlab.scene import Scene
 from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import law_of
 
@@ -51,52 +51,45 @@ MEASURED = (*("source", "frequency_ratio", "energy_per_cycle", "response_amplitu
 """What a comparison repeats of its measurement."""
 
 
-def compare(
+def compare_record(
     recording: Recording,
     scene: Scene,
     *,
     law: str | None = None,
     friction_ratio: float | None = None,
-    solver: Solver | None = None,
-    whole: bool = False,
     fit: Fitted = "cycle",
 ) -> Comparison:
-    """Identify the contact of a recording, predict its steady cycle, and say how they differ (`frictionlab.compare`).
+    """Compare a whole recording with the law of its steady cycle, or with a law fitted to all of it (``fit``).
 
-    ``law``: in place of the scene's, "auto" climbs the ladder as far as the recording requires; ``friction_ratio``:
-    beta (2.8) to predict with instead of identifying it; ``whole``, ``fit``: the whole record too. One without a steady
-    cycle (a sweep, a start-up) can only be fitted whole: what is said of a cycle is None then.
+    ``law``, ``friction_ratio``: as in `compare_measurement`. A recording without a steady cycle (a sweep, a start-up)
+    can only be fitted whole: what is said of a cycle is None then.
 
     Raises
     ------
     AnalysisError
         No measurement can be made, the natural frequency is not known, or no values tried have a motion.
     RecordingError
-        The whole record is asked for and has a gap or jumps.
+        The record has a gap or jumps.
     UsageError
-        The law or the friction ratio cannot be.
+        The law cannot be, or no spring is driven.
     """
-    if scene.rig.kind == "prescribed" and (whole or fit == "whole"):
+    if scene.rig.kind == "prescribed":
         raise UsageError(
             'the whole record (--whole, --fit whole): needs a base that drives a spring; got rig.kind = "prescribed"'
         )
-    if not whole and fit == "cycle":
-        return predict(measure(recording, scene), scene, law=law, friction_ratio=friction_ratio, solver=solver)
-    _check_given(law, friction_ratio)
     refuse_several(scene)
     measurement, why = _steady(recording, scene, fit)
     if measurement is None:
         return _without_cycle(recording, scene, why, law, friction_ratio)
     found, ladder = identified(measurement, scene, law, friction_ratio)
-    solver = solver or scene.model.solver
-    comparison, cycle = compared(measurement, scene, found, ladder, solver), cycle_of(found.tests[0])
+    comparison, cycle = compared(measurement, scene, found, ladder), cycle_of(found.tests[0])
     observation, said = observe_record(recording, scene, cycle.law, cycle.held, measurement)
     climbed = None
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
         record = follow(as_kind(best.tests[0].observation, RecordObservation), best.values(), fits_start=False)
         posterior = _over_time(_as_cycle(cycle.under(best.law()), best), record)
-        by_record = compared(measurement, scene, posterior, None, solver)
+        by_record = compared(measurement, scene, posterior, None)
         comparison = replace(by_record, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
     else:
         record = follow(observation, found.values() | observation.start, fits_start=True)
@@ -106,21 +99,17 @@ def compare(
     return replace(comparison, warnings=warnings, **_of_record(record, climbed))
 
 
-def predict(
-    measurement: Measurement,
-    scene: Scene,
-    *,
-    law: str | None = None,
-    friction_ratio: float | None = None,
-    solver: Solver | None = None,
+def compare_measurement(
+    measurement: Measurement, scene: Scene, *, law: str | None = None, friction_ratio: float | None = None
 ) -> Comparison:
-    """As :func:`compare`, from a measurement that is already made; so without the whole record."""
-    _check_given(law, friction_ratio)
+    """Identify the contact of a measured test, predict its cycle (or its force), and say how they differ.
+
+    ``law``: in place of the scene's, "auto" climbs the ladder as far as the test requires; ``friction_ratio``: beta
+    (2.8) to predict with instead of identifying it. Errors as of `compare_record`.
+    """
     if scene.rig.kind == "prescribed":
-        law = _law_one_way(measurement, scene, law)
         return compare_force(measurement, scene, law=law, friction_ratio=friction_ratio)
-    found, ladder = identified(measurement, scene, law, friction_ratio)
-    return compared(measurement, scene, found, ladder, solver or scene.model.solver)
+    return compared(measurement, scene, *identified(measurement, scene, law, friction_ratio))
 
 
 def identified(
@@ -198,7 +187,7 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     one = Test(observation.under(observation.law, held), np.arange(len(own)), np.ones(len(own)))
     starts = [np.array([start * (u.level == "test") for u in own]) for start in (0.0, 1.0, -1.0)]
     found = posterior_of(fit_from(Model((one,), tuple(own), np.zeros(len(own))), starts))
-    judged = compared(measurement, scene, found, None, scene.model.solver)
+    judged = compared(measurement, scene, found, None)
     far = [
         f"{u.name}: {u.value(c):.4g} fits this test, the law says {u.mean:.4g}: {abs(c):.0f} times its scatter:"
         " the law does not hold here: is it another material, or another normal force?"
@@ -227,7 +216,6 @@ def compare_table(
     AnalysisError
         Fewer rows than unknowns, or no value tried has a steady state in every row.
     """
-    _check_given(law, friction_ratio)
     observation = observe_table(table, scene, None if law == AUTO else law, facts)
     count = len(observation.law_unknowns)
     if friction_ratio is None and len(observation.data) <= count:
@@ -266,16 +254,6 @@ def compare_table(
     )
 
 
-def _law_one_way(measurement: Measurement, scene: Scene, law: str | None) -> str | None:
-    """Law that is asked for; of a contact that slides one way, at one speed, there is only Coulomb's."""
-    if not measurement.slides_one_way:
-        return law
-    asked = "coulomb" if law == AUTO else law_and_held(scene, law)[0].name
-    if asked != "coulomb":
-        raise UsageError(f"law: the contact slides one way at one speed, which shows no {asked}: do: --law coulomb")
-    return asked
-
-
 def compare_force(
     measurement: Measurement, scene: Scene, *, law: str | None = None, friction_ratio: float | None = None
 ) -> Comparison:
@@ -286,6 +264,10 @@ def compare_force(
     """
     from frictionlab.inference.force import GAIN, ForceObservation, observe_force  # noqa: PLC0415 - as above
 
+    if measurement.slides_one_way:  # at one speed, which shows nothing but Coulomb friction
+        asked, law = "coulomb" if law == AUTO else law_and_held(scene, law)[0].name, "coulomb"
+        if asked != law:
+            raise UsageError(f"law: the contact slides one way at one speed, which shows no {asked}: do: --law coulomb")
     found, ladder = _found(observe_force(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
     observation, values = as_kind(found.tests[0].observation, ForceObservation), found.values()
     force = observation.motion(values)
@@ -341,19 +323,10 @@ def compare_force(
     )
 
 
-def _check_given(law: str | None, friction_ratio: float | None) -> None:
-    if friction_ratio is not None and not (friction_ratio >= 0 and math.isfinite(friction_ratio)):
-        raise UsageError(f"friction ratio: expected a number of at least 0; got {friction_ratio:g}")
-    if law == AUTO and friction_ratio is not None:
-        raise UsageError("friction ratio: a given one (--beta) and a law to be found (--law auto) exclude each other")
-
-
-def compared(
-    measurement: Measurement, scene: Scene, found: Posterior, ladder: Ladder | None, solver: Solver
-) -> Comparison:
+def compared(measurement: Measurement, scene: Scene, found: Posterior, ladder: Ladder | None) -> Comparison:
     """Return a measured cycle over the prediction of a posterior, diagnosed and judged."""
     observation = cycle_of(found.tests[0])
-    state = observation.solved(found.values(), solver)
+    state = observation.solved(found.values(), scene.model.solver)
     predicted, energy, amplitude = observation.shown(state, found.values())
     nrmse = None if predicted is None else observation.left(predicted, found.values())
     misfit = None if nrmse is None else nrmse / observation.floor

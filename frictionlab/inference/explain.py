@@ -13,7 +13,7 @@ import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.compare import AUTO, predict
+from frictionlab.inference.compare import AUTO, compare_measurement
 from frictionlab.inference.comparison import Comparison, ContactForce
 from frictionlab.inference.diagnose import OTHER_CAUSE
 from frictionlab.inference.ladder import DEAR, EXACT, NOT_TOLD_APART, NUMERIC, REQUIRED
@@ -131,10 +131,11 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
 
     The simpler law is that of the best evidence on the ladder that lacks a term of the one required.
     """
-    comparison = predict(measurement, scene, law=AUTO)
+    comparison = compare_measurement(measurement, scene, law=AUTO)
     terms, evidence = {t.name for t in law_of(comparison.law).terms}, _evidence(comparison)
     fewer = [name for name in evidence if {t.name for t in law_of(name).terms} < terms]
-    simpler = predict(measurement, scene, law=max(fewer, key=lambda name: evidence[name])) if fewer else None
+    best = max(fewer, key=lambda name: evidence[name], default=None)
+    simpler = None if best is None else compare_measurement(measurement, scene, law=best)
     found, turn = _force(comparison), 2.0 * math.pi * measurement.drive_frequency_hz
     frame = scene.rig.stiffness, scene.rig.natural_frequency
     for name, (times, unit, words) in SHOWN.items():

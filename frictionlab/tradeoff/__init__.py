@@ -19,7 +19,7 @@ import numpy as np
 from frictionlab.analysis import cycles, energy, spectrum
 from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import FloatArray
-from frictionlab.inference import compare
+from frictionlab.inference import compare_measurement
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
@@ -311,7 +311,9 @@ def accuracy_of(command: str) -> tuple[Setting, ...]:
 
     def run(one: Recording, level: str) -> float | FloatArray:
         scene = SCENE.with_accuracy(level)
-        return _cycle_energies(one, scene) if command == "analyze" else compare(one, scene).friction_ratio
+        if command == "analyze":
+            return _cycle_energies(one, scene)
+        return compare_measurement(measure(one, scene), scene).friction_ratio
 
     quantity, truth = (f"{ENERGY} of one cycle", orbit()[1]) if command == "analyze" else ("friction_ratio", BETA)
     settings: list[Measured] = [(name, partial(run, level=name), name == "balanced", RATE_HZ) for name in LEVELS]

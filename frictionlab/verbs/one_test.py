@@ -1,5 +1,6 @@
 """One test: log -> recording -> measurement -> comparison, explanation; a free decay -> the frame's own facts."""
 
+import math
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -221,18 +222,20 @@ def compare(
         The file, the scene or a setting is refused.
     """
     from frictionlab.analysis.measurement import Measurement
-    from frictionlab.inference import compare as compare_recording
-    from frictionlab.inference import predict
-    from frictionlab.inference.compare import judge
+    from frictionlab.inference import AUTO, compare_measurement, compare_record
+    from frictionlab.inference.compare import compare_table, judge
     from frictionlab.inference.material_law import MaterialLaw, read_material_law
 
     known = scene_given(scene, settings, JUDGED)
+    if friction_ratio is not None and not 0.0 <= friction_ratio < math.inf:
+        raise UsageError(f"friction ratio: expected a number of at least 0; got {friction_ratio:g}")
+    if friction_ratio is not None and law == AUTO:
+        raise UsageError("friction ratio: a given one (--beta) and a law to be found (--law auto) exclude each other")
     table = frequency_table_given(what, known)
     if table is not None:
         if law_file is not None or whole or fit == "whole":
             raise UsageError(f"{table.source}: a table over frequency: expected neither law_file, whole nor fit")
         from frictionlab.experiment import facts_of
-        from frictionlab.inference.compare import compare_table
 
         facts = facts_of(known, Path(what if isinstance(what, str | PathLike) else table.source)).values
         return compare_table(table, known, facts, law=law, friction_ratio=friction_ratio)
@@ -244,11 +247,11 @@ def compare(
         known_law = law_file if isinstance(law_file, MaterialLaw) else read_material_law(law_file)
         return judge(_measurement_given(what, known), known, known_law)
     if not whole and fit == "cycle":
-        return predict(_measurement_given(what, known), known, law=law, friction_ratio=friction_ratio)
+        return compare_measurement(_measurement_given(what, known), known, law=law, friction_ratio=friction_ratio)
     if isinstance(what, Measurement):
         raise UsageError("compare: the whole record; expected a recording, its file or a log; got a measurement")
     recording = recording_given(what, known)
-    return compare_recording(recording, known, law=law, friction_ratio=friction_ratio, whole=whole, fit=fit)
+    return compare_record(recording, known, law=law, friction_ratio=friction_ratio, fit=fit)
 
 
 def explain(

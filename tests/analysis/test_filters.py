@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from frictionlab import compare
 from frictionlab.analysis.channels import SensorChannel, cut_away, in_band, kept, low_pass
 from frictionlab.analysis.measurement import measure
 from frictionlab.errors import AnalysisError
-from frictionlab.inference import compare
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state

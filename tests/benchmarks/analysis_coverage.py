@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
+from frictionlab import compare
 from frictionlab.analysis.measurement import measure
 from frictionlab.estimate import Estimate
-from frictionlab.inference import predict
 from frictionlab.recording import Recording
 from frictionlab.scene import scene_from_tables
 from tests.analysis import test_force as cell
@@ -42,7 +42,7 @@ def errors_over_stated(r: float, beta: float, draws: int) -> Scores:
     what, scores = scene("all", 0.0), np.empty((draws, 4))
     for j in range(draws):
         m = measure(Recording(t, through_laser(mass, generator), through_laser(base, generator)), what)
-        c = predict(m, what)
+        c = compare(m, what)
         scores[j] = (
             (m.drive_frequency_hz - r * NATURAL_HZ) / (m.drive_frequency_hz_se or math.nan),
             (m.energy_per_cycle - energy) / m.energy_per_cycle_se,

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab import compare
 from frictionlab.analysis.channels import low_pass
 from frictionlab.analysis.measurement import measure
-from frictionlab.inference import predict
 from frictionlab.recording import Recording
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.sweep import warm_up
@@ -103,7 +103,7 @@ def scores_of(r: float, beta: float, seed: int, *, filtered: bool = False) -> tu
     what = scene(**{**TABLES, "sensors": {**TABLES["sensors"], **filters}})
     shown = steady_state(truth)
     measured = measure(recording, what)
-    found = predict(measured, what)
+    found = compare(measured, what)
     pairs = (
         (measured.energy_per_cycle, measured.energy_per_cycle_u, shown.energy_per_cycle),
         (measured.response_amplitude, measured.response_amplitude_u, shown.response_amplitude),

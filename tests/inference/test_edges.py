@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from frictionlab.inference import compare, verdict
+from frictionlab import compare
+from frictionlab.inference import verdict
 from frictionlab.recording import Recording
 from frictionlab.simulator import Base, Problem, simulate
 from tests.analysis.seen import through_laser

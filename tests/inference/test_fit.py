@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from frictionlab import compare
 from frictionlab.analysis.measurement import measure
 from frictionlab.errors import UsageError
-from frictionlab.inference import compare, predict
 from frictionlab.inference.comparison import contact_force
 from frictionlab.inference.fit import inside, scatter_scale
 from frictionlab.inference.observations import observe
@@ -150,9 +150,9 @@ def test_sensors_that_err_by_nothing_cost_no_accuracy(r: float, beta: float) -> 
 def test_a_scene_that_holds_what_the_law_lacks_is_refused() -> None:
     measured = measure(recorded(Problem(0.4, 0.35), np.random.default_rng(7), seconds=20.0), scene())
     with pytest.raises(UsageError, match=r"model\.parameters: law coulomb has no gradient; expected beta"):
-        predict(measured, scene(model={"parameters": {"gradient": 0.1}}))
+        compare(measured, scene(model={"parameters": {"gradient": 0.1}}))
     with pytest.raises(UsageError, match=r"--beta.* and a law to be found"):
-        predict(measured, scene(), law="auto", friction_ratio=0.3)
+        compare(measured, scene(), law="auto", friction_ratio=0.3)
 
 
 def test_the_contacts_force_is_read_off_the_motion() -> None:

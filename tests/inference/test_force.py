@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from frictionlab import compare
 from frictionlab.analysis.measurement import measure
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import write_recording
-from frictionlab.inference import Comparison, compare, predict
+from frictionlab.inference import Comparison
 from frictionlab.inference.force import observe_force
 from frictionlab.inference.posterior import infer
 from frictionlab.recording import Channel, Recording
@@ -140,9 +141,9 @@ def test_errors_of_a_measured_force_cover_the_truth() -> None:
 def test_force_and_motion_give_one_friction_and_together_a_surer_one(r: float, beta: float) -> None:
     seen, scene = channels_of(r, beta), scene_of(gain_error=0.003)
     names, truth = ("mass_displacement", "base_displacement"), beta * STIFFNESS * BASE_M
-    motion = predict(measure(recording(seen, *names), scene), scene)
+    motion = compare(measure(recording(seen, *names), scene), scene)
     measured = measure(recording(seen, *names, "contact_force"), scene)
-    both, alone = predict(measured, scene), infer([observe_force(measured, scene)])
+    both, alone = compare(measured, scene), infer([observe_force(measured, scene)])
     force = alone.tests[0].observation.in_newtons(alone)["force"]
     assert force.value == pytest.approx(motion.friction_force_n, abs=math.hypot(force.u, motion.force.u or 0.0))
     for found in (motion.force, force, both.force):

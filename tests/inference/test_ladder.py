@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frictionlab import compare
 from frictionlab.errors import SimulationError
-from frictionlab.inference import compare, ladder
+from frictionlab.inference import ladder
 from frictionlab.inference.fit import Fit
 from frictionlab.inference.observation import steady
 from frictionlab.simulator import Problem
