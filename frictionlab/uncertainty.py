@@ -126,7 +126,7 @@ def cycle_budget(
     way = 2.0 * math.pi / len(base)
     once = way * np.arange(len(base))
     turns = np.array([np.cos(once), np.sin(once)]) * (2.0 / len(base))
-    first, mass_rate, base_rate = turns @ base, _derivative(mass), _derivative(base)
+    first, mass_rate, base_rate = turns @ base, derivative(mass), derivative(base)
     size = float(np.hypot(*first))  # of the base's fundamental; `line` weighs the base to it
     line, top, bottom = first @ turns / size, int(np.argmax(mass)), int(np.argmin(mass))
     loop, amplitude = way * float(np.dot(base, mass_rate)) / size**2, 0.5 * float(np.ptp(mass)) / size
@@ -142,7 +142,7 @@ def cycle_budget(
         return np.array([area - 2.0 * loop * growth, -amplitude * growth, unit * rise])
 
     bent = [
-        _bent(np.array([by(change) for change in _bends(channel)]), _filled(channel, sources, unit))
+        _bent(np.array([by(change) for change in bends(channel)]), _filled(channel, sources, unit))
         for by, channel in ((by_mass, mass), (by_base, base))
     ]
     causes = {
@@ -177,8 +177,8 @@ def unit_uncertainty(sources: Sources) -> float:
     return math.hypot(sources.base_gain, sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0))
 
 
-def _bends(channel: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Swing of a channel A u, A u^2 and A u^3, u from -1 to 1 along it."""
+def bends(channel: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what bends a channel (p,) of the swing A: A u, A u^2 and A u^3, u from -1 to 1 along it."""
     half = 0.5 * float(np.ptp(channel))
     u = (channel - channel.min()) / half - 1.0 if half > 0.0 else np.zeros_like(channel)
     return half * u, half * u**2, half * u**3
@@ -198,7 +198,7 @@ def _filled(channel: FloatArray, sources: Sources, unit: float) -> float:
     return min(1.0, float(np.ptp(channel)) * unit / reach) if reach else 1.0
 
 
-def _derivative(cycle: FloatArray) -> FloatArray:
-    """Derivative by tau of a cycle on equally spaced phases, by its harmonics."""
+def derivative(cycle: FloatArray) -> FloatArray:
+    """Return the derivative by tau of a cycle (p,) on equally spaced phases, by its harmonics."""
     lines = np.fft.rfft(cycle)
     return np.asarray(np.fft.irfft(1j * np.arange(len(lines)) * lines, len(cycle)))

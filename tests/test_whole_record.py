@@ -17,7 +17,6 @@ from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference import ladder
 from frictionlab.inference.observation import SENSORS
-from frictionlab.inference.over_time import loop_areas
 from frictionlab.inference.record import observe_record
 from frictionlab.inference.unknowns import of_law
 from frictionlab.recording import Quality, Recording
@@ -180,12 +179,6 @@ def test_the_command_gives_the_keys_and_the_figure(tmp_path: Path) -> None:
     assert (tmp_path / "a.record.png").stat().st_size > 20_000
     wide = invoke("compare-numeric", tmp_path / "a.h5", *settings[:5], "--wide")
     assert "lag [ms]" in wide.stdout
-
-
-def test_the_loop_area_of_a_lagging_cosine_is_pi_times_its_sine() -> None:
-    tau = np.linspace(0.0, 2 * math.pi, 20_001)
-    area = loop_areas(np.cos(tau), np.cos(tau - 0.3))
-    assert area[-1] == pytest.approx(math.pi * math.sin(0.3), rel=1e-6)
 
 
 @pytest.mark.parametrize(("period", "noise", "left"), [(250, 1e-3, 0.35), (60, 1e-2, 0.7)])

@@ -16,7 +16,7 @@ from frictionlab.analysis import channels, steadiness
 from frictionlab.analysis.signals import variance_of_mean
 from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate
-from frictionlab.uncertainty import Sources
+from frictionlab.uncertainty import Sources, derivative
 
 if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
@@ -174,6 +174,4 @@ def by_load_cell(
 
 def taken_by_the_frame(stretched: FloatArray, damping_ratio: float, r: float) -> float:
     """Energy (k Y^2) that the dashpot between mass and base takes in a mean cycle of their distance (p,), Y."""
-    lines = np.fft.rfft(stretched)
-    speed = np.fft.irfft(1j * np.arange(len(lines)) * lines, len(stretched))
-    return 4.0 * math.pi * damping_ratio * r * float(np.mean(speed**2))
+    return 4.0 * math.pi * damping_ratio * r * float(np.mean(derivative(stretched) ** 2))

@@ -134,17 +134,17 @@ def contact_force(measurement: Measurement, problem: Problem | None = None, late
     measured; ``late``: phase by which the base's channel is behind the mass's, rad.
     """
     cycle, one = measurement.cycle, np.ones(1)
-    lines = lines_of(cycle.mass_smooth[None, :])
+    lines = harmonics_of(cycle.mass_smooth[None, :])
     if problem is None:
-        base, r, damping = lines_of(cycle.base), measurement.frequency_ratio or math.nan, 0.0
+        base, r, damping = harmonics_of(cycle.base), measurement.frequency_ratio or math.nan, 0.0
     else:
         base, r, damping = base_lines(problem.base, lines.shape[1], late), problem.r, problem.frame_damping_ratio
     return over_cycle(left_for_contact(lines, base, r, one, one, 2.0 * damping * one), len(cycle.tau))
 
 
-def lines_of(cycle: FloatArray) -> ComplexArray:
-    """Return all harmonics but the mean of a cycle (..., p)."""
-    return np.asarray(np.fft.rfft(cycle)[..., 1:] * (2.0 / cycle.shape[-1]))
+def harmonics_of(cycle: FloatArray, count: int | None = None) -> ComplexArray:
+    """Return complex harmonics 1 to count (else all) of cycles (..., p) on equally spaced phases from 0."""
+    return np.asarray(np.fft.rfft(cycle)[..., 1:][..., :count] * (2.0 / cycle.shape[-1]))
 
 
 def base_lines(base: Base, count: int, late: float) -> ComplexArray:

@@ -21,12 +21,13 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.inference.comparison import AtContact, contact_force
+from frictionlab.inference.comparison import AtContact, contact_force, harmonics_of
 from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values, as_kind, at_least, of_few
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
+from frictionlab.uncertainty import bends
 
 Motion = tuple[SteadyState, ComplexArray]
 
@@ -172,14 +173,14 @@ class CycleObservation(OfCycles):
 
         The base is without what its sensor bends, and has the force of a spring that is not linear.
         """
-        bends = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
+        bent = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
         cubic, play = values.get("spring_cubic", 0.0), values.get("play", 0.0)
-        if not any(bends.values()) and not cubic and not play:
+        if not any(bent.values()) and not cubic and not play:
             return self.simulated(values, self.r, self.base)
         count = max(self.base.harmonics, self.spring_harmonics if cubic or play else 3)
         lines = np.zeros(count, dtype=np.complex128)
         lines[: self.base.harmonics] = self.base.lines
-        for order, size in bends.items():
+        for order, size in bent.items():
             lines[order - 1] -= size
         if cubic or play:
             lines += harmonics_of(np.clip(self.stretch, -play, play) - cubic * self.stretch**3, count)
@@ -209,7 +210,7 @@ class CycleObservation(OfCycles):
             if values.get(name):
                 points = max(LEAST_POINTS, 4 * self.count)
                 half = np.concatenate([[0.0], 0.5 * points * shown, np.zeros(points // 2 - self.count)])
-                shown = shown + values[name] * harmonics_of(bent(np.fft.irfft(half, points), power), self.count)
+                shown = shown + values[name] * harmonics_of(bends(np.fft.irfft(half, points))[power - 1], self.count)
         return parts(np.asarray(self.kept * shown))
 
     def solved(self, values: Values, solver: Solver = "auto") -> SteadyState:
@@ -231,7 +232,7 @@ class CycleObservation(OfCycles):
         gain, late = self.gain_and_phase(complex(harmonics_of(plain, 1)[0]), values)
         cycle = gain * mean_cycle(state, points, late) + values.get("base_in_mass", 0.0) * np.cos(measured.tau)
         for name, power in BENDS.items():
-            cycle = cycle + values.get(name, 0.0) * bent(cycle, power)
+            cycle = cycle + values.get(name, 0.0) * bends(cycle)[power - 1]
         if energy is not None and (gain != 1.0 or late != 0.0):  # the loop's area (2.18): the integral of f dx
             base = state.problem.base
             count = min(base.harmonics, points // 2 - 1)
@@ -286,17 +287,6 @@ def cycle_of(test: Any) -> CycleObservation:
 def parts(coefficients: ComplexArray) -> FloatArray:
     """Return cosine and sine parts (..., 2 K) of complex harmonics (..., K)."""
     return np.concatenate([coefficients.real, -coefficients.imag], axis=-1)
-
-
-def harmonics_of(cycle: FloatArray, count: int) -> ComplexArray:
-    """Return complex harmonics 1 to count of a cycle on equally spaced phases from 0, over the last axis."""
-    return np.asarray(np.fft.rfft(cycle, axis=-1)[..., 1 : count + 1] * (2.0 / cycle.shape[-1]))
-
-
-def bent(cycle: FloatArray, power: int) -> FloatArray:
-    """Return the swing of a cycle (p,) times a power of its place along it, from -1 to 1."""
-    swing = 0.5 * float(np.ptp(cycle))
-    return np.asarray(swing * ((cycle - cycle.min()) / swing - 1.0) ** power) if swing > 0.0 else np.zeros_like(cycle)
 
 
 def mean_cycle(state: SteadyState, points: int, late: float = 0.0) -> FloatArray:

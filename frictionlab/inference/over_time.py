@@ -8,7 +8,7 @@ little, the record is simulated at several friction ratios.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,23 +41,26 @@ def follow(observation: RecordObservation, values: Mapping[str, float], *, fits_
 
     AnalysisError: the law has no motion under the measured base at these values.
     """
+    from scipy.integrate import cumulative_trapezoid  # noqa: PLC0415 - for whole records alone
+
     if fits_start:
         values = {**values, **_fitted_start(observation, values)}
     predicted = observation.predict(values)
     if predicted is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
-    friction, time, gap = (
-        friction_over_time(observation, values, predicted),
-        observation.time,
-        observation.data - predicted,
-    )
+    friction = friction_over_time(observation, values, predicted)
+    time, gap = observation.time, observation.data - predicted
     edges = np.minimum(observation.period * np.arange(observation.periods + 1), time[-1])
-    area, area_predicted = (loop_areas(observation.base, mass) for mass in (observation.data, predicted))
-    power = np.concatenate([[0.0], np.cumsum(0.5 * (gap[1:] ** 2 + gap[:-1] ** 2) * np.diff(time))])
+    area, area_predicted = (  # what the loop takes in (2.18), from the first sample to each
+        cumulative_trapezoid(observation.base, mass, initial=0) for mass in (observation.data, predicted)
+    )
+    power = cumulative_trapezoid(gap**2, time, initial=0)
     each = np.sqrt(np.diff(np.interp(edges, time, power)) / np.diff(edges)) / observation.rms
     limit = math.inf
     if len(each) > FEW:
         limit = max(LEAVES * float(np.median(each)), NOISE * observation.noise / observation.rms)
+    out, starts = np.flatnonzero(each > limit), observation.begin + edges
+    apart = [p for p in np.split(out, np.flatnonzero(np.diff(out) > CALM) + 1) if len(p)]  # a short calm ends none
     return WholeRecord(
         time=observation.begin + time,
         base=observation.base,
@@ -65,14 +68,14 @@ def follow(observation: RecordObservation, values: Mapping[str, float], *, fits_
         predicted=predicted,
         nrmse=math.sqrt(float(np.mean(gap**2))) / observation.rms,
         energy_difference=float(area_predicted[-1] / area[-1] - 1.0),
-        cycle_time=observation.begin + edges[:-1],
+        cycle_time=starts[:-1],
         cycle_measured=np.diff(np.interp(edges, time, area)),
         cycle_predicted=np.diff(np.interp(edges, time, area_predicted)),
         cycle_nrmse=each,
         cycle_friction=friction.values,
         cycle_friction_se=friction.errors,
         wanders=friction.sure,
-        left=tuple(stretches_apart(each, limit, observation.begin + edges)),
+        left=tuple((float(starts[p[0]]), float(starts[p[-1] + 1]), float(each[p].max())) for p in apart),
     )
 
 
@@ -90,23 +93,6 @@ def _fitted_start(observation: RecordObservation, values: Mapping[str, float]) -
     begun = [values[name] for name in names]
     found = least_squares(residual, begun, method="trf", max_nfev=25, diff_step=[1e-6] * len(begun))
     return dict(zip(names, found.x.tolist(), strict=True))
-
-
-def loop_areas(base: FloatArray, mass: FloatArray) -> FloatArray:
-    """Integral of y dx from the first sample to each (n,): what the loop takes in (2.18), by trapezia."""
-    steps = 0.5 * (base[1:] + base[:-1]) * np.diff(mass)
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
-def stretches_apart(each: FloatArray, limit: float, edges: FloatArray) -> Iterator[tuple[float, float, float]]:
-    """Stretches of periods whose misfit (c,) is above a limit: from, to, the largest; a short calm ends none.
-
-    ``edges`` (c + 1,): where the periods begin and end.
-    """
-    out = np.flatnonzero(each > limit)
-    for places in np.split(out, np.flatnonzero(np.diff(out) > CALM) + 1):
-        if len(places):
-            yield float(edges[places[0]]), float(edges[places[-1] + 1]), float(each[places].max())
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import numpy as np
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
+from frictionlab.inference.comparison import harmonics_of
 from frictionlab.inference.fit import Model, cost
 from frictionlab.inference.observations import cycle_of, slid_of
 from frictionlab.simulator.problem import Wall
@@ -151,7 +152,7 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
     free = "beta" in {u.name for u in model.unknowns}
     slid = slid_of(observation.measurement, observation.wall)
     energy = energy_of(observation.measurement, observation.wall)
-    lines = np.fft.rfft(slid)[1:] * (2.0 / len(slid))
+    lines = harmonics_of(slid)
     speed = float(np.sum((np.arange(1, len(lines) + 1) * np.abs(lines)) ** 2))
     energy -= 2.0 * known.get("contact_damping_ratio", 0.0) * observation.r * math.pi * speed  # to the dashpot
     strokes, exact = strokes_of(slid), observation.law.kind == "elastic"

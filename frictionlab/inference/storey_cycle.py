@@ -13,16 +13,9 @@ import numpy as np
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
-from frictionlab.inference.comparison import AtContact, base_lines, left_for_contact, lines_of, over_cycle
+from frictionlab.inference.comparison import AtContact, base_lines, harmonics_of, left_for_contact, over_cycle
 from frictionlab.inference.observation import NO_MOTION, SENSORS, Values
-from frictionlab.inference.observations import (
-    LEAST_POINTS,
-    CycleObservation,
-    Motion,
-    harmonics_of,
-    of_measurement,
-    parts,
-)
+from frictionlab.inference.observations import LEAST_POINTS, CycleObservation, Motion, of_measurement, parts
 from frictionlab.inference.unknowns import SMALLEST, STRONGEST, Unknown
 from frictionlab.scene import Scene, Solver
 from frictionlab.scene.physical import contacts_of, storeys_of, structure_of
@@ -149,7 +142,7 @@ class StoreyObservation(CycleObservation):
         if structure is None or motion is None or structure.masses > self.seen_masses:
             return None
         contact, cycle = structure.contacts[0], self.measurement.cycle
-        lines = lines_of(np.array([cycle.mass_smooth, *(other.mass for other in cycle.others)]))
+        lines = harmonics_of(np.array([cycle.mass_smooth, *(other.mass for other in cycle.others)]))
         base, order = base_lines(structure.base, lines.shape[1], late), np.arange(1, lines.shape[1] + 1)
         at = contact.mass - 1
         left = left_for_contact(
@@ -158,7 +151,7 @@ class StoreyObservation(CycleObservation):
         row = structure.row(contact)
         slip = row @ lines - (base if contact.against == "base" else 0.0)
         rows = np.array([structure.row(c)[at] for c in structure.contacts])
-        others = lines_of(motion.all_at(cycle.tau + late)[2][:, 1:] @ rows[1:])
+        others = harmonics_of(motion.all_at(cycle.tau + late)[2][:, 1:] @ rows[1:])
         points = len(cycle.tau)
         z, v, n = (over_cycle(part, points) for part in (slip, 1j * order * slip, left - others))
         return AtContact(z, v, n)

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from frictionlab.analysis.signals import student
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, FrictionlabError
-from frictionlab.inference.comparison import OverFrequency
+from frictionlab.inference.comparison import OverFrequency, harmonics_of
 from frictionlab.inference.observation import Observation, Reached, Values, steady
-from frictionlab.inference.observations import harmonics_of, law_and_held, mean_cycle
+from frictionlab.inference.observations import law_and_held, mean_cycle
 from frictionlab.inference.unknowns import Unknown, factor
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene

@@ -18,10 +18,11 @@ import numpy as np
 from frictionlab.analysis.response import Cycle
 from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
 from frictionlab.estimate import Estimate
+from frictionlab.inference.comparison import harmonics_of
 from frictionlab.inference.diagnose import OTHER_CAUSE, diagnose
 from frictionlab.inference.fit import Fit, Model, Place
 from frictionlab.inference.material_law import MaterialLaw, physical_name
-from frictionlab.inference.observations import CycleObservation, harmonics_of, law_and_held, mean_cycle, observe, parts
+from frictionlab.inference.observations import CycleObservation, law_and_held, mean_cycle, observe, parts
 from frictionlab.inference.posterior import Posterior, model_of, posterior_of
 from frictionlab.inference.verdict import friction_of
 from frictionlab.scene import Scene
