@@ -284,8 +284,8 @@ def in_order(trials: Sequence[Trial]) -> tuple[Trial, ...]:
     )
 
 
-def levels(ratios: Sequence[float], *, reach: float = 0.02, least: float = 0.008) -> tuple[float, ...]:
-    """The frequency ratios a campaign was set to, from the measured ones: neighbours within ``reach`` belong together.
+def levels(ratios: Sequence[float]) -> tuple[float, ...]:
+    """The frequency ratios a campaign was set to, from the measured ones: neighbours within 2 % belong together.
 
     Examples
     --------
@@ -295,7 +295,7 @@ def levels(ratios: Sequence[float], *, reach: float = 0.02, least: float = 0.008
     rest = sorted(ratios)
     found = []
     while rest:
-        near = [r for r in rest if r <= rest[0] + max(reach * rest[0], least)]
+        near = [r for r in rest if r <= rest[0] + max(0.02 * rest[0], 0.008)]
         found.append(math.fsum(near) / len(near))
         rest = rest[len(near) :]
     return tuple(found)

@@ -222,7 +222,8 @@ def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None 
             f"force: the contact slides in {len(parts)} of {count} parts of its cycle; expected at least"
             f" {FEWEST_PARTS}: sample faster, or measure a larger motion"
         )
-    usual = usual_cycles(cell.each)
+    away = np.sqrt(np.mean((cell.each - np.median(cell.each, axis=0)) ** 2, axis=1))
+    usual = np.flatnonzero(away <= STRANGE * max(float(np.median(away)), 1e-300))
     strangers = len(cell.each) - len(usual)
     whole = measurement.cycle.force if not strangers else cell.each[usual].mean(axis=0)
     cycles = _cycles_of(measurement, whole / unit, cell.each[usual] / unit, count, parts)
@@ -255,12 +256,6 @@ def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None 
         force=whole / unit,
         strangers=strangers,
     )
-
-
-def usual_cycles(each: FloatArray) -> NDArray[np.intp]:
-    """Return which cycles (n, p) are no farther from their median than a few times as the usual one."""
-    away = np.sqrt(np.mean((each - np.median(each, axis=0)) ** 2, axis=1))
-    return np.flatnonzero(away <= STRANGE * max(float(np.median(away)), 1e-300))
 
 
 def _cycles_of(

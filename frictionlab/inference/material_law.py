@@ -22,7 +22,7 @@ from frictionlab.files import check_regular, write_whole
 from frictionlab.scene.keys import refusal
 from frictionlab.scene.physical import to_physical
 from frictionlab.scene.rig import Positive, SceneTable
-from frictionlab.simulator import COSINE, Base, Problem
+from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Parameter, law_of
 from frictionlab.simulator.problem import Wall
 
@@ -112,18 +112,11 @@ class MaterialLaw:
         return f"<MaterialLaw of {self.material}, {self.law}: {said}>"
 
     def problem(
-        self,
-        normal_force_n: float,
-        base_amplitude_m: float,
-        r: float,
-        *,
-        values: Mapping[str, float] | None = None,
-        base: Base = COSINE,
+        self, normal_force_n: float, base_amplitude_m: float, r: float, *, values: Mapping[str, float] | None = None
     ) -> Problem:
         """Return the oscillator of a test: friction from the normal force, eq. (2.8), all else over k, Y and omega.
 
-        ``r``: drive over the natural frequency of `rig`; ``values``: in place of the law's own, as `draws` gives them;
-        ``base``: motion of the base over Y.
+        ``r``: drive over the natural frequency of `rig`; ``values``: in place of the law's own, as `draws` gives them.
 
         Raises
         ------
@@ -150,9 +143,7 @@ class MaterialLaw:
             parameters[parameter.name] = value / (factor or 1.0)
         beta, frame = parameters.pop("beta"), parameters.pop(FRAME)
         r /= given.get(DETUNING, 1.0)
-        return Problem(
-            r, beta, wall=self.wall, base=base, law=law_of(self.law), parameters=parameters, frame_damping_ratio=frame
-        )
+        return Problem(r, beta, wall=self.wall, law=law_of(self.law), parameters=parameters, frame_damping_ratio=frame)
 
     def _friction(self, values: Mapping[str, float], normal_force_n: float) -> float:
         """Friction force, N: by the coefficient, or between those at the normal forces of the tests."""
@@ -248,12 +239,11 @@ def material_law_of(
     forces = [o.normal_force for o in seen if o.normal_force is not None]
     if len(forces) < len(seen) or not seen:
         return None
-    first, values, index = places[0], posterior.values(places[0]), [_index(posterior, i) for i in places]
+    first, values = places[0], posterior.values(places[0])
+    index = [{posterior.unknowns[k].name: int(k) for k in posterior.tests[i].index} for i in places]
     several = len({own.get("beta") for own in index}) > 1
-    known, tuned = (
-        seen[0].problem(values).parameters,
-        natural_frequency_hz * (1.0 + values.get("natural_frequency", 0.0)),
-    )
+    known = seen[0].problem(values).parameters
+    tuned = natural_frequency_hz * (1.0 + values.get("natural_frequency", 0.0))
     found: dict[str, tuple[float, int | None, float]] = {}  # value; its unknown, and the change of the value with that
     for i, o, own in list(zip(places, seen, index, strict=True))[: None if several else 1]:
         turn = 2.0 * math.pi * natural_frequency_hz * o.r
@@ -295,11 +285,6 @@ def material_law_of(
         tests=len(seen),
         wall=seen[0].wall,
     )
-
-
-def _index(posterior: "Posterior", i: int) -> dict[str, int]:
-    """Unknowns of test i by name."""
-    return {posterior.unknowns[k].name: int(k) for k in posterior.tests[i].index}
 
 
 def is_material_law(path: Path) -> bool:

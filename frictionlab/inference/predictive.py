@@ -12,7 +12,7 @@ from frictionlab.errors import FrictionlabError
 from frictionlab.inference.material_law import DETUNING, MaterialLaw
 from frictionlab.recording import Recording
 from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTED, PREDICTED_RECORD, PREDICTIONS, value_of
-from frictionlab.simulator import COSINE, Base, SteadyState, steady_state
+from frictionlab.simulator import steady_state
 
 LOW, HIGH = 0.025, 0.975  # probabilities at the ends of a band
 POINTS = 361  # of a cycle, both ends
@@ -91,14 +91,13 @@ def predict_tests(
     *,
     normal_force_n: float,
     base_amplitude_m: float,
-    base: Base = COSINE,
     draws: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Prediction:
     """Predict tests not made, one per frequency ratio.
 
-    ``base``: its motion over its amplitude; ``draws``: motions behind each band, by default 200, fewer of many tests;
-    ``progress``: called with tests predicted and tests in all.
+    ``draws``: motions behind each band, by default 200, fewer of many tests; ``progress``: called with tests predicted
+    and tests in all.
 
     Raises
     ------
@@ -115,57 +114,45 @@ def predict_tests(
     True
     """
     count = draws or min(MOST_DRAWS, max(FEWEST_DRAWS, ALL_DRAWS // max(len(frequency_ratios), 1)))
-    others = law.draws(count)
-    found: list[PredictedTest] = []
+    others, tau = law.draws(count), np.linspace(0.0, 2.0 * np.pi, POINTS)
+    force, amplitude, found = normal_force_n, base_amplitude_m, []
+    factors = (1.0, amplitude, 1.0, law.rig["stiffness_n_per_m"] * amplitude**2, 1.0)
     for r in frequency_ratios:
-        best = steady_state(law.problem(normal_force_n, base_amplitude_m, r, base=base))
-        states = []
+        best, states = steady_state(law.problem(force, amplitude, r)), []
         for values in others:
             try:
-                states.append(steady_state(law.problem(normal_force_n, base_amplitude_m, r, values=values, base=base)))
+                states.append(steady_state(law.problem(force, amplitude, r, values=values)))
             except FrictionlabError:
                 continue  # values outside a law's domain have no motion
         states = [state for state in states if state.orbit is not None]
-        beyond = law.beyond(frequency_ratio=r, normal_force_n=normal_force_n, base_amplitude_m=base_amplitude_m)
+        middle = np.full(POINTS, np.nan) if best.orbit is None else best.orbit.at(tau)[0]
+        motions = np.array([s.orbit.at(tau)[0] for s in states if s.orbit is not None])
+        numbers = {
+            name: band_of(value_of(best, key), [value_of(s, key) for s in states], factor)
+            for name, factor in zip(PREDICTED, factors, strict=True)
+            for key in [name.removesuffix("_m").removesuffix("_j")]
+        }
+        unsolved = () if best.outcome in ("periodic", "stuck") else (best.verdict,)
+        beyond = law.beyond(frequency_ratio=r, normal_force_n=force, base_amplitude_m=amplitude)
         lost = (NOT_ALL.format(count - len(states), count),) if len(states) < count else ()
-        found.append(_test(law, best, states, (r, normal_force_n, base_amplitude_m), (*beyond, *lost)))
+        found.append(
+            PredictedTest(
+                material=law.material,
+                law=law.law,
+                frequency_ratio=r,
+                normal_force_n=force,
+                base_amplitude_m=amplitude,
+                regime=best.regime,
+                numbers=numbers,
+                warnings=(*unsolved, *best.warnings, *beyond, *lost),
+                time=tau / (2.0 * np.pi * r * law.rig["natural_frequency_hz"]),
+                base=amplitude * best.problem.base.at(tau),
+                **_displacements(amplitude * middle, amplitude * motions),
+            )
+        )
         if progress is not None:
             progress(len(found), len(frequency_ratios))
     return Prediction(law, tuple(found))
-
-
-def _test(
-    law: MaterialLaw,
-    best: SteadyState,
-    states: Sequence[SteadyState],
-    test: tuple[float, float, float],
-    warnings: Sequence[str],
-) -> PredictedTest:
-    """One test predicted, in metres and joules; `test`: frequency ratio, normal force, base amplitude."""
-    r, force, amplitude = test
-    tau = np.linspace(0.0, 2.0 * np.pi, POINTS)
-    middle = np.full(POINTS, np.nan) if best.orbit is None else best.orbit.at(tau)[0]
-    motions = [s.orbit.at(tau)[0] for s in states if s.orbit is not None]
-    factors = (1.0, amplitude, 1.0, law.rig["stiffness_n_per_m"] * amplitude**2, 1.0)
-    numbers = {
-        name: band_of(value_of(best, key), [value_of(s, key) for s in states], factor)
-        for name, factor in zip(PREDICTED, factors, strict=True)
-        for key in [name.removesuffix("_m").removesuffix("_j")]
-    }
-    unsolved = () if best.outcome in ("periodic", "stuck") else (best.verdict,)
-    return PredictedTest(
-        material=law.material,
-        law=law.law,
-        frequency_ratio=r,
-        normal_force_n=force,
-        base_amplitude_m=amplitude,
-        regime=best.regime,
-        numbers=numbers,
-        warnings=(*unsolved, *best.warnings, *warnings),
-        time=tau / (2.0 * np.pi * r * law.rig["natural_frequency_hz"]),
-        base=amplitude * best.problem.base.at(tau),
-        **_displacements(amplitude * middle, amplitude * np.array(motions)),
-    )
 
 
 def _displacements(middle: FloatArray, motions: FloatArray) -> dict[str, FloatArray]:

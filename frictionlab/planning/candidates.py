@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from types import SimpleNamespace
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -352,7 +352,7 @@ def _observation(
     each = each + white * (generator.standard_normal(each.shape) + 1j * generator.standard_normal(each.shape))
     shown = (waves @ mean).real
     first = np.eye(1, 9)[0]
-    measurement = SimpleNamespace(  # what a fit asks of one
+    measurement: Any = SimpleNamespace(  # what a fit asks of one
         source=f"N{candidate.normal_force_n:g}_r{candidate.frequency_ratio:g}",
         material=lab.scene.experiment.material,
         normal_force_n=candidate.normal_force_n,
@@ -369,7 +369,7 @@ def _observation(
         cycle=Cycle(tau, shown, np.cos(tau), shown, np.zeros(POINTS), first, 0.0 * first, each, np.ones(POINTS // 2)),
         series=SimpleNamespace(used=np.ones(cycles, dtype=bool)),
     )
-    found = observe(cast("Any", measurement), lab.scene, lab.law)
+    found = observe(measurement, lab.scene, lab.law)
     missed = plan.model_error**2 * float(np.mean(parts(mean) ** 2)) / found.cycles.power
     return replace(found, held=dict(lab.held), missed=missed)
 

@@ -22,7 +22,6 @@ from frictionlab.scene.rig import LawName, NonNegative, Positive, Rig, SceneTabl
 
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Order = Annotated[int, Field(ge=1, le=8)]
-Count = Annotated[int, Field(ge=1)]
 Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 Pair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
