@@ -36,7 +36,7 @@ NO_METRES = (
 
 def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
-    step, said, parts, strays = 1.0 / recording.sampling_rate_hz, list[str](), list[signals.Stretch](), 0.0
+    step, parts, strays = 1.0 / recording.sampling_rate_hz, list[signals.Stretch](), 0.0
     of_mass, of_base = channels_of(scene)
     warnings = list(recording.source.warnings)
     for part in recording.stretches():
@@ -57,12 +57,12 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
                 mass, said, edge = channels.displacement(seen, "mass", step)
                 base, of_the_base, other = channels.displacement(seen, "base", step)
                 said, edge = said + of_the_base, max(edge, other)
+            warnings += [words for words in said if words not in warnings]
             more = {name: seen[name] for name in channels.KEPT if name in seen}
             more |= {name: channels.restored(seen[name], step, of_mass) for name in channels.other_masses(seen)}
             mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
             whole = signals.Stretch(float(part.time[some][0]), step, mass, base, more, one_way)
             parts.append(whole.part(edge, len(mass) - edge))
-    warnings += said
     if strays > 0.0:
         warnings.append(
             f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock; values were interpolated"
