@@ -10,7 +10,7 @@ import typer
 from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import AnalysisSettings, Inputs, check_law, scene_of
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.schema import COMPARISONS, MATERIAL_LAWS, MEASUREMENTS
+from frictionlab.schema import COMPARISONS, FRICTION, MATERIAL_LAWS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
 from frictionlab.tables.texts import GRAVE, kinds_of
 from frictionlab.verbs.inputs import FAILED, failure, files_of, tables_in
@@ -118,13 +118,17 @@ def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs,
 
     stamp = {"rows": digest(rows), "law": law, "scene": made_by(todo.scene)}
     report, mark, quiet = todo.folder / "report.html", todo.folder / "made.json", work.quiet or work.as_json
+    result = None
     if again or not is_fresh(mark, stamp, [report]):
         _refuse_failures(rows)
         if not quiet:
             typer.echo(f"evaluate the campaign: {len(rows)} tests")
         folders = [todo.folder / "measurements", todo.folder / "recordings"]
-        _write_campaign(rows, todo.scene, todo.folder, folders=folders, law=law, workers=work.workers, quiet=quiet)
+        more: Any = {"folders": folders, "law": law, "workers": work.workers, "quiet": quiet}
+        result = _write_campaign(rows, todo.scene, todo.folder, **more)
         write_stamp(mark, stamp)
+    if not work.as_json:
+        _print_campaign(todo.folder, None if quiet else result)
     if not quiet:
         typer.echo(printable(f"the report is {report}"))
 
@@ -167,7 +171,8 @@ def campaign(
     _refuse_failures(rows)
     check_folder(output, force=force, inputs=[*paths, *what.files])
     folders = [place for path in paths for place in recordings_beside(path)]
-    _write_campaign(rows, what, output, folders=folders, law=law, workers=workers, force=force, quiet=quiet)
+    result = _write_campaign(rows, what, output, folders=folders, law=law, workers=workers, force=force, quiet=quiet)
+    _print_campaign(output, None if quiet else result)
     if not quiet:
         typer.echo(printable(f"the report is {output / 'report.html'}"))
         screen.print_warnings(rows, verbose=verbose)
@@ -191,8 +196,8 @@ def _write_campaign(
     workers: int | None,
     force: bool = False,
     quiet: bool,
-) -> None:
-    """Evaluate rows of measurements, write tables, figures and report, and print what they say."""
+) -> "Campaign":
+    """Evaluate rows of measurements, and write tables, figures and report."""
     from frictionlab.verbs.evaluate import evaluate, publish
 
     def watch(items: Sequence[Any], *, title: str) -> Iterable[Any]:
@@ -205,20 +210,19 @@ def _write_campaign(
         reasons = "; ".join(f"{reason} ({len(where)} tests)" for reason, where in kinds)
         raise AnalysisError(f"campaign: all {len(result.trials)} tests failed: {reasons}: no report is written")
     publish(result, output, force=force, watch=drawing)
-    if not quiet:
-        _print_campaign(result)
+    return result
 
 
-def _print_campaign(result: "Campaign") -> None:
-    """Print friction by material and force, who ranks where if there are several, and what is doubtful."""
-    from frictionlab.campaign.files import rows_of
-
-    rows = rows_of(result)
-    shown = [{c.title: c.text(row).replace("+-", "±") for c in screen.FITTED} for row in rows["friction.csv"]]
+def _print_campaign(folder: Path, result: "Campaign | None") -> None:
+    """Print friction by material and force; of an evaluation just made who ranks where, and what is doubtful."""
+    rows = read_rows(folder / "friction.csv", FRICTION)
+    shown = [{c.title: c.text(row).replace("+-", "±") for c in screen.FITTED} for row in rows]
     screen.print_table(shown, [column.title for column in screen.FITTED])
-    if result.laws:
+    if laws := read_rows(folder / "laws.csv", MATERIAL_LAWS):
         typer.echo()
-        screen.print_table(rows["laws.csv"], MATERIAL_LAWS)
+        screen.print_table(laws, MATERIAL_LAWS)
+    if result is None:
+        return
     placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
     for criterion in dict.fromkeys(rank.criterion for rank in placed):
         names = [f"{rank.rank} {rank.material}" for rank in placed if rank.criterion == criterion]

@@ -210,7 +210,7 @@ def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str
         said = (
             f"time: column {column} says {column.unit}: {rate:.6g} samples a second for"
             f" {length / TIME[column.unit]:.3g} s; in s it would be {1.0 / step:.6g} for {length:.3g} s: if that is so,"
-            " do: --time-unit s"
+            ' do: time_unit = "s" in [log] of the scene, or `frictionlab ingest` with --time-unit s'
         )
         return column.unit, [], [said]
     for unit in ("s", "ms", "us", "ns"):

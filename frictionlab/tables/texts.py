@@ -23,6 +23,7 @@ SENTENCES = " | "  # between the sentences of a list in one cell
 NOT_KNOWN = frozenset({"", "nan", "na", "n/a", "null", "none"})
 LINES_AT_ONCE = 1000
 FIRST_BYTES = 1 << 20  # of a file, in which its mark must be found
+ROUNDING = 1e-13  # what is smaller, its error too, is the rounding of a zero
 MOST_DEPTH = 60  # of a value in JSON; results have 3
 MOST_DIGITS = 15  # of a whole number; beyond, two of them are one float
 GRAVE = re.compile(
@@ -318,4 +319,6 @@ def with_error(value: object, error: object, times: float = 1.0, *, sign: str = 
         return f"{number:.4g}"
     place = math.floor(math.log10(float(f"{size:.1e}")))
     digits = max(0, (1 if f"{size:.1e}"[0] in "12" else 0) - place)
+    if max(abs(number), size) < ROUNDING:
+        return "0"
     return f"{number:.{digits}f} {sign} {size:.{digits}f}"

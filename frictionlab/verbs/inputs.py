@@ -13,7 +13,7 @@ from functools import partial
 from os import PathLike
 from pathlib import Path
 
-from frictionlab.errors import FrictionlabError, SceneError, UsageError
+from frictionlab.errors import FrictionlabError, LogError, SceneError, UsageError
 from frictionlab.files import PACKED, as_disks_see, stem_of
 from frictionlab.scene import Scene, read_scene
 from frictionlab.tables import SUFFIXES, Row
@@ -183,6 +183,8 @@ def failure(path: Path, error: Exception) -> Row:
     reason = reason_of(error)
     for name in (str(path), path.name):
         reason = reason.removeprefix(f"{name}: ")
+    if isinstance(error, LogError) and "--" in reason:  # other commands over logs have none of its options
+        reason += " (options of `frictionlab ingest`; the scene has them as keys of [log])"
     return {"source": str(path), "status": FAILED, "reason": reason}
 
 

@@ -71,7 +71,7 @@ def test_seconds_that_are_labelled_milliseconds_are_doubted(tmp_path: Path) -> N
     path = write(tmp_path / "log.csv", table(rows, "t_ms,mass [mm],base [mm]", ","))
     (said,) = [said for said in read_log(path).source.warnings if said.startswith("time")]
     assert "says ms: 250000 samples a second" in said
-    assert said.endswith("do: --time-unit s")
+    assert said.endswith("with --time-unit s")
 
 
 @pytest.mark.parametrize(
