@@ -124,8 +124,9 @@ def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs,
         if not quiet:
             typer.echo(f"evaluate the campaign: {len(rows)} tests")
         folders = [todo.folder / "measurements", todo.folder / "recordings"]
-        more: Any = {"folders": folders, "law": law, "workers": work.workers, "quiet": quiet}
-        result = _write_campaign(rows, todo.scene, todo.folder, **more)
+        result = _write_campaign(
+            rows, todo.scene, todo.folder, folders=folders, law=law, workers=work.workers, quiet=quiet
+        )
         write_stamp(mark, stamp)
     if not work.as_json:
         _print_campaign(todo.folder, None if quiet else result)
@@ -187,24 +188,16 @@ def _refuse_failures(rows: Sequence[Row]) -> None:
 
 
 def _write_campaign(
-    rows: Sequence[Row],
-    scene: "Scene",
-    output: Path,
-    *,
-    folders: Sequence[Path],
-    law: str | None,
-    workers: int | None,
-    force: bool = False,
-    quiet: bool,
+    rows: Sequence[Row], scene: "Scene", output: Path, *, force: bool = False, quiet: bool, **asked: Any
 ) -> "Campaign":
-    """Evaluate rows of measurements, and write tables, figures and report."""
+    """Evaluate rows of measurements, as ``evaluate`` is asked to, and write tables, figures and report."""
     from frictionlab.verbs.evaluate import evaluate, publish
 
     def watch(items: Sequence[Any], *, title: str) -> Iterable[Any]:
         return screen.track(items, total=len(items), title=title, quiet=quiet)
 
     fitting, drawing = partial(watch, title="fit"), partial(watch, title="draw")
-    result = evaluate(rows, scene, folders=folders, law=law, workers=workers, watch=fitting)
+    result = evaluate(rows, scene, watch=fitting, **asked)
     if len(result.failures) == len(result.trials):
         kinds = kinds_of((trial.source, str(trial.reason)) for trial in result.failures)
         reasons = "; ".join(f"{reason} ({len(where)} tests)" for reason, where in kinds)

@@ -87,10 +87,14 @@ def _show_log(file: Path) -> None:
 
 def _show_rows(file: Path) -> None:
     """The table, then failures and warnings, once for each kind; a CSV that is no result is a log, if it can be one."""
-    if file.suffix == ".csv" and not _is_result(file):
-        with contextlib.suppress(LogError):
-            _show_log(file)
-            return
+    if file.suffix == ".csv":
+        head: list[str] = []
+        with contextlib.suppress(UnicodeDecodeError):  # results are in UTF-8
+            head = list(names_in_csv(file))
+        if table_of(head) is None:
+            with contextlib.suppress(LogError):
+                _show_log(file)
+                return
     try:
         rows = read_rows(file)
     except UsageError as error:
@@ -114,14 +118,6 @@ def _show_rows(file: Path) -> None:
     for sentence, sources in kinds_of((source, said) for source, row in named for said in warnings_of(row)):
         more = f" and {len(sources) - 1} more" if len(sources) > 1 else ""
         typer.echo(printable(f"{sources[0]}{more}: {sentence}"))
-
-
-def _is_result(file: Path) -> bool:
-    """Whether the head of a CSV is that of a result; results are in UTF-8."""
-    try:
-        return table_of(names_in_csv(file)) is not None
-    except UnicodeDecodeError:
-        return False
 
 
 def laws(
