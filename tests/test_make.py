@@ -145,8 +145,8 @@ def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path
     second = make(desk, *words)
     assert (second.stdout.splitlines()[0], "evaluate" in second.stdout) == ("ingest and analyze: 1 of 3 logs", False)
     assert second.stdout.splitlines()[-1] == first.stdout.splitlines()[-1]
-    table = [line for line in first.stdout.splitlines() if line.startswith("material")]
-    assert table and table[0] in second.stdout.splitlines(), "the friction is said each time"
+    table = next(line for line in first.stdout.splitlines() if line.startswith("material"))
+    assert table in second.stdout.splitlines(), "the friction is said each time"
     assert not list(desk.rglob("PWNED"))
     (logs / "other.csv").write_text("")
     assert make(desk, *words).returncode != 0, "a log that failed and was not broken off is a fault"

@@ -234,11 +234,11 @@ def test_a_campaign_keeps_foreign_figures_and_says_so_before_it_writes(tmp_path:
     rows, out = tmp_path / "rows.jsonl", tmp_path / "out"
     assert run("analyze", recording, "--scene", SCENE, "-o", rows, "--quiet").exit_code == 0
     (out / "figures").mkdir(parents=True)
-    (out / "figures" / "residuals.png").write_bytes(PHOTO)
+    (out / "figures" / "friction.png").write_bytes(PHOTO)
     done = run("campaign", rows, "--scene", SCENE, "-o", out)
     assert done.exit_code != 0
-    assert "residuals.png: exists" in done.output
-    assert (out / "figures" / "residuals.png").read_bytes() == PHOTO
+    assert "friction.png: exists" in done.output
+    assert (out / "figures" / "friction.png").read_bytes() == PHOTO
     assert not (out / "friction.csv").exists()
 
 
