@@ -308,8 +308,10 @@ def with_error(value: object, error: object, times: float = 1.0, *, sign: str = 
 
     Examples
     --------
-    >>> with_error(4.4712e-3, 2.1e-5, 1e3), with_error(0.7721, 0.0771), with_error(0.35, None), with_error(-8e-18, 1e-17)
-    ('4.471 +- 0.021', '0.77 +- 0.08', '0.35', '0')
+    >>> with_error(4.4712e-3, 2.1e-5, 1e3), with_error(0.7721, 0.0771), with_error(0.35, None), with_error(None, 1.0)
+    ('4.471 +- 0.021', '0.77 +- 0.08', '0.35', '-')
+    >>> with_error(-8e-18, 1e-17)
+    '0'
     """
     if not isinstance(value, (int, float)) or not math.isfinite(value):
         return "-"
