@@ -1,6 +1,7 @@
 """What the law of a material says of tests not made: each number with the band that 95 of 100 such tests fall into."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -120,10 +121,8 @@ def predict_tests(
     for r in frequency_ratios:
         best, states = steady_state(law.problem(force, amplitude, r)), []
         for values in others:
-            try:
+            with suppress(FrictionlabError):  # values outside a law's domain have no motion
                 states.append(steady_state(law.problem(force, amplitude, r, values=values)))
-            except FrictionlabError:
-                continue  # values outside a law's domain have no motion
         states = [state for state in states if state.orbit is not None]
         middle = np.full(POINTS, np.nan) if best.orbit is None else best.orbit.at(tau)[0]
         motions = np.array([s.orbit.at(tau)[0] for s in states if s.orbit is not None])
@@ -193,8 +192,12 @@ def predict_record(
         problem = law.problem(normal_force_n, largest or 1.0, 1.0, values={**values, DETUNING: 1.0})
         return respond_to(recording, problem, natural_frequency_hz=frequency * detuned, stiffness_n_per_m=stiffness)
 
-    answers = [respond(values) for values in (law.values, *law.draws(draws))]
-    best, found = answers[0], []
+    best, found = respond(law.values), []
+    answers = [best]
+    for values in law.draws(draws):
+        with suppress(FrictionlabError):
+            answers.append(respond(values))
+    lost = (NOT_ALL.format(draws + 1 - len(answers), draws),) if len(answers) <= draws else ()
     for a in answers:
         peak, energy, y = a.response.peaks["displacement"], a.response.energy, a.response.base.scale
         joules = energy * (a.stiffness_n_per_m or 0.0) * y**2
@@ -208,7 +211,7 @@ def predict_record(
         base_amplitude_m=largest,
         regime=None,
         numbers={name: band_of(found[0][i], [n[i] for n in found[1:]]) for i, name in enumerate(PREDICTED_RECORD)},
-        warnings=(*best.warnings, *law.beyond(normal_force_n=normal_force_n, base_amplitude_m=largest)),
+        warnings=(*best.warnings, *law.beyond(normal_force_n=normal_force_n, base_amplitude_m=largest), *lost),
         time=best.recording.time,
         base=best.recording.base_displacement,
         **_displacements(best.recording.mass_displacement, drawn),

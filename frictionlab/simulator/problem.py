@@ -183,10 +183,6 @@ class Problem(Friction):
         """
         return self._but(numbers=self.law.complete(self.parameters | dict(changes)))
 
-    def with_r(self, r: float) -> Self:
-        """Return the problem at another frequency ratio."""
-        return self._but(r=R.checked(r))
-
     def in_frame_time(self) -> Self:
         """Return the same oscillator with time counted in omega_n t (r = 1): what its law says of speeds is scaled.
 

@@ -57,7 +57,7 @@ def _harmonic_beside(rng: Rng, high: float, mu: tuple[float, float] = (1.0, 1.0)
 def _near(rng: Rng) -> Problem:
     """A harmonic 1e-8 to 1e-1 from resonance."""
     problem = _harmonic_beside(rng, -8)
-    return problem.with_r(_beside(rng, -8, -1) / round(1.0 / problem.r))
+    return problem._but(r=_beside(rng, -8, -1) / round(1.0 / problem.r))
 
 
 def _displaced(rng: Rng, *, below: bool) -> Problem:

@@ -89,7 +89,7 @@ def off_as_declared(
     """A contact in a rig whose sensors and frame are off by what `TABLES` declare: what is true, and its recording."""
     detuned, damped, late, *drawn = generator.standard_normal(10)
     ratio, frame = nominal.r / (1.0 + FREQUENCY * detuned), max(0.0, DAMPING + DAMPING_U * damped)
-    truth = nominal.with_r(ratio).with_parameters({"frame_damping_ratio": frame})
+    truth = nominal._but(r=ratio).with_parameters({"frame_damping_ratio": frame})
     sensors = Sensors(np.array([*drawn[:6], drawn[6] if hum else 0.0]), filters or {})
     lag, tuned = LAG_S * float(late), nominal.r / truth.r
     return truth, recorded(truth, generator, seconds=seconds, lag_s=lag, tuned=tuned, sensors=sensors)

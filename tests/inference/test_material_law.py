@@ -208,6 +208,9 @@ def test_a_recorded_base_is_followed_from_rest(tmp_path: Path) -> None:
     assert energy.high is not None
     assert energy.low < (energy.value or 0.0) < energy.high
     assert np.all(test.displacement_low <= test.displacement)
+    wide = law_with({COEFFICIENT: 0.3, "gradient_per_m": 200.0}, "coulomb+place", u=10.0)  # some draws run away
+    some = fl.predict(wide, normal_force_n=4.0, base_motion=path, draws=12).tests[0]
+    assert any("of 12 motions that the law's errors allow have no" in w for w in some.warnings)
     with pytest.raises(UsageError, match="base_motion: a recorded base has its own"):
         fl.predict(law, r=0.5, base_motion=path)
 

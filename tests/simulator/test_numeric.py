@@ -286,10 +286,10 @@ def test_a_new_law_is_one_term_in_the_list_of_laws(monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(laws.TERMS, "waves", WAVES)
     asked = Problem(1.0, 0.3, law="coulomb+waves", parameters={"height": 0.2, "number": 6.0}, zeta=0.02)
     assert asked.law.name == "coulomb+waves+speed"
-    found = steady_state(asked.with_r(0.5))
+    found = steady_state(asked._but(r=0.5))
     assert number(found.closure_error) < 1e-9 * number(found.energy_per_cycle)
     assert isinstance(found.orbit, NumericMotion)
-    end = cycle(asked.with_r(0.5), found.orbit.state(0.0)[:2], method="DOP853", rtol=1e-11)
+    end = cycle(asked._but(r=0.5), found.orbit.state(0.0)[:2], method="DOP853", rtol=1e-11)
     np.testing.assert_allclose(end[:2], found.orbit.state(0.0)[:2], atol=1e-8)
     base = BaseRecord(np.arange(7.0), np.sin(np.arange(7.0)) ** 3)
     spline: Any = CubicSpline(base.time, base.values)
