@@ -125,9 +125,8 @@ class ForceObservation(OfCycles):
 
         gain, late = 1.0 + values.get("gain", 0.0), self.turn * values.get(LAG, 0.0)
         times = -(-POINTS // len(self.place))
-        fine = np.fft.irfft(np.fft.rfft(self.place), times * len(self.place)) * times
         try:
-            return force_under(self.problem(values), shifted(fine, -late) / gain)[::times]
+            return force_under(self.problem(values), shifted(self.place, -late, times=times) / gain)[::times]
         except NO_MOTION:
             return None
 

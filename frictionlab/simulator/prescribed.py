@@ -11,7 +11,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
-from frictionlab.simulator.laws import TERMS
+from frictionlab.simulator.laws import TERMS, formula_of
 from frictionlab.simulator.problem import Problem
 
 ROUNDS = 3  # of a cycle, after which sliders repeat
@@ -44,7 +44,7 @@ def force_under(problem: Problem, place: FloatArray) -> FloatArray:
         from frictionlab.simulator.numeric.along import force_along  # noqa: PLC0415 - compiled, for such laws alone
 
         return np.asarray(dashpot + force_along(problem, place))
-    term = next((term for term in problem.law.terms if term.kind == "smooth"), TERMS["coulomb"])
+    term = formula_of(problem) or TERMS["coulomb"]
     contact: Any = term.contact
     own = tuple(problem.parameters[parameter.name] for parameter in term.parameters)
     side = np.where(speed < 0.0, -1.0, 1.0)
@@ -54,11 +54,11 @@ def force_under(problem: Problem, place: FloatArray) -> FloatArray:
     return np.asarray(dashpot + np.array([contact(own, *at, 0.0, 0.0)[0] for at in each]))
 
 
-def shifted(cycle: FloatArray, phase: float, order: int = 0) -> FloatArray:
-    """Return a cycle (p,), or its derivative by the phase of an order, so much later in it (rad)."""
+def shifted(cycle: FloatArray, phase: float, order: int = 0, times: int = 1) -> FloatArray:
+    """Return a cycle (p,), or its derivative by the phase of an order, so much later in it (rad), at times p points."""
     lines = np.fft.rfft(cycle)
     turns = 1j * np.arange(len(lines))
-    return np.asarray(np.fft.irfft(lines * turns**order * np.exp(turns * phase), len(cycle)))
+    return np.asarray(times * np.fft.irfft(lines * turns**order * np.exp(turns * phase), times * len(cycle)))
 
 
 def _of_sliders(problem: Problem, place: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ is linear. Held rigid contacts take their directions out of it; what is left is 
 """
 
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -138,6 +138,32 @@ def _constrain_one(system: Any, phases: Any, i: int) -> None:
     phases.stiffness[i, 0, 0], phases.by_f[i, 0] = stiffness, by_f
 
 
+class Bound(NamedTuple):
+    """What holds masses in a phase: stiffness (n, n), force per f (n,); of held contacts' forces ``grip`` and ``bind``.
+
+    ``grip`` (c, n): by the forces on the masses; ``bind`` (c,): by f''; both 0 for contacts that do not hold.
+    """
+
+    stiffness: FloatArray
+    by_f: FloatArray
+    grip: FloatArray
+    bind: FloatArray
+
+
+def bound_by(system: Any, kappa: FloatArray) -> Bound:
+    """Return what contacts of stiffnesses kappa (c,), infinite where one holds, make of a structure."""
+    c, n = len(kappa), int(system["masses"])
+    row, follow, mobility = system["row"][:c, :n], system["follow"][:c], system["mobility"][:n, :n]
+    held, grip, bind = np.isinf(kappa), np.zeros((c, n)), np.zeros(c)
+    springs = np.where(held, 0.0, kappa)
+    if held.any():
+        rows = row[held]
+        compliance = np.linalg.inv(rows @ mobility @ rows.T)
+        grip[held], bind[held] = compliance @ rows @ mobility, compliance @ follow[held]
+    stiffness = system["stiffness"][:n, :n] + row.T @ (springs[:, None] * row)
+    return Bound(stiffness, system["push"][:n, 0] + row.T @ (springs * follow), grip, bind)
+
+
 def make_phase(systems: Any, works: Any) -> None:
     """Make the phase that a run has missed, of several masses; refuse one without stiffness, or critically damped."""
     system, phases = systems[0], works[0]["phases"]
@@ -146,23 +172,18 @@ def make_phase(systems: Any, works: Any) -> None:
     phases["missing"] = 0
     kappa, row = phases["kappa"][i, :c], system["row"][:c, :n]
     held = np.isinf(kappa)
-    free_kappa, rows = np.where(held, 0.0, kappa), row[held]
-    stiffness = system["stiffness"][:n, :n] + row.T @ (free_kappa[:, None] * row)
-    free, carried, grip = np.eye(n), np.zeros((n, c)), np.zeros((c, n))
-    bind = np.zeros(c)
+    rows, free, carried = row[held], np.eye(n), np.zeros((n, c))
     if len(rows) and np.linalg.matrix_rank(rows) < len(rows):  # on wall and base at once: the base moves
         phases["modes"][i] = -1
         return
     if len(rows):
         free = np.linalg.svd(rows)[2][len(rows) :].T
         carried[:, held] = np.linalg.pinv(rows)
-        compliance = np.linalg.inv(rows @ system["mobility"][:n, :n] @ rows.T)
-        grip[held], bind[held] = compliance @ rows @ system["mobility"][:n, :n], compliance @ system["follow"][:c][held]
-    phases["stiffness"][i, :n, :n] = stiffness
-    phases["carried"][i, :n, :c], phases["grip"][i, :c, :n], phases["bind"][i, :c] = carried, grip, bind
-    phases["along"][i, :n] = carried @ system["follow"][:c]
-    phases["by_f"][i, :n] = system["push"][:n, 0] + row.T @ (free_kappa * system["follow"][:c])
-    _write_modes(system, phases, i, free, stiffness)
+    bound = bound_by(system, kappa)
+    phases["stiffness"][i, :n, :n], phases["by_f"][i, :n] = bound.stiffness, bound.by_f
+    phases["grip"][i, :c, :n], phases["bind"][i, :c] = bound.grip, bound.bind
+    phases["carried"][i, :n, :c], phases["along"][i, :n] = carried, carried @ system["follow"][:c]
+    _write_modes(system, phases, i, free, bound.stiffness)
     complete(systems, works, i)
 
 

@@ -16,7 +16,7 @@ from frictionlab.simulator.laws.lugre import LUGRE
 from frictionlab.simulator.laws.rate_state import RATE_STATE
 from frictionlab.simulator.laws.stribeck import STRIBECK
 
-__all__ = ["TERMS", "Friction", "Kind", "Law", "Parameter", "Scale", "Term", "excluded_by", "law_of"]
+__all__ = ["TERMS", "Friction", "Kind", "Law", "Parameter", "Scale", "Term", "excluded_by", "formula_of", "law_of"]
 
 TERMS = {
     term.name: term
@@ -35,6 +35,14 @@ def excluded_by(term: Term) -> list[str]:
         if other is not term
         and ("rigid" not in (term.kind, other.kind) or other.name in term.excludes or term.name in other.excludes)
     )
+
+
+def formula_of(contact: Friction) -> Term | None:
+    """Return the term whose formula is the contact's; without friction every law is none. None: it is elastic."""
+    kinds = ("smooth", "inner") if contact.beta > 0.0 else ()
+    if contact.law.kind == "elastic":
+        return None
+    return next((term for term in contact.law.terms if term.kind in kinds), COULOMB)
 
 
 def law_of(name: str | Law) -> Law:

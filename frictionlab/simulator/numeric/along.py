@@ -79,11 +79,11 @@ def force_along(problem: Problem, place: FloatArray) -> FloatArray:
         Its state cannot be carried on.
     """
     times = -(-POINTS // len(place))
-    fine = np.fft.irfft(np.fft.rfft(place), times * len(place)) * times
-    after = STAGE * 2.0 * pi / len(fine)
-    motion = np.array([[shifted(fine, phase, order) for order in (0, 1)] for phase in (0.0, after)])
+    points = times * len(place)
+    after = STAGE * 2.0 * pi / points
+    motion = np.array([[shifted(place, phase, order, times) for order in (0, 1)] for phase in (0.0, after)])
     flow = Flow(problem, 1e-9)
-    law, state, force = flow.rubbing[0], np.array([0.0, 1.0]), np.zeros(len(fine))
+    law, state, force = flow.rubbing[0], np.array([0.0, 1.0]), np.zeros(points)
     size = law["scale"][2:4] * (1.0, 1.0 if law["states"][0] > 1 else 0.0)
     grip = np.array([problem.beta, problem.parameter("gradient"), *size, law["states"][0] > 1], np.float64)
     for _ in range(CYCLES):

@@ -15,7 +15,7 @@ from frictionlab.simulator.compiled import callback, numba, record_of
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import CONTACTS, DONE, MISSING, PULLS, SLIDERS, STEEP, TIRED, make_phase
 from frictionlab.simulator.exact.solve import feel_acceleration, system_of
-from frictionlab.simulator.laws import TERMS, Friction, Term
+from frictionlab.simulator.laws import TERMS, Friction, Term, formula_of
 from frictionlab.simulator.laws.law import ContactForce
 from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.motion import Motion, Nodes, Timeline
@@ -163,7 +163,7 @@ class Flow:
             system["lines"][:h] *= -(np.arange(1.0, h + 1.0) ** 2)
         waves = 1j * np.arange(1, h + 1) * system["push"][:n, 1:] + system["push"][:n, :1]
         self._sizes = np.abs(waves * system["lines"][:h])  # (n, h): of the forces on the masses
-        terms = [_term_of(contact) for contact in contacts]
+        terms = [formula_of(contact) for contact in contacts]
         self.rubbing = self._rubbing(terms, rtol)
         padded = [(term or TERMS["coulomb"]).contact for term in terms] + [TERMS["coulomb"].contact] * CONTACTS
         self.formulas = tuple(map(_compiled, padded[:CONTACTS]))
@@ -366,14 +366,6 @@ def _compiled(contact: ContactForce) -> Any:
     """A law's formula, compiled."""
     number = numba.float64
     return callback(contact, numba.types.UniTuple(number, 16)(number[::1], *(number,) * 6))
-
-
-def _term_of(contact: Friction) -> Term | None:
-    """The term whose formula is the contact's; without friction every law is none. None: it is elastic."""
-    kinds = ("smooth", "inner") if contact.beta > 0.0 else ()
-    if contact.law.kind == "elastic":
-        return None
-    return next((term for term in contact.law.terms if term.kind in kinds), TERMS["coulomb"])
 
 
 def warm_up() -> None:

@@ -33,8 +33,8 @@ from frictionlab.simulator.exact.flow import (
     accelerate,
     after_event,
     begin,
+    event_row,
     follow_slip,
-    gives_way,
     is_rigid,
     jump,
     load_at,
@@ -744,7 +744,7 @@ def come_earlier(flow: Stepper, slot: int, c: int, which: int) -> None:
     for k in range(size + sliders):
         form[k], work.shift[k] = 0.0, 0.0
     if which == TURN_OF or not is_rigid(system, c):
-        form_of_place(system, work, c, which)
+        event_row(system, work, slot, c, which)
     else:
         form_of_force(flow, slot, c, which)
     for k in range(size + sliders):
@@ -756,19 +756,6 @@ def come_earlier(flow: Stepper, slot: int, c: int, which: int) -> None:
     accelerate(system, work, slot)
     for a in range(system.masses):
         work.acceleration[0, a] = work.acceleration[1, a]
-
-
-@inner
-def form_of_place(system: Any, work: Any, c: int, which: int) -> None:
-    """Write the derivative of an event's function over the state: a contact's speed, or how far it may still go."""
-    n, sign, threshold = system.masses, sign_of(work, c, which), work.upper[c] if which == UPWARDS else work.lower[c]
-    for a in range(n):
-        work.form[n + a if which == TURN_OF else a] = sign * system.row[c, a]
-    for i in range(system.first[c], system.first[c + 1]):
-        place, by_anchor = gives_way(system, work, c, i, -sign)
-        if which != TURN_OF and not work.slips[i] and place == threshold:
-            work.form[2 * n + i] = -sign * by_anchor
-            break
 
 
 @inner

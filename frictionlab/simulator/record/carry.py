@@ -17,7 +17,7 @@ from frictionlab.simulator.compiled import record_of
 from frictionlab.simulator.exact.answer import travel
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.orbit import Carrier
-from frictionlab.simulator.exact.phase import DONE, MISSING, make_phase
+from frictionlab.simulator.exact.phase import DONE, MISSING, bound_by, make_phase
 from frictionlab.simulator.exact.solve import TOUCH, feel_acceleration, system_of
 from frictionlab.simulator.numeric import RTOL, radau
 from frictionlab.simulator.numeric.flow import Flow, slow_times, stop_limits
@@ -171,16 +171,9 @@ def _in_phase(
     n, contacts = len(q), len(kappa)
     row, follow, push = system["row"][:contacts, :n], system["follow"][:contacts], system["push"][:n]
     mobile, damping, held = system["mobility"][:n, :n], system["damping"][:n, :n], np.isinf(kappa)
-    springs, rows, moved, grip = np.where(held, 0.0, kappa), row[held], np.zeros(n), np.zeros((contacts, n))
-    bind = np.zeros(contacts)
-    if len(rows):
-        compliance = np.linalg.inv(rows @ mobile @ rows.T)
-        grip[held], bind[held] = compliance @ rows @ mobile, compliance @ follow[held]
-        moved, mobile = mobile @ rows.T @ bind[held], mobile - mobile @ rows.T @ grip[held]
-    stiffness, by_f = (
-        system["stiffness"][:n, :n] + row.T @ (springs[:, None] * row),
-        push[:, 0] + row.T @ (springs * follow),
-    )
+    stiffness, by_f, grip, bind = bound_by(system, kappa)
+    moved, mobile = mobile @ row.T @ bind, mobile - mobile @ row.T @ grip
+    springs = np.where(held, 0.0, kappa)
 
     def applied(matrix: FloatArray, x: FloatArray) -> FloatArray:
         return np.asarray(np.tensordot(matrix, x, 1))
