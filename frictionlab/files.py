@@ -27,7 +27,7 @@ _LEFT_S = 3600.0  # since its last byte, after which a temporary file has no wri
 _sync, _rename = os.fsync, os.replace
 OPEN_FLAGS = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 """Not for children of this process, not through a link, bytes as they are: whichever of them this system knows."""
-WINDOWS = os.name == "nt"  # an open file cannot be removed there, and folders cannot be synced
+WINDOWS = os.name == "nt"  # folders cannot be synced there
 
 
 def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Callable[[Path], bool] = True) -> None:

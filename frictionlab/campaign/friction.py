@@ -32,7 +32,7 @@ NORMAL = 1.959964
 SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement says it
 Setting = tuple[str, float]
 """Material and normal force [N]."""
-RIG = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests share that counts in `shares`
+SHARED = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests of all materials share
 
 
 class Reason(Enum):
@@ -301,7 +301,7 @@ def friction_of(
         freedom=freedom,
         scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
         note="; ".join(filter(None, (*_notes(verdicts, group.note, model, stiffness, freedom), said))),
-        shares={n: share / ratio.value for n, share in posterior.shares("beta", tests[0]).items() if n in RIG},
+        shares={n: share / ratio.value for n, share in posterior.shares("beta", tests[0]).items() if n in SHARED},
         normal_force_u=sources.normal_force,
         law=posterior.law(tests[0]).name if joint.of_cycles else None,
     )

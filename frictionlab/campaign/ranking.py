@@ -16,7 +16,7 @@ from scipy.special import ndtr, stdtr
 from frictionlab.analysis.measurement import measure
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign.friction import TRANSIENT, FrictionFit, Verdict
+from frictionlab.campaign.friction import NORMAL, SHARED, TRANSIENT, FrictionFit, Verdict
 from frictionlab.campaign.prediction import Model, elasticity
 from frictionlab.campaign.trials import Trial, levels, nearest
 from frictionlab.errors import AnalysisError
@@ -26,7 +26,6 @@ from frictionlab.scene import Scene
 
 SURE = 0.05
 CRITERIA = ("energy", "consistency", "drift")
-SHARED = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what is the same for all materials
 SURVIVES = (
     "errors of gain, lag and rig that all tests share cancel here; the error of each material's normal force does not"
 )
@@ -36,7 +35,6 @@ UNITS = {
     "drift": "relative change of the energy per hour, mean of its magnitude",
 }
 HOUR = 3600.0
-NORMAL = 1.959964
 INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not determine the friction force
 LEAST_CHANGE, MOST_CHANGE = 0.1, 0.6  # of the friction force, over which that must hold
 Cell = tuple[float, float]

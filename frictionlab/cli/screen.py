@@ -175,16 +175,16 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     With ``wide``, the table of the schema that these are rows of, all that a screen shows of it, in blocks that fit.
     Where all failed there is no table: each failure is a line on stderr.
     """
-    good = [row for row in rows if row.get("status") != "failed"]
-    if not good:
+    known = [row.get("status") != "failed" for row in rows]
+    if not any(known):
         for row in rows:
             complain(f"{row.get('source')}: {row.get('reason')}")
         return
     short = short_names([str(row.get("source")) for row in rows])
-    names = [n if r in good else printable(Path(str(r["source"])).name) for n, r in zip(short, rows, strict=True)]
-    filled = _filled(columns, rows, good)
+    names = [n if k else printable(Path(str(r["source"])).name) for n, r, k in zip(short, rows, known, strict=True)]
+    filled = _filled(columns, rows, known)
     if wide is not None:
-        filled |= _filled(_further(wide, filled), rows, good)
+        filled |= _filled(_further(wide, filled), rows, known)
     width, widest = _width() or (WIDTH if wide is None else sys.maxsize), max(map(len, names))
     widths = {c: max(len(c.title), *map(len, texts)) + GAP for c, texts in filled.items()}
     while wide is None and len(filled) > 1 and width - sum(widths[c] for c in filled) < min(widest, LEAST_TEXT):
@@ -198,7 +198,7 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
         sizes = [first, *(widths[c] - GAP for c in shown)]
         typer.echo(_bold(_joined(["test", *(c.title for c in shown)], sizes)))
         for number, row in enumerate(rows):
-            if row in good:
+            if known[number]:
                 typer.echo(_joined([cut[number], *(filled[c][number] for c in shown)], sizes))
             elif block is blocks[0]:
                 said = printable(f"{cut[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}")
@@ -206,9 +206,9 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
                 typer.echo(textwrap.fill(said, width, subsequent_indent=indent, break_on_hyphens=False))
 
 
-def _filled(columns: Iterable[Shown], rows: Sequence[Row], good: Sequence[Row]) -> dict[Shown, list[str]]:
-    """The columns in which something stands, with the text of each row."""
-    texts = {c: [printable(c.text(row)) if row in good else "" for row in rows] for c in columns}
+def _filled(columns: Iterable[Shown], rows: Sequence[Row], known: Sequence[bool]) -> dict[Shown, list[str]]:
+    """The columns in which something stands, with the text of each row; of one that is not known there is none."""
+    texts = {c: [printable(c.text(row)) if k else "" for row, k in zip(rows, known, strict=True)] for c in columns}
     return {c: each for c, each in texts.items() if set(each) - {"", "-"}}
 
 

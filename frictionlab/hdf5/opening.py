@@ -132,14 +132,9 @@ def _check_format(file: h5py.File, kind: str, remedy: str) -> None:
 
 def format_of(path: Path) -> str:
     """What an HDF5 file calls itself in its attribute ``format``; empty for any other file."""
-    return root_attribute(path, "format")
-
-
-def root_attribute(path: Path, name: str) -> str:
-    """An attribute of a file's root as text; empty if there is none, or no such file."""
     try:
         with to_read(path) as file:
-            return text(file.attrs.get(name, ""))
+            return text(file.attrs.get("format", ""))
     except NO_FILE:
         return ""
 

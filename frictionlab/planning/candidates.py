@@ -21,7 +21,7 @@ from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import harmonics_of
 from frictionlab.inference.diagnose import OTHER_CAUSE, diagnose
 from frictionlab.inference.fit import Fit, Model, Place
-from frictionlab.inference.material_law import MaterialLaw, physical_name
+from frictionlab.inference.material_law import COEFFICIENT, MaterialLaw, physical_name
 from frictionlab.inference.observations import CycleObservation, law_and_held, mean_cycle, observe, parts
 from frictionlab.inference.posterior import Posterior, model_of, posterior_of
 from frictionlab.inference.verdict import friction_of
@@ -31,7 +31,6 @@ from frictionlab.simulator.laws import Law, law_of
 from frictionlab.uncertainty import sources_of
 
 ASSUMED_COEFFICIENT = (0.4, 0.2)  # dry contacts lie about here; said where it is assumed
-COEFFICIENT = "friction_coefficient"
 FIRST_VALUES = {"contact_damping_ratio": 0.03, "gradient": 0.03, "static_ratio_up": 1.1, "static_ratio_down": 1.1}
 POINTS = 512  # of a virtual cycle
 HARMONICS = 64
