@@ -202,7 +202,7 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
         own, words = with_error(e["value"], e["u"]), law.parameter(name).words
         if not e["told"]:
             limits = limits_in_words(e["lower"], e["upper"])
-            yield 3, f"  {words}: not told by this recording ({name} {own}; {limits}, 95 %)"
+            yield 3, f"  {words}: not determined by this recording ({name} {own}; {limits}, 95 %)"
         elif name in about.physical:
             size, error, unit, words = about.physical[name]
             mu = c.coefficient.value if name == "beta" else None
