@@ -24,23 +24,6 @@ from frictionlab.simulator.laws import law_of
 
 WIDTH = 80
 STILL = 1e-9  # of omega Y: a contact that is slower stands
-TELLS = {
-    "gradient": "a larger amplitude of the base, or several loads in one campaign",
-    "contact_damping_ratio": "rig.damping_ratio and sensors.lag_s measured, or a test nearer to resonance",
-    "static_ratio_up": "a slower test, in which the mass stops for longer",
-    "static_ratio_down": "a slower test, in which the mass stops for longer",
-    "stiffness_ratio": "a smaller amplitude of the base, in which the contact bends more than it slides",
-}
-"""What would determine a parameter that a test does not."""
-SHOWN = {
-    "gradient": (0.1, "%/mm", "change of friction along the path"),
-    "contact_damping_ratio": (1.0, "N s/m", "dashpot in the contact"),
-    "stiffness_ratio": (1e-3, "N/mm", "stiffness of the contact"),
-    "stribeck_speed": (1e3, "mm/s", "speed at which friction has weakened"),
-    "rate_speed": (1e3, "mm/s", "speed from which friction changes"),
-    "slip_distance": (1e6, "um", "way in which the contact is renewed"),
-}
-"""What is reported in units that people read: times its size in newtons, metres and seconds, unit, words."""
 PARTS = {"stops": "at stops", "slides up": "while the mass slides up", "slides down": "while the mass slides down"}
 """Parts of a cycle, as they stand in a sentence."""
 SOURCES = {
@@ -64,7 +47,7 @@ VERDICTS = {
     "explained": "It explains the cycle: it",
     "strained": "It explains the cycle only with sensors or rig unlike the scene (below): it",
 }
-ANY = "tests at another amplitude and another speed; frictionlab plan says which"
+NEXT = "Next: tests at another amplitude and another speed; frictionlab plan says which."
 
 
 @dataclass(frozen=True)
@@ -138,13 +121,13 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
     simpler = None if best is None else compare_measurement(measurement, scene, law=best)
     found, turn = _force(comparison), 2.0 * math.pi * measurement.drive_frequency_hz
     frame = scene.rig.stiffness, scene.rig.natural_frequency
-    for name, (times, unit, words) in SHOWN.items():
-        found_as = comparison.parameters.get(name)
-        if found_as is not None and found_as["u"] is not None:
-            parameter = law_of(comparison.law).parameter(name)
+    for parameter in law_of(comparison.law).own:
+        own = comparison.parameters[parameter.name]
+        if parameter.shown is not None and own["u"] is not None:
+            times, unit, words = parameter.shown
             factor, _ = to_physical(parameter, *frame, amplitude=measurement.base_amplitude_m, turn=turn)
             if factor is not None:
-                found[name] = (times * factor * found_as["value"], times * factor * found_as["u"], unit, words)
+                found[parameter.name] = (times * factor * own["value"], times * factor * own["u"], unit, words)
     return Explanation(comparison, simpler, found, measurement.base_amplitude_m, measurement.energy_per_cycle_j)
 
 
@@ -252,8 +235,9 @@ def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
 def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
     """What to measure next, and what the comparison warns of."""
     untold = [name for name, e in about.comparison.parameters.items() if e["u"] is not None and not e["told"]]
-    yield from ((2, f"To measure {name}: {TELLS.get(name, ANY)}.") for name in untold)
+    law = law_of(about.comparison.law)
+    yield from ((2, f"To measure {name}: {law.parameter(name).determined_by}.") for name in untold)
     if not untold:
-        yield 2, f"Next: {ANY}."
+        yield 2, NEXT
     warnings = (said for said in about.comparison.warnings if "does not tell it" not in said)
     yield from ((1 if "declare it" in said else 5, f"! {said}") for said in warnings)

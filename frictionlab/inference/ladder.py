@@ -35,14 +35,21 @@ from frictionlab.inference.fit import (
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.observations import CycleObservation, OfCycles
 from frictionlab.inference.posterior import Posterior, infer, misfit_is_noise, model_of, posterior_of
-from frictionlab.inference.starts import FIRST_GUESSES, point_at, starting_points
+from frictionlab.inference.starts import point_at, starting_points
+from frictionlab.inference.unknowns import Unknown
 from frictionlab.simulator.laws import TERMS, Law, law_of
 from frictionlab.simulator.meter import Meter, OverspentError
 
-EXACT = ("place", "speed", "breakaway", "compliance")
-CHEAP = EXACT[:3]  # a rigid contact: a fraction of a millisecond a steady state
-NUMERIC = ("stribeck", "logarithm", "dahl", "bouc-wen")  # milliseconds a steady state ...
-DEAR = ("lugre", "rate-state")  # ... and up to a second
+
+def _of_kind(*kinds: str, effort: int = 1) -> tuple[str, ...]:
+    """Terms beside Coulomb's that a ladder tries, of some kinds."""
+    return tuple(t.name for t in TERMS.values() if t.kind in kinds and t.effort == effort and t.name != "coulomb")
+
+
+CHEAP = _of_kind("rigid")  # a fraction of a millisecond a steady state
+EXACT = (*CHEAP, *_of_kind("elastic"))
+NUMERIC = _of_kind("smooth", "inner")  # milliseconds a steady state ...
+DEAR = _of_kind("smooth", "inner", effort=2)  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
@@ -128,7 +135,7 @@ def climb(
             why = why if rigid else "a record or a table is held against the exact laws alone; do: --law names one"
             dear = tuple(term for term in (*EXACT, *NUMERIC, *DEAR) if term not in (CHEAP if rigid else EXACT))
             ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), f"not tried: {why}")
-    if accuracy != "fast" and cycles and top.law.has("breakaway"):
+    if accuracy != "fast" and cycles:
         top = ladder.against_its_limit(top)
     rungs = tuple(replace(r, required=r.required or r.law is top.law) for r in ladder.rungs)
     if top.fit is not None and observations[0].shows_rig:
@@ -182,14 +189,12 @@ class _Climb:
         return best if best is top or self.is_noise(best) else self.upward(best, CHEAP)
 
     def against_its_limit(self, top: Rung) -> Rung:
-        """The better of a law whose friction jumps at break-away and of that whose friction falls with speed.
-
-        The first is the second's limit at a small speed, and in a slow test both may leave nothing but noise.
-        """
-        for name in laws_above(law_of(top.law.name.replace("+breakaway", "")), ("stribeck",), 1):
-            rival = self.tried(name, top)
-            better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
-            top = rival if better and _is_better(top.held_out, rival.held_out) else top
+        """The better of a law and of those that it is the limit of: in a slow test both may leave nothing but noise."""
+        for term in (t for t in top.law.terms if t.limit_of):
+            for name in laws_above(law_of(top.law.name.replace(f"+{term.name}", "")), (term.limit_of,), 1):
+                rival = self.tried(name, top)
+                better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
+                top = rival if better and _is_better(top.held_out, rival.held_out) else top
         return top
 
     def found_again(self, top: Rung) -> Posterior:
@@ -365,11 +370,12 @@ def _trials(model: Model, below: Fit) -> list[dict[str, float]]:
     known = {u.name for u in below.model.unknowns}
     new = [u for u in model.unknowns if u.law and u.name not in known]
     tried = SCALES if any(u.scale == "log" for u in new) else TRIALS[:1] if all(u.folded for u in new) else TRIALS
-    guess = {u.name: u.at(FIRST_GUESSES[u.name]) for u in new if u.folded and u.name in FIRST_GUESSES}
-    return [
-        {u.name: max(guess.get(u.name, 0.5 * abs(trial) if u.folded else trial), u.low + 0.01) for u in new}
-        for trial in tried
-    ]
+
+    def begin(u: Unknown, trial: float) -> float:
+        guess = 0.5 * abs(trial) if u.first is None else u.at(u.first)
+        return max(guess if u.folded else trial, u.low + 0.01)
+
+    return [{u.name: begin(u, trial) for u in new} for trial in tried]
 
 
 def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model, FloatArray, list[FloatArray]]:

@@ -35,11 +35,6 @@ COEFFICIENT = "friction_coefficient"
 AT_FORCE = "friction_n_at_"  # and the normal force in N: friction where Amontons' law fails
 DETUNING = "natural_frequency_ratio"  # the frame's natural frequency over the scene's, as the tests have found it
 FRAME = "frame_damping_ratio"
-NAMES = {
-    "contact_damping_ratio": "contact_damping_n_s_per_m",
-    "stiffness_ratio": "contact_stiffness_n_per_m",
-    "bristle_damping": "bristle_damping_n_s_per_m",
-}
 SUFFIXES = {"m/s": "_m_per_s", "m": "_m", "1/m": "_per_m"}
 RANGES = {"normal_force_n": "N", "base_amplitude_m": "m", "frequency_ratio": ""}
 EDGE = 1e-3  # relative: how far beyond the conditions of its tests a law is used without a word
@@ -55,10 +50,8 @@ HEAD = """\
 
 def physical_name(parameter: Parameter) -> str:
     """Return the name of a law's parameter in newtons, metres and seconds."""
-    if parameter.name == "beta":
-        return COEFFICIENT
-    _, unit = to_physical(parameter, None, None, amplitude=1.0, turn=1.0)
-    return NAMES.get(parameter.name) or parameter.name + SUFFIXES.get(unit, "")
+    unit = to_physical(parameter, None, None, amplitude=1.0, turn=1.0)[1]
+    return parameter.physical or parameter.name + SUFFIXES.get(unit, "")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

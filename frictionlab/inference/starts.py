@@ -30,7 +30,6 @@ RING_STEP, ROOT_STEP = 0.5, 0.6  # between roots tried: times r, at most
 COARSE = 9  # roots tried of a law without rings
 SEEN = 1.5  # times the harmonics of a cycle: a ringing that is faster does not show in them
 FOLLOWED = 3  # minima over the stiffness that are fitted
-FIRST_GUESSES = {"contact_damping_ratio": 0.02, "stiffness_ratio": 100.0}  # values at which a new term is tried first
 
 
 def starting_points(model: Model, near: Mapping[str, float] | None = None) -> tuple[list[FloatArray], list[FloatArray]]:
@@ -58,12 +57,12 @@ def starting_points(model: Model, near: Mapping[str, float] | None = None) -> tu
 
 def point_at(model: Model, values: Mapping[str, float]) -> FloatArray:
     """Return the point at some values of the first test; a new term begins where it does something."""
-    given = FIRST_GUESSES | dict(values)
     point = np.zeros(len(model.unknowns))
     factors = dict(zip(model.tests[0].index.tolist(), model.tests[0].factors.tolist(), strict=True))
     for k, u in enumerate(model.unknowns):
-        if u.name in given:
-            point[k] = u.at(given[u.name] / factors.get(k, 1.0))
+        value = values.get(u.name, u.first)
+        if value is not None:
+            point[k] = u.at(value / factors.get(k, 1.0))
     return np.clip(point, *model.bounds)
 
 

@@ -25,7 +25,6 @@ SMALLEST = 1e-6  # of the cycle: a nonlinearity or crosstalk below this is not f
 UNDECLARED_LAG = 3.0  # half sampling intervals (standard uncertainty): prior of a lag that nobody has declared
 STRAINED = 3.0  # standard uncertainties from what is known of sensors and rig beyond which the scene is doubted
 TAIL = 1.0  # exponent of the prior of a lag, or a frame's damping, that nobody has declared: Cauchy's distribution
-TEST_LEVEL = {"gradient": 1.0}  # parameters that re-seating the contact changes: scale of the prior of their scatter
 SCATTER = 0.02  # scale of the prior (half-Cauchy) of the relative scatter from test to test of all other parameters
 
 
@@ -39,7 +38,7 @@ class Unknown:
     a prior that falls by ``(1 + c^2 / 2a)^-a``, infinite for a normal one; ``known_to``: what is declared or assumed of
     it, in `sd`; ``law``: whether it is a parameter of the law, and not of sensors or rig; ``key``: the scene's key that
     declares it; ``scatter``: scale of the prior (half-Cauchy) of its scatter from test to test, in coordinates, but
-    relative for a linear parameter that is not of the test's level.
+    relative for a linear parameter that is not of the test's level; ``first``: value at which a new term is tried.
     """
 
     name: str
@@ -57,6 +56,7 @@ class Unknown:
     law: bool = False
     key: str = ""
     scatter: float = 0.0
+    first: float | None = None
 
     def value(self, c: float) -> float:
         """Return the value at a coordinate."""
@@ -113,8 +113,9 @@ def of_parameter(parameter: Parameter) -> Unknown:
     A parameter that can only grow from where its term does nothing (a dashpot, a static ratio) has half a normal prior.
     """
     low, high = parameter.usual
-    level: Level = "test" if parameter.name in TEST_LEVEL else "material"
-    made = Unknown(parameter.name, parameter.words, level, law=True, scatter=TEST_LEVEL.get(parameter.name, SCATTER))
+    level: Level = "test" if parameter.reseated else "material"
+    scatter = parameter.reseated or SCATTER
+    made = Unknown(parameter.name, parameter.words, level, law=True, scatter=scatter, first=parameter.first)
     if parameter.scale == "log":
         mean, sd = 0.5 * math.log(low * high), math.log(high / low) / WIDE
         end = (math.log(high) - mean) / sd if parameter.neutral == math.inf else math.inf

@@ -31,7 +31,6 @@ from frictionlab.simulator.laws import Law, law_of
 from frictionlab.uncertainty import sources_of
 
 ASSUMED_COEFFICIENT = (0.4, 0.2)  # dry contacts lie about here; said where it is assumed
-FIRST_VALUES = {"contact_damping_ratio": 0.03, "gradient": 0.03, "static_ratio_up": 1.1, "static_ratio_down": 1.1}
 POINTS = 512  # of a virtual cycle
 HARMONICS = 64
 CHANGE = 0.75  # of a cycle from the base's top on: cycles are cut there, friction changes at the top
@@ -186,7 +185,7 @@ def _expected(scene: Scene, law: Law, held: Mapping[str, float]) -> dict[str, fl
         except ParameterError as error:
             raise SceneError(f"plan.expected.{p.name}: {error}") from error
         middle = math.sqrt(low * high) if p.scale == "log" else 0.5 * (low + high)
-        first = FIRST_VALUES.get(p.name, middle) if first is None else first
+        first = (p.expected or middle) if first is None else first
         found[p.name] = said.get(p.name, first)
     del found["beta"]
     return found

@@ -15,6 +15,10 @@ STIFFNESS = positive(
     "tangential contact stiffness over the frame's stiffness k",
     usual=(10.0, 1000.0),
     neutral=inf,
+    first=100.0,
+    physical="contact_stiffness_n_per_m",
+    shown=(1e-3, "N/mm", "stiffness of the contact"),
+    determined_by="a smaller amplitude of the base, in which the contact bends more than it slides",
 )
 
 
@@ -36,6 +40,7 @@ COULOMB = Term(
             scale="log",
             neutral=0.0,
             lengths=1,
+            physical="friction_coefficient",
         ),
     ),
     contact=coulomb,
@@ -54,6 +59,10 @@ PLACE = Term(
             usual=(-0.1, 0.1),
             neutral=0.0,
             lengths=-1,
+            expected=0.03,
+            reseated=1.0,
+            shown=(0.1, "%/mm", "change of friction along the path"),
+            determined_by="a larger amplitude of the base, or several loads in one campaign",
         ),
     ),
     weakens=lambda p: p["gradient"] != 0.0,
@@ -70,6 +79,11 @@ SPEED = Term(
             "damping ratio of a dashpot between mass and wall",
             usual=(0.0, 0.1),
             neutral=0.0,
+            first=0.02,
+            expected=0.03,
+            physical="contact_damping_n_s_per_m",
+            shown=(1.0, "N s/m", "dashpot in the contact"),
+            determined_by="rig.damping_ratio and sensors.lag_s measured, or a test nearer to resonance",
         ),
     ),
 )
@@ -86,10 +100,13 @@ BREAKAWAY = Term(
             low=1.0,
             usual=(1.0, 1.5),
             neutral=1.0,
+            expected=1.1,
+            determined_by="a slower test, in which the mass stops for longer",
         )
         for way in ("up", "down")
     ),
     weakens=lambda p: max(p["static_ratio_up"], p["static_ratio_down"]) > 1.0,
+    limit_of="stribeck",
 )
 
 COMPLIANCE = Term(
@@ -122,4 +139,5 @@ IWAN = Term(
         ),
     ),
     kind="elastic",
+    effort=0,
 )

@@ -48,6 +48,17 @@ class Parameter:
     lengths, rates : int
         Powers of Y and of omega in its unit: 1 and 1 for a speed, -1 and 0 for a change over a way of Y, 0 and -1 for a
         damping over k / omega.
+    first, expected : float or None
+        Value at which a fit tries it first; the one that a plan expects where nobody says it (else amid `usual`).
+    reseated : float
+        Scale of its scatter in standard deviations of the prior, where re-seating the contact changes it: it is then
+        another in each test. 0: a material has one value of it.
+    physical : str
+        Its name in newtons, metres and seconds where that is not its own with the unit.
+    shown : (float, str, str), optional
+        As people read it: times its size in newtons, metres and seconds; the unit; words.
+    determined_by : str
+        What to measure where a test does not determine it.
     """
 
     name: str
@@ -64,6 +75,12 @@ class Parameter:
     whole: bool = False
     lengths: int = 0
     rates: int = 0
+    first: float | None = None
+    expected: float | None = None
+    reseated: float = 0.0
+    physical: str = ""
+    shown: tuple[float, str, str] | None = None
+    determined_by: str = "tests at another amplitude and another speed; frictionlab plan says which"
 
     @property
     def domain(self) -> str:
@@ -134,6 +151,10 @@ class Term:
         Whether the contact may give energy back; r is among the values that it is given.
     breaks : callable
         Why such a contact cannot be integrated, as a sentence; empty where it can.
+    effort : int
+        What a ladder of laws spends on it: 0, nothing (it is not tried); 1; 2: up to a second a steady state.
+    limit_of : str
+        The term that it is the limit of, and which a ladder holds against it.
     """
 
     name: str
@@ -148,6 +169,8 @@ class Term:
     weakens: Callable[[Values], bool] = lambda _: False
     gives: Callable[[Values], bool] = lambda _: False
     breaks: Callable[[Values], str] = lambda _: ""
+    effort: int = 1
+    limit_of: str = ""
 
 
 FRAME_DAMPING = Parameter(

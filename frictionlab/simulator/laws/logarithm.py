@@ -28,7 +28,11 @@ LOGARITHM = Term(
             usual=(-0.1, 0.1),
             neutral=0.0,
         ),
-        slip_speed("rate_speed", "V", "speed from which friction changes, over omega Y", usual=(0.001, 1.0)),
+        slip_speed(
+            *("rate_speed", "V", "speed from which friction changes, over omega Y"),
+            usual=(0.001, 1.0),
+            shown=(1e3, "mm/s", "speed from which friction changes"),
+        ),
     ),
     kind="smooth",
     contact=logarithm,

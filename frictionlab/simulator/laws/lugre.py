@@ -38,7 +38,11 @@ LUGRE = Term(
     parameters=(
         STIFFNESS,
         Parameter(
-            "bristle_damping", "σ_1", "damping of the bristles, over k / omega", usual=(0.0, 1.0), neutral=0.0, rates=-1
+            *("bristle_damping", "σ_1", "damping of the bristles, over k / omega"),
+            usual=(0.0, 1.0),
+            neutral=0.0,
+            rates=-1,
+            physical="bristle_damping_n_s_per_m",
         ),
         STATIC_RATIO,
         STRIBECK_SPEED,
@@ -50,4 +54,5 @@ LUGRE = Term(
     narrow=lambda p: p["stribeck_speed"] if p["static_ratio"] > 1.0 else 0.0,
     weakens=lambda p: p["static_ratio"] > 1.0,
     gives=_gives_energy,
+    effort=2,
 )

@@ -67,7 +67,10 @@ RATE_STATE = Term(
             scale="log",
         ),
         positive(
-            "slip_distance", "D_c", "way over which the contact renews itself, over Y", usual=(0.0005, 0.05), lengths=1
+            *("slip_distance", "D_c", "way over which the contact renews itself, over Y"),
+            usual=(0.0005, 0.05),
+            lengths=1,
+            shown=(1e6, "um", "way in which the contact is renewed"),
         ),
         slip_speed(
             "reference_speed", "V_0", "speed at which the steady friction is beta, over omega Y", usual=(0.001, 1.0)
@@ -80,4 +83,5 @@ RATE_STATE = Term(
     contact=rate_state,
     weakens=lambda p: p["evolution_effect"] > p["direct_effect"],
     breaks=_jumps,
+    effort=2,
 )

@@ -9,7 +9,9 @@ STATIC_RATIO = Parameter(
     "static_ratio", "μ", "static over kinetic friction force", low=1.0, usual=(1.0, 2.0), neutral=1.0
 )
 STRIBECK_SPEED = slip_speed(
-    "stribeck_speed", "ν_s", "speed at which the static part has fallen to 1/e, over omega Y", usual=(0.01, 1.0)
+    *("stribeck_speed", "ν_s", "speed at which the static part has fallen to 1/e, over omega Y"),
+    usual=(0.01, 1.0),
+    shown=(1e3, "mm/s", "speed at which friction has weakened"),
 )
 
 
