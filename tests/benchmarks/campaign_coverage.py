@@ -8,12 +8,9 @@ gradient is another in each test. Nobody has declared the lag (5 ms, one standar
 is off by 0.5 %, one standard deviation, as the scene declares.
 """
 
-import subprocess
 import sys
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,9 +22,9 @@ from frictionlab.inference.material_law import COEFFICIENT
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
+from tests.benchmarks import study
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
 
-RESULTS = Path(__file__).parent / "results"
 STIFFNESS, FREQUENCY, LAG_S, MOST_SCATTER, GRADIENT = 1191.0, 0.005, 5e-3, 0.05, 0.04
 FORCES, RATIOS = (0.8, 1.4, 2.0), (0.28, 0.33, 0.4, 0.5, 0.62)
 LAWS = ("coulomb+place", "coulomb+speed", "coulomb+place+speed")
@@ -100,24 +97,17 @@ def result_of(found: Campaign, made: Truth) -> dict[str, Any]:
     }
 
 
-def within(name: str, values: Iterable[float]) -> str:
-    """Shares of scores within one and 1.96 uncertainties."""
-    scores = np.abs(list(values))
-    shares = ", ".join(f"{np.mean(scores < reach):.0%} within {reach} u" for reach in (1.0, 1.96))
-    return f"{name} ({len(scores)}): {shares}; rms of error over u {np.sqrt(np.mean(scores**2)):.2f}"
-
-
-def report(rows: list[dict[str, Any]], first: int) -> str:
+def report(rows: list[dict[str, Any]], first: int) -> list[str]:
     """The table."""
-    git = ["git", "rev-parse", "--short", "HEAD"]
-    commit = subprocess.run(git, capture_output=True, text=True, check=False, cwd=RESULTS).stdout.strip()
     held, left = ([x for row in rows for x in row[key]] for key in ("held", "unpredicted"))
     known = [row["relative u"] for row in rows if row["relative u"] is not None]
     laws = [(row["made"], row["law"]) for row in rows]
     richer = sum(set(law.split("+")) < set(found.split("+")) for law, found in laws)
-    lines = [
-        f"{len(rows)} campaigns from seed {first} on, of 4 to 12 tests; commit {commit}",
-        *(within(n, [row["scores"][n] for row in rows if n in row["scores"]]) for n in (COEFFICIENT, DASHPOT)),
+    scores = {n: [row["scores"][n] for row in rows if n in row["scores"]] for n in (COEFFICIENT, DASHPOT)}
+    return [
+        f"{len(rows)} campaigns from seed {first} on, of 4 to 12 tests",
+        f"{'error over u':32s}{study.COVERAGE}",
+        *(f"{n:26s} ({len(of):3d}){study.coverage(of)}" for n, of in scores.items() if of),
         f"relative u of the coefficient: median {np.median(known):.2%}",
         f"Amontons' law, which holds, is denied (p < 0.05) in {len(rows) - len(known)}",
         f"bands (95 %) of tests left out hold {np.mean(held):.0%} of {len(held)}",
@@ -126,7 +116,6 @@ def report(rows: list[dict[str, Any]], first: int) -> str:
         *(f"  made with {law}: found {', '.join(f for m, f in laws if m == law)}" for law in LAWS),
         f"CPU seconds of an evaluation with --law auto: median {np.median([row['seconds'] for row in rows]):.0f}",
     ]
-    return "\n".join(lines) + "\n"
 
 
 def main() -> None:
@@ -146,9 +135,7 @@ def main() -> None:
         rows.append({**result_of(found, made), "seconds": time.process_time() - begin})
         sys.stdout.write(f"seed {seed}: {len(trials)} tests, scatter {made.scatter:.3f}: {rows[-1]}\n")
         sys.stdout.flush()
-    text = report(rows, first)
-    (RESULTS / f"campaign_coverage{f'_{first}' if first else ''}.txt").write_text(text, encoding="utf-8")
-    sys.stdout.write(text)
+    study.write(f"campaign_coverage{f'_{first}' if first else ''}", report(rows, first))
 
 
 if __name__ == "__main__":

@@ -2,26 +2,23 @@
 
     python -m tests.benchmarks.chapter3 FOLDER
 
-The numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show
-what a hundred cycles from rest miss. The contact laws themselves are drawn beside them.
+The numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show what a hundred cycles from rest miss. The
+last one is of section 4.3.1: at r = 0.1 Coulomb friction makes several stops a cycle, and the thesis asks whether
+rate-and-state friction makes two.
 """
 
 import sys
 from functools import cache
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from frictionlab.figures.style import BASE, GREY, PAGE, PALETTE, PREDICTED, VERMILION, look, new_figure, save
+from frictionlab.figures.style import BASE, GREY, PAGE, PALETTE, PREDICTED, look, new_figure, save, shades
 from frictionlab.simulator import Motion, Problem, SteadyState, last_cycle, simulate, steady_state, sweep
-from tests.benchmarks import law_loops
-from tests.simulator.closed_form import continuous_energy, friction_limit, viscous_energy
+from tests.simulator.closed_form import continuous_energy, viscous_energy
 
 Floats = NDArray[np.float64]
 TURN = 2.0 * np.pi
@@ -30,6 +27,13 @@ RATIOS = np.array([round(0.02 + 0.01 * i, 2) for i in range(249)])
 REGIMES = ((0.9, 0.4, "continuous"), (0.5, 0.2, "asymmetric"), (0.5, 0.4, "two stops"), (0.1, 0.4, "six stops"))
 WAITS = (10, 20, 50, 100, 200, 500, 1000, 2000)
 WAITED = 100  # cycles the thesis waits
+SLOW: dict[str, dict[str, float]] = {
+    "coulomb": {},
+    "coulomb+rate-state": {
+        "stiffness_ratio": 50.0, "direct_effect": 0.06, "evolution_effect": 0.03, "slip_distance": 0.02,
+        "reference_speed": 0.1,
+    },
+}  # fmt: skip
 CEILING = 9.0  # k Y^2: where energies without bound at r = 1 leave the page
 
 
@@ -125,11 +129,6 @@ def draw_loops() -> Figure:
     return figure
 
 
-def shades(count: int) -> list[tuple[float, float, float, float]]:
-    """Colours of an ordered family of curves: light to dark, told apart by lightness alone."""
-    return [colormaps["viridis"](0.9 * (1.0 - i / (count - 1))) for i in range(count)]
-
-
 def _spread(some: Floats, values: list[float]) -> Floats:
     """Values at some of RATIOS over all of them: NaN elsewhere."""
     found = np.full(len(RATIOS), np.nan)
@@ -205,28 +204,20 @@ def draw_viscous() -> Figure:
     return figure
 
 
-def draw_map() -> Figure:
-    """Stops per cycle over frequency and friction ratio, with the boundary of continuous motion."""
-    figure = new_figure(PAGE, 3.8)
-    ax = figure.subplots()
-    r, beta = np.geomspace(0.02, 2.5, 420), np.linspace(0.0025, 0.9975, 200)
-    stops = sweep(r.tolist(), beta.tolist()).datasets()["stops_per_cycle"][:, :, 0, 0]
-    edges = [-1, 1, 3, 5, 7, 9, 11, 15, 21, 31, 1000]
-    names = ["0", "2", "4", "6", "8", "10", "12-14", "16-20", "22-30", "over 30"]
-    colours = ListedColormap(["#FFFFFF", *(colormaps["viridis"](np.linspace(0.0, 1.0, 9)))])
-    mesh = ax.pcolormesh(r, beta, stops.T, cmap=colours, norm=BoundaryNorm(edges, 10), rasterized=True)
-    limit = [friction_limit(ratio) for ratio in r]
-    ax.plot(r, limit, color=VERMILION, linewidth=1.0, label=r"$\beta_{\lim}(r)$, closed form")
-    ax.set_xscale("log")
-    ax.set_xticks([0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0], ["0.02", "0.05", "0.1", "0.2", "0.5", "1", "2"])
-    ax.set_xlabel("frequency ratio $r$")
-    ax.set_ylabel(r"friction ratio $\beta$")
-    ax.set_ylim(0.0, 1.0)
-    ax.grid(visible=False)
-    ax.legend(loc="lower right")
-    middles = [0.5 * (a + b) for a, b in pairwise(edges)]
-    bar = figure.colorbar(mesh, ax=ax, ticks=middles, spacing="uniform", label="stops per cycle")
-    bar.ax.set_yticklabels(names)
+def draw_slow() -> Figure:
+    """The question of section 4.3.1: displacement at r = 0.1 under two laws, stops thick, the base's motion behind."""
+    figure, phase = new_figure(PAGE, 2.6), np.linspace(0.0, TURN, 2000)
+    for ax, (law, values), colour in zip(figure.subplots(1, 2, sharey=True), SLOW.items(), PALETTE, strict=False):
+        state = steady_state(Problem(0.1, 0.4, law=law, parameters=values))
+        motion = orbit_of(state)
+        ax.plot(phase / TURN, np.cos(phase), color=BASE, linewidth=0.8, label="base $y/Y$")
+        ax.plot(phase / TURN, motion.at(phase)[0], color=colour, label="mass $x/Y$")
+        for number, (begin, end) in enumerate(motion.stops):
+            held = np.linspace(begin, end, 50)
+            ax.plot(held / TURN, motion.at(held)[0], color="black", linewidth=2.5, label="" if number else "stop")
+        ax.set(xlabel="time / cycle", title=f"{law}: {state.stops_per_cycle:g} stops")
+        ax.legend(loc="upper center", fontsize=7)
+    figure.axes[0].set_ylabel("displacement over $Y$")
     return figure
 
 
@@ -238,7 +229,7 @@ FIGURES = {
     "figure_3.5_energy": draw_energy,
     "figure_3.5x_hundred_cycles": draw_unconverged,
     "figure_3.7_viscous": draw_viscous,
-    "map_of_stops": draw_map,
+    "section_4.3.1_slow": draw_slow,
 }
 
 
@@ -250,7 +241,6 @@ def draw_all(folder: Path) -> None:
             figure = draw()
             for suffix in (".pdf", ".png"):
                 save(figure, folder / f"{name}{suffix}", force=True)
-    law_loops.draw_all(folder)
 
 
 if __name__ == "__main__":

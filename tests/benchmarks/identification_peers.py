@@ -10,7 +10,6 @@ where the law has a gradient, with the gradient of that test fitted to it.
 import contextlib
 import importlib.util
 import math
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -28,11 +27,11 @@ from frictionlab.inference.observations import measured_base, nrmse_of, observe
 from frictionlab.logs import read_log
 from frictionlab.scene import read_scene
 from frictionlab.simulator import Problem, steady_state
+from tests.benchmarks import study
 
 FloatArray = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
-RESULT = Path(__file__).parent / "results" / "identification_peers.txt"
 SCENE = read_scene(ROOT / "configs" / "frame.toml")
 LOADS, GRAM = (250, 350, 450), 9.80665e-3
 FRAME = 0.0055  # the frame's damping ratio, as published
@@ -232,11 +231,9 @@ def main() -> None:
     for load in LOADS:
         measured = measure(read_log(DATA / f"frame_{load}g.csv"), SCENE)
         tests.append(replace(measured, source=f"{load}g", material="brass", normal_force_n=load * GRAM))
-    git = ["git", "rev-parse", "--short", "HEAD"]
-    commit = subprocess.run(git, capture_output=True, text=True, check=False, cwd=ROOT).stdout.strip()
     head = "".join(f"{load:6d}g" for load in LOADS)
     lines = [
-        f"nrmse % of each load, left out; commit {commit}",
+        "nrmse % of each load, left out",
         f"  {'':29s}{'nothing taken from it':>21s}   {'its own gradient':>21s}",
         f"  {'':29s}{head}   {head}   CPU s  law (of the last)",
     ]
@@ -253,7 +250,7 @@ def main() -> None:
             each = [way([t for t in tests if t is not out], out) for out in tests]
         lines.append(_line(name, each, time.process_time() - begin))
         sys.stdout.write(lines[-1] + "\n")
-    RESULT.write_text("\n".join(lines) + "\n")
+    study.write("identification_peers", lines)
 
 
 if __name__ == "__main__":

@@ -4,14 +4,18 @@
     OTHER_BUILD/.venv/bin/python tests/benchmarks/speed.py    # the same tasks by another build, to compare
 
 Processor time of one core, the shortest of several runs, after loading or compiling (printed apart). Start-up of a
-command is by the clock.
+command and logs are by the clock, in processes of their own; before each log as much memory as any of them needs is
+touched, for a virtual machine that fetches it back from its host takes longer than the work.
 """
 
 import math
+import os
+import statistics
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -26,6 +30,8 @@ from frictionlab.simulator.sweep import warm_up
 ROOT = Path(__file__).parents[2]
 LOG, SCENE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", ROOT / "configs" / "sample_data.toml"
 NATURAL_HZ, BASE_M = 3.13, 1.8e-3
+HEADER, ROWS = "time [s],mass [mm],base [mm]\n", 2_700_000
+TOUCH = "import numpy; numpy.empty(800_000_000, numpy.uint8)[::4096] = 1"
 RATIOS, BETAS = [round(0.02 + 0.01 * i, 2) for i in range(249)], [round(0.1 * i, 1) for i in range(1, 10)]
 CONTACT = {"stiffness_ratio": 50.0}
 STRIBECK = {"static_ratio": 1.4, "stribeck_speed": 0.2}
@@ -123,6 +129,45 @@ def analyses() -> None:
         tell(f"analyze 90 s at 4 kHz, r = {r}", taken, f"{taken / padded:.1f} FFTs; energy off by {error:+.0e}")
 
 
+def logs() -> None:
+    """Two logs of 2.7 million rows (84 MB), one plain and one with decimal commas, TABs and cp1252, beside pandas."""
+    with tempfile.TemporaryDirectory() as folder:
+        plain, german, rng = Path(folder) / "plain.csv", Path(folder) / "german.txt", np.random.default_rng(1)
+        with plain.open("w", encoding="utf-8") as one, german.open("w", encoding="cp1252", newline="\r\n") as two:
+            one.write(HEADER)
+            two.write("# Auflösung 1 µm\n" + HEADER.replace(",", "\t"))
+            for begin in range(0, ROWS, 100_000):  # in parts: a process that begins inherits the peak of this one
+                t = np.arange(begin, begin + 100_000) * 0.001
+                cells = t, 3.0 * np.sin(6.0 * t) + rng.normal(0, 1e-3, len(t)), 2.0 * np.cos(6.0 * t)
+                text = "".join(f"{i:.6f},{j:.6f},{k:.6f}\n" for i, j, k in zip(*cells, strict=True))
+                one.write(text)
+                two.write(text.replace(",", "\t").replace(".", ","))
+        for log, options in ((plain, ""), (german, "sep='\t', decimal=',', encoding='cp1252', comment='#'")):
+            jobs = {
+                "pandas.read_csv": ("-c", f"import pandas; pandas.read_csv({str(log)!r}, {options})"),
+                "read_log": ("-c", f"from frictionlab.logs import read_log; from pathlib import *; read_log({log!r})"),
+                "ingest": ("-m", "frictionlab", "ingest", str(log), "-o", f"{log}.h5", "--force", "--quiet"),
+            }
+            taken = {name: [_process(words) for _ in range(3)] for name, words in jobs.items()}
+            best = {name: min(clock for clock, _ in runs) for name, runs in taken.items()}
+            for name, runs in taken.items():
+                peak = statistics.median(peak for _, peak in runs)
+                note = f"{best[name] / best['pandas.read_csv']:.2f} x pandas; {peak:.0f} MB"
+                tell(f"{name} of {log.name}", best[name], note)
+
+
+def _process(words: Sequence[str]) -> tuple[float, float]:
+    """Seconds on the clock and peak memory [MB] of a fresh process."""
+    subprocess.run([sys.executable, "-c", TOUCH], check=True)
+    begun = time.perf_counter()
+    with subprocess.Popen([sys.executable, *words], stdout=subprocess.DEVNULL) as process:
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        sys.exit(f"{words[:4]} ended with {process.returncode}")
+    return time.perf_counter() - begun, used.ru_maxrss / 1024
+
+
 def fits() -> None:
     """A cycle's fit of a sample log, and of its laws one after the other."""
     recording = fl.ingest(LOG, scene=SCENE)
@@ -131,7 +176,7 @@ def fits() -> None:
     tell("compare, law auto", seconds(lambda: fl.compare(recording, SCENE, law="auto"), 1))
 
 
-TASKS = {task.__name__: task for task in (start_up, states, maps, records, analyses, fits)}
+TASKS = {task.__name__: task for task in (start_up, states, maps, records, logs, analyses, fits)}
 
 
 def main() -> None:

@@ -19,7 +19,7 @@ from frictionlab.inference.unknowns import Unknown, of_law
 from frictionlab.scene import Infer
 from frictionlab.simulator import Base, Problem
 from frictionlab.simulator.laws import law_of
-from tests.benchmarks.uncertainty_coverage import scores_of
+from tests.benchmarks.coverage import of_rig
 from tests.inference.contacts import BASE_M, recorded, scene
 
 
@@ -100,7 +100,7 @@ def test_the_uncertainty_of_a_slow_test_of_few_cycles_holds_what_sensors_and_rig
     """Eight cycles at r = 0.1: the error was 2 stated ones, for sensors held as known had the errors of fitted ones,
     and neighbouring cycles that share a change of friction counted as independent.
     """
-    scores = [scores_of(0.1, 0.4, seed)[2] for seed in range(8)]
+    scores = [of_rig(0.1, 0.4, seed)["friction ratio"] for seed in range(8)]
     assert 0.6 < math.sqrt(np.mean(np.square(scores))) < 1.5
 
 
