@@ -27,8 +27,7 @@ BACK = 0.02  # of the way that may be gone backward: what is more is no turning
 EVEN = 0.1  # relative, from cycle to cycle: speeds that differ by more are several tests
 REPEATS = 0.2  # of the power of a motion to and fro, in its strongest line
 ROTATIONS = {"angle": 0, "angular_velocity": 1}
-KNOWN = {**ROTATIONS, "mass_displacement": 0, "mass_velocity": 1}
-"""Channels that say the way -> how often they are integrated for it; the first that is measured counts."""
+KNOWN = {**ROTATIONS, "mass_displacement": 0, "mass_velocity": 1}  # by how often they are integrated for the way
 NO_METRES = (
     "base_amplitude_m: no motion in metres is measured: {} stand for them; radius_m in [rig] makes metres of an angle"
 )
@@ -50,17 +49,18 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
             measured = {name: values[some] for name, values in part.measured().items()}
             seen, off = signals.evenly(part.time[some], step, measured)
             strays, one_way = max(strays, off), False
-            if scene.rig.kind == "prescribed":
+            if scene.rig.kind == "prescribed":  # the mass's motion stands in the base's place
                 mass, seen, said, edge, one_way = given_motion(seen, step, scene.rig.radius_m)
-                base = mass
+                mass = base = channels.restored(mass, step, of_mass)
             else:
                 mass, said, edge = channels.displacement(seen, "mass", step)
                 base, of_the_base, other = channels.displacement(seen, "base", step)
                 said, edge = said + of_the_base, max(edge, other)
+                mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
             warnings += [words for words in said if words not in warnings]
+            of_the_mass = ("mass_velocity", *channels.other_masses(seen))
             more = {name: seen[name] for name in channels.KEPT if name in seen}
-            more |= {name: channels.restored(seen[name], step, of_mass) for name in channels.other_masses(seen)}
-            mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
+            more |= {name: channels.restored(seen[name], step, of_mass) for name in of_the_mass if name in seen}
             whole = signals.Stretch(float(part.time[some][0]), step, mass, base, more, one_way)
             parts.append(whole.part(edge, len(mass) - edge))
     if strays > 0.0:
@@ -114,14 +114,12 @@ def given_motion(
         seen, (motion, said, edge) = dict(measured), channels.displacement(measured, "mass", step)
     else:
         motion, seen, said, edge = fold[0], fold[1], [fold[2]], 0
-    if not channels.is_angular(measured):
-        return motion, seen, said, edge, fold is not None
-    if radius is None:
+    if channels.is_angular(measured) and radius is None:
         said.append(NO_METRES.format("radians" if ROTATIONS.keys() & seen else "parts of the record"))
-        return motion, seen, said, edge, fold is not None
-    if "torque" in seen:
-        seen["contact_force"] = seen.pop("torque") / radius
-    return motion * radius, seen, said, edge, fold is not None
+    elif radius is not None and channels.is_angular(measured):
+        motion = motion * radius
+        seen |= {"contact_force": seen.pop("torque") / radius} if "torque" in seen else {}
+    return motion, seen, said, edge, fold is not None
 
 
 def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, dict[str, FloatArray], str] | None:

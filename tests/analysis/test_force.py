@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from frictionlab.analysis.channels import low_pass
 from frictionlab.analysis.measurement import measure
 from frictionlab.errors import AnalysisError
 from frictionlab.logs import read_log
@@ -124,6 +125,27 @@ def test_a_vibrometer_sees_stops_that_a_laser_does_not() -> None:
     assert both.stops_per_cycle == state.stops_per_cycle
     assert both.shortest_stop <= alone.shortest_stop
     assert both.stuck_fraction == pytest.approx(state.stuck_fraction, abs=0.01)
+
+
+def test_a_filter_that_is_declared_is_taken_back_from_a_velocity_too() -> None:
+    """The mass was taken back and its velocity was not: stops 33 ms late against the mass that stands in them."""
+    exact, names = channels_of(0.3, 0.25), ("mass_displacement", "base_displacement", "mass_velocity")
+    gain = low_pass(np.fft.rfftfreq(len(exact["time"]), 0.002), 15.0, 1)
+    seen = exact | {name: np.fft.irfft(np.fft.rfft(exact[name]) * gain, len(exact["time"])) for name in names}
+    plain, filtered = (
+        measure(recording(channels, *names), scene(**sensors)).traces.stops
+        for channels, sensors in ((exact, {}), (seen, {"filter_hz": 15.0}))
+    )
+    np.testing.assert_allclose(filtered.mean(axis=1), plain.mean(axis=1), atol=6e-3)
+
+
+def test_a_prescribed_motion_has_no_base_that_lags_behind_it() -> None:
+    t = np.arange(0.0, 40.0, 0.002)
+    force = 3.0 * np.sign(np.cos(2 * math.pi * 0.8 * t))
+    seen = {"time": t, "mass_displacement": 5e-3 * np.sin(2 * math.pi * 0.8 * t), "contact_force": force}
+    tables = {"rig": {"kind": "prescribed"}, "sensors": {"lag_s": 0.05}}
+    m = measure(recording(seen, "mass_displacement", "contact_force"), scene_from_tables(tables))
+    np.testing.assert_allclose(m.cycle.base, m.cycle.mass, atol=1e-9)
 
 
 @pytest.mark.parametrize("place", ["mass_displacement", "angle"])
