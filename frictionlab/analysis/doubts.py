@@ -14,7 +14,7 @@ from frictionlab.analysis.cycles import first_harmonic
 from frictionlab.analysis.energy import MeasuredFriction
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.response import Response
-from frictionlab.analysis.spectrum import LEAST, mains_of
+from frictionlab.analysis.spectrum import LEAST, Line, mains_of
 from frictionlab.analysis.stops import TURN
 from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate
@@ -54,82 +54,78 @@ def warnings(
     the recording's start; ``loop``: energy per cycle (k Y^2); ``r``: frequency ratio, where known; ``wall_moves``: the
     wall goes with the base; ``prescribed``: the motion of the mass is given, and stands in the base's place.
     """
-    moves = not answer.is_stuck
-    return [
-        *(() if prescribed else _of_the_channels(layout, answer, loop, r, wall_moves=wall_moves)),
-        *_of_the_drive(layout, r),
-        *_of_lines(layout),
-        *_of_the_sampling(layout, answer, prescribed=prescribed),
-        *(_of_settling(layout, settled, transient) if moves else ()),
-        *(_of_changes(layout, answer) if moves else ()),
-        *(_of_stops(answer) if moves else ()),
-    ]
+    said = [*_of_the_drive(layout, r), *_of_lines(layout)]
+    if not prescribed:
+        said = [*_of_the_channels(layout, answer, loop, r, wall_moves=wall_moves), *said]
+    said += _of_the_sampling(layout, answer, prescribed=prescribed)
+    if not answer.is_stuck:
+        said += (*_of_settling(layout, settled, transient), *_of_changes(layout, answer), *_of_stops(answer))
+    return said
 
 
 def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
-    drive = layout.drive
+    drive, distortion = layout.drive, float(np.linalg.norm(layout.drive.harmonics[1:]))
     if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
         yield (
-            f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}: check"
-            " natural_frequency_hz in [rig] (--natural-frequency) and time_unit in [log]"
+            f"frequency_ratio: {r:.3g} is outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}: check natural_frequency_hz"
+            " in [rig] (--natural-frequency) and time_unit in [log]"
         )
-    distortion = float(np.linalg.norm(drive.harmonics[1:]))
     if distortion > DISTORTED:
         yield f"base_distortion: the base motion's harmonics 2-9 are {100 * distortion:.2g} % of its fundamental"
     if drive.drifts and drive.wander > UNEVEN:
         yield (
-            f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a"
-            " cycle (rms) about a constant frequency, and the cycles follow it"
+            f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a cycle (rms),"
+            " and the cycles follow it"
         )
     if drive.growth:
         yield (
             f"base_amplitude_m: the base's amplitude drifts by {100 * drive.growth:+.2g} % from the first cycle to the"
-            " last: the motor's stroke or the sensor's gain changes: all numbers over Y hold that in their errors"
+            " last, the motor's stroke or the sensor's gain: it is in the errors of all numbers over Y"
         )
 
 
 def _of_lines(layout: Layout) -> Iterator[str]:
     """Of lines that are no harmonics of the drive, and of hum that may stand on one."""
-    foreign, unit, hz = layout.foreign, layout.drive.amplitude, layout.drive.frequency
+    foreign, hz = layout.foreign, layout.drive.frequency
+
+    def of(line: Line) -> str:
+        share = f"{100.0 * line.amplitude / layout.drive.amplitude:.2g} % of the base's amplitude"
+        return f"at {line.frequency:.5g} Hz, {share}"
+
+    faint = LEAST * layout.drive.amplitude
     for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base)):
         for line in found[:MANY]:
-            if line.removed and line.amplitude > LEAST * unit:
-                yield (
-                    f"{role}: a line at {line.frequency:.5g} Hz, {100.0 * line.amplitude / unit:.2g} % of the base's"
-                    f" amplitude, {mains_of(line) or 'no harmonic of the drive'}: it is taken out: look for its source"
-                )
+            if line.removed and line.amplitude > faint:
+                origin = mains_of(line) or "no harmonic of the drive"
+                yield f"{role}: a line {of(line)}, {origin}, is taken out: look for its source"
     for line in foreign.on_harmonics[:MANY]:
         hum = mains_of(line)
-        cause = f"perhaps {hum}" if hum else "a line from outside, or a contact that rings"
         yield (
-            f"response_amplitude: harmonic {round(line.frequency / hz)} of the drive, at {line.frequency:.5g} Hz, is"
-            f" {100.0 * line.amplitude / unit:.2g} % of the base's amplitude and stands out of those beside it:"
-            f" {cause}; stops_per_cycle may be wrong by it, the amplitude's error holds it: drive a little faster"
+            f"response_amplitude: harmonic {round(line.frequency / hz)} of the drive, {of(line)}, stands out of those"
+            f" beside it, {f'perhaps {hum}' if hum else 'a line from outside, or a contact that rings'}: the amplitude's"
+            " error holds it, stops_per_cycle may be wrong by it: drive a little faster"
         )
-    if foreign.masked > LEAST * unit and not foreign.on_harmonics:
+    if foreign.masked > faint and not foreign.on_harmonics:
+        hidden = Line(0.0, foreign.masked)
         yield (
-            f"response_amplitude: hum of up to {100.0 * foreign.masked / unit:.2g} % of the base's amplitude may hide"
-            " in a harmonic of the drive, and is in the uncertainty: drive a little faster or slower"
+            f"response_amplitude: hum of up to{of(hidden).partition(',')[2]} may hide in a harmonic of the drive, and is"
+            " in the uncertainty: drive a little faster or slower"
         )
-    low = [line for line in (*foreign.mass, *foreign.base) if not line.removed]
-    if low:
-        line = low[0]
-        beat = abs(line.frequency - max(round(line.frequency / hz), 1) * hz)
+    low = next((line for line in (*foreign.mass, *foreign.base) if not line.removed), None)
+    if low is not None:
+        beat = abs(low.frequency - max(round(low.frequency / hz), 1) * hz)
         yield (
-            f"response_amplitude: beats: a second motion at {line.frequency:.5g} Hz of"
-            f" {100.0 * line.amplitude / unit:.2g} % of the base's amplitude comes and goes every {1.0 / beat:.3g} s"
-            f" ({hz / beat:.3g} cycles): one cycle is not all of it: take many beats (--cycles all)"
+            f"response_amplitude: beats: a second motion {of(low)}, comes and goes every {1.0 / beat:.3g} s"
+            f" ({hz / beat:.3g} cycles): take many beats (--cycles all)"
         )
 
 
 def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> Iterator[str]:
     """Of few cycles and samples, and of a sensor that clips, is coarse, or too noisy to show a stop."""
     if len(layout) < FEW_CYCLES:
-        yield (
-            f"cycles: only {len(layout)} full cycles after the transient, of {FEW_CYCLES} for a scatter: record longer"
-        )
+        yield f"cycles: only {len(layout)} full cycles after the transient, {FEW_CYCLES} show a scatter: record longer"
     if layout.samples < FEW_SAMPLES:
-        yield (f"sampling_rate_hz: {layout.samples:.3g} samples a cycle; energy and stops ask for {FEW_SAMPLES}")
+        yield f"sampling_rate_hz: {layout.samples:.3g} samples a cycle; energy and stops ask for {FEW_SAMPLES}"
     if prescribed:
         return
     of_mass, signals = layout.of_mass, [("base_amplitude_m", layout.base, layout.of_base, False)]
@@ -143,7 +139,7 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
         rough = max(sensor.noise / math.sqrt(len(rows)), 0.125 * sensor.step)
         if is_clipped(rows.mean(axis=0), noise=rough, stops_on_its_way=slows):
             yield (
-                f"{name}: the displacement arrives at its extreme at full speed and stands there, as no mass can: the"
+                f"{name}: the displacement comes to its extreme at full speed and stands there, as no mass can: the"
                 " sensor clips; amplitude, energy and stops are wrong: enlarge its range"
             )
     size = answer.size
@@ -153,41 +149,31 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
         step = of_mass.step / size
         few = ", too coarse to say whether it moves" if FEW_STEPS * step > 2.0 else ""
         yield (
-            f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}:"
-            " stops, stuck fraction and regime are those of the sensor's steps, and the energy's error is larger than"
-            " stated"
+            f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}: stops, stuck"
+            " fraction and regime are of its steps, and the energy's error is larger than stated"
         )
     elif not answer.is_stuck and answer.is_blurred:
         yield (
-            "stops_per_cycle: the sensor's noise and step hide the mass's speed, so that no stop can be seen, nor"
-            " whether the column is the mass's own displacement or that relative to the base: use a sensor of a"
-            " smaller range"
+            "stops_per_cycle: noise and step of the sensor hide the mass's speed: no stop can be seen, nor whether the"
+            " column is the mass's own displacement or that relative to the base: use a sensor of a smaller range"
         )
 
 
 def _of_settling(layout: Layout, settled: float | None, transient: float) -> Iterator[str]:
-    if len(layout) < FEW_CYCLES:
-        return
-    if settled is None:
-        yield ("transient_s: the motion had not settled by the end of the recording: record longer")
-    elif settled > transient + 1.0 / layout.drive.frequency:
-        yield (
-            f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s:"
-            f" --transient {settled:.3g} cuts there"
-        )
+    if settled is None and len(layout) >= FEW_CYCLES:
+        yield "transient_s: the motion had not settled by the end of the recording: record longer"
+    elif settled is not None and len(layout) >= FEW_CYCLES and settled > transient + 1.0 / layout.drive.frequency:
+        yield f"transient_s: the motion settled only after {settled:.3g} s, not {transient:g}: --transient {settled:.3g}"
 
 
 def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     """Of a mass that does not follow the drive, drifts, jumps, or whose channel loses samples."""
-    drive, size = layout.drive, answer.size
     power = float(np.einsum("ij,ij->", layout.mass, layout.mass)) / layout.mass.size  # about a mean of 0
-    share = float(np.var(layout.mass.mean(axis=0))) / power
+    share, size = float(np.var(layout.mass.mean(axis=0))) / power, answer.size
     if share < 0.5 and len(layout) >= FEW_CYCLES:
-        yield (
-            f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with the drive: check its column"
-        )
+        yield f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with it: check the mass's column"
     growth = steadiness.growth(answer.amplitude, least=GROWTH)
-    if growth and len(layout) / drive.frequency < LONG_S:
+    if growth and len(layout) / layout.drive.frequency < LONG_S:
         yield (
             f"response_amplitude: drifts by {100 * growth:+.2g} % from the first cycle to the last: the contact wears,"
             " or the sensor's gain changes: compare --cycles last and all"
@@ -203,10 +189,10 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
         by = float(np.median(late[j : j + 5]) - np.median(late[max(0, j - 5) : j]))
         change = np.ptp(answer.amplitude[max(0, j - 5) : j + 5]) / size
         if abs(by - round(by)) < WHOLE and change < SAME_SIZE:
+            when, where = ("earlier", "mass") if by < 0.0 else ("later", "base")
             yield (
-                f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples"
-                f" {'earlier' if by < 0.0 else 'later'} than before: as if samples had been lost in the"
-                f" {'mass' if by < 0.0 else 'base'}'s channel: cut the log there, or give the channels their own times"
+                f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when} than before: some"
+                f" look lost in the {where}'s channel: cut the log there, or give the channels their own times"
             )
     for name, series in (("amplitude", answer.amplitude), ("mean position", answer.position)):
         found = steadiness.jumps(series / size, noise=answer.amplitude_noise / size).tolist()
@@ -219,48 +205,42 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
 def _of_stops(answer: Response) -> Iterator[str]:
     """Which may be none or two; one of a motion whose halves mirror each other has a twin."""
     often, length = answer.doubtful
+    seen = f"stops are seen from {100.0 * answer.shortest_stop:.2g} % of a cycle on"
     if often >= OFTEN and not answer.is_blurred:
         yield (
-            f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %:"
-            f" not counted, for stops are seen from {100.0 * answer.shortest_stop:.2g} % on: take a quieter sensor"
+            f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %: not"
+            f" counted, for {seen}: take a quieter sensor"
         )
     if answer.unclear is not None:
         way, length = answer.unclear
         yield (
-            f"stops_per_cycle: within a stop of {100.0 * length:.2g} % of a cycle the mass moves by"
-            f" {way:.1g} Y: two stops parted by a slip, or one with a creep or a slow passage: the count may be off"
+            f"stops_per_cycle: within a stop of {100.0 * length:.2g} % of a cycle the mass moves by {way:.1g} Y: two"
+            " stops parted by a slip, or one with a creep or a slow passage"
         )
     count = round(answer.stops_per_cycle)
     if count % 2 == 1 and abs(answer.stops_per_cycle - count) < SAME_COUNT and answer.asymmetry < MIRRORED:
         yield (
             f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
-            f" {100.0 * answer.asymmetry:.2g} %) and stops come in pairs: one of them was not seen, or is none"
+            f" {100.0 * answer.asymmetry:.2g} %) and stops come in pairs: one was not seen, or is none"
         )
     if np.ptp(answer.stops) > 0.0:
-        yield (
-            f"stops_per_cycle: not the same in all cycles: {answer.stops.min():g} to {answer.stops.max():g}; they are"
-            f" seen from {100 * answer.shortest_stop:.2g} % of a cycle on"
-        )
+        yield f"stops_per_cycle: from {answer.stops.min():g} to {answer.stops.max():g} in a cycle; {seen}"
 
 
 def of_the_filter(cut: float, amplitude: float, channel: SensorChannel) -> Iterator[str]:
     """Say that the mass's filter cuts what an answer needs, if it does; ``cut``: by `channels.cut_away`, over Y."""
     if channel.cutoff is not None and cut >= CUT_MATTERS * amplitude:
         yield (
-            f"response_amplitude: the mass's low-pass filter ({channel.cutoff:.4g} Hz, order {channel.order}:"
-            f" filter_hz, mass_filter_hz in [sensors]) cuts away the fast part of the motion: amplitude (by some"
-            f" {cut:.1g} Y, which its error holds), stops_per_cycle and regime may be wrong by it: record with a filter"
-            " of a higher cut-off"
+            f"response_amplitude: the mass's low-pass filter ({channel.cutoff:.4g} Hz, order {channel.order}: filter_hz,"
+            f" mass_filter_hz in [sensors]) cuts away the fast part of the motion: amplitude (by some {cut:.1g} Y, in its"
+            " error), stops_per_cycle and regime may be wrong by it: record with a higher cut-off"
         )
 
 
 def of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float | None, taken: float) -> Iterator[str]:
     """Say where the loops of force and motion disagree; ``scale``: k Y^2 in J; ``taken``: by the frame's dashpot."""
     if friction.turned:
-        yield (
-            f"{friction.name}: it counts the other way, friction against the motion is negative in it: its sign is"
-            " turned"
-        )
+        yield f"{friction.name}: it counts the other way, for friction against the motion is negative: its sign is turned"
     if scale is None or loop.value is None or not friction.energy.value:
         return
     by_motion = (loop.value - taken) * scale
@@ -268,9 +248,9 @@ def of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float | 
     u = math.hypot(friction.energy.error or 0.0, (loop.error or 0.0) * scale)
     if abs(apart) > max(APART * u, APART_MATTERS * abs(by_motion)):
         yield (
-            f"force_{ENERGY}: the load cell gives {friction.energy.value:.3g} J, the loop of the motion"
-            f" {by_motion:.3g} J, {100.0 * apart / by_motion:+.2g} %: gain or place of the load cell, stiffness_n_per_m"
-            " or the frame's damping_ratio in [rig] are off"
+            f"force_{ENERGY}: the load cell gives {friction.energy.value:.3g} J, the loop of the motion {by_motion:.3g}"
+            f" J, {100.0 * apart / by_motion:+.2g} %: the load cell's gain or place, or stiffness_n_per_m or"
+            " damping_ratio in [rig], are off"
         )
 
 
@@ -295,10 +275,7 @@ def _of_the_channels(
     of_mass, of_base = layout.of_mass, layout.of_base
     if answer.is_stuck:
         if of_mass.noise >= NOISIER * max(of_base.noise, of_base.step):
-            yield (
-                f"mass: its channel holds nothing but noise of {of_mass.noise:.3g} Y rms,"
-                f" {of_mass.noise / max(of_base.noise, 1e-300):.2g} times the base's: check its column (--mass)"
-            )
+            yield f"mass: its channel holds nothing but noise of {of_mass.noise:.3g} Y rms: check its column (--mass)"
         return
     noise = math.hypot(of_mass.noise, of_base.noise) / math.sqrt(len(layout))
     noise = math.hypot(noise, of_mass.shared, of_base.shared)
@@ -306,21 +283,17 @@ def _of_the_channels(
     energy = loop.value or 0.0
     if apart < ALIKE:
         yield (
-            f"mass: its channel repeats the base's (they differ by {100.0 * apart:.2g} % of the base's motion): energy,"
-            " amplitude and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
+            f"mass: its channel repeats the base's (to {100.0 * apart:.2g} % of the base's motion): energy, amplitude and"
+            " stops are not of the mass: choose the mass's column (--mass, [log] mass)"
         )
     elif energy <= -max(SURE * (loop.se or 0.0), GIVES):
         size = [np.abs(np.fft.rfft(cycle)[1:10]) for cycle in (mass, base)]
         of_m, of_b = (float(np.linalg.norm(lines[1:]) / max(float(lines[0]), 1e-300)) for lines in size)
-        cause = (
-            "one of the sensors counts the other way (turn the sign of its column), or mass and base are swapped"
-            " (--mass and --base, [log])"
-        )
+        swapped = "mass and base are swapped (exchange --mass and --base, [log])"
+        cause = f"one of the sensors counts the other way (turn the sign of its column), or {swapped}"
         if of_b > HARMONICS and of_m < CLEANER * of_b:
-            cause = (
-                f"mass and base look swapped (harmonics of the base {100.0 * of_b:.2g} %, of the mass"
-                f" {100.0 * of_m:.2g} %): exchange --mass and --base ([log]), or turn the sign of one column"
-            )
+            shares = f"harmonics of the base {100.0 * of_b:.2g} %, of the mass {100.0 * of_m:.2g} %"
+            cause = f"mass and base look swapped ({shares}): exchange --mass and --base ([log]), or turn one's sign"
         yield f"{ENERGY}: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
     elif r is not None and not wall_moves and not answer.is_blurred:
         yield from _relative(mass, base, answer.stuck_fraction, r)
@@ -339,8 +312,8 @@ def _relative(mass: FloatArray, base: FloatArray, stuck: float, r: float) -> Ite
             why = f"mass {word} base fits the equation of motion"
         if why:
             yield (
-                f"response_amplitude: the mass's column looks like the displacement relative to the base ({why}): the"
-                f" energy is the same, amplitude and stops are not: give the mass's own displacement, mass {word} base"
+                f"response_amplitude: the mass's column looks like the displacement relative to the base ({why}), whose"
+                f" amplitude and stops are not the mass's: give the mass's own displacement, mass {word} base"
             )
             return
 

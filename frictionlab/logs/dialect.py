@@ -133,6 +133,17 @@ class _Reading(NamedTuple):
     run: int
     values: tuple[tuple[str, ...], ...]
 
+    def agrees(self, other: "_Reading") -> bool:
+        """Whether both say the same numbers."""
+        both = min(len(self.values), len(other.values))
+        return self.values[-both:] == other.values[-both:] or set(self.values) == set(other.values)
+
+    def is_headed(self, lines: Sequence[str]) -> bool:
+        """Whether the line of words above the numbers has as many fields."""
+        above = [line for line in lines[: self.dialect.first] if line.strip()]
+        cells = split(above[-1].lstrip("#%! "), self.dialect.separator) if above else []
+        return len(cells) == self.dialect.fields and any(kind_of(c, self.dialect.decimal) == "t" for c in cells)
+
 
 def split(line: str, separator: str) -> list[str]:
     """Split a line into its cells; quotes protect a separator inside them."""
@@ -170,11 +181,11 @@ def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dial
     rivals: list[_Reading] = []
     for reading in sorted(readings, key=lambda r: -r.share):
         fits = reading.share > best.share - 0.02 and 2 * reading.run >= best.run
-        if fits and not any(_say_the_same(reading, other) for other in rivals):
+        if fits and not any(reading.agrees(other) for other in rivals):
             rivals.append(reading)
-    if len(rivals) > 1:
-        headed = [r for r in rivals if _has_matching_header(r.dialect, lines)]
-        widest = [r for r in headed if r.dialect.fields == max(other.dialect.fields for other in headed)]
+    if len(rivals) > 1:  # that with most fields whose line of words above the numbers has as many
+        headed = [r.dialect.fields for r in rivals if r.is_headed(lines)]
+        widest = [r for r in rivals if r.is_headed(lines) and r.dialect.fields == max(headed)]
         rivals = widest if len(widest) == 1 else rivals
     if len(rivals) > 1:
         shown = "; or ".join(
@@ -236,14 +247,3 @@ def _merge(shape: str, kinds: str) -> str | None:
         return None
     return "".join(b if a == "e" else a for a, b in zip(shape, kinds, strict=True))
 
-
-def _say_the_same(one: _Reading, other: _Reading) -> bool:
-    shared = min(len(one.values), len(other.values))
-    return one.values[-shared:] == other.values[-shared:] or set(one.values) == set(other.values)
-
-
-def _has_matching_header(dialect: Dialect, lines: Sequence[str]) -> bool:
-    """Whether the line of words above the numbers has as many fields."""
-    above = [line for line in lines[: dialect.first] if line.strip()]
-    cells = split(above[-1].lstrip("#%! "), dialect.separator) if above else []
-    return len(cells) == dialect.fields and any(kind_of(c, dialect.decimal) == "t" for c in cells)

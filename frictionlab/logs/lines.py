@@ -33,7 +33,8 @@ class Body:
     """What was read: columns as in the file, (n,) each, nan for no value, and what became of the lines.
 
     ``empty`` counts those nan, ``cut`` whether the last line was cut (no sign of a damaged log); ``first``: number of
-    the first line; ``others``: those of the lines that hold no sample, increasing.
+    the first line; ``others``: those of the lines that hold no sample, increasing; ``texts``: of lines that the clock
+    may set aside, by their numbers.
     """
 
     first: int
@@ -46,6 +47,7 @@ class Body:
     )
     quarantined: list[tuple[int, str, str]] = field(default_factory=list)
     headers: list[int] = field(default_factory=list)
+    texts: dict[int, str] = field(default_factory=dict)
 
     def lines_of(self, samples: NDArray[np.int64]) -> NDArray[np.int64]:
         """Line numbers from 1 of these samples."""

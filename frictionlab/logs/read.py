@@ -179,10 +179,9 @@ def _examined(table: LogTable, options: LogOptions) -> SensorLog:
     clock = clock_of(table, options)
     if len(clock.stray):  # lines whose stamps run backward are quarantined
         numbers = table.body.lines_of(clock.stray).tolist()
-        kept = max(0, KEEP - len(table.quarantined))
-        text, why, lines = table.log.text, "the time stamp runs backward", table.file.lines
-        texts = text.texts_of(numbers[:kept]) if text is not None else [""] * kept
-        more = [QuarantinedLine(table.name, n, words, why) for n, words in zip(numbers, texts, strict=False)]
+        kept, lines = numbers[: max(0, KEEP - len(table.quarantined))], table.file.lines
+        texts, why = table.body.texts, "the time stamp runs backward"
+        more = [QuarantinedLine(table.name, n, texts.get(n, ""), why) for n in kept]
         lines = replace(lines, data=lines.data - len(numbers), quarantined=lines.quarantined + len(numbers))
         table = replace(
             table,

@@ -19,7 +19,6 @@ from datetime import timedelta
 from gzip import GzipFile
 from itertools import islice
 from pathlib import Path
-from typing import IO, Any
 
 import numpy as np
 
@@ -34,6 +33,7 @@ _BLOCK = 1 << 22
 _HEAD = 1 << 18
 _LONGEST_LINE = 1 << 24
 _WIDEST = 256  # columns of a workbook
+_PACKED = {"gzip": b"\x1f\x8b", "zip": (b"PK\x03\x04", b"PK\x05\x06")}
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -83,13 +83,12 @@ class Text:
             if progress is not None:
                 progress(self.size * stop // size, self.size)
 
-    def texts_of(self, numbers: Sequence[int]) -> list[str]:
-        """The texts of some lines, by their numbers from 1; cut to 300 characters. The file is read again."""
-        content = read_text(self.path, self.encoding).content
-        ends = np.flatnonzero(np.frombuffer(content, np.uint8) == ord("\n"))
-        starts = [int(ends[n - 2]) + 1 if n > 1 else 0 for n in numbers]
-        cut = (content[at : at + 300].partition(b"\n")[0] for at in starts)
-        return [line.decode(self.content_encoding, "replace").rstrip("\r") for line in cut]
+    def texts_of(self, numbers: Sequence[int]) -> dict[int, str]:
+        """The texts of some lines, by their numbers from 1; cut to 300 characters."""
+        ends = np.flatnonzero(np.frombuffer(self.content, np.uint8) == ord("\n"))
+        starts = {n: int(ends[n - 2]) + 1 if n > 1 else 0 for n in numbers}
+        cut = {n: self.content[at : at + 300].partition(b"\n")[0] for n, at in starts.items()}
+        return {n: line.decode(self.content_encoding, "replace").rstrip("\r") for n, line in cut.items()}
 
 
 def read_text(path: Path, encoding: str | None = None) -> Text:
@@ -160,28 +159,22 @@ def _encoding_of(raw: bytes) -> tuple[str, str]:
 def _unpacked(raw: bytes, name: str) -> tuple[str, bytes]:
     """What a file is packed in, "" for plain text, and its text; a kind that is known and not read is refused."""
     most, file = max(FREE, MOST_EXPANSION * len(raw)), io.BytesIO(raw)
+    package = next((kind for kind, magic in _PACKED.items() if raw.startswith(magic)), "")
+    if not package:
+        refuse_by_name(raw[: 1 << 12], name)
+        return "", raw
     try:
-        if raw.startswith(b"\x1f\x8b"):
-            package = "gzip"
+        if package == "gzip":
             text = GzipFile(fileobj=file).read(most + 1)
-        elif raw.startswith(b"PK") and _is_workbook(file, most):
-            package, text = "xlsx", b""
-            rows = _rows_as_text(file)
-            while len(text) <= most and (more := b"".join(islice(rows, 2000))):
-                text += more
-        elif raw.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-            package = "zip"
-            text = _only_member(file).read(most + 1)
         else:
-            refuse_by_name(raw[: 1 << 12], name)
-            return "", raw
+            package, text = _of_archive(zipfile.ZipFile(file), most)
     except LogError:
         raise
     except EOFError as error:
         raise LogError(
             f"the {package} data ends early: the file was cut; unpack what is there yourself and ingest that"
         ) from error
-    except (zlib.error, zipfile.BadZipFile, OSError, RuntimeError, UnicodeDecodeError) as error:
+    except (zlib.error, zipfile.BadZipFile, OSError, RuntimeError, ValueError) as error:
         # RuntimeError: encrypted, or packed in a way that is not known
         raise LogError(f"damaged {package} data: {error}") from error
     if len(text) > most:
@@ -192,67 +185,56 @@ def _unpacked(raw: bytes, name: str) -> tuple[str, bytes]:
     return package, text
 
 
-def _only_member(file: IO[bytes]) -> IO[bytes]:
-    archive = zipfile.ZipFile(file)
+def _of_archive(archive: zipfile.ZipFile, most: int) -> tuple[str, bytes]:
+    """What a zip archive is, and the text of the one log or sheet in it, up to a few bytes more than accepted."""
     names = [name for name in archive.namelist() if name and not name.endswith("/")]
     names = [name for name in names if not name.startswith("__MACOSX/")]  # a Mac adds them by itself
+    if "mimetype" in names and archive.read("mimetype").startswith(b"application/vnd.oasis"):
+        raise LogError("an OpenDocument file: save it as .xlsx or .csv")
+    if "xl/workbook.xml" in names:
+        large = sum(member.file_size for member in archive.infolist())
+        if large > most:
+            raise LogError(
+                f"a workbook that unpacks to {large} bytes: accepted are {most}: save it as .csv if it is a log"
+            )
+        return "xlsx", _sheet_as_text(archive, most)
     if len(names) != 1:
         shown = ", ".join(names[:5]) or "none"
         raise LogError(f"a zip archive of {len(names)} files ({shown}): expected one log: unpack it first")
-    return archive.open(names[0])
+    return "zip", archive.open(names[0]).read(most + 1)
 
 
-def _is_workbook(file: IO[bytes], most: int) -> bool:
-    """Whether a zip archive is an Excel workbook; an OpenDocument sheet is refused by name."""
-    try:
-        with zipfile.ZipFile(file) as archive:
-            names = archive.namelist()
-            is_sheet = "mimetype" in names and archive.read("mimetype").startswith(b"application/vnd.oasis")
-            large = sum(member.file_size for member in archive.infolist())
-    except (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError):
-        return False
-    if is_sheet:
-        raise LogError("an OpenDocument file: save it as .xlsx or .csv")
-    if "xl/workbook.xml" not in names:
-        return False
-    if large > most:
-        raise LogError(f"a workbook that unpacks to {large} bytes: accepted are {most}: save it as .csv if it is a log")
-    return True
-
-
-def _rows_as_text(file: IO[bytes]) -> Iterator[bytes]:
+def _sheet_as_text(archive: zipfile.ZipFile, most: int) -> bytes:
     """The rows of the one sheet that holds numbers, as UTF-8 lines of tabbed cells."""
     from openpyxl import load_workbook  # noqa: PLC0415 - 0.2 s that other logs need not wait for
 
+    text = bytearray()
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # extensions of Excel that are of no use here
-            sheet = _with_numbers(load_workbook(file, read_only=True, data_only=True))
-            for row in sheet.iter_rows(values_only=True, max_col=min(sheet.max_column or 1, _WIDEST)):
-                yield ("\t".join(_cell_text(cell) for cell in row) + "\n").encode()
+            book = load_workbook(archive.fp, read_only=True, data_only=True)
+            sheets = []
+            for sheet in book.worksheets:
+                rows = islice(sheet.iter_rows(values_only=True, max_col=_WIDEST), 200)
+                if sum(any(type(cell) in (int, float) for cell in row) for row in rows) >= 2:
+                    sheets.append(sheet)
+            if len(sheets) > 1:
+                titles = ", ".join(repr(sheet.title) for sheet in sheets)
+                raise LogError(
+                    f"several sheets hold numbers ({titles}): which is the log? Keep one, or save it as .csv"
+                )
+            if not sheets:
+                raise LogError("no sheet holds rows of numbers: expected a log")
+            for row in sheets[0].iter_rows(values_only=True, max_col=min(sheets[0].max_column or 1, _WIDEST)):
+                cells = (cell.total_seconds() if isinstance(cell, timedelta) else cell for cell in row)
+                words = ("" if cell is None else " ".join(str(cell).split()) for cell in cells)
+                text += ("\t".join(words) + "\n").encode()
+                if len(text) > most:
+                    break
     except (LogError, MemoryError):
         raise
     except Exception as error:
         raise LogError(
             f"a damaged Excel workbook ({type(error).__name__}: {error}): save it again, or as .csv"
         ) from error
-
-
-def _with_numbers(book: Any) -> Any:
-    sheets = []
-    for sheet in book.worksheets:
-        rows = islice(sheet.iter_rows(values_only=True, max_col=_WIDEST), 200)
-        if sum(any(type(cell) in (int, float) for cell in row) for row in rows) >= 2:
-            sheets.append(sheet)
-    if len(sheets) > 1:
-        names = ", ".join(repr(sheet.title) for sheet in sheets)
-        raise LogError(f"several sheets hold numbers ({names}): which is the log? Keep one, or save it as .csv")
-    if not sheets:
-        raise LogError("no sheet holds rows of numbers: expected a log")
-    return sheets[0]
-
-
-def _cell_text(cell: object) -> str:
-    if cell is None:
-        return ""
-    return " ".join(str(cell.total_seconds() if isinstance(cell, timedelta) else cell).split())
+    return bytes(text)
