@@ -90,22 +90,13 @@ class QuarantinedLine:
 
 
 @dataclass(frozen=True)
-class Replaced:
-    """Values as they stood in the log where the recording holds another one: sample index, mass [m], base [m]."""
-
-    index: NDArray[np.int64]
-    mass: NDArray[np.float64]
-    base: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
 class Source:
     """Where a recording comes from, and what happened on the way.
 
     ``files``: the logs read, none for a recording made in memory; ``dialect``: what was found in them, such as layout,
     encoding, separator, columns, units; ``options``: what the user had said, word for word; ``quarantined``: the first
     lines set aside (all are counted in ``files``); ``warnings``: sentences that its user should know; ``evidence``: why
-    the dialect was read so; ``replaced``: what stood in the log where a value was bridged or taken out.
+    the dialect was read so.
     """
 
     files: tuple[SourceFile, ...] = ()
@@ -114,7 +105,6 @@ class Source:
     quarantined: tuple[QuarantinedLine, ...] = ()
     warnings: tuple[str, ...] = ()
     evidence: tuple[str, ...] = ()
-    replaced: Replaced | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dialect", MappingProxyType(dict(self.dialect)))

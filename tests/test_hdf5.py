@@ -18,7 +18,7 @@ from nexusformat.nexus import nxload
 from frictionlab.errors import OutputError, RecordingError
 from frictionlab.hdf5 import is_recording, read_recording, read_tree, write_recording, write_tree
 from frictionlab.hdf5.recordings import pieces_of
-from frictionlab.recording import LineCount, Quality, QuarantinedLine, Recording, Replaced, Source, SourceFile
+from frictionlab.recording import LineCount, Quality, QuarantinedLine, Recording, Source, SourceFile
 
 T = np.arange(500, dtype=np.float64) * np.float64(0.004)
 SOURCE = Source(
@@ -28,7 +28,6 @@ SOURCE = Source(
     quarantined=(QuarantinedLine("ü.csv", 7, "x\0\ud800<b>µ", "not a number"),),
     warnings=("one", "two"),
     evidence=("why",),
-    replaced=Replaced(np.array([3]), np.array([0.2035]), np.array([np.nan])),
 )
 QUALITY = np.zeros(500, np.uint8)
 QUALITY[3] = Quality.ERROR_CODE | Quality.INTERPOLATED
@@ -54,8 +53,6 @@ def test_what_is_written_is_read(path: Path) -> None:
     assert (found.source.dialect, found.source.options) == (SOURCE.dialect, SOURCE.options)
     assert (found.source.warnings, found.source.evidence) == (SOURCE.warnings, SOURCE.evidence)
     assert found.source.quarantined == (QuarantinedLine("ü.csv", 7, r"x\x00\ud800<b>µ", "not a number"),)
-    assert found.source.replaced is not None
-    np.testing.assert_array_equal(found.source.replaced.mass, [0.2035])
 
 
 @settings(max_examples=6, deadline=None)

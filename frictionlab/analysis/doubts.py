@@ -67,15 +67,15 @@ def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
     drive, distortion = layout.drive, float(np.linalg.norm(layout.drive.harmonics[1:]))
     if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
         yield (
-            f"frequency_ratio: {r:.3g} is outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}: check natural_frequency_hz"
-            " in [rig] (--natural-frequency) and time_unit in [log]"
+            f"frequency_ratio: {r:.3g} is outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}: check"
+            " natural_frequency_hz in [rig] (--natural-frequency) and time_unit in [log]"
         )
     if distortion > DISTORTED:
         yield f"base_distortion: the base motion's harmonics 2-9 are {100 * distortion:.2g} % of its fundamental"
     if drive.drifts and drive.wander > UNEVEN:
         yield (
-            f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a cycle (rms),"
-            " and the cycles follow it"
+            f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a cycle"
+            " (rms), and the cycles follow it"
         )
     if drive.growth:
         yield (
@@ -102,14 +102,14 @@ def _of_lines(layout: Layout) -> Iterator[str]:
         hum = mains_of(line)
         yield (
             f"response_amplitude: harmonic {round(line.frequency / hz)} of the drive, {of(line)}, stands out of those"
-            f" beside it, {f'perhaps {hum}' if hum else 'a line from outside, or a contact that rings'}: the amplitude's"
-            " error holds it, stops_per_cycle may be wrong by it: drive a little faster"
+            f" beside it, {f'perhaps {hum}' if hum else 'a line from outside, or a contact that rings'}: the"
+            " amplitude's error holds it, stops_per_cycle may be wrong by it: drive a little faster"
         )
     if foreign.masked > faint and not foreign.on_harmonics:
         hidden = Line(0.0, foreign.masked)
         yield (
-            f"response_amplitude: hum of up to{of(hidden).partition(',')[2]} may hide in a harmonic of the drive, and is"
-            " in the uncertainty: drive a little faster or slower"
+            f"response_amplitude: hum of up to{of(hidden).partition(',')[2]} may hide in a harmonic of the drive, and"
+            " is in the uncertainty: drive a little faster or slower"
         )
     low = next((line for line in (*foreign.mass, *foreign.base) if not line.removed), None)
     if low is not None:
@@ -163,7 +163,7 @@ def _of_settling(layout: Layout, settled: float | None, transient: float) -> Ite
     if settled is None and len(layout) >= FEW_CYCLES:
         yield "transient_s: the motion had not settled by the end of the recording: record longer"
     elif settled is not None and len(layout) >= FEW_CYCLES and settled > transient + 1.0 / layout.drive.frequency:
-        yield f"transient_s: the motion settled only after {settled:.3g} s, not {transient:g}: --transient {settled:.3g}"
+        yield f"transient_s: the motion settled only at {settled:.3g} s, not {transient:g}: --transient {settled:.3g}"
 
 
 def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
@@ -171,7 +171,7 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     power = float(np.einsum("ij,ij->", layout.mass, layout.mass)) / layout.mass.size  # about a mean of 0
     share, size = float(np.var(layout.mass.mean(axis=0))) / power, answer.size
     if share < 0.5 and len(layout) >= FEW_CYCLES:
-        yield f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with it: check the mass's column"
+        yield f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with it: check the column"
     growth = steadiness.growth(answer.amplitude, least=GROWTH)
     if growth and len(layout) / layout.drive.frequency < LONG_S:
         yield (
@@ -191,8 +191,8 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
         if abs(by - round(by)) < WHOLE and change < SAME_SIZE:
             when, where = ("earlier", "mass") if by < 0.0 else ("later", "base")
             yield (
-                f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when} than before: some"
-                f" look lost in the {where}'s channel: cut the log there, or give the channels their own times"
+                f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when} than before:"
+                f" some look lost in the {where}'s channel: cut the log there, or give the channels their own times"
             )
     for name, series in (("amplitude", answer.amplitude), ("mean position", answer.position)):
         found = steadiness.jumps(series / size, noise=answer.amplitude_noise / size).tolist()
@@ -231,16 +231,16 @@ def of_the_filter(cut: float, amplitude: float, channel: SensorChannel) -> Itera
     """Say that the mass's filter cuts what an answer needs, if it does; ``cut``: by `channels.cut_away`, over Y."""
     if channel.cutoff is not None and cut >= CUT_MATTERS * amplitude:
         yield (
-            f"response_amplitude: the mass's low-pass filter ({channel.cutoff:.4g} Hz, order {channel.order}: filter_hz,"
-            f" mass_filter_hz in [sensors]) cuts away the fast part of the motion: amplitude (by some {cut:.1g} Y, in its"
-            " error), stops_per_cycle and regime may be wrong by it: record with a higher cut-off"
+            f"response_amplitude: the mass's low-pass filter ({channel.cutoff:.4g} Hz, order {channel.order}:"
+            " filter_hz, mass_filter_hz in [sensors]) cuts away the fast part of the motion: stops_per_cycle and regime"
+            f" may be wrong by it, and the amplitude by some {cut:.1g} Y (in its error): record with a higher cut-off"
         )
 
 
 def of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float | None, taken: float) -> Iterator[str]:
     """Say where the loops of force and motion disagree; ``scale``: k Y^2 in J; ``taken``: by the frame's dashpot."""
     if friction.turned:
-        yield f"{friction.name}: it counts the other way, for friction against the motion is negative: its sign is turned"
+        yield f"{friction.name}: it counts the other way, for friction against motion is negative: its sign is turned"
     if scale is None or loop.value is None or not friction.energy.value:
         return
     by_motion = (loop.value - taken) * scale
@@ -283,8 +283,8 @@ def _of_the_channels(
     energy = loop.value or 0.0
     if apart < ALIKE:
         yield (
-            f"mass: its channel repeats the base's (to {100.0 * apart:.2g} % of the base's motion): energy, amplitude and"
-            " stops are not of the mass: choose the mass's column (--mass, [log] mass)"
+            f"mass: its channel repeats the base's (to {100.0 * apart:.2g} % of the base's motion): energy, amplitude"
+            " and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
         )
     elif energy <= -max(SURE * (loop.se or 0.0), GIVES):
         size = [np.abs(np.fft.rfft(cycle)[1:10]) for cycle in (mass, base)]

@@ -15,7 +15,7 @@ The tree, format version 1::
         /file_lines       (files, 7) int64: the same counts of each file
         /warnings         (w,) text
         /quarantined_file, /quarantined_line, /quarantined_text, /quarantined_reason    (q,) the first lines set aside
-        /replaced_index, /replaced_mass, /replaced_base    (k,) what stood in the log where a value was bridged
+
         /dialect          attrs: what was found in the logs
         /options          attrs: what the user had said
     /experiment           attrs: material, normal_force (N), and whatever else is known of this test
@@ -168,10 +168,7 @@ def _write_source(group: h5py.Group, source: Source) -> None:
     for place, (name, kind_) in enumerate(_QUARANTINED.items()):
         column = [line[place] for line in lines]
         write_dataset(group, f"quarantined_{name}", column if kind_ is np.str_ else np.array(column, kind_))
-    if source.replaced is not None:
-        write_dataset(group, "replaced_index", source.replaced.index)
-        write_dataset(group, "replaced_mass", source.replaced.mass, units="m")
-        write_dataset(group, "replaced_base", source.replaced.base, units="m")
+
     for name, facts in (("dialect", source.dialect), ("options", source.options)):
         write_facts(group.create_group(name, track_order=True), facts)
 
@@ -203,7 +200,7 @@ def _read_source(group: h5py.Group, size: int) -> Source:
     counts = array_inside(group, "file_lines", size, np.int64, dimensions=2)
     named = zip(group.attrs["files"], group.attrs["sha256"], group.attrs["size_bytes"], counts, strict=True)
     columns = [array_inside(group, f"quarantined_{name}", size, kind) for name, kind in _QUARANTINED.items()]
-    replaced = [("replaced_index", np.int64), ("replaced_mass", np.float64), ("replaced_base", np.float64)]
+
     return Source(
         files=tuple(
             model.SourceFile(text(n), text(sha), int(bytes_), LineCount(*(int(c) for c in row)))
@@ -216,7 +213,4 @@ def _read_source(group: h5py.Group, size: int) -> Source:
         ),
         warnings=tuple(array_inside(group, "warnings", size, np.str_)),
         evidence=tuple(array_inside(group, "evidence", size, np.str_)),
-        replaced=model.Replaced(*(array_inside(group, name, size, kind) for name, kind in replaced))
-        if "replaced_index" in group
-        else None,
     )

@@ -246,4 +246,3 @@ def _merge(shape: str, kinds: str) -> str | None:
     if len(shape) != len(kinds) or any(a != b and "e" not in (a, b) for a, b in zip(shape, kinds, strict=True)):
         return None
     return "".join(b if a == "e" else a for a, b in zip(shape, kinds, strict=True))
-

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import LogError, RecordingError
@@ -19,7 +18,7 @@ from frictionlab.logs.lines import KEEP
 from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
 from frictionlab.logs.text import Progress
-from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Replaced, Source, quantity_named
+from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
 _ACCELERATION = re.compile(
@@ -30,12 +29,11 @@ _SENTINELS = (9999.0, 99999.0, 999999.0, 9999.9, 9999.99, 999.99)
 
 @dataclass(frozen=True)
 class SensorLog:
-    """A log in SI units: its clock, its channels by role, and what stood where a value was replaced."""
+    """A log in SI units: its clock, and its channels by role."""
 
     table: LogTable
     clock: Clock
     channels: dict[str, Sensed]
-    replaced: dict[str, tuple[NDArray[np.int64], FloatArray]]
 
     @property
     def warnings(self) -> list[str]:
@@ -94,8 +92,6 @@ def _read(log: OpenLog, options: LogOptions, progress: Progress | None = None) -
     if "relative" in sensors.channels:  # to the mass's displacement, by the base's
         relative, base = sensors.channels.pop("relative"), sensors.channels["base"]
         relative.evidence.append("mass is the relative displacement plus the base's")
-        where, before = sensors.replaced.pop("relative")
-        sensors.replaced["mass"] = where, before + base.values[where]
         sensors.channels["mass"] = replace(relative, values=relative.values + base.values)
     return _recording(sensors, options)
 
@@ -189,11 +185,10 @@ def _examined(table: LogTable, options: LogOptions) -> SensorLog:
             values={role: np.delete(values, clock.stray) for role, values in table.values.items()},
             quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
         )
-    channels, replaced = {}, {}
-    for role in [*table.values]:
-        channels[role] = _channel(table, role, options)
-        replaced[role] = bridge(clock.time, channels[role], clock.bridge, role)
-    return SensorLog(table, clock, channels, replaced)
+    channels = {role: _channel(table, role, options) for role in [*table.values]}
+    for role, channel in channels.items():
+        bridge(clock.time, channel, clock.bridge, role)
+    return SensorLog(table, clock, channels)
 
 
 def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
@@ -309,14 +304,6 @@ def _made(
     named = [(f"{log.table.name}: " if len(logs) > 1 else "", log) for log in logs]
     said = [f"{name}{sentence}" for name, log in named for sentence in log.warnings]
     why = [f"{name}{sentence}" for name, log in named for sentence in log.evidence]
-    replaced = None
-    parts = logs[0].replaced
-    index = np.union1d(*(parts[role][0] if role in parts else np.zeros(0, np.int64) for role in ("mass", "base")))
-    if len(logs) == 1 and len(index):  # side by side; nan where a channel was sound
-        columns = {role: np.full(len(index), np.nan) for role in ("mass", "base")}
-        for role in columns.keys() & parts.keys():
-            columns[role][np.searchsorted(index, parts[role][0])] = parts[role][1]
-        replaced = Replaced(index, **columns)
     source = Source(
         files=tuple(dict.fromkeys(log.table.file for log in logs)),
         dialect=facts,
@@ -324,7 +311,6 @@ def _made(
         quarantined=tuple(dict.fromkeys(line for log in logs for line in log.table.quarantined)),
         warnings=(*dict.fromkeys(said), *warnings),
         evidence=tuple(dict.fromkeys(why)),
-        replaced=replaced,
     )
     time, mass, base, quality = arrays
     try:

@@ -197,26 +197,14 @@ def _passage(depth: NDArray[np.float64], level: float) -> float:
     return after + (level - before) / (float(depth[after]) - before)
 
 
-def bridge(
-    time: NDArray[np.float64], channel: Sensed, longest: float, role: str
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Draw straight lines across values that are none, up to ``longest`` [s]; longer holes become nan, not bridged.
-
-    Returns the indices changed and what stood there.
-    """
+def bridge(time: NDArray[np.float64], channel: Sensed, longest: float, role: str) -> None:
+    """Draw straight lines across values that are none, up to ``longest`` [s]; longer holes become nan, not bridged."""
     if not channel.quality.any():
-        return np.zeros(0, np.int64), np.zeros(0)
-    bad = ~_sound(channel)
-    where = np.flatnonzero(bad)
-    before = channel.values[where].copy()
-    if not len(where):
-        return where, before
+        return
+    bad, lost = ~_sound(channel), 0
     channel.values = channel.values.copy()
-    good = np.flatnonzero(~bad)
-    lost = 0
     for start, stop in np.transpose(runs(bad)).tolist():
-        inside = start > 0 and stop < len(time)
-        if len(good) and inside and time[stop] - time[start - 1] <= longest:
+        if start > 0 and stop < len(time) and time[stop] - time[start - 1] <= longest:
             ends = [start - 1, stop]
             channel.values[start:stop] = np.interp(time[start:stop], time[ends], channel.values[ends])
             channel.quality[start:stop] |= np.uint8(Quality.INTERPOLATED)
@@ -224,11 +212,10 @@ def bridge(
         channel.values[start:stop] = np.nan
         channel.quality[start:stop] |= np.uint8(Quality.NOT_BRIDGED)
         lost += stop - start
-    if len(where) - lost:
-        channel.warnings.append(f"{role}: {len(where) - lost} values without measurement are bridged (interpolated)")
+    if bridged := int(np.count_nonzero(bad)) - lost:
+        channel.warnings.append(f"{role}: {bridged} values without measurement are bridged (interpolated)")
     if lost:
         channel.warnings.append(
             f"{role}: {lost} values without measurement lie in holes longer than {longest:.3g} s: left empty, and no "
             "cycle is cut across them"
         )
-    return where, before

@@ -19,6 +19,7 @@ from datetime import timedelta
 from gzip import GzipFile
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ _BLOCK = 1 << 22
 _HEAD = 1 << 18
 _LONGEST_LINE = 1 << 24
 _WIDEST = 256  # columns of a workbook
-_PACKED = {"gzip": b"\x1f\x8b", "zip": (b"PK\x03\x04", b"PK\x05\x06")}
+_PACKED = {"gzip": (b"\x1f\x8b",), "zip": (b"PK\x03\x04", b"PK\x05\x06")}
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -212,20 +213,8 @@ def _sheet_as_text(archive: zipfile.ZipFile, most: int) -> bytes:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # extensions of Excel that are of no use here
-            book = load_workbook(archive.fp, read_only=True, data_only=True)
-            sheets = []
-            for sheet in book.worksheets:
-                rows = islice(sheet.iter_rows(values_only=True, max_col=_WIDEST), 200)
-                if sum(any(type(cell) in (int, float) for cell in row) for row in rows) >= 2:
-                    sheets.append(sheet)
-            if len(sheets) > 1:
-                titles = ", ".join(repr(sheet.title) for sheet in sheets)
-                raise LogError(
-                    f"several sheets hold numbers ({titles}): which is the log? Keep one, or save it as .csv"
-                )
-            if not sheets:
-                raise LogError("no sheet holds rows of numbers: expected a log")
-            for row in sheets[0].iter_rows(values_only=True, max_col=min(sheets[0].max_column or 1, _WIDEST)):
+            sheet = _with_numbers(load_workbook(archive.fp, read_only=True, data_only=True))
+            for row in sheet.iter_rows(values_only=True, max_col=min(sheet.max_column or 1, _WIDEST)):
                 cells = (cell.total_seconds() if isinstance(cell, timedelta) else cell for cell in row)
                 words = ("" if cell is None else " ".join(str(cell).split()) for cell in cells)
                 text += ("\t".join(words) + "\n").encode()
@@ -238,3 +227,16 @@ def _sheet_as_text(archive: zipfile.ZipFile, most: int) -> bytes:
             f"a damaged Excel workbook ({type(error).__name__}: {error}): save it again, or as .csv"
         ) from error
     return bytes(text)
+
+
+def _with_numbers(book: Any) -> Any:
+    sheets = []
+    for sheet in book.worksheets:
+        rows = islice(sheet.iter_rows(values_only=True, max_col=_WIDEST), 200)
+        if sum(any(type(cell) in (int, float) for cell in row) for row in rows) >= 2:
+            sheets.append(sheet)
+    if len(sheets) != 1:
+        titles = ", ".join(repr(sheet.title) for sheet in sheets)
+        several = f"several sheets hold numbers ({titles}): which is the log? Keep one, or save it as .csv"
+        raise LogError(several if sheets else "no sheet holds rows of numbers: expected a log")
+    return sheets[0]

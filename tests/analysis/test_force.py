@@ -130,7 +130,7 @@ def test_a_vibrometer_sees_stops_that_a_laser_does_not() -> None:
 def test_a_filter_that_is_declared_is_taken_back_from_a_velocity_too() -> None:
     """The mass was taken back and its velocity was not: stops 33 ms late against the mass that stands in them."""
     exact, names = channels_of(0.3, 0.25), ("mass_displacement", "base_displacement", "mass_velocity")
-    gain = low_pass(np.fft.rfftfreq(len(exact["time"]), 0.002), 15.0, 1)
+    gain = low_pass(np.fft.rfftfreq(len(exact["time"]), 0.002).astype(np.float64), 15.0, 1)
     seen = exact | {name: np.fft.irfft(np.fft.rfft(exact[name]) * gain, len(exact["time"])) for name in names}
     plain, filtered = (
         measure(recording(channels, *names), scene(**sensors)).traces.stops
