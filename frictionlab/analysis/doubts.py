@@ -67,7 +67,7 @@ def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
     drive, distortion = layout.drive, float(np.linalg.norm(layout.drive.harmonics[1:]))
     if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
         yield (
-            f"frequency_ratio: {r:.3g} is outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}: check"
+            f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}: check"
             " natural_frequency_hz in [rig] (--natural-frequency) and time_unit in [log]"
         )
     if distortion > DISTORTED:
