@@ -1,5 +1,6 @@
 """The documents say what the program does: every command in them is run, every number in their output is compared."""
 
+import contextlib
 import re
 import shlex
 from dataclasses import dataclass
@@ -8,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from frictionlab.cli import COMMANDS
-from tests.desk import BIN, MAKE, ROOT, run_in, set_up
+from tests.desk import MAKE, ROOT, answer, run_in, set_up
 from tests.weigh import documents
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
@@ -57,9 +58,9 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(command: str, desk: Path) -> str:
-    words = shlex.split(command)
-    words[:1] = [*MAKE, "--silent"] if words[0] == "make" else [str(BIN / words[0])]
-    done = run_in(desk, words)
+    first, *words = shlex.split(command)
+    with contextlib.chdir(desk):
+        done = run_in(desk, [*MAKE, "--silent", *words]) if first == "make" else answer(*words)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -71,19 +72,21 @@ def modules() -> Iterator[tuple[str, Path]]:
         yield parts[0], path
 
 
-def imports(path: Path) -> Iterator[str]:
-    package = ("frictionlab", *path.relative_to(PACKAGE).parts[:-1])
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+@cache
+def imports(path: Path) -> frozenset[str]:
+    package, found = ("frictionlab", *path.relative_to(PACKAGE).parts[:-1]), set[str]()
+    for node in ast.walk(weigh.parsed(path)):
         if isinstance(node, ast.Import):
-            yield from (name.name for name in node.names)
+            found.update(name.name for name in node.names)
         elif isinstance(node, ast.ImportFrom):
             module = node.module or ""
             if node.level:
                 module = ".".join((*package[: len(package) - node.level + 1], module)).rstrip(".")
             if module == "frictionlab":
-                yield from (f"frictionlab.{n.name}" if n.name != "__version__" else module for n in node.names)
+                found.update(f"frictionlab.{n.name}" if n.name != "__version__" else module for n in node.names)
             else:
-                yield module
+                found.add(module)
+    return frozenset(found)
 
 
 def rooms_imported(path: Path) -> set[str]:

@@ -49,10 +49,16 @@ def budgets(table: str = "package") -> dict[str, int]:
     return dict(tomllib.loads(BUDGETS.read_text(encoding="utf-8"))[table])
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    """The syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def totals() -> dict[str, int]:
     """The measured size of what `[package]` of the budgets limits."""
     paths = sorted(PACKAGE.rglob("*.py"))
-    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in paths}
+    trees = {path: parsed(path) for path in paths}
     lines = sum(lines_of(path) for path in paths)
     classes = Counter(node.name for tree in trees.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef))
     stems = Counter(path.stem for path in paths if path.stem not in ("__init__", "__main__"))
@@ -92,7 +98,7 @@ def code_of(path: Path) -> int:
     """Lines of a file that hold code: neither blank nor comment nor docstring."""
     text = path.read_text(encoding="utf-8")
     strings: set[int] = set()
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(parsed(path)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             strings.update(range(node.lineno, (node.end_lineno or 0) + 1))
     lines = enumerate(map(str.strip, text.splitlines()), 1)
