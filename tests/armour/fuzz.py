@@ -7,11 +7,10 @@ or end the process. A case that fails is kept as a file; its number makes it aga
 """
 
 import argparse
-import contextlib
 import hashlib
+import json
 import os
 import resource
-import select
 import signal
 import sys
 import tempfile
@@ -19,7 +18,7 @@ import time
 import traceback
 import warnings
 from collections import Counter, defaultdict
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import repeat
 from multiprocessing import get_context
@@ -51,7 +50,7 @@ PLAN = SCENE | {
 }
 MANY = 10_000
 _MET: set[bytes] = set()
-LONGEST_S = 60.0
+LONGEST_S = 60
 MEMORY = 3 << 30
 PART = 250
 TEXT = "log.text"
@@ -139,44 +138,24 @@ def check(kind: str, seed: int, number: int, folder: Path) -> str:
     return "read"
 
 
-def outcomes(kind: str, seed: int, numbers: range, folder: Path) -> Iterator[tuple[int, str]]:
-    """The outcome of each case; a child that hangs or dies over one is replaced."""
+def outcomes(kind: str, seed: int, numbers: range, folder: Path) -> Iterator[tuple[int, str, float]]:
+    """Number, outcome and seconds of each case; a child that hangs or dies over one is replaced."""
     if kind != TEXT:
         sound(kind)
-    done = numbers.start
+    done, said = numbers.start, folder / "said"
     while done < numbers.stop:
-        reading, writing = os.pipe()
-        child = os.fork()
-        if child == 0:
-            _serve(kind, seed, range(done, numbers.stop), folder, writing)
-        os.close(writing)
-        late = False
-        with contextlib.closing(_lines(reading)) as lines:
-            for line in lines:
-                late = line is None
-                if line is not None:
-                    yield done, line
-                    done += 1
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
-        if done < numbers.stop:
-            yield done, f"FAULT hangs: longer than {LONGEST_S:g} s" if late else "FAULT the process died"
+        said.write_text("")
+        if (child := os.fork()) == 0:
+            _serve(kind, seed, range(done, numbers.stop), folder, said)
+        _, status = os.waitpid(child, 0)
+        for line in said.read_text(encoding="utf-8").splitlines():
+            outcome, seconds = json.loads(line)
+            yield done, outcome, seconds
             done += 1
-
-
-def _lines(reading: int) -> Generator[str | None]:
-    """The lines that a child writes into a pipe; None at last where the next takes too long."""
-    held = b""
-    try:
-        while select.select([reading], [], [], LONGEST_S)[0]:
-            more = os.read(reading, 1 << 16)
-            *whole, held = (held + more).split(b"\n")
-            yield from (line.decode("unicode_escape") for line in whole)
-            if not more:
-                return
-        yield None
-    finally:
-        os.close(reading)
+        if done < numbers.stop:
+            late = os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGALRM
+            yield done, f"FAULT hangs: longer than {LONGEST_S} s" if late else "FAULT the process died", 0.0
+            done += 1
 
 
 def _forked(path: Path) -> str:
@@ -187,31 +166,35 @@ def _forked(path: Path) -> str:
     return "reading it ends the process" if os.waitpid(child, 0)[1] else ""
 
 
-def _serve(kind: str, seed: int, numbers: range, folder: Path, writing: int) -> None:
+def _serve(kind: str, seed: int, numbers: range, folder: Path, said: Path) -> None:
+    """Say each outcome before the next case begins; the alarm ends this process over one that hangs."""
     try:
         trial.fault_of = _forked
         warnings.simplefilter("error")
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
         for number in numbers:
-            os.write(writing, check(kind, seed, number, folder)[-3000:].encode("unicode_escape") + b"\n")
+            signal.alarm(LONGEST_S)
+            begin = time.perf_counter()
+            line = json.dumps([check(kind, seed, number, folder)[-3000:], time.perf_counter() - begin])
+            with said.open("a", encoding="utf-8") as file:
+                file.write(line + "\n")
     finally:
         os._exit(0)
 
 
 def run(kind: str, seed: int, numbers: range, keep: Path) -> tuple[str, Counter[str], list[str], tuple[float, int]]:
     """Check some cases and keep those that fail: kind, count of outcomes, faults in words, slowest [s] and number."""
-    seen, faults, slowest, begin = Counter[str](), [], (0.0, numbers.start), time.perf_counter()
+    seen, faults, slowest = Counter[str](), [], (0.0, numbers.start)
     with tempfile.TemporaryDirectory() as folder:
-        for number, outcome in outcomes(kind, seed, numbers, Path(folder)):
-            slowest = max(slowest, (time.perf_counter() - begin, number))
+        for number, outcome, seconds in outcomes(kind, seed, numbers, Path(folder)):
+            slowest = max(slowest, (seconds, number))
             seen[outcome.split()[0]] += 1
             if outcome.startswith("FAULT"):
                 keep.mkdir(parents=True, exist_ok=True)
                 raw = logs.case(seed, number)[0] if kind == TEXT else case(kind, seed, number)
                 (keep / f"{kind}_{seed}_{number}").write_bytes(raw)
                 faults.append(f"{kind} {number}: {outcome}")
-            begin = time.perf_counter()
     return kind, seen, faults, slowest
 
 

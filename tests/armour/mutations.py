@@ -10,9 +10,13 @@ import h5py
 import numpy as np
 
 HEAD = 3000  # bytes in which half of the damage is done: an HDF5 file says there what it holds
-WORDS = (
-    "nan", "inf", "-inf", "1e308", "1e999", "9" * 400, "-1", "0", '""', "'", "\0", "\x1b[31m", "é", "\ud800", "[[[[",
-    "{", "=1+1", "..", "../../x", "x" * 9000, "\r", "\n", "\ufeff", "[" * 3000, '{"a":' * 3000, "2020-01-01", "0x1F",
+JUNK = (
+    "", " ", "\0", "\0" * 30, "nan", "inf", "-inf", "1e308", "1e999", "-1e400", "1e-320", "9" * 400, "-1", "0", "-0",
+    "∞", "---", "+FFFFFFF", "203.50", "203,50", "1.2.3", "1,2,3", "1,5", "1_000", "0x1F", "0x10", "٣", "１２", "e", "-",
+    "+", ".", ",", ";", ";;;;", "\t\t", '"', '""', "'", "#", "{", "[[[[", "[1, 2", '["a"]', '{"a": {"b": 1}}',
+    "[" * 3000, '{"a":' * 3000, "=1+1", "=cmd|' /C calc'!A0", "..", "../../a.h5", "C:\\logs\\a.h5", "/dev/zero", "abc",
+    "é", "\u202e", "\ud800", "\ufeff", "\x1b[31m", "\x1a", "\x85", "\u2028", "\r", "\n", "\r\n", "a\nb", "None", "null",
+    "true", "ok", "failed", "steel", "2020-01-01", "***End_of_Header***", "X_Value", "x" * 9000, "x" * 50_000,
 )  # fmt: skip
 
 Bytes = Callable[[bytes, np.random.Generator], bytes]
@@ -39,33 +43,61 @@ def moved(raw: bytes, rng: np.random.Generator) -> bytes:
     return bytes(data)
 
 
-def word(raw: bytes, rng: np.random.Generator) -> bytes:
-    at, end = sorted(int(n) for n in rng.integers(len(raw) + 1, size=2))
-    said = WORDS[int(rng.integers(len(WORDS)))].encode("utf-8", "surrogatepass")
-    return raw[:at] + said + raw[min(end, at + int(rng.integers(20))) :]
+def junk(rng: np.random.Generator) -> bytes:
+    return JUNK[int(rng.integers(len(JUNK)))].encode("utf-8", "surrogatepass")
+
+
+def drop(raw: bytes, rng: np.random.Generator) -> bytes:
+    at = int(rng.integers(len(raw)))
+    return raw[:at] + raw[at + int(rng.integers(1, 80)) :]
+
+
+def put_in(raw: bytes, rng: np.random.Generator) -> bytes:
+    at = int(rng.integers(len(raw)))
+    return raw[:at] + (rng.bytes(int(rng.integers(1, 40))) if rng.random() < 0.3 else junk(rng)) + raw[at:]
+
+
+def lines(change: Callable[[list[bytes], int, int], object]) -> Bytes:
+    """A mutation that changes the list of lines at one of them, with another in mind."""
+
+    def mutation(raw: bytes, rng: np.random.Generator) -> bytes:
+        every = raw.split(b"\n")
+        change(every, *(int(i) for i in rng.integers(len(every), size=2)))
+        return b"\n".join(every)
+
+    return mutation
 
 
 def value(raw: bytes, rng: np.random.Generator) -> bytes:
-    """One value of a line is another: behind an equals sign, a colon or a comma."""
-    lines = raw.split(b"\n")
-    at = int(rng.integers(len(lines)))
-    mark = (b"=", b":", b",")[int(rng.integers(3))]
-    cells = lines[at].split(mark)
-    said = WORDS[int(rng.integers(len(WORDS)))].encode("utf-8", "surrogatepass")
-    cells[int(rng.integers(len(cells)))] = said
-    lines[at] = mark.join(cells)
-    return b"\n".join(lines)
+    """One value of a line is another: behind a separator, an equals sign or a colon."""
+    every, mark = raw.split(b"\n"), (b",", b";", b"\t", b"=", b":")[int(rng.integers(5))]
+    at = int(rng.integers(len(every)))
+    cells = every[at].split(mark)
+    cells[int(rng.integers(len(cells)))] = junk(rng)
+    every[at] = mark.join(cells)
+    return b"\n".join(every)
 
 
-def shuffled(raw: bytes, rng: np.random.Generator) -> bytes:
-    lines = raw.split(b"\n")
-    a, b = (int(n) for n in rng.integers(len(lines), size=2))
-    lines[a] = lines[b]
-    return b"\n".join(lines)
+def swap(raw: bytes, rng: np.random.Generator) -> bytes:
+    marks = [b",", b";", b"\t", b".", b" ", b"\n", b"\r\n"]
+    a, b = rng.choice(len(marks), 2, replace=False)
+    return raw.replace(marks[int(a)], marks[int(b)])
+
+
+def wide(raw: bytes, rng: np.random.Generator) -> bytes:
+    codec = ("utf-16", "utf-16-le", "utf-16-be", "utf-8-sig", "utf-32")[int(rng.integers(5))]
+    return raw.decode("latin-1").encode(codec)
 
 
 BINARY: tuple[Bytes, ...] = (flipped, flipped, flipped, moved, moved, cut)
-TEXT: tuple[Bytes, ...] = (flipped, cut, word, word, value, value, value, shuffled)
+TEXT: tuple[Bytes, ...] = (
+    flipped, cut, drop, put_in, put_in, put_in, value, value, value, swap, wide,
+    lines(lambda every, i, _: every.insert(i, every[i])),
+    lines(lambda every, i, _: every.__setitem__(slice(i, i + 2), [b"".join(every[i : i + 2])])),
+    lines(lambda every, i, _: every.pop(i)),
+    lines(lambda every, i, to: every.insert(to, every.pop(i))),
+    lines(lambda every, i, _: every.insert(i, every[0])),
+)  # fmt: skip
 
 
 Hurt = Callable[[h5py.File, str], object]

@@ -7,15 +7,15 @@ import pytest
 from tests.armour import fuzz
 from tests.armour.sound import MAKE, sound
 
-CASES = 8
+CASES = 5
 """Of each kind; `make fuzz` reads 20,000."""
 
 
 @pytest.mark.parametrize("kind", list(MAKE))
 def test_mutated_files_are_read_or_refused(kind: str, tmp_path: Path) -> None:
-    found = dict(fuzz.outcomes(kind, 7, range(CASES), tmp_path))
+    found = {number: outcome for number, outcome, _ in fuzz.outcomes(kind, 7, range(CASES), tmp_path)}
     assert len(found) == CASES
-    assert {number: told for number, told in found.items() if told not in ("read", "refused")} == {}
+    assert {number: outcome for number, outcome in found.items() if outcome not in ("read", "refused")} == {}
 
 
 @pytest.mark.parametrize("kind", list(MAKE))

@@ -1,42 +1,19 @@
 """Make elastic_reference.json: steady states of elastic contacts at hard points, at 50 digits.
 
-    python -m tests.simulator.reference.make_elastic_reference    # points that the file lacks; without it: all
+    python -m tests.simulator.reference.make_elastic_reference    # rows that have no numbers yet
 
 Independent of the package on purpose: the textbook's slide and turns of `make_reference`; limits by bisection (the way
 only grows between turns); orbits by Newton with differences.
 """
 
-import json
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import mpmath as mp
 
-from tests.simulator.reference.make_reference import Slide, bisect, den_hartog, series, turning
+from tests.simulator.reference.make_reference import Slide, bisect, den_hartog, fill, series, turning
 
-POINTS: list[dict[str, Any]] = [
-    {"r": 0.5, "beta": 0.4, "kappa": 100.0, "why": "stops hardly"},
-    {"r": 0.7, "beta": 0.5, "kappa": 1e9, "why": "nearly rigid, without a rigid stop"},
-    {"r": 0.3, "beta": 0.6, "kappa": 3000.0, "why": "rings in its stops"},
-    {"r": 0.1, "beta": 0.4, "kappa": 10.0, "why": "several stops"},
-    {"r": 1.0, "beta": 0.8, "kappa": 1.0, "why": "at resonance while it slips"},
-    {"r": 0.95, "beta": 0.1, "kappa": 1000.0, "why": "close to resonance"},
-    {"r": 0.4, "beta": 0.5, "kappa": 200.0, "up": 1.4, "down": 1.4, "zeta_c": 0.05, "why": "break-away"},
-    {"r": 0.4, "beta": 0.5, "kappa": 30.0, "up": 1.3, "down": 1.1, "zeta_c": 0.05, "why": "break-away by direction"},
-    {"r": 0.4, "beta": 0.5, "kappa": 50.0, "zeta_c": 0.1, "zeta_f": 0.02, "why": "both dashpots"},
-    {"r": 0.4, "beta": 0.3, "kappa": 3.0, "zeta_c": 2.0, "why": "critically damped while it holds"},
-    {"r": 0.6, "beta": 0.4, "kappa": 100.0, "q": 0.1, "zeta_c": 0.03, "why": "friction along the path"},
-    {"r": 0.6, "beta": 0.3, "kappa": 20.0, "sliders": 5, "chi": 0.0, "why": "five sliders"},
-    {"r": 0.47, "beta": 0.4, "kappa": 60.0, "cosine": [1.0, 0.2, 0.1], "sine": [0.0, 0.1, -0.15], "why": "harmonics"},
-    {"r": 0.8, "beta": 0.4, "kappa": 40.0, "zeta_c": 0.03, "zeta_f": 0.02, "cosine": [1.0, 0.15], "sine": [0.0, -0.1],
-     "wall": "base", "why": "harmonics on a moving wall, both dashpots"},
-    {"r": 0.6, "beta": 0.4, "kappa": 25.0, "sliders": 3, "chi": -0.3, "up": 1.2, "down": 1.1, "q": 0.08, "zeta_c": 0.05,
-     "zeta_f": 0.04, "cosine": [1.0, 0.1, 0.1], "sine": [0.0, 0.1, 0.1],
-     "why": "all terms of three sliders, harmonics, a damped frame"},
-    {"r": 0.8, "beta": 0.4, "kappa": 50.0, "sliders": 8, "chi": -0.5, "q": 0.05, "zeta_f": 0.05,
-     "why": "eight, uneven"},
-]  # fmt: skip
 WHOLE = {"r": 0, "beta": 0, "kappa": 0, "up": 1.0, "down": 1.0, "zeta_c": 0.0, "zeta_f": 0.0, "q": 0.0, "sliders": 1}
 WHOLE |= {"chi": 0.0}
 
@@ -173,7 +150,7 @@ def reference(point: dict[str, Any]) -> dict[str, Any]:
     _, work, viscous, held, stops, high, low = carry(c, state, span, begun)
     cycles = span / (2 * mp.pi)
     amplitude = max(high, -low) if sign < 0 else (high - low) / 2
-    return point | {
+    return {
         "energy_per_cycle": mp.nstr((work + viscous) / cycles, 30),
         "response_amplitude": None if c.moving else mp.nstr(amplitude, 30),
         "stuck_fraction": mp.nstr(held / span, 30),
@@ -183,10 +160,4 @@ def reference(point: dict[str, Any]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    target = Path(__file__).with_name("elastic_reference.json")
-    rows = json.loads(target.read_text()) if target.exists() else []
-    for wanted in POINTS:
-        if not any(row["why"] == wanted["why"] for row in rows):
-            rows.append(reference(wanted))
-            assert float(rows[-1]["miss"]) < 1e-15, rows[-1]
-            target.write_text(json.dumps(rows, indent=1) + "\n")
+    fill(Path(__file__).with_name("elastic_reference.json"), reference)

@@ -1,7 +1,8 @@
 """Make reference.json, laws.json, uneven.json and orbits.json (of tests/extremes): steady states at hard points.
 
-    python -m tests.simulator.reference.make_reference          # points that the files lack
+    python -m tests.simulator.reference.make_reference          # of the rows that have no numbers yet
 
+The points stand in the files alone, a row each: a new one is a row of what it is asked for.
 At 50 digits by the textbook alone, independent of the package on purpose: mpmath, the textbook solution between events
 (with the secular form at r = 1 and the degenerate form at zeta = 1), zeros by dense scanning and bisection, orbits by
 Newton with differences. It takes minutes, the extremes an hour. Parameters are the doubles themselves, so that the
@@ -10,7 +11,7 @@ package is compared at exactly the same point.
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,83 +19,8 @@ import mpmath as mp
 
 mp.mp.dps = 50
 HERE = Path(__file__).parent
+ORBITS = HERE.parents[1] / "extremes" / "reference" / "orbits.json"
 SCAN = 40  # points per natural (or drive) half-period
-
-POINTS = [
-    # r, beta, mu, zeta: why it is hard
-    (0.5, 0.4, 1.0, 0.0, "known value of the design"),
-    (0.01, 0.5, 1.0, 0.0, "fifty stops per cycle"),
-    (0.013, 0.02, 1.0, 0.0, "little friction at low frequency"),
-    (20.0, 0.999, 1.0, 0.0, "a motion of 1e-7 under a force of 1"),
-    (1.2621, 0.999, 1.0, 0.0, "force barely over friction"),
-    (1.0 + 1e-12, 0.3, 1.0, 0.0, "beside resonance"),
-    (1.0 - 1e-15, 0.5, 1.0, 0.0, "one step beside resonance"),
-    (1.0, 0.8, 1.0, 0.0, "at resonance, friction just strong enough"),
-    (0.3335, 0.01, 1.0, 0.0, "beside the superharmonic 1/3"),
-    (1.0 / 3.0, 0.05, 1.0, 0.0, "at the superharmonic 1/3"),
-    (0.95, 0.1, 1.0, 0.0, "100 cycles are far from steady"),
-    (0.1, 0.4, 1.0, 0.0, "six stops"),
-    (0.2, 0.3, 1.0, 0.0, "RK45 misses a stop here"),
-    (0.4, 0.5, 1.3, 0.0, "static friction"),
-    (0.05, 0.2, 2.0, 0.0, "static friction, several stops"),
-    (0.4, 0.5, 1.0, 0.1, "damped"),
-    (1.0, 0.3, 1.0, 1e-9, "at resonance, hardly damped"),
-    (0.4, 0.5, 1.0, 1.0, "critically damped"),
-    (0.4, 0.5, 1.0, 10.0, "overdamped"),
-    (1000.0, 0.5, 1.0, 0.0, "three decades over resonance"),
-]
-
-LAWS = [
-    # r, beta, then what the law adds: why it is hard
-    (0.5, 0.4, {"gradient": 0.05}, "friction varying along the path"),
-    (0.7, 0.5, {"gradient": -0.3, "contact_damping_ratio": 0.02}, "a steep place, continuous"),
-    (0.2, 0.3, {"gradient": 0.1}, "place, several stops"),
-    (0.45, 0.5, {"static_ratio_up": 1.3, "static_ratio_down": 1.05}, "break-away by direction"),
-    (0.6, 0.3, {"frame_damping_ratio": 0.05}, "the frame's own dashpot"),
-    (0.4, 0.5, {"gradient": 0.08, "static_ratio_up": 1.1, "static_ratio_down": 1.2, "frame_damping_ratio": 0.03},
-     "all together"),
-]  # fmt: skip
-
-UNEVEN: list[tuple[Any, ...]] = [
-    # r, beta, law's parameters, base's cosine and sine, wall: why it is hard
-    (0.45, 0.5, {}, ([1.0, 0.2, 0.1], [0.0, 0.1, -0.15]), "fixed", "harmonics"),
-    (0.9, 0.6, {}, ([1.0, 0.15], [0.0, -0.1]), "base", "harmonics on a moving wall"),
-    (0.4, 0.45, {"static_ratio_up": 1.2, "static_ratio_down": 1.05, "frame_damping_ratio": 0.04},
-     ([1.0, 0.2, 0.0, 0.1, 0.05], [0.1, 0.1, 0.15, 0.0, 0.1]), "fixed",
-     "five harmonics, break-away, a damped frame"),
-    (0.7, 0.35, {"gradient": -0.1, "contact_damping_ratio": 0.05, "static_ratio_up": 1.15, "static_ratio_down": 1.3,
-                 "frame_damping_ratio": 0.02},
-     ([1.0, 0.2, 0.1], [0.0, 0.1, 0.1]), "base", "all terms, harmonics, a moving wall, a damped frame"),
-]  # fmt: skip
-
-
-def extremes() -> Iterator[tuple[float, float, float, float]]:
-    """The oscillators of orbits.json: r, beta, mu, zeta."""
-    for r in (1e-3, 0.01, 0.1, 0.3, 3.0, 10.0, 100.0, 1000.0):
-        yield from ((r, beta, 1.0, 0.0) for beta in (0.1, 0.4, 0.9) if r > 0.02 or beta == 0.4)
-    for beta, powers in ((0.4, range(1, 16)), (0.9, (1, 3, 6, 9, 12))):
-        yield from ((1 + sign * 10.0**-k, beta, 1.0, 0.0) for k in powers for sign in (1, -1))
-    yield from ((1.0, beta, 1.0, 0.0) for beta in (0.7860, 0.8, 0.9, 0.99))
-    for value in (1 / n for n in range(2, 6)):  # a double, its neighbours at one unit in the last place, and at 1e-9
-        steps = math.nextafter(value, 0.0), math.nextafter(value, math.inf), value * (1 - 1e-9), value * (1 + 1e-9)
-        yield from ((r, beta, 1.0, 0.0) for r in (value, *steps) for beta in (0.05, 0.4))
-    yield from ((r, beta, 1.0, 0.0) for r in (0.3, 0.7, 1.5) for beta in (1e-12, 1e-6, 1 - 1e-6))
-    yield from ((r, 1 - 1e-12, 1.0, 0.0) for r in (0.3, 1.5))
-    for r in (0.6, 0.8, 0.9, 1.2, 2.0):
-        yield from ((r, float(continuous_limit(r)) * (1 + side * 1e-9), 1.0, 0.0) for side in (-1, 1))
-    yield from ((0.7, 0.2, 4.0, 0.0), (0.45, 0.1, 2.0, 0.0), (0.3, 0.05, 10.0, 0.0), (2.2, 0.08, 10.0, 0.0))
-    damped = ((r, beta, 1.0, zeta) for r in (0.3, 1.0, 3.0) for beta in (0.4, 0.9) for zeta in (1e-9, 1.0, 10.0))
-    yield from (case for case in damped if case != (1.0, 0.4, 1.0, 1e-9))
-    yield from ((1.0, 0.4, 1.0, 1e-3), (0.5, 0.1, 3.0, 0.02))
-    yield from ((0.7, 0.5, 1.0, 0.0), (0.95, 0.1, 1.0, 0.0))  # with (0.5, 0.4): of frictionlab.tradeoff
-
-
-def continuous_limit(r: Any) -> Any:
-    """Largest beta without stops: |cos(phi) - X| = beta at the turn, in Den Hartog's motion (2.11)-(2.14)."""
-    r = mp.mpf(r)
-    v, u = 1 / (1 - r * r), mp.tan(mp.pi / (2 * r)) / r
-    reach = abs(v) - mp.sign(v)
-    return reach / mp.sqrt(1 + (reach * u / v) ** 2)
 
 
 class Rig(NamedTuple):
@@ -322,7 +248,7 @@ def newton(image: Callable[[Any], Any], y: Any) -> tuple[Any, Any]:
     return y, miss
 
 
-def reference(rig: Rig, *, half: bool, digits: int = 30) -> dict[str, Any]:
+def reference(rig: Rig, *, half: bool, digits: int = 50) -> dict[str, Any]:
     """The steady state's numbers; half: its second half mirrors the first."""
     sign, span = (-1, mp.pi) if half else (1, 2 * mp.pi)
 
@@ -352,40 +278,26 @@ def reference(rig: Rig, *, half: bool, digits: int = 30) -> dict[str, Any]:
     }
 
 
-def add(target: Path, keys: list[dict[str, Any]], solve: Callable[[int], dict[str, Any]]) -> None:
-    """Solve the points whose keys no row of the file has."""
-    rows = json.loads(target.read_text()) if target.exists() else []
-    for number, key in enumerate(keys):
-        if not any(all(row[name] == value for name, value in key.items()) for row in rows):
-            rows.append(key | solve(number))
-            assert float(rows[-1]["miss"]) < 1e-15, rows[-1]
-            target.write_text(json.dumps(rows, indent=1) + "\n")
+def fill(target: Path, solve: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
+    """Solve the rows of a file that have no numbers yet."""
+    rows = json.loads(target.read_text(encoding="utf-8"))
+    for row in rows:
+        if "response_amplitude" not in row:
+            row.update(solve(row))
+            assert float(row["miss"]) < 1e-15, row
+            target.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
 
 
-def coulomb(r: float, beta: float, mu: float, zeta: float) -> Rig:
-    more = {"static_ratio_up": mu, "static_ratio_down": mu, "contact_damping_ratio": zeta}
-    return Rig.of(r, beta, more)
-
-
-def extreme(case: tuple[float, float, float, float]) -> dict[str, Any]:
-    """With the digits that the textbook's solution loses beside resonance."""
-    beside = abs(case[0] - 1)
-    lost = 0 if beside == 0 else math.ceil(-2 * math.log10(min(1.0, beside)))
-    with mp.workdps(70 + lost):
-        return reference(coulomb(*case), half=case[2] == 1, digits=50)
+def of_row(row: dict[str, Any]) -> dict[str, Any]:
+    """The numbers of a point, with the digits that the textbook's solution loses beside resonance."""
+    numbers = (row.get(name, 0.0) for name in ("r", "beta", "mu", "zeta"))  # those of orbits.json are in hexadecimal
+    r, beta, mu, zeta = (float.fromhex(x) if isinstance(x, str) else float(x) for x in numbers)
+    given = row.get("parameters", {"static_ratio_up": mu, "static_ratio_down": mu, "contact_damping_ratio": zeta})
+    with mp.workdps(70 + (math.ceil(-2 * math.log10(min(1.0, abs(r - 1)))) if r != 1 else 0)):
+        rig = Rig.of(r, beta, given, row.get("base", ([1.0], [0.0])), row.get("wall", "fixed"))
+        return reference(rig, half=rig.up == rig.down == 1 and rig.gradient == 0 and len(rig.base) == 1)
 
 
 if __name__ == "__main__":
-    keys = [dict(zip(("r", "beta", "mu", "zeta", "why"), point, strict=True)) for point in POINTS]
-    mirrored = [mu == 1.0 or (r, beta, mu) == (0.4, 0.5, 1.3) for r, beta, mu, *_ in POINTS]
-    add(HERE / "reference.json", keys, lambda n: reference(coulomb(*POINTS[n][:4]), half=mirrored[n]))
-    keys = [dict(zip(("r", "beta", "parameters", "why"), law, strict=True)) for law in LAWS]
-    rigs = [Rig.of(*law[:3]) for law in LAWS]
-    even = [rig.up == rig.down and rig.gradient == 0 for rig in rigs]
-    add(HERE / "laws.json", keys, lambda n: reference(rigs[n], half=even[n]))
-    names = ("r", "beta", "parameters", "base", "wall", "why")
-    keys = [dict(zip(names, (*r[:3], list(r[3]), *r[4:]), strict=True)) for r in UNEVEN]
-    add(HERE / "uneven.json", keys, lambda n: reference(Rig.of(*UNEVEN[n][:5]), half=False))
-    cases = list(extremes())
-    keys = [dict(zip(("r", "beta", "mu", "zeta"), map(float.hex, case), strict=True)) for case in cases]
-    add(HERE.parents[1] / "extremes" / "reference" / "orbits.json", keys, lambda n: extreme(cases[n]))
+    for path in (*(HERE / f"{name}.json" for name in ("reference", "laws", "uneven")), ORBITS):
+        fill(path, of_row)

@@ -1,33 +1,21 @@
 """Make resonance.json: motions that a harmonic of the base drives next to resonance, at 50 digits.
 
-    python -m tests.simulator.reference.make_resonance
+    python -m tests.simulator.reference.make_resonance    # of the rows that have no numbers yet
 
 Independent of the package on purpose: mpmath with 90 digits, of which the textbook's formula of a slide loses some
 thirty here; unknown are the phases of the turns in a cycle and the place of the first, and each slide must end at rest
 where the next begins.
 """
 
-import json
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import mpmath as mp
 
-from tests.simulator.reference.make_reference import Slide
+from tests.simulator.reference.make_reference import Slide, fill
 
 mp.mp.dps = 90
-
-POINTS = [
-    # r, beta, zeta, cosine, sine, n: the harmonic next to resonance
-    (1.0 + 1e-6, 0.3, 0.0, (1.0, 0.0, 0.1), (0.0, 0.0, 0.0), 1),
-    (1.0 - 1e-9, 0.3, 0.0, (1.0, 0.2, 0.1), (0.0, 0.1, 0.05), 1),
-    (1.0 + 1e-13, 0.6, 0.0, (1.0, 0.0, 0.1), (0.0, 0.0, 0.02), 1),
-    (1.0 - 1e-10, 0.3, 1e-10, (1.0, 0.0, 0.1), (0.0, 0.0, 0.0), 1),
-    (0.5 * (1.0 + 1e-8), 0.1, 0.0, (1.0, 0.3), (0.0, 0.0), 2),
-    ((1.0 + 1e-3) / 3.0, 0.1, 0.0, (1.0, 0.1, 0.3), (0.0, 0.05, 0.0), 3),
-    ((1.0 - 1e-12) / 3.0, 0.1, 0.0, (1.0, 0.1, 0.3), (0.0, 0.05, 0.0), 3),
-]
 
 
 def slide(point: Any, begin: Any, z: Any, side: int, end: Any) -> Any:
@@ -68,18 +56,18 @@ def guess(point: Any) -> list[Any]:
     return [*((lead + psi + j * mp.pi) / n for j in range(2 * n)), x]
 
 
-def row(point: Any) -> dict[str, Any]:
-    """One point's numbers."""
+def of_row(row: dict[str, Any]) -> dict[str, Any]:
+    """The numbers of a point; the harmonic next to resonance is the one that r is nearest to."""
+    point = (*(row[name] for name in ("r", "beta", "zeta", "cosine", "sine")), round(1 / row["r"]))
     unknown = mp.findroot(lambda *u: misses(point, u), guess(point), tol=mp.mpf(10) ** -60, maxsteps=60)
     places, _ = cycle(point, list(unknown))
     path = sum(abs(b - a) for a, b in pairwise(places))
-    return dict(zip(("r", "beta", "zeta", "cosine", "sine"), point[:5], strict=True)) | {
+    return {
         "path_per_cycle": mp.nstr(path, 50),
         "response_amplitude": mp.nstr((max(places) - min(places)) / 2, 50),
+        "miss": mp.nstr(max(map(abs, misses(point, unknown))), 3),
     }
 
 
 if __name__ == "__main__":
-    rows = [row(point) for point in POINTS]
-    text = json.dumps(rows, indent=1) + "\n"
-    (Path(__file__).parent / "resonance.json").write_text(text, encoding="utf-8")
+    fill(Path(__file__).with_name("resonance.json"), of_row)
