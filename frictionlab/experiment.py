@@ -5,7 +5,7 @@ import io
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -71,12 +71,15 @@ def facts_of(scene: Scene, log: Path) -> Facts:
                 warnings.append(f"{key}: {source} says {value}, {origin} says {before}: {value} is taken")
             found[key] = value, source
     if len(sources) > 1 and not any("its facts are not known" in said for said in warnings):
-        warnings += [f"{key} of this test is not known" for key in ("material", "normal_force_n") if key not in found]
+        lacking = [key for key in ("material", "normal_force_n") if key not in found]
+        other = ", ".join(key for key in found if key not in _KNOWN)  # of a sheet: what may be meant for it
+        hint = f"; the sheet's {other} is taken as a remark: facts are in columns {', '.join(_KNOWN)}" if other else ""
+        warnings += [f"{key} of this test is not known{hint}" for key in lacking]
     return Facts({key: value for key, (value, _) in found.items()}, tuple(warnings))
 
 
 def _from_name(pattern: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
-    texts = _matched(_parts_of(pattern), stem_of(log))
+    texts = matched(pattern, stem_of(log))
     if texts is None:
         warnings.append(f"the file name does not follow name_pattern {pattern!r}: its facts are not known")
         return {}
@@ -99,11 +102,12 @@ def _parts_of(pattern: str) -> list[str]:
     return parts
 
 
-def _matched(parts: Sequence[str], name: str) -> dict[str, str] | None:
+def matched(pattern: str, name: str) -> dict[str, str] | None:
     """What stands in a name for each key of a pattern, each text as short as can be; None where it does not fit.
 
-    Each part is tried at each place once: a name of any length is done in a moment.
+    Each part is tried at each place once: a name of any length is done in a moment. SceneError: no such pattern.
     """
+    parts = _parts_of(pattern)
 
     @cache
     def rest(part: int, at: int) -> tuple[str, ...] | None:

@@ -89,6 +89,53 @@ def test_a_single_figure_goes_into_a_folder_too(
     assert "expected a figure ending in .pdf, .svg or .png, or a folder" in told.stderr
 
 
+QUOTED = "t,mass [mm],base [mm]\n" + "".join(f'"0,{i:02}","1,{i % 7}","2,{i % 5}"\n' for i in range(60))
+STUMBLES = [
+    (("ingest", "quoted.csv"), 'cells like "0,12" have a decimal comma in quotes, between commas'),
+    (("plan", "--scene", "rig.toml"), "such as normal_forces_n = [2.5, 5.0], under [plan]"),
+    (
+        ("sweep", "--r", "0.3", "--beta", "0,3", "-o", "map.h5"),
+        "--beta: 0 and 3 are two values; a decimal is written 0.3",
+    ),
+    (("simulate", "--r", "0.5", "--beta", "0.4", "--base-amplitude", "1.8"), "metres are meant; 1.8 mm are 0.0018"),
+    (("compare-numeric", LOG, *SCENED, "--law-file", "law.toml", "--whole"), "`frictionlab predict --law-file LAW"),
+]
+
+
+@pytest.mark.parametrize(("command", "said"), STUMBLES, ids=[str(command[0]) for command, _ in STUMBLES])
+def test_what_made_people_stumble_is_said(
+    command: tuple[str | Path, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("quoted.csv").write_text(QUOTED)
+    Path("rig.toml").write_text("[rig]\nnatural_frequency_hz = 3.13\nmass_kg = 3.08\n")
+    assert said in run(*command).stderr
+
+
+def test_a_simulated_force_over_the_stiffness_makes_no_newtons_and_two_lags_are_one_sentence(tmp_path: Path) -> None:
+    response = tmp_path / "response.h5"
+    run("simulate", "--base-motion", LOG, "--natural-frequency", "3.13", "--beta", "0.2", "-o", response)
+    alone = json.loads(run("compare-numeric", response, "--natural-frequency", "3.13", "--json").stdout)
+    assert alone["friction_force_n"] is None
+    assert "contact_force: is over the stiffness" in alone["warnings"][0]
+    known = json.loads(run("compare-numeric", response, *SCENED, "--json").stdout)
+    assert known["friction_force_n"] == pytest.approx(known["friction_ratio"] * 1191.0 * 0.0018, rel=0.01)
+    t, x, y = np.genfromtxt(LOG, delimiter=",", skip_header=3)[:8000].T
+    for name, values in (("mass", x), ("base", y)):
+        np.savetxt(
+            tmp_path / f"{name}.csv", np.column_stack([t, values]), delimiter=",", header="t [s],x [mm]", comments=""
+        )
+    (tmp_path / "two.toml").write_text(
+        "[rig]\nnatural_frequency_hz = 3.13\n[log]\nlag_s = 1e-3\nlag_s_u = 5e-4\n[sensors]\nlag_s = 2e-3\n"
+    )
+    scene = ("--scene", tmp_path / "two.toml")
+    pair = ("--mass-log", tmp_path / "mass.csv", "--base-log", tmp_path / "base.csv")
+    assert run("ingest", *pair, *scene, "-o", tmp_path / "two.h5").exit_code == 0
+    said = run("analyze", tmp_path / "two.h5", *scene).stderr
+    assert said.count("moves it by 2 ms more: 3 ms in all") == 1
+    assert "lag_s_u of [sensors] is not declared" not in said
+
+
 def test_a_campaign_of_nothing_is_refused(tmp_path: Path) -> None:
     nothing = run("campaign", tmp_path, "-o", tmp_path / "campaign")
     assert nothing.exit_code == 2

@@ -7,6 +7,7 @@ import pytest
 from frictionlab.errors import SceneError
 from frictionlab.experiment import facts_of
 from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.verbs.starting import pattern_of
 
 PATTERN = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
 SHEET = 'log,material,normal_force_n,humidity\nsteel_N10_r0.5.csv,steel,10,40 %\nb,rubber,"2,5",\n'
@@ -109,3 +110,15 @@ def test_a_long_name_of_many_fields_is_done_in_a_moment() -> None:
 def test_a_faulty_pattern_is_refused(pattern: str) -> None:
     with pytest.raises(SceneError, match=r"experiment\.name_pattern: expected keys in braces"):
         facts_of(scene(name_pattern=pattern), Path("a.csv"))
+
+
+def test_a_column_that_is_no_fact_is_named_where_a_fact_is_not_known(tmp_path: Path) -> None:
+    (tmp_path / "tests.csv").write_text("log,material,weight [g]\na,steel,250\n")
+    (said,) = facts_of(scene(tmp_path, sheet="tests.csv"), Path("a.csv")).warnings
+    assert said.startswith("normal_force_n of this test is not known; the sheet's weight [g] is taken as a remark")
+    assert "normal_force_g" in said
+
+
+def test_one_odd_name_leaves_the_pattern_of_the_others() -> None:
+    assert pattern_of(["steel_250g", "steel_500g", "trial"]) == ("{material}_{normal_force_g}g", ("trial",))
+    assert pattern_of(["steel_250g", "trial"]) == (None, ())

@@ -116,6 +116,33 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     ]
 
 
+def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_says_what_to_do(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    t = np.arange(2500) / 250.0
+    x, force = 2.0 * np.sin(2 * np.pi * t), 0.6 * np.tanh(30.0 * np.cos(2 * np.pi * t))
+    rows = np.column_stack([t, x, force, 2.0 + 0.0 * t])
+    head = "time [s],displacement [mm],friction force [N],normal force [N]"
+    for name, more in (("brass_2N", 0.0), ("brass_3N", 1.0)):
+        rows[:, 3] += more
+        np.savetxt(tmp_path / "logs" / f"{name}.csv", rows, delimiter=",", header=head, comments="")
+    done = run("init", "logs")
+    assert done.stdout.splitlines()[::3] == ["2 tests", "next: frictionlab batch logs"]
+    assert "to fill in" not in done.stdout
+    assert read_scene(tmp_path / "logs" / "frictionlab.toml").rig.kind == "prescribed"
+    assert "without --campaign" in run("batch", "logs", "--campaign", "-o", "together").stderr
+    assert run("batch", "logs", "-o", "each").exit_code == 0
+
+
+def test_a_copy_of_a_log_counts_once_in_a_campaign(run: Run, tmp_path: Path) -> None:
+    log, places = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", []
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_bytes(log.read_bytes())
+        places.append(tmp_path / name)
+    done = run("batch", *places, "--campaign", "--scene", CONFIGS / "sample_data.toml", "-o", "out")
+    assert "note: b.csv is the same as a.csv, byte for byte: it is counted once" in done.stderr
+    assert [log.name for log in fl.batch(places, compare=False).logs] == ["a.csv"]
+
+
 def test_a_scene_is_found_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "logs").mkdir()
     monkeypatch.chdir(tmp_path)

@@ -16,7 +16,7 @@ import numpy as np
 from frictionlab.analysis import channels, signals, spectrum
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
-from frictionlab.recording import Fact, Recording
+from frictionlab.recording import Channel, Fact, Recording
 from frictionlab.sampling import clock_breaks
 from frictionlab.scene import Scene
 
@@ -37,7 +37,14 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
     """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
     step, parts, strays = 1.0 / recording.sampling_rate_hz, list[signals.Stretch](), 0.0
     of_mass, of_base = channels_of(scene)
-    warnings = list(recording.source.warnings)
+    recording, said = _in_newtons(recording, scene.rig.stiffness)
+    warnings = [*recording.source.warnings, *said]
+    by_log, by_sensors = recording.source.dialect.get("lag_s"), scene.sensors.lag_s
+    if isinstance(by_log, float) and by_log and by_sensors:
+        warnings.append(
+            f"lag: [log] lag_s has moved the base by {1e3 * by_log:.3g} ms when the log was read, [sensors] lag_s moves"
+            f" it by {1e3 * by_sensors:.3g} ms more: {1e3 * (by_log + by_sensors):.3g} ms in all; declare it once"
+        )
     for part in recording.stretches():
         breaks = clock_breaks(part.time, step).tolist()
         warnings += _some(
@@ -74,6 +81,19 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
     if force is not None and not is_force(force):
         warnings.append(f"normal_force_n: expected a number above 0; got {force!r} in the recording: it is not used")
     return parts, warnings
+
+
+def _in_newtons(recording: Recording, stiffness: float | None) -> tuple[Recording, list[str]]:
+    """A force over the stiffness, as `frictionlab simulate` writes it without one, in newtons; else left out."""
+    simulated = next((c for c in recording.channels if c.name == "contact_force" and c.unit == "m"), None)
+    if simulated is None:
+        return recording, []
+    others = tuple(channel for channel in recording.channels if channel is not simulated)
+    if stiffness is None:
+        said = "is over the stiffness, which the scene does not say: it is left out, and there are no newtons"
+        return recording.changed(channels=others), [f"contact_force: {said}: give [rig] stiffness_n_per_m"]
+    force = Channel("contact_force", stiffness * simulated.values, simulated.sensor)
+    return recording.changed(channels=(*others, force)), []
 
 
 def _some(sentences: Iterable[str]) -> list[str]:

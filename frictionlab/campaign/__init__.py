@@ -184,6 +184,15 @@ class Campaign(Result):
         return {v.trial.source: v for fit in self.fits for v in fit.verdicts}
 
     @property
+    def lag_found_s(self) -> float | None:
+        """By how much the tests find the base's channel behind, the declared lag included; None: no fit looked for it.
+
+        Energies in figures and pages are those at this lag, as the law's are.
+        """
+        values = {} if self.joint is None or not self.joint.of_cycles else self.joint.posterior.values(0)
+        return self.scene.sensors.lag_s + values["lag_s"] if "lag_s" in values else None
+
+    @property
     def failures(self) -> tuple[Trial, ...]:
         """The tests without a measurement, or without the facts it takes."""
         return tuple(t for t in self.trials if t.failed)
@@ -251,7 +260,7 @@ def evaluate(
         comparisons={str(row.get("source")): row for row in comparisons},
         joint=joint,
     )
-    by_rig = () if joint is None else joint.rig_notes(scene)
+    by_rig = () if joint is None else (*joint.rig_notes(scene), *joint.seating_notes())
     named = elsewhere(tests, folders)
     strangers = [NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])] if named else []
     return replace(found, notes=(*_notes(found), *unfitted, *by_rig, *strangers))

@@ -17,7 +17,8 @@ from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.campaign.prediction import Model, elasticity, loop_ratio, observe_row, predict
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
-from frictionlab.inference.observations import CycleObservation
+from frictionlab.inference.comparison import harmonics_of
+from frictionlab.inference.observations import LEAST_POINTS, CycleObservation, mean_cycle
 from frictionlab.inference.posterior import EXPLAINED, ParameterEstimate, infer
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, SteadyState
@@ -116,6 +117,13 @@ class Verdict:
     def residual(self) -> float | None:
         """Measured over predicted energy - 1."""
         return self.trial.mean[0] / self.seen - 1 if self.seen and math.isfinite(self.trial.mean[0]) else None
+
+    @property
+    def energy(self) -> Estimate:
+        """Measured energy (k Y^2) as it is at the lag and gain found, to be held against ``predicted``."""
+        true = None if self.predicted is None else self.predicted.energy_per_cycle
+        energy = self.trial.means[0]
+        return energy.scaled(true / self.seen) if true and self.seen else energy
 
 
 @dataclass(frozen=True)
@@ -330,8 +338,15 @@ def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: fl
     base = COSINE if cycle is None else cycle.base
     steep, state = elasticity(model, trial.r, own, base), predict(model, trial.r, own, base)
     seen = None if state is None else state.energy_per_cycle
+    late_s = posterior.values(0 if i is None else i).get("lag_s", 0.0) if joint.of_cycles else 0.0
     if i is not None and cycle is not None and state is not None:
         seen = cycle.shown(state, posterior.values(i))[1]
+    elif state is not None and state.orbit is not None and seen is not None:  # a test left out has the same lag
+        first, late = (
+            harmonics_of(mean_cycle(state, LEAST_POINTS), 1)[0],
+            2.0 * math.pi * trial.drive_frequency_hz * late_s,
+        )
+        seen += math.pi * float((1j * first * (np.exp(1j * late) - 1.0)).real) if math.isfinite(late) else 0.0
     steep = steep if math.isfinite(steep) else 0.0
     found = Verdict(trial, excluded, predicted=state, seen=seen, elasticity=steep)
     if i is None or observation is None:

@@ -7,7 +7,7 @@ friction ratio at each normal force: one linear step from it, by which Amontons'
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -39,6 +39,10 @@ BY_TWO_NUMBERS = (
 VARIES = (
     "{}: {} does not explain all cycles; its friction coefficient would be {:.3g} times as large if friction may vary"
     " with place and speed, and its error holds the difference: --law auto finds the law that the tests require"
+)
+TURNS = (
+    "{}: the gradient changes its sign from test to test ({:+.2g} to {:+.2g} per Y): a contact seated anew between"
+    " tests has another one; its scatter is in the bands of predictions"
 )
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 Seen = CycleObservation | RowObservation
@@ -173,9 +177,12 @@ class JointFit:
     def rig_notes(self, scene: Scene) -> tuple[str, ...]:
         """Return where the tests find sensors and rig, and which of them are far from what is known.
 
-        Measured energies are those of the declared lag, so one that is found elsewhere is to be declared.
+        Measured energies are those of the declared lag, so one that is found elsewhere is to be declared; not where the
+        laws do not explain their tests, for then the rig makes up for what a law lacks.
         """
         parts, far = [], []
+        tests = range(len(self.posterior.tests))
+        explained = 2 * sum(explains(self.posterior.fit, [i]) for i in tests) >= len(tests)
         for k, u in enumerate(self.posterior.unknowns):
             if u.law:
                 continue
@@ -183,18 +190,29 @@ class JointFit:
             factor, unit = (u.unit[0], f" {u.unit[1]}") if u.unit[1] else (100.0, " %")
             value, spread, known = (factor * u.sd * x for x in (off, error, u.known_to))
             parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
-            if abs(off) > STRAINED * u.known_to:
+            if explained and abs(off) > STRAINED * u.known_to:
                 against = f"{u.key} declares" if math.isinf(u.tail) else f"is assumed where {u.key} is not declared"
                 far.append(
                     f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}: declare"
                     f" {to_declare(u.name, u.value(off), scene) or u.key} and measure again"
                     + (
-                        ", for measured energies are those of the lag declared (left_out.csv has them at the lag found)"
+                        ": measurements.csv has energies at the lag declared, figures and pages at the lag found"
                         if u.name == "lag_s"
                         else ""
                     )
                 )
         return (FOUND.format("; ".join(parts)), *far) if parts and len(self.posterior.tests) > 1 else ()
+
+    def seating_notes(self) -> Iterator[str]:
+        """Yield whose friction rises along the path in some tests and falls in others, beyond twice its error."""
+        for material in self.materials:
+            own = [self.posterior.parameters(i).get("gradient") for i in self.tests(material)]
+            signs = {
+                math.copysign(1.0, e.value) for e in own if e is not None and abs(e.value) > 2.0 * (e.u or math.inf)
+            }
+            values = [e.value for e in own if e is not None]
+            if len(signs) > 1:
+                yield TURNS.format(material, min(values), max(values))
 
 
 def _shared(posterior: Posterior, i: int) -> Estimate:

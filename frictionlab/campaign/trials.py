@@ -23,6 +23,7 @@ TURNED = (
     f"{ENERGY} is {{:.3g}} kY^2: a contact takes energy: a channel is inverted, or mass and base are swapped: read"
     " the log again with the right columns (--mass, --base)"
 )
+PRESCRIBED = "its motion is prescribed: no frame answers it: `frictionlab batch` without --campaign compares each test"
 LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
 LONG_S = 300.0  # from this duration on a test is a long one: it shows drift, and the fit over r leaves it to that
 NEEDED = (RATIO, ENERGY, AMPLITUDE)
@@ -230,10 +231,11 @@ def _reason(trial: Trial) -> str | None:
     if impossible := list(_impossible(row)):
         return f"{'; '.join(impossible)}: correct the measurement, or leave it out"
     wanting = [key for name in ESTIMATES if (key := ESTIMATED[name]) in NEEDED and not getattr(trial, name).known]
-    if wanting == [RATIO]:
-        return "no frequency_ratio: give [rig] natural_frequency_hz in the scene when analyzing"
     if wanting:
-        return f"no {', no '.join(wanting)} in the measurement: analyze it again"
+        if ENERGY in wanting and row.get("measured_friction_coefficient") is not None:
+            return PRESCRIBED
+        lacks_frame = "no frequency_ratio: give [rig] natural_frequency_hz in the scene when analyzing"
+        return lacks_frame if wanting == [RATIO] else f"no {', no '.join(wanting)} in the measurement: analyze it again"
     try:
         window_of(trial.energy_rule)
     except ValueError:

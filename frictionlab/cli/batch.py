@@ -59,6 +59,8 @@ def batch(
     single = None if campaign else law
     todo = plan(files_of(logs), scene, output=output, compare=not campaign, law=single, again=again, **settings)
     work.note_not_read(logs)
+    for copy, log in () if work.quiet or work.as_json else todo.copies.items():
+        complain(f"note: {copy.name} is the same as {log.name}, byte for byte: it is counted once")
     read = [*todo.logs, *scene.files]
     if campaign:  # before the work: a folder that holds other files where results go is refused
         from frictionlab.campaign.files import check_folder

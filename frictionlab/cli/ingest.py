@@ -197,6 +197,10 @@ def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
     if found.sheet or found.name_pattern:
         where = f"the sheet {found.sheet}" if found.sheet else f"their names, {found.name_pattern}"
         screen.paragraph(f"facts of the tests: from {where}", indent="    ")
+    if found.odd and not found.sheet:
+        names = f"{', '.join(found.odd[:3])}{', ...' * (len(found.odd) > 3)}"
+        screen.paragraph(f"names that do not follow it: {names}: rename them, or list all in a sheet", indent="    ")
     to_fill_in = f"; to fill in: {', '.join(open_keys)}" if open_keys else ""
     screen.paragraph(f"the scene is {path}{to_fill_in}", indent="    ")
-    typer.echo(printable(f"next: frictionlab batch {path.parent}{' --campaign' * (len(found.tests) > 1)}"))
+    together = " --campaign" if len(found.tests) > 1 and not found.is_tribometer else ""
+    typer.echo(printable(f"next: frictionlab batch {path.parent}{together}"))

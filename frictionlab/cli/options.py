@@ -3,6 +3,7 @@
 import csv
 import inspect
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import partial, wraps
@@ -311,6 +312,7 @@ class Judged(ManyInputs):
 
 
 MOST_VALUES = 10_000_000
+LARGEST_BASE = 0.2  # m
 NEARLY = 1e-9  # of a step: how far the last value may lie beyond the end
 SAME_AS = {"mu": ("static_ratio_up", "static_ratio_down", "static_ratio"), "zeta": ("contact_damping_ratio",)}
 
@@ -332,6 +334,12 @@ def named_values(said: Sequence[str] | None, given: Mapping[str, object]) -> dic
             if name in names:
                 raise UsageError(f"--{option} and --parameter {name} say the same: leave one out")
     return values
+
+
+def doubt_amplitude(metres: float | None) -> None:
+    """Say of a base amplitude that no bench has that it may be in millimetres."""
+    if metres is not None and metres > LARGEST_BASE:
+        complain(f"warning: --base-amplitude {metres:g}: metres are meant; {metres:g} mm are {1e-3 * metres:g}")
 
 
 def check_law(law: str | None) -> None:
@@ -367,6 +375,9 @@ def values_of(text: str, option: str) -> list[float]:
     """
     try:
         said = text if is_plain(text) else ""
+        if re.fullmatch(r"\d+,\d+", said):
+            first, last = said.split(",")
+            complain(f"warning: {option}: {first} and {last} are two values; a decimal is written {first}.{last}")
         if ":" not in said:
             return [float(part) for part in said.split(",")]
         first, last, by = (part.strip() for part in said.split(":"))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import typer
 
 from frictionlab.cli import complain
-from frictionlab.cli.options import Results, named_values, scene_of, values_of
+from frictionlab.cli.options import Results, doubt_amplitude, named_values, scene_of, values_of
 from frictionlab.cli.screen import count, counted, paragraph, print_table, print_warnings
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
 SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
 MOST_AXES = 2  # of a map's figure
+EDGE = 0.15  # of a band: a value nearer to an end than this is at an edge
 SEVERAL = 5  # predictions from which progress is shown
 HEADS = {
     "rank": "test",
@@ -111,6 +112,12 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
             f" after: sum of this test and all better ones, the lesser of both; {DECIDES:g} or more decides"
         )
     paragraph(f"lab min: laboratory time so far; {meaning}")
+    left = {row.get("u(beta)") for row in map(_flat, (listed[0], listed[-1]))}
+    if len(listed) > 1 and len(left - {None}) == len(left) == 1:
+        paragraph(
+            "friction % does not fall: what is left are normal force, stiffness and gains of the sensors, which no"
+            " number of tests knows better: measure them, and declare their _u in the scene"
+        )
     typer.echo("\nIn the laboratory, in the order that saves changes:")
     for line in steps(found):
         paragraph(line, indent="    ")
@@ -168,6 +175,7 @@ def predict(
     """
     from frictionlab.verbs.simulating import predict
 
+    doubt_amplitude(base_amplitude)
     read = [law_file, *([] if base_motion is None else [base_motion])]
     figure = to.figure("prediction", read)
     ratios = None if r is None else values_of(r, "--r")
@@ -185,10 +193,16 @@ def predict(
             typer.echo(json_line(test.row()))
     else:
         first = found.tests[0]
-        base = f"{1e3 * first.base_amplitude_m:.4g} mm{' from its first value' * (first.frequency_ratio is None)}"
+        size = f"{1e3 * first.base_amplitude_m:.4g} mm"
+        base = size if first.frequency_ratio is not None else f"at most {size} away from where it begins"
         about = f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base {base}"
         paragraph(f"{about}; each number with its 95 % band")
         print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], PREDICTED)
+        if any(_is_at_an_edge(*number) for test in found.tests for number in test.numbers.values()):
+            paragraph(
+                "a value at an edge of its band is that of the law's mean values: what is not known of these (such as a"
+                " gradient of either sign) moves it to one side"
+            )
         if not to.quiet:
             warned = ({"source": name, "warnings": t.warnings} for t, name in zip(found.tests, names, strict=True))
             print_warnings(list(warned))
@@ -198,6 +212,12 @@ def predict(
         from frictionlab.figures import plot
 
         plot(found, figure, force=to.force)
+
+
+def _is_at_an_edge(value: float | None, low: float | None, high: float | None) -> bool:
+    if value is None or low is None or high is None or not low < high:
+        return False
+    return min(value - low, high - value) < EDGE * (high - low)
 
 
 def _shown(test: "PredictedTest", name: str) -> Row:

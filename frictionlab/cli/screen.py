@@ -132,7 +132,7 @@ MEASURED = (
     *(word("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),
 )
 COMPARED = (
-    *(*_FIRST, known("beta", "friction_ratio", 4), known("F [N]", "friction_force_n", 5)),
+    *(*_FIRST, known("beta", "friction_ratio", 4), known("F [N]", "friction_force_n", 8)),
     *(known("mu", "friction_coefficient", 8), word("law", "law", 9), word("verdict", "verdict", 9)),
     word("record nrmse", "record_nrmse", 7, ".2%"),
 )
@@ -276,8 +276,8 @@ def headline(rows: Sequence[Row], noun: str) -> str:
 
 
 def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
-    """What the uncertainties assume that nobody declared."""
-    moved = [row.get("nuisances") or {"lag_s": None} for row in good]
+    """What the uncertainties assume that nobody declared: neither the scene nor, of two logs, their recording."""
+    moved = [row.get("nuisances") or {"lag_s": None} for row in good if row.get("lag_is_assumed", True)]
     lags = any(isinstance(names, Mapping) and "lag_s" in names for names in moved)  # a table over frequency has none
     return [LAG] if lags and scene.sensors.lag_s_u is None else []
 

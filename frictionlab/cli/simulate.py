@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 import typer
 
 from frictionlab.cli import complain
-from frictionlab.cli.options import ANALYSIS, LOG, Results, named_values, number_of, scene_of
+from frictionlab.cli.options import ANALYSIS, LOG, Results, doubt_amplitude, named_values, number_of, scene_of
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.schema import AMPLITUDE, ENERGY, MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
@@ -75,6 +75,7 @@ def simulate(
 
     A record: frictionlab simulate --base-motion quake.csv --natural-frequency 3.1 --beta 0.2 -o response.h5
     """
+    doubt_amplitude(rubbing.base_amplitude)
     known = None if scene is None else scene_of(scene)
     others = {"--cycles": cycles, "--all": every, "--solver": None if solver == "auto" else solver}
     given = [option for option, value in others.items() if value not in (None, False)]

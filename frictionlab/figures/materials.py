@@ -123,8 +123,8 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
 def energy(campaign: Campaign, material: str) -> Figure:
     """Energy per cycle.
 
-    Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit. Lines: Coulomb's
-    law with one friction ratio β per normal force.
+    Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit. Lines: the law,
+    with one friction ratio β per normal force.
     """
     fits = _by_force(campaign, material)
     with style.drawing(3.8) as figure:
@@ -132,7 +132,7 @@ def energy(campaign: Campaign, material: str) -> Figure:
         ratios = ["no fit" if fit.friction_ratio is None else f"β = {fit.friction_ratio:.3f}" for fit in fits]
         labels = [f"{fit.normal_force_n:.4g} N, {ratio}" for fit, ratio in zip(fits, ratios, strict=True)]
         _draw_energies(ax, campaign, fits, labels, style.shades(len(fits)), cycle(style.MARKERS))
-        ax.set_title(material)
+        ax.set_title(f"{material}{at_lag(campaign)}")
         figure.legend(title="normal force", loc="outside right upper")
     return figure
 
@@ -237,7 +237,7 @@ def _draw_energies(
     The axes show all that was measured; over r, a prediction near resonance may leave them at the top.
     """
     for fit, label, colour, marker in zip(fits, labels, colours, markers, strict=False):
-        rows = [(v, v.trial.mean[0], NORMAL * v.trial.mean_se[0]) for v in fit.verdicts]
+        rows = [(v, v.energy.value or 0.0, NORMAL * v.trial.mean_se[0] * _times(v)) for v in fit.verdicts]
         _draw_tests(ax, campaign, rows, colour, marker, label)
         if over_force(campaign):
             known = [(fit.normal_force_n, v.predicted.energy_per_cycle or 0.0) for v in fit.used if v.predicted]
@@ -246,11 +246,23 @@ def _draw_energies(
             for curve in campaign.curves:
                 if (curve.material, curve.normal_force_n) == (fit.material, fit.normal_force_n):
                     ax.plot(curve.r, curve.energy, color=colour, linewidth=0.9)
-    energies = [v.trial.mean[0] for f in fits for v in f.verdicts if not v.trial.is_long]
+    energies = [v.energy.value or 0.0 for f in fits for v in f.verdicts if not v.trial.is_long]
     if over_force(campaign):  # near resonance, over r, predictions have no bound
         energies += [v.predicted.energy_per_cycle or 0.0 for f in fits for v in f.used if v.predicted]
     _set_across(ax, campaign)
     ax.set(ylabel=ENERGY, ylim=(0, 1.12 * max(energies, default=1.0) or 1.0))
+
+
+def at_lag(campaign: Campaign) -> str:
+    """At which lag energies are shown: the one that the tests find, if they do."""
+    lag = campaign.lag_found_s
+    return "" if lag is None else f", at the lag found ({1e3 * lag:+.3g} ms)"
+
+
+def _times(verdict: Verdict) -> float:
+    """What makes of a test's energy at the lag declared the one at the lag found."""
+    seen = verdict.trial.mean[0]
+    return (verdict.energy.value or 0.0) / seen if seen else 1.0
 
 
 def _draw_tests(

@@ -228,8 +228,9 @@ def compare_table(
     reference = states[observation.reference]
     nrmse, stated = observation.nrmse(found.fit.residual()), observation.is_stated
     misfit = nrmse / observation.floor if stated else None
-    said = [*scene.rig.doubts, *table.said, *strained_facts(found, scene), *found.warnings]
     verdict = verdict_of(misfit, strained=bool(found.strained))
+    moved = strained_facts(found, scene) if verdict == "strained" else ()
+    said = [*scene.rig.doubts, *table.said, *moved, *found.warnings]
     said += doubts(found, verdict, misfit, ladder, what="table", of="stated errors")
     if misfit is None:
         said.append(
@@ -276,7 +277,8 @@ def compare_force(
     nrmse = observation.nrmse(found.fit.residual())
     misfit, rows = nrmse / observation.floor, _rows(ladder, found, nrmse)
     verdict = verdict_of(misfit, strained=bool(found.strained))
-    said = [*measurement.warnings, *observation.said, *strained_facts(found, scene), *found.warnings]
+    moved = strained_facts(found, scene) if verdict == "strained" else ()
+    said = [*measurement.warnings, *observation.said, *moved, *found.warnings]
     said += doubts(found, verdict, misfit, ladder, what="force", of="standard error of the measured mean cycle")
     over = "friction" if observation.normal_force is None else "normal"
     stroke = f"Y = {1e3 * observation.unit:.4g} mm" if measurement.force_energy_j.known else "half the stroke"

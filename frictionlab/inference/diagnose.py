@@ -62,7 +62,7 @@ class Diagnosis:
 
 def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     """Return what else may have made the recording of one test; ``explained``: its law leaves no more than noise."""
-    said = list(strained_facts(found, scene))
+    said = list(strained_facts(found, scene)) if explained else []
     strained = bool(found.strained)
     observation = cycle_of(found.tests[0])
     if not found.unknowns:
@@ -81,7 +81,10 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
 
 
 def strained_facts(found: Posterior, scene: Scene) -> Iterator[str]:
-    """Yield which known quantity the fit had to move away from what is known of it, and what to declare instead."""
+    """Yield which known quantity the fit had to move away from what is known of it, and what to declare instead.
+
+    Of a law that explains the test: any other law finds a lag or a frequency that makes up for what it lacks.
+    """
     values = found.values()
     for k in found.strained:
         u = found.unknowns[k]

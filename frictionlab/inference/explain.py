@@ -157,7 +157,9 @@ def missed(contact: ContactForce | None) -> dict[str, float]:
     if contact is None or contact.residual is None or contact.law_velocity is None:
         return {}
     speed = contact.law_velocity
-    parts = {"stops": np.abs(speed) < STILL, "slides up": speed >= STILL, "slides down": speed <= -STILL}
+    still = np.abs(speed) < STILL
+    still &= np.roll(still, 1) | np.roll(still, -1)  # where it turns it stands for one sample, and has no stop
+    parts = {"stops": still, "slides up": speed >= STILL, "slides down": speed <= -STILL}
     square = contact.residual**2
     return {name: math.sqrt(float(square[there].mean())) for name, there in parts.items() if there.any()}
 

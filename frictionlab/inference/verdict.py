@@ -99,8 +99,11 @@ def doubts(
         if ladder is None and "beta" in observation.held:
             held = f"{observation.held['beta']:g}"
             step = f"the friction ratio is held at {held}: leave out --beta, and beta of [model.parameters], to fit it"
+        words = f"does not explain this {what}"
         missed = f"what it misses is {misfit:.2g} times the {of}"
-        yield f"verdict: {observation.law.name} does not explain this {what}: {missed}; {step}"
+        if verdict == "strained":
+            words, step = f"explains this {what} only with a rig or sensors unlike the scene", "see what is named here"
+        yield f"verdict: {observation.law.name} {words}: {missed}; {step}"
     for term in observation.law.terms if ladder is not None else ():
         own = [parameters[p.name] for p in term.parameters if p.name not in observation.held and not p.whole]
         if own and term.name != "coulomb" and not any(e.told for e in own):

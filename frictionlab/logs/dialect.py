@@ -18,6 +18,7 @@ from frictionlab.log_options import LogOptions
 
 COMMENTS = ("#", "%", "//", "!")
 NAMES = {",": "comma", ";": "semicolon", "\t": "TAB", "|": "pipe", " ": "blanks"}
+_QUOTED_COMMAS = re.compile(r'"-?\d+,\d+"\s*,')
 _SEPARATORS = ("\t", ";", ",", "|", " ")
 _LOOK_AT = 400
 _WORD = re.compile(r"[^ \t\v\f\r\n]+")  # the blanks of both readers; str.split knows many more
@@ -176,7 +177,9 @@ def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dial
     ]
     readings = [r for pair in pairs if (r := _read_as(lines, *pair)) is not None]
     if not readings:
-        raise LogError(f"{name}: no lines of numbers found in its first {len(lines)}: expected a log of numbers")
+        quoted = any(_QUOTED_COMMAS.search(line) for line in lines)
+        hint = '; cells like "0,12" have a decimal comma in quotes, between commas: save it with semicolons' * quoted
+        raise LogError(f"{name}: no lines of numbers found in its first {len(lines)}: expected a log of numbers{hint}")
     best = max(readings, key=lambda r: (r.share, r.run))
     rivals: list[_Reading] = []
     for reading in sorted(readings, key=lambda r: -r.share):

@@ -37,6 +37,7 @@ CHANGE = 0.75  # of a cycle from the base's top on: cycles are cut there, fricti
 MOST_CYCLES = 60  # drawn of a test: more cycles scatter like these
 STEP = 1e-3  # relative change of the friction by which the scatter from cycle to cycle is drawn
 HOUR = 3600.0
+EXAMPLES = {"frequency_ratios": [0.3, 0.5, 1.2], "normal_forces_n": [2.5, 5.0], "base_amplitudes_m": [0.0018]}
 MISFIT = "--measured: {} of {} comparisons are not counted: their law does not explain their test"
 Before = Mapping[str, object] | MaterialLaw
 """What is known before: a row of `compare-numeric`, or the law of a material."""
@@ -124,7 +125,11 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Before] 
     lists = {"frequency_ratios": plan.frequency_ratios, "normal_forces_n": forces}
     lists["base_amplitudes_m"] = plan.base_amplitudes_m
     none = [name for name, values in lists.items() if not values]
-    lacking = [f"plan.{name}: expected at least one value; got none: list what the rig can set" for name in none]
+    lacking = [
+        f"plan.{name}: expected at least one value; got none: list what the rig can set, such as {name} ="
+        f" {EXAMPLES[name]}, under [plan] of the scene"
+        for name in none
+    ]
     if frequency is None or stiffness is None:
         two = "two of natural_frequency_hz, mass_kg and stiffness_n_per_m"
         lacking.insert(0, f"rig: a plan needs natural frequency and stiffness: give {two}")

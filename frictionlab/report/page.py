@@ -18,7 +18,7 @@ from frictionlab import __version__, schema
 from frictionlab.campaign import CRITERIA, Campaign
 from frictionlab.campaign.files import rows_of
 from frictionlab.campaign.trials import short_name
-from frictionlab.figures.materials import over_force
+from frictionlab.figures.materials import at_lag, over_force
 from frictionlab.figures.plates import Plate, first_of
 from frictionlab.files import write_whole
 from frictionlab.report.charts import HERE, TEMPLATES, Dot, scatter
@@ -138,6 +138,7 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
         plates=[plate for plate in plates if plate is not first],
         images={name: base64.b64encode(svg).decode() for name, svg in images.items()},
         overview=_overview(campaign),
+        at_lag=at_lag(campaign),
         rankings=list(_rankings(campaign, tables["ranking.csv"])),
         grids=[
             (title, listing(table, tables[f"{name}.csv"], COLUMNS[name]))
@@ -220,12 +221,13 @@ def _overview(campaign: Campaign) -> str:
 
     A point names its test and opens its page.
     """
-    forces = over_force(campaign)
+    forces, verdicts = over_force(campaign), campaign.verdicts
+    found = {t.source: verdicts[t.source].energy if t.source in verdicts else t.means[0] for t in campaign.trials}
     points = [
         Dot(
             (trial.normal_force_n or 0.0) if forces else trial.r,
-            trial.mean[0],
-            f"{short_name(trial.source)}: r {trial.r:.4g}, E {with_se(trial.mean[0], trial.mean_se[0])} kY²",
+            found[trial.source].value or 0.0,
+            f"{short_name(trial.source)}: r {trial.r:.4g}, E {found[trial.source]} kY²",
             f"tests/{sheet_name(place, trial)}",
             campaign.materials.index(trial.material) if trial.material in campaign.materials else 0,
         )

@@ -14,6 +14,7 @@ from frictionlab.campaign import Campaign, Trial, Verdict
 from frictionlab.campaign.files import MARK
 from frictionlab.campaign.trials import short_name
 from frictionlab.estimate import Estimate
+from frictionlab.figures.materials import at_lag
 from frictionlab.files import write_whole
 from frictionlab.inference.comparison import contact_force
 from frictionlab.recording import Recording
@@ -24,6 +25,7 @@ from frictionlab.tables import Row
 
 CYCLES = 8  # of the time response, the last ones
 COMPARED = {
+    "friction_ratio": "friction ratio of this test alone (compare-numeric)",
     "law": "law (compare-numeric)",
     "verdict": "verdict",
     "model": "model",
@@ -44,7 +46,7 @@ class PageOfTest:
 
     ``verdict``: what the campaign's fit says of it; ``comparison``: the row of `compare-numeric`, where it is given;
     ``fitted``: what the fit of all tests simulates for this one, and the phase (rad) by which its base's channel is
-    late.
+    late; ``at_lag``: in words, that its energies are those at the lag found.
     """
 
     trial: Trial
@@ -52,6 +54,7 @@ class PageOfTest:
     verdict: Verdict | None = None
     comparison: Row | None = None
     fitted: tuple[Problem, float] | None = None
+    at_lag: str = ""
     measurement: Measurement | None = None
     recording: Recording | None = None
 
@@ -164,4 +167,5 @@ def sheets_of(campaign: Campaign) -> list[PageOfTest]:
     fitted = {} if campaign.joint is None else campaign.joint.problems()
     verdicts, rows, sources = campaign.verdicts, campaign.comparisons, [t.source for t in campaign.trials]
     known = [(verdicts.get(name), rows.get(name), fitted.get(name)) for name in sources]
-    return [PageOfTest(t, campaign.scene, *more) for t, more in zip(campaign.trials, known, strict=True)]
+    lag = at_lag(campaign)
+    return [PageOfTest(t, campaign.scene, *more, lag) for t, more in zip(campaign.trials, known, strict=True)]

@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import tempfile
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from os import PathLike
@@ -60,6 +61,8 @@ class Batch:
         Whether each measurement is compared with its prediction.
     law : str or None
         Of the comparisons, in place of the scene's.
+    copies : mapping of Path to Path
+        Logs of a campaign that are left out, for another has the same bytes: it would count twice.
     """
 
     logs: tuple[Path, ...]
@@ -69,6 +72,7 @@ class Batch:
     compares: bool = True
     law: str | None = None
     names: Mapping[Path, str] = field(default_factory=dict, repr=False)  # of each log's results
+    copies: Mapping[Path, Path] = field(default_factory=dict, repr=False)
 
     @property
     def steps(self) -> tuple[str, ...]:
@@ -229,6 +233,21 @@ def write_stamp(path: Path, stamp: Stamp) -> None:
     write_whole(path, json.dumps(stamp, indent=1).encode())
 
 
+def copies_among(files: Iterable[Path]) -> dict[Path, Path]:
+    """Files that hold the same bytes as one before them, each with that one; only files of one size are read."""
+    sizes: defaultdict[int, list[Path]] = defaultdict(list)
+    for path in files:
+        if path.is_file():
+            sizes[path.stat().st_size].append(path)
+    found: dict[Path, Path] = {}
+    for alike in sizes.values():
+        seen: dict[bytes, Path] = {}
+        for path in alike if len(alike) > 1 else ():
+            first = seen.setdefault(hashlib.sha256(path.read_bytes()).digest(), path)
+            found |= {} if first is path else {path: first}
+    return found
+
+
 def batch(
     logs: FilePath | Iterable[FilePath],
     scene: AnyScene = None,
@@ -276,5 +295,7 @@ def batch(
         raise UsageError(f"no logs in {strange[0]}: there is no such file or folder: {EXPECTED_LOGS}")
     if not found:
         raise UsageError(f"no logs in {', '.join(map(str, places))}: {EXPECTED_LOGS}")
-    work = Batch(found, found, scene, Path(output), compare, law, names_of(found))
+    copies = {} if compare else copies_among(found)
+    found = tuple(log for log in found if log not in copies)
+    work = Batch(found, found, scene, Path(output), compare, law, names_of(found), copies)
     return work if again else replace(work, due=tuple(log for log in found if not work.is_fresh(log)))

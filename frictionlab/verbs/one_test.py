@@ -225,6 +225,7 @@ def compare(
     from frictionlab.inference import AUTO, compare_measurement, compare_record
     from frictionlab.inference.compare import compare_table, judge
     from frictionlab.inference.material_law import MaterialLaw, read_material_law
+    from frictionlab.simulator.meter import OverspentError
 
     known = scene_given(scene, settings, JUDGED)
     if friction_ratio is not None and not 0.0 <= friction_ratio < math.inf:
@@ -242,8 +243,13 @@ def compare(
     if TYPE_CHECKING:
         assert not isinstance(what, FrequencyTable)
     if law_file is not None:
-        if law is not None or friction_ratio is not None or whole or fit == "whole":
-            raise UsageError("law_file: a given law leaves nothing to find: give neither law, beta, whole nor fit")
+        if whole or fit == "whole":
+            raise UsageError(
+                "law_file: a material's law is held against the steady cycle; a whole record is predicted by"
+                " `frictionlab predict --law-file LAW --base-motion RECORDING`: leave out whole and fit"
+            )
+        if law is not None or friction_ratio is not None:
+            raise UsageError("law_file: a given law leaves nothing to find: give neither law nor beta")
         known_law = law_file if isinstance(law_file, MaterialLaw) else read_material_law(law_file)
         return judge(_measurement_given(what, known), known, known_law)
     if not whole and fit == "cycle":
@@ -251,7 +257,11 @@ def compare(
     if isinstance(what, Measurement):
         raise UsageError("compare: the whole record; expected a recording, its file or a log; got a measurement")
     recording = recording_given(what, known)
-    return compare_record(recording, known, law=law, friction_ratio=friction_ratio, fit=fit)
+    try:
+        return compare_record(recording, known, law=law, friction_ratio=friction_ratio, fit=fit)
+    except OverspentError as error:
+        do = "name a law (--law coulomb+place+speed) in place of auto" if law == AUTO else "choose a simpler law"
+        raise AnalysisError(f"{error} before the whole record is fitted: {do}, or --fit cycle --whole") from error
 
 
 def explain(

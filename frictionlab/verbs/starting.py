@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
+from frictionlab.experiment import matched
 from frictionlab.files import make_folder, stem_of, write_whole
 from frictionlab.scene import SCENE_NAME
 from frictionlab.scene.text import template, value_text
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 MOST_READ = 12  # logs that are read; the names of all are
 MOVES = 0.05  # a base that moves more than this share of the mass drives it
+OF_CONTACT = ("contact_force", "torque")  # channels of a tribometer, whose logs have no base
 LATEST = 0.7  # share of a record after which nothing is said to have settled
 KEPT_FREQUENCY, KEPT_DAMPING = 1e-4, 0.02  # relative: what a clock, and a frame mounted again, are off between days
 TOKEN = re.compile(r"([A-Za-z]*?)(\d+(?:[.,]\d+)?)([A-Za-z]*)")
@@ -43,6 +45,8 @@ class Found:
     unread: Mapping[Path, str] = field(default_factory=dict)  # logs that cannot be read as they are, with the reason
     sheet: str | None = None  # name of a CSV that lists the tests: it has a `log` column
     name_pattern: str | None = None  # what the names of the logs say, as in [experiment]
+    odd: tuple[str, ...] = ()  # tests whose names do not say it
+    is_tribometer: bool = False  # no test has a base, all measure a force of the contact: [rig] kind = "prescribed"
     settled_s: Mapping[Path, float] = field(default_factory=dict)  # when the motion of each test looked at had settled
     frame: "Mapping[str, Average]" = field(default_factory=dict)  # natural frequency and damping ratio, from the taps
 
@@ -50,9 +54,10 @@ class Found:
     def lacks(self) -> tuple[str, ...]:
         """What nobody can find in logs: what is to be asked for, as keys of a scene."""
         rig = () if "natural_frequency_hz" in self.frame else ("rig.natural_frequency_hz",)
+        rig = () if self.is_tribometer else (*rig, "rig.mass_kg")
         facts = self.name_pattern or ""
         open_keys = [] if self.sheet else [f for f in ("material", "normal_force_n") if f.rstrip("_n") not in facts]
-        return (*rig, "rig.mass_kg", *(f"experiment.{key}" for key in open_keys))
+        return (*rig, *(f"experiment.{key}" for key in open_keys))
 
 
 def look(folder: FilePath) -> Found:
@@ -72,6 +77,7 @@ def look(folder: FilePath) -> Found:
     decays: list[FreeVibration] = []
     unread = not_read_in([place])
     settled: dict[Path, float] = {}
+    has_base: set[bool] = set()
     for number, log in enumerate(logs):
         reason = ""
         try:
@@ -79,8 +85,11 @@ def look(folder: FilePath) -> Found:
                 tests.append(log)
                 continue
             recording = ingest(log)
-            if np.ptp(recording.base_displacement) > MOVES * np.ptp(recording.mass_displacement):
+            measured = recording.measured()
+            is_driven = not any(name in measured for name in OF_CONTACT) or any("base" in name for name in measured)
+            if not is_driven or np.ptp(recording.base_displacement) > MOVES * np.ptp(recording.mass_displacement):
                 tests.append(log)
+                has_base.add(is_driven)
                 length = recording.duration_s
                 with contextlib.suppress(FrictionlabError):  # it is a test all the same: the batch says what is wrong
                     at = analyze(recording, transient_s=min(1.0, 0.1 * length), cycles="all").settled_s
@@ -93,12 +102,15 @@ def look(folder: FilePath) -> Found:
             taps.append(log)
         except FrictionlabError as error:
             unread[log] = (reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: ")
+    pattern, odd = pattern_of([stem_of(log) for log in tests])
     return Found(
         tests=tuple(tests),
         taps=tuple(taps),
         unread=unread,
         sheet=sheet,
-        name_pattern=pattern_of([stem_of(log) for log in tests]),
+        name_pattern=pattern,
+        odd=odd,
+        is_tribometer=has_base == {False},
         settled_s=settled,
         frame=averages(decays) if decays else {},
     )
@@ -114,24 +126,27 @@ def _is_sheet(path: Path) -> bool:
     return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=separator), [])]
 
 
-def pattern_of(names: Sequence[str]) -> str | None:
-    """The ``name_pattern`` that the names of logs follow; None where they have no form in common.
+def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
+    """The ``name_pattern`` that the names of logs follow, and the odd names that do not; None where most do not.
 
     Examples
     --------
-    >>> pattern_of(["steel_N1.25_r0.3", "rubber_N1.25_r1.2"]), pattern_of(["steel_250g", "steel_500g"])
-    ('{material}_N{normal_force_n}_r{nominal_frequency_ratio}', '{material}_{normal_force_g}g')
-    >>> pattern_of(["test1", "some other"]) is None
-    True
+    >>> pattern_of(["steel_N1.25_r0.3", "rubber_N1.25_r1.2"]), pattern_of(["steel_250g", "steel_500g", "steel_x"])
+    (('{material}_N{normal_force_n}_r{nominal_frequency_ratio}', ()), ('{material}_{normal_force_g}g', ('steel_x',)))
+    >>> pattern_of(["test1", "some other"])
+    (None, ())
     """
     for sign in ("_", "-", " "):
-        rows = [name.split(sign) for name in names]
-        if rows and len(rows[0]) > 1 and all(len(row) == len(rows[0]) for row in rows):
-            parts = [_part(column) for column in zip(*rows, strict=True)]
-            keys = Counter(key for part in parts for key in re.findall(r"\{(\w+)\}", part))
-            if "material" in keys and max(keys.values()) == 1:
-                return sign.join(parts)
-    return None
+        rows = {name: name.split(sign) for name in names}
+        kinds = {name: tuple(bool(re.search(r"\d", word)) for word in row) for name, row in rows.items()}
+        usual, count = Counter(kinds.values()).most_common(1)[0] if rows else ((), 0)
+        if len(usual) < 2 or 2 * count <= len(rows):
+            continue
+        parts = [_part(column) for column in zip(*(row for n, row in rows.items() if kinds[n] == usual), strict=True)]
+        keys = Counter(key for part in parts for key in re.findall(r"\{(\w+)\}", part))
+        if "material" in keys and max(keys.values()) == 1:
+            return sign.join(parts), tuple(name for name in names if matched(sign.join(parts), name) is None)
+    return None, ()
 
 
 def _part(words: Sequence[str]) -> str:
@@ -194,6 +209,8 @@ def init(
 def _lines(found: Found, facts: Mapping[str, object]) -> Iterator[str]:
     """A scene of ten keys: those that are known on, the others off."""
     yield "\n[rig]"
+    if found.is_tribometer:
+        yield 'kind = "prescribed"  # no log has a base: the motion is given, as on a tribometer'
     frequency, damping = found.frame.get("natural_frequency_hz"), found.frame.get("damping_ratio")
     if frequency is not None:
         yield f"natural_frequency_hz = {frequency.mean:.6g}  # from {', '.join(tap.name for tap in found.taps)}"
@@ -201,11 +218,12 @@ def _lines(found: Found, facts: Mapping[str, object]) -> Iterator[str]:
         if damping is not None and damping.mean > 0.0:
             yield f"damping_ratio = {damping.mean:.4g}"
             yield f"damping_ratio_u = {max(damping.se, KEPT_DAMPING * damping.mean):.2g}"
-    else:
+    elif not found.is_tribometer:
         yield _key("natural_frequency_hz", facts, "needed: a tap of the frame gives it (frictionlab free-vibration)")
-    yield _key("mass_kg", facts, "this or the stiffness gives newtons and joules")
-    yield _key("stiffness_n_per_m", facts, "in place of the mass")
-    if damping is None:
+    if not found.is_tribometer:
+        yield _key("mass_kg", facts, "this or the stiffness gives newtons and joules")
+        yield _key("stiffness_n_per_m", facts, "in place of the mass")
+    if damping is None and not found.is_tribometer:
         frame = "of the frame; from a dashpot of c N s/m: c / (2 sqrt(k m)); taps give it"
         yield _key("damping_ratio", facts, frame)
     yield "\n[experiment]"
