@@ -34,21 +34,10 @@ class Facts:
 
 
 def facts_of(scene: Scene, log: Path) -> Facts:
-    """Collect the facts of the test that a log records.
+    """Collect the facts of the test that a log records; only the log's name is used.
 
-    The sheet wins over the file name, and the file name over the scene; where two disagree a warning says so.
-
-    Parameters
-    ----------
-    scene
-        Its ``[experiment]`` holds facts, a ``name_pattern`` and a ``sheet``.
-    log
-        The log; only its name is used.
-
-    Raises
-    ------
-    SceneError
-        If the pattern or the sheet cannot be used.
+    The sheet wins over the file name, and the file name over the scene's ``[experiment]``; where two disagree a warning
+    says so. `SceneError`: the pattern or the sheet cannot be used.
 
     Examples
     --------

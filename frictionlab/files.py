@@ -33,14 +33,8 @@ WINDOWS = os.name == "nt"  # folders cannot be synced there
 def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Callable[[Path], bool] = True) -> None:
     """Write a file so that it appears whole or not at all.
 
-    Parameters
-    ----------
-    path
-        Where it shall stand; its folder exists. A symbolic link is followed.
-    data
-        All of its bytes, in one or in pieces.
-    replace
-        Whether an existing file may be replaced: yes, no, or a function that looks at it and says.
+    ``path``: its folder exists, a symbolic link is followed; ``data``: all of its bytes, in one or in pieces;
+    ``replace``: whether an existing file may be replaced: yes, no, or a function that looks at it and says.
 
     Raises
     ------
@@ -82,12 +76,7 @@ def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Ca
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those above it, where there is none.
-
-    Raises
-    ------
-    OutputError
-        It cannot be made.
+    """Make a folder, and those above it, where there is none; `OutputError` if it cannot be made.
 
     Examples
     --------
@@ -121,13 +110,7 @@ def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> 
 
 
 def refuse_inputs(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
-    """Refuse an output that is one of the inputs, by whatever name or link; ``--force`` does not allow it either.
-
-    Raises
-    ------
-    UsageError
-        It is one of them.
-    """
+    """Refuse (`UsageError`) an output that is one of the inputs, by any name or link; ``--force`` does not allow it."""
     read: dict[object, Path] = {}
     for path in inputs:
         for one in identities(path):
@@ -138,13 +121,7 @@ def refuse_inputs(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
 
 
 def refuse_unwritable(output: Path, *, force: bool) -> None:
-    """Refuse an output that cannot be written, or would replace a file that its user has write-protected.
-
-    Raises
-    ------
-    UsageError
-        It cannot, or it would and ``force`` is not set; asked before long work.
-    """
+    """Refuse (`UsageError`), before long work, an output that cannot be written, or is protected and not ``force``."""
     if not force and output.exists() and _is_protected(output):
         raise UsageError(PROTECTED.format(output))
     above = next(parent for parent in (*output.parents, Path.cwd()) if os.path.lexists(parent))

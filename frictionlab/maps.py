@@ -90,18 +90,8 @@ def make_map(
 ) -> Iterator[Step]:
     """Solve all points of a grid, yield them in order as they are done, and write them to a file after the last.
 
-    The file has the same bytes whatever solved its points.
-
-    Parameters
-    ----------
-    grid
-        The points.
-    path
-        Where the map goes: ``.h5``, ``.csv`` or ``.jsonl``.
-    workers, scheduler
-        Who solves; see `frictionlab.workers.run_batches`.
-    force
-        Replace whatever file stands there.
+    The file (``.h5``, ``.csv`` or ``.jsonl``) has the same bytes whatever solved its points; ``workers``,
+    ``scheduler``: see `frictionlab.workers.run_batches`; ``force``: replace whatever file stands there.
 
     Raises
     ------
@@ -118,8 +108,6 @@ def make_map(
     >>> path = Path(tempfile.mkdtemp()) / "map.csv"
     >>> [step.done for step in make_map(Grid((0.5,), (0.4,)), path, workers=1)]
     [1]
-    >>> path.read_text().splitlines()[1][:30]
-    '0.5,0.4,1.0,0.0,fixed,exact,pe'
     """
     if len(grid) > MOST_POINTS:
         raise UsageError(

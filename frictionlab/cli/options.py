@@ -351,16 +351,11 @@ def check_law(law: str | None) -> None:
 
 
 def number_of(text: str, option: str) -> float:
-    """The number that a text is, in ASCII digits; Python alone would take ``1_0`` and Arabic digits too."""
+    """The number that a text is."""
     try:
-        return float(text if is_plain(text) else "")
+        return float(text)
     except ValueError as error:
         raise UsageError(f"{option}: expected a number; got {text!r}") from error
-
-
-def is_plain(text: str) -> bool:
-    """Whether a text may be a number as people write it."""
-    return text.isascii() and "_" not in text
 
 
 def values_of(text: str, option: str) -> list[float]:
@@ -374,13 +369,12 @@ def values_of(text: str, option: str) -> list[float]:
     ([0.1, 0.2, 0.3, 0.4], [0.5, 1.0], [10.0, 100.0, 1000.0, 10000.0])
     """
     try:
-        said = text if is_plain(text) else ""
-        if re.fullmatch(r"\d+,\d+", said):
-            first, last = said.split(",")
+        if re.fullmatch(r"\d+,\d+", text):
+            first, last = text.split(",")
             complain(f"warning: {option}: {first} and {last} are two values; a decimal is written {first}.{last}")
-        if ":" not in said:
-            return [float(part) for part in said.split(",")]
-        first, last, by = (part.strip() for part in said.split(":"))
+        if ":" not in text:
+            return [float(part) for part in text.split(",")]
+        first, last, by = (part.strip() for part in text.split(":"))
         start, stop, step = float(first), float(last), float(by.removeprefix("x"))
         is_factor = by.startswith("x")
         steps = math.log(stop / start) / math.log(step) if is_factor else (stop - start) / step

@@ -41,13 +41,7 @@ def is_figure(path: Path) -> bool:
 
 
 def check_figures(paths: Iterable[Path], *, force: bool = False, inputs: Iterable[Path] = ()) -> None:
-    """Refuse, before the work, what is no figure's name, or would replace an input or a file of another kind.
-
-    Raises
-    ------
-    UsageError
-        Of the first of them.
-    """
+    """Refuse (`UsageError`), before the work, no figure's name, an input, or a file of another kind."""
     places = list(paths)
     for path in places:
         if path.suffix not in FORMATS:

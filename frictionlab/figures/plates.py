@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -17,8 +16,6 @@ from frictionlab.figures.style import save
 
 FIRST = ("friction", "law_", "energy_")
 SUFFIXES = (".svg", ".pdf", ".png")
-MOST = 16
-"""Materials in the figures: 150 of them had taken 217 s, 1.3 GB, and a report of 23 MB."""
 SAFE = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-"
 
 
@@ -45,16 +42,13 @@ def plates(campaign: Campaign) -> tuple[Plate, ...]:
     """The figures that a campaign has the data for, in the report's order, under names that no two share."""
     if not campaign.fits:
         return ()
-    drawn = _of_best(campaign)
-    known = len(campaign.materials)
-    some = "" if drawn is campaign else f" The {MOST} best of {known} materials; all are in the tables."
     taken: Counter[str] = Counter()
     found = []
-    for plate in _found(drawn):
+    for plate in _found(campaign):
         taken[plate.name.casefold()] += 1  # letters beyond ASCII are all one in a file's name
         count = taken[plate.name.casefold()]
         name = plate.name if count == 1 else f"{plate.name}~{count}"
-        found.append(replace(plate, name=name, caption=plate.caption + some))
+        found.append(replace(plate, name=name))
     return tuple(found)
 
 
@@ -69,21 +63,6 @@ def campaign_figure(campaign: Campaign) -> Figure:
     if first is None:
         raise UsageError("plot: no test of the campaign could be evaluated: there is nothing to draw")
     return first.draw()
-
-
-def _of_best(campaign: Campaign) -> Campaign:
-    """The campaign of the materials that rank best by any criterion, no more than figures and report can hold."""
-    if len(campaign.materials) <= MOST:
-        return campaign
-    ranked = sorted((rank.rank, rank.material) for rank in campaign.ranking if rank.rank)
-    chosen = set(list(dict.fromkeys([*(material for _, material in ranked), *campaign.materials]))[:MOST])
-    of_material = ("fits", "amontons", "ranking", "curves")
-    of_test = ("drifts", "responses")
-    kept: dict[str, Any] = {
-        name: tuple(one for one in getattr(campaign, name) if one.material in chosen) for name in of_material
-    }
-    kept |= {name: tuple(one for one in getattr(campaign, name) if one.trial.material in chosen) for name in of_test}
-    return replace(campaign, **kept)
 
 
 WHOLE: tuple[str, ...] = ("",)

@@ -263,7 +263,7 @@ def batch(
     Parameters
     ----------
     logs : str, Path or iterable of them
-        Logs, or folders of them.
+        Logs, or folders of them; without any it is a `UsageError`.
     scene : Scene, str, Path or None
         A change of it makes all results again, a change of a test's facts those of that test.
     output : str or Path
@@ -276,13 +276,6 @@ def batch(
         Make everything again.
     **settings
         Keys of ``[analysis]``, ``[rig]`` and ``[model]`` that win over the scene's: ``transient_s=5.0``.
-
-    Raises
-    ------
-    UsageError
-        There are no logs.
-    SceneError
-        The scene or a setting is refused.
     """
     scene = scene_given(scene, settings, SETTINGS)
     places = list(map(Path, [logs] if isinstance(logs, (str, PathLike)) else logs))

@@ -68,8 +68,6 @@ def evaluate(
     ------
     UsageError, RecordingError
         A file does not hold measurements, or the law cannot be.
-    SceneError
-        The scene is refused.
     """
     known = _under(scene_given(scene, settings, TABLES), law)
     rows: list[Row] = []
@@ -157,20 +155,9 @@ def publish(
 ) -> Path:
     """Write a campaign's tables, figures and report into a folder, and return the report's path.
 
-    Parameters
-    ----------
-    campaign : Campaign
-    folder : str or Path
-        Made if it is not there.
-    force : bool
-        Replace files of these names that are not an earlier campaign's.
-    watch : callable
-        Wraps the figures while they are drawn, to show progress.
-
-    Raises
-    ------
-    OutputError
-        The folder cannot be written, or holds other files of these names.
+    The folder is made if it is not there; ``force``: replace files of these names that are not an earlier campaign's;
+    ``watch``: wraps the figures while they are drawn, to show progress. `OutputError`: the folder cannot be written, or
+    holds other files of these names.
     """
     from frictionlab.campaign.files import REPORT, check_folder, write_tables
     from frictionlab.figures import check_figures

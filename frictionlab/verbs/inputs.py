@@ -37,13 +37,7 @@ def scene_given(scene: AnyScene, settings: Mapping[str, object] | None = None, t
     """The scene in any form that a verb takes, with keys of some of its tables set anew.
 
     ``settings``: keys of these tables, looked up in their order, and their values; None stands for: as the scene says.
-
-    Raises
-    ------
-    SceneError
-        The scene or a value is refused.
-    UsageError
-        No such key in these tables.
+    `SceneError`: the scene or a value is refused; `UsageError`: no such key in these tables.
 
     Examples
     --------

@@ -1,4 +1,8 @@
-"""One test: log -> recording -> measurement -> comparison, explanation; a free decay -> the frame's own facts."""
+"""One test: log -> recording -> measurement -> comparison, explanation; a free decay -> the frame's own facts.
+
+Whatever a verb does, it raises SceneError or UsageError where the scene or a setting is refused, LogError or
+RecordingError where a file cannot be read; its docstring says what else. ``scene``: a Scene, its path, or None.
+"""
 
 import math
 from dataclasses import replace
@@ -44,7 +48,7 @@ def ingest(
     ----------
     log : str or Path
         The log; of a pair of logs, the mass's.
-    scene : "Scene", str, Path or None
+    scene : Scene, str, Path or None
         ``[log]`` says what the log does not say itself; ``[experiment]`` gives the facts of its test.
     base_log : str or Path, optional
         The log of the base, where each sensor has its own.
@@ -61,8 +65,6 @@ def ingest(
     ------
     LogError
         The log cannot be read, can be read in more than one way, or is damaged beyond use.
-    SceneError, UsageError
-        The scene or a setting is refused.
     OutputError
         The recording cannot be written.
 
@@ -109,13 +111,13 @@ def _refuse_another(output: Path, there: "Recording", new: "Recording") -> None:
         )
 
 
-def analyze(what: "Recording | FilePath", scene: AnyScene = None, **settings: object) -> "Measurement":
+def analyze(what: "Measurement | Recording | FilePath", scene: AnyScene = None, **settings: object) -> "Measurement":
     """Measure one test: drive, response, energy per cycle, irregularity, stops, regime, each with its error.
 
     Parameters
     ----------
-    what : Recording, str or Path
-        A recording, its file, or a log.
+    what : Measurement, Recording, str or Path
+        A recording, its file, or a log; what is measured already is returned as it is.
     scene : Scene, str, Path or None
         ``[analysis]`` says which part is measured and how; ``[rig]`` gives natural frequency and stiffness where known.
     **settings
@@ -126,12 +128,12 @@ def analyze(what: "Recording | FilePath", scene: AnyScene = None, **settings: ob
     ------
     AnalysisError
         The test holds no measurement: no drive, shorter than its transient, no full cycle.
-    LogError, RecordingError, SceneError, UsageError
-        The file, the scene or a setting is refused.
     """
-    from frictionlab.analysis.measurement import measure
+    from frictionlab.analysis.measurement import Measurement, measure
 
     known = scene_given(scene, settings, ("analysis", "rig", "model"))
+    if isinstance(what, Measurement):
+        return what
     recording = recording_given(what, known)
     try:
         return measure(recording, known)
@@ -158,13 +160,6 @@ def recording_given(
 
         return read_recording(Path(what))
     return ingest(what, scene) if read is None else read(Path(what), scene.log)
-
-
-def _measurement_given(what: "Measurement | Recording | FilePath", scene: "Scene") -> "Measurement":
-    """The measurement that is meant: one as it is, or that of a recording, its file or a log."""
-    from frictionlab.analysis.measurement import Measurement
-
-    return what if isinstance(what, Measurement) else analyze(what, scene)
 
 
 def frequency_table_given(what: object, scene: "Scene") -> "FrequencyTable | None":
@@ -218,8 +213,6 @@ def compare(
     ------
     AnalysisError
         No measurement can be made, or the natural frequency is not known.
-    LogError, RecordingError, SceneError, UsageError
-        The file, the scene or a setting is refused.
     """
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.inference import AUTO, compare_measurement, compare_record
@@ -251,9 +244,9 @@ def compare(
         if law is not None or friction_ratio is not None:
             raise UsageError("law_file: a given law leaves nothing to find: give neither law nor beta")
         known_law = law_file if isinstance(law_file, MaterialLaw) else read_material_law(law_file)
-        return judge(_measurement_given(what, known), known, known_law)
+        return judge(analyze(what, known), known, known_law)
     if not whole and fit == "cycle":
-        return compare_measurement(_measurement_given(what, known), known, law=law, friction_ratio=friction_ratio)
+        return compare_measurement(analyze(what, known), known, law=law, friction_ratio=friction_ratio)
     if isinstance(what, Measurement):
         raise UsageError("compare: the whole record; expected a recording, its file or a log; got a measurement")
     recording = recording_given(what, known)
@@ -269,26 +262,8 @@ def explain(
 ) -> "Explanation":
     """Say which contact law a test requires, what it is made of in newtons, and what the next simpler law gets wrong.
 
-    Parameters
-    ----------
-    what : Comparison, Measurement, Recording, str or Path
-        A comparison, which is put into words as it is; what is measured already, a recording, its file, or a log.
-    scene : Scene, str, Path or None
-        ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
-    **settings
-        Keys of ``[model]``, ``[analysis]`` and ``[rig]`` that win over the scene's.
-
-    Returns
-    -------
-    Explanation
-        ``print(explanation.text)``; its ``comparison`` is that of ``compare(what, scene, law="auto")``.
-
-    Raises
-    ------
-    AnalysisError
-        No measurement can be made, or the natural frequency is not known.
-    LogError, RecordingError, SceneError, UsageError
-        The file, the scene or a setting is refused.
+    Parameters, settings and errors as of `compare`; a comparison is put into words as it is. Returned is an
+    `Explanation`: ``print(explanation.text)``; its ``comparison`` is that of ``compare(what, scene, law="auto")``.
     """
     from frictionlab.inference import Comparison
     from frictionlab.inference.explain import explain as explain_measurement
@@ -297,7 +272,7 @@ def explain(
     known = scene_given(scene, settings, JUDGED)
     if isinstance(what, Comparison):
         return explain_comparison(what)
-    return explain_measurement(_measurement_given(what, known), known)
+    return explain_measurement(analyze(what, known), known)
 
 
 def free_vibration(
@@ -309,18 +284,13 @@ def free_vibration(
     ----------
     what : Recording, str or Path
         A recording, its file, or a log; a log of the mass alone has a base at rest.
-    scene : Scene, str, Path or None
-        ``[log]`` says what the log does not say itself; ``[rig] restoring = "pendulum"``: angles, whose restoring
-        torque is a sine.
-    **settings
-        Keys of ``[log]`` that win over the scene's.
+    scene, **settings
+        ``[log]`` and its keys; ``[rig] restoring = "pendulum"``: angles, whose restoring torque is a sine.
 
     Raises
     ------
     AnalysisError
         There is no free decay.
-    LogError, RecordingError, SceneError, UsageError
-        The file, the scene or a setting is refused.
     """
     from frictionlab.analysis.free_vibration import FreeVibration, free_vibrations
     from frictionlab.logs import read_mass_log

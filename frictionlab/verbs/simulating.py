@@ -1,6 +1,7 @@
 """What is simulated: a steady state, the response to a recorded base, the logs of a virtual rig; tests to be made.
 
-Whatever needs a scene or files is imported where it is used: a steady state is solved without them.
+Whatever needs a scene or files is imported where it is used: a steady state is solved without them. A verb raises
+SceneError or UsageError where its scene or a setting is refused; its docstring says what else.
 """
 
 import contextlib
@@ -93,8 +94,6 @@ def respond(
         The base cannot be read, has a gap or jumps, or is an acceleration and needs `highpass_hz`.
     SimulationError
         The base does not move, or the law cannot be integrated.
-    SceneError
-        The scene or a setting is refused.
     """
     from frictionlab.base_motion import respond_to
     from frictionlab.logs import read_base_log
@@ -139,18 +138,11 @@ def synthesize(
     scene : Scene, str or Path
         Its ``[rig]``, ``[model]`` and ``[synthetic]`` tables say all; the same scene gives the same bytes.
     folder : str or Path
-        Made if it is not there. Synthetic logs of the same names are replaced, measured ones never.
+        Made if it is not there. Synthetic logs of the same names are replaced, measured ones never (`OutputError`).
     progress : callable, optional
         Called with logs written and logs in all.
     **settings
         Keys of ``[synthetic]``, ``[rig]`` and ``[model]`` that win over the scene's: ``seed=1``.
-
-    Raises
-    ------
-    SceneError
-        The scene asks for no tests, or lacks what they need.
-    OutputError
-        The folder cannot be written, or a log that is not synthetic stands there.
     """
     from frictionlab import synthetic
     from frictionlab.verbs.inputs import scene_given
@@ -187,38 +179,25 @@ def plan(
     scene : Scene, str or Path
         ``[plan]``: what the rig can set, its sensors, what is known of the friction coefficient; ``[rig]``;
         ``[model]``: the law and its expected parameters. Forces and frequency ratios that ``[plan]`` does not name are
-        those that the sheet and the names of the logs say.
-    law : str, optional
-        In place of the scene's.
-    against : str, optional
-        Another law: the tests are to decide between the two.
-    tests : int
-        How many at most; by default ten, between two laws no more than are expected to decide.
-    hours : float, optional
-        Laboratory time there is.
+        those that the sheet and the names of the logs say. SceneError: a range is empty, or the bounds forbid all.
+    law, against : str, optional
+        A law in place of the scene's; another law that the tests are to decide against.
+    tests, hours : optional
+        How many at most (by default ten, between two laws no more than are expected to decide); laboratory time [h].
     aim : sequence of str
         Parameters of the law whose errors count; by default all.
     measured : sequence of str, Path, rows or MaterialLaw
         What is known before: comparisons, laws of materials (``law_MATERIAL.toml``), their files, or folders of them.
         Where neither `law` nor the scene names a law, it is the one that these have found.
     sheet : str or Path, optional
-        Write the plan here as a sheet (CSV) for the laboratory, which ``[experiment] sheet`` reads after the tests.
-    force : bool
-        Replace a file that stands there.
+        Write the plan here as a sheet (CSV) for the laboratory, which ``[experiment] sheet`` reads after the tests;
+        a file that stands there may have been filled in, and is replaced with ``force`` only.
     everything : bool
         Judge candidates that are not chosen as closely as those that are (seconds).
     say : callable, optional
         Called with a sentence where the plan will take minutes, before it does.
     **settings
         Keys of ``[plan]``, ``[model]``, ``[rig]`` and ``[sensors]`` that win over the scene's: ``duration_s=90.0``.
-
-    Raises
-    ------
-    SceneError
-        A range is empty, the bounds forbid all, or the rig is not known.
-    UsageError
-        The law cannot be, nothing says anything about it, what was measured holds no law, or the sheet may hold what
-        was filled in.
     """
     from frictionlab.planning import laboratory, plan_tests, sheet_rows, waiting
     from frictionlab.tables import check_output, write_rows
@@ -314,24 +293,17 @@ def predict(
     Parameters
     ----------
     law : MaterialLaw, str or Path
-        A ``law_MATERIAL.toml`` that a campaign wrote.
+        A ``law_MATERIAL.toml`` that a campaign wrote; any other file is a `UsageError`.
     r : float or sequence of float, optional
-        Frequency ratios; by default the middle of those that were tested.
+        Frequency ratios; like the next two, by default the middle of those that were tested.
     normal_force_n, base_amplitude_m : float, optional
-        By default the middle of those that were tested.
     base_motion : str or Path, optional
-        A recording or a log whose base, from rest, drives the mass, in place of a steady drive.
+        A recording or a log whose base, from rest, drives the mass, in place of a steady drive; LogError or
+        RecordingError where it cannot be read, or has a gap.
     draws : int, optional
         Motions behind each band.
     progress : callable, optional
         Called with tests predicted and tests in all.
-
-    Raises
-    ------
-    UsageError
-        The file is no law of a material, or a number is impossible.
-    LogError, RecordingError
-        The base's motion cannot be read, or has a gap.
 
     Examples
     --------

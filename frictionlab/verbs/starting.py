@@ -180,7 +180,7 @@ def init(
     folder : str or Path
         Made if it is not there.
     force : bool
-        Replace a file of that name.
+        Replace a file of that name; without, it is a `UsageError`.
     everything : bool
         Write every key there is, each with its sentence and default, in place of the ten that most need.
     found : Found, optional
@@ -188,13 +188,6 @@ def init(
     **facts
         What else is known: ``mass_kg=3.08``, ``stiffness_n_per_m``, ``natural_frequency_hz``, ``material``,
         ``normal_force_n``.
-
-    Raises
-    ------
-    UsageError
-        One stands there already.
-    OutputError
-        It cannot be written.
     """
     path = Path(folder) / SCENE_NAME
     if path.exists() and not force:

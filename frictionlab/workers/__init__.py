@@ -109,7 +109,6 @@ def run_batches(
     long as the job gives each case a result that does not depend on its neighbours (and all machines are of a kind).
     A worker that dies costs the batches in work, which are done again, each alone and where that fails case by case; a
     case over which workers die again and again is lost. An error raised by the job is raised here, when its turn comes.
-    Memory holds at most four batches of results per worker.
 
     Parameters
     ----------
@@ -122,23 +121,15 @@ def run_batches(
         Processes of this machine. 1: none but this one. By default this process starts, and hands over to one process
         per core when more than five seconds of work are left.
     scheduler
-        Address of a Dask scheduler whose workers do it instead, like ``tcp://host:8786``.
+        Address of a Dask scheduler whose workers do it instead, like ``tcp://host:8786``; `ClusterError` where it does
+        not answer, has no workers, goes away, or its workers hold another version.
     seconds_per_batch
         How long a batch shall take a worker [s]; its size follows from what the last ones took.
 
-    Raises
-    ------
-    UsageError
-        Both workers and scheduler are given, or fewer than one worker, or Dask is not installed.
-    ClusterError
-        The scheduler does not answer, has no workers, went away, or its workers hold another version.
-
     Examples
     --------
-    >>> def squares(numbers):
-    ...     return [n * n for n in numbers]
-    >>> list(run_batches(squares, range(4), workers=1, seconds_per_batch=0))
-    [[0], [1], [4], [9]]
+    >>> list(run_batches(list, range(4), workers=1, seconds_per_batch=0))
+    [[0], [1], [2], [3]]
     """
     if workers is not None and scheduler is not None:
         raise UsageError("workers and scheduler: expected one of the two; got both: the scheduler has its own workers")

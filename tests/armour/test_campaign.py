@@ -1,6 +1,5 @@
 """Tables of measurements from elsewhere: many materials, long names, paths that lead out of the folder."""
 
-import dataclasses
 import os
 from pathlib import Path
 
@@ -8,7 +7,6 @@ import pytest
 
 from frictionlab.campaign.files import elsewhere, recording_of
 from frictionlab.campaign.trials import LONGEST_NAME, trial_of
-from frictionlab.figures import plates as figures
 from frictionlab.scene import scene_from_tables
 from frictionlab.verbs.evaluate import evaluate
 from tests.armour.sound import sound
@@ -55,17 +53,3 @@ def test_a_name_too_long_for_a_figure_is_a_reason() -> None:
     assert trial_of(row("x" * LONGEST_NAME, 1.0, 0.5, 0.6)).reason is None
     reason = trial_of(row("x" * 5000, 1.0, 0.5, 0.6)).reason
     assert reason == "material: expected a name of at most 60 characters; got 5000: shorten it"
-
-
-def test_figures_hold_the_best_of_many_materials(monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = [row(f"m{k}", 1.0, r, 0.3 + 0.1 * k) for k in range(5) for r in (0.4, 0.7, 1.3)]
-    campaign = evaluate(rows, scene_from_tables(SCENE))
-    monkeypatch.setattr(figures, "MOST", 2)
-    drawn = figures._of_best(campaign)
-    assert len(drawn.materials) == 2
-    best = {rank.material for rank in campaign.ranking if rank.rank == 1}
-    assert best & set(drawn.materials)
-    plates = figures.plates(campaign)
-    assert all(plate.caption.endswith(" The 2 best of 5 materials; all are in the tables.") for plate in plates)
-    assert sum(plate.name.startswith("energy_m") for plate in plates) == 2
-    assert figures._of_best(dataclasses.replace(drawn)).materials == drawn.materials
