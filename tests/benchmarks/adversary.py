@@ -14,7 +14,7 @@ import argparse
 import math
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -42,6 +42,25 @@ NAMES = (
 NEUTRAL: Mapping[str, float] = dict.fromkeys(NAMES, 0.0) | {
     "static_up": 1.0, "static_down": 1.0, "fall_speed": 1.0, "second_frequency": 1.0, "ripple_number": 1.0,
 }  # fmt: skip
+DRAW: Mapping[str, Callable[[np.random.Generator], dict[str, float]]] = {
+    "place": lambda g: {"gradient": float(g.uniform(0.02, 0.1) * g.choice([-1.0, 1.0]))},
+    "speed": lambda g: {"contact_damping": float(g.uniform(0.01, 0.08))},
+    "breakaway": lambda g: {f"static_{way}": float(g.uniform(1.0, 1.3)) for way in ("up", "down")},
+    "compliance": lambda g: {"contact_stiffness": _log_uniform(g, 10.0, 300.0)},
+    "stribeck": lambda g: {"fall": float(g.uniform(0.05, 0.5)), "fall_speed": float(g.uniform(0.02, 0.3))},
+    "cubic": lambda g: {"cubic": float(g.uniform(0.003, 0.08) * g.choice([-1.0, 1.0]))},
+    "play": lambda g: {"play": float(g.uniform(5e-6, 50e-6) / 2.0 / BASE_M)},
+    "asymmetry": lambda g: {"asymmetry": float(g.uniform(0.02, 0.15))},
+    "second mass": lambda g: {
+        "second_mass": float(g.uniform(0.02, 0.3)),
+        "second_frequency": float(g.uniform(2.0, 6.0)),
+    },
+    "load by base": lambda g: {"load_by_base": float(g.uniform(0.02, 0.2))},
+    "ripple": lambda g: {"ripple": float(g.uniform(0.02, 0.2)), "ripple_number": float(g.uniform(2.0, 20.0))},
+    "frequency": lambda g: {"declared_hz": NATURAL_HZ * (1.0 + _log_uniform(g, 0.005, 0.4) * g.choice([-1.0, 1.0]))},
+    "lag": lambda g: {"lag_s": float(g.uniform(-0.012, 0.012))},
+}
+"""Terms of laws, then what is outside the family: numbers of the contact, of the scene or of the recording."""
 INSIDE = ("coulomb", "speed", "place", "breakaway", "compliance", "stribeck", "place+speed")
 OUTSIDE = ("cubic", "play", "asymmetry", "second mass", "load by base", "ripple", "frequency", "lag")
 FEW_SAMPLES = "few samples"  # Coulomb above resonance: drawn where it is asked for
@@ -58,6 +77,10 @@ CAUSES: Mapping[str, tuple[str, ...]] = {
     "lag": ("lag_s",),
 }
 """Words of which a warning has at least one when it names the cause."""
+
+
+def _log_uniform(g: np.random.Generator, low: float, high: float) -> float:
+    return float(np.exp(g.uniform(math.log(low), math.log(high))))
 
 
 @njit(cache=True)
@@ -243,53 +266,24 @@ def drawn(seed: int, number: int, kind: str | None = None) -> Draw:
     any_kind = str(g.choice([*OUTSIDE, *[""] * len(OUTSIDE)]))
     kind, few = any_kind if kind is None else kind, kind == FEW_SAMPLES
     law = "coulomb" if few else law
-    values = _contact(law, g)
-    r = float(np.exp(g.uniform(math.log(1.1 if few else 0.08), math.log(1.6))))
-    more: dict[str, float] = {}
-    if kind == "cubic":
-        values["cubic"] = float(g.uniform(0.003, 0.08) * g.choice([-1.0, 1.0]))
-    elif kind == "play":
-        values["play"] = float(g.uniform(5e-6, 50e-6) / 2.0 / BASE_M)
-    elif kind == "asymmetry":
-        values["asymmetry"] = float(g.uniform(0.02, 0.15))
-    elif kind == "second mass":
-        values |= {"second_mass": float(g.uniform(0.02, 0.3)), "second_frequency": float(g.uniform(2.0, 6.0))}
-    elif kind == "load by base":
-        values["load_by_base"] = float(g.uniform(0.02, 0.2))
-    elif kind == "ripple":
-        values |= {"ripple": float(g.uniform(0.02, 0.2)), "ripple_number": float(g.uniform(2.0, 20.0))}
-    elif kind == "frequency":
-        off = float(np.exp(g.uniform(math.log(0.005), math.log(0.4)))) * float(g.choice([-1.0, 1.0]))
-        more["declared_hz"] = NATURAL_HZ * (1.0 + off)
-    elif kind == "lag":
-        more["lag_s"] = float(g.uniform(-0.012, 0.012))
+    values = {"beta": float(g.uniform(0.1, 0.65)), "frame_damping": 0.0055}
+    for term in law.split("+"):
+        values |= DRAW.get(term, lambda _: {})(g)
+    r = _log_uniform(g, 1.1 if few else 0.08, 1.6)
+    drawn_too = DRAW.get(kind, lambda _: {})(g)
+    more = {name: drawn_too.pop(name) for name in ("declared_hz", "lag_s") if name in drawn_too}
+    values |= drawn_too
     harmonics = np.zeros((3, 2))
     harmonics[0, 0] = 1.0
     harmonics[1:] = g.normal(0.0, 0.006, (2, 2)) * g.choice([0.0, 1.0])
     cycle_s = 1.0 / (r * NATURAL_HZ)
-    samples = float(np.exp(g.uniform(math.log(11.0), math.log(20.0 if few else 400.0))))
+    samples = _log_uniform(g, 11.0, 20.0 if few else 400.0)
     rate = float(np.clip(samples / cycle_s, 10.0, 1000.0))
     return Draw(
         number, law, kind, r, values, harmonics, rate, float(np.clip(g.integers(8, 30) * cycle_s, 8.0, 90.0)),
         gains=(float(g.normal(1.0, 0.001)), float(g.normal(1.0, 0.001))),
         hum_m=float(g.choice([0.0, g.uniform(0.0, 5e-6)])), seed=[seed, number], **more,
     )  # fmt: skip
-
-
-def _contact(law: str, g: np.random.Generator) -> dict[str, float]:
-    values = {"beta": float(g.uniform(0.1, 0.65)), "frame_damping": 0.0055}
-    for term in law.split("+"):
-        if term == "place":
-            values["gradient"] = float(g.uniform(0.02, 0.1) * g.choice([-1.0, 1.0]))
-        elif term == "speed":
-            values["contact_damping"] = float(g.uniform(0.01, 0.08))
-        elif term == "breakaway":
-            values |= {"static_up": float(g.uniform(1.0, 1.3)), "static_down": float(g.uniform(1.0, 1.3))}
-        elif term == "compliance":
-            values["contact_stiffness"] = float(np.exp(g.uniform(math.log(10.0), math.log(300.0))))
-        elif term == "stribeck":
-            values |= {"fall": float(g.uniform(0.05, 0.5)), "fall_speed": float(g.uniform(0.02, 0.3))}
-    return values
 
 
 @dataclass(frozen=True)
@@ -388,13 +382,13 @@ def decay(seed: int, number: int) -> tuple[str, Mapping[str, float], Floats, Flo
     """Return a free decay that is drawn: its kind, its truth, times and what the sensor reads."""
     g = np.random.default_rng([seed, number])
     kind, first = str(g.choice(DECAYS)), float(g.uniform(1e-3, 6e-3))
-    zeta, friction = float(np.exp(g.uniform(math.log(1e-3), math.log(2e-2)))), float(g.uniform(0.0, 0.01)) * first
+    zeta, friction = _log_uniform(g, 1e-3, 2e-2), float(g.uniform(0.0, 0.01)) * first
     values = {"frame_damping": zeta, "beta": friction / BASE_M, "scatter_seed": float(number)}
     if "cubic" in kind:
         values["cubic"] = float(g.uniform(0.003, 0.08) * g.choice([-1.0, 1.0])) * (BASE_M / first) ** 2
     if "scatter" in kind:
         values["scatter"] = float(g.uniform(0.02, 0.3))
-    rate, omega = float(np.exp(g.uniform(math.log(60.0), math.log(1000.0)))), 2.0 * math.pi * NATURAL_HZ
+    rate, omega = _log_uniform(g, 60.0, 1000.0), 2.0 * math.pi * NATURAL_HZ
     t = np.arange(int(g.uniform(8.0, 40.0) * rate)) / rate
     x = integrate(omega * t, contact_of(values), np.array([[first / BASE_M, 0.0]]), SHIFT, STEP)
     hum = float(g.uniform(1e-6, 2e-5)) if "hum" in kind else 0.0

@@ -97,7 +97,7 @@ SMALL = {"gradient": 5e-4, "contact_damping_ratio": 2e-3}
 
 def test_tests_between_two_laws_tell_more_than_those_for_small_errors() -> None:
     """Of the evidence, the lesser way counts."""
-    what = scene(expected=SMALL, model_error=0.003)
+    what = scene(expected=SMALL, model_error=0.003, frequency_ratios=[0.3, 0.8, 1.4], normal_forces_n=[0.5, 1.5])
     apart = fl.plan(what, law=PLACE, against=SPEED, tests=2)
     assert apart.against == SPEED
     for test in apart.tests:
