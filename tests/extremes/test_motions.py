@@ -26,7 +26,7 @@ def test_after_a_million_cycles_the_phase_of_the_drive_is_kept() -> None:
             assert abs(got - exact) < 2e-15 * MILLION
 
 
-@pytest.mark.parametrize(("r", "beta", "cycles"), [(0.5, 0.4, MILLION), (0.95, 0.1, 100_000), (0.01, 0.4, 1000)])
+@pytest.mark.parametrize(("r", "beta", "cycles"), [(0.5, 0.4, 300_000), (0.95, 0.1, 100_000), (0.01, 0.4, 1000)])
 def test_the_last_of_very_many_cycles_is_the_orbit_that_was_solved_for(r: float, beta: float, cycles: int) -> None:
     late = np.linspace(0.0, TURN, 9)
     run = simulate(Problem(r=r, beta=beta), cycles=cycles, keep=1)
