@@ -268,9 +268,9 @@ def drawn(seed: int, number: int, kind: str | None = None) -> Draw:
     law = "coulomb" if few else law
     values = {"beta": float(g.uniform(0.1, 0.65)), "frame_damping": 0.0055}
     for term in law.split("+"):
-        values |= DRAW.get(term, lambda _: {})(g)
+        values |= DRAW[term](g) if term in DRAW else {}
     r = _log_uniform(g, 1.1 if few else 0.08, 1.6)
-    drawn_too = DRAW.get(kind, lambda _: {})(g)
+    drawn_too = DRAW[kind](g) if kind in DRAW else {}
     more = {name: drawn_too.pop(name) for name in ("declared_hz", "lag_s") if name in drawn_too}
     values |= drawn_too
     harmonics = np.zeros((3, 2))
