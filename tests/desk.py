@@ -12,6 +12,7 @@ from typer.testing import CliRunner, Result
 from frictionlab.cli import app
 
 ROOT = Path(__file__).parents[1]
+SAMPLE, SCENE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", ROOT / "configs" / "sample_data.toml"
 BIN = Path(sys.executable).parent
 Answer = subprocess.CompletedProcess[str]
 Run = Callable[..., Answer]

@@ -8,11 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.desk import ROOT, Run
+from tests.desk import BIN, SAMPLE, Run
 
-SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
-SCENE = ROOT / "configs" / "sample_data.toml"
-FRICTIONLAB = Path(sys.executable).parent / "frictionlab"
+FRICTIONLAB = BIN / "frictionlab"
 
 
 def test_a_misspelt_command_is_told_what_was_meant_and_completion_knows_all(run: Run) -> None:

@@ -1,6 +1,5 @@
 """Friction identified on recordings whose friction is known, for each kind of physics a scene can switch on."""
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -9,31 +8,16 @@ import pytest
 from frictionlab import compare
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.recording import Recording
-from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
+from tests.inference.contacts import BASE_M, recorded, scene
 
-DRIVE_HZ, AMPLITUDE_M = 1.2345, 1.8e-3
 SOLVERS = ("exact", "thesis")
 
 
-def recorded(problem: Problem, *, noise: float = 0.8e-6, seconds: float = 40.0, rate: float = 500.0) -> Recording:
-    """A steady orbit seen by two sensors, for `seconds` at `rate`."""
-    state = steady_state(problem)
-    assert state.orbit is not None
-    time = np.arange(int(seconds * rate)) / rate
-    tau = 2 * math.pi * DRIVE_HZ * time
-    order = np.arange(1, problem.base.harmonics + 1)
-    base = np.cos(np.outer(tau, order)) @ problem.base.cosine + np.sin(np.outer(tau, order)) @ problem.base.sine
-    generator = np.random.default_rng(20261121)
-    noisy = noise * generator.standard_normal((2, len(time)))
-    mass = AMPLITUDE_M * state.orbit.at(np.mod(tau, 2 * math.pi * (state.period_cycles or 1)))[0] + noisy[0]
-    return Recording(time, mass, AMPLITUDE_M * base + noisy[1])
-
-
-def scene_of(r: float, **tables: Mapping[str, object]) -> Scene:
-    rig = {"natural_frequency_hz": DRIVE_HZ / r, **tables.pop("rig", {})}
-    analysis = {"transient_s": 2.0, "cycles": "all"}
-    return scene_from_tables({"rig": rig, "analysis": analysis, **tables})
+def seen(problem: Problem) -> Recording:
+    """A steady orbit seen by two sensors."""
+    return recorded(problem, np.random.default_rng(20261121), scatter=0.0, seconds=40.0, rate=500.0)
 
 
 PHYSICS: dict[str, tuple[Problem, dict[str, Mapping[str, object]], str]] = {
@@ -50,7 +34,7 @@ PHYSICS: dict[str, tuple[Problem, dict[str, Mapping[str, object]], str]] = {
 @pytest.mark.parametrize("name", PHYSICS)
 def test_each_physics_that_a_scene_names_is_simulated_and_said(name: str) -> None:
     problem, tables, words = PHYSICS[name]
-    comparison = compare(recorded(problem), scene_of(problem.r, **tables))
+    comparison = compare(seen(problem), scene(**tables))
     assert words in comparison.model
     assert comparison.friction_ratio == pytest.approx(problem.beta, rel=0.01)
     assert comparison.response_nrmse == pytest.approx(0, abs=0.01)
@@ -59,29 +43,29 @@ def test_each_physics_that_a_scene_names_is_simulated_and_said(name: str) -> Non
 
 def test_a_frame_whose_damping_is_not_known_is_found_to_be_damped() -> None:
     problem, _, _ = PHYSICS["damping"]
-    comparison = compare(recorded(problem), scene_of(problem.r))
+    comparison = compare(seen(problem), scene(rig={"damping_ratio": None}))
     assert comparison.friction_ratio == pytest.approx(problem.beta, rel=0.01)
     assert comparison.nuisances["frame_damping_ratio"]["value"] == pytest.approx(0.05, rel=0.05)
     assert any("moved the frame's damping (rig.damping_ratio)" in warning for warning in comparison.warnings)
 
 
 def test_newtons_and_coefficient_follow_from_stiffness_and_normal_force() -> None:
-    recording = recorded(Problem(0.5, 0.4))
+    recording = seen(Problem(0.5, 0.4))
     known: dict[str, Mapping[str, object]] = {
         "rig": {"stiffness_n_per_m": 1000.0},
         "experiment": {"normal_force_n": 1.2},
     }
-    comparison = compare(recording, scene_of(0.5, **known))
-    assert comparison.friction_force_n == pytest.approx(0.4 * 1000.0 * AMPLITUDE_M, rel=0.005)
+    comparison = compare(recording, scene(**known))
+    assert comparison.friction_force_n == pytest.approx(0.4 * 1000.0 * BASE_M, rel=0.005)
     assert comparison.friction_coefficient == pytest.approx(0.6, rel=0.005)
-    unknown = compare(recording, scene_of(0.5))
+    unknown = compare(recording, scene())
     assert unknown.friction_force_n is None
     assert unknown.friction_coefficient is None
 
 
 def test_a_given_friction_ratio_is_used_as_it_is() -> None:
-    recording = recorded(Problem(0.5, 0.4))
-    comparison, thesis = (compare(recording, scene_of(0.5, model={"solver": s}), friction_ratio=0.2) for s in SOLVERS)
+    recording = seen(Problem(0.5, 0.4))
+    comparison, thesis = (compare(recording, scene(model={"solver": s}), friction_ratio=0.2) for s in SOLVERS)
     assert comparison.model == "Coulomb friction, fixed wall, cosine base"
     assert comparison.friction_ratio == 0.2
     assert comparison.friction_ratio_se is None
@@ -90,9 +74,9 @@ def test_a_given_friction_ratio_is_used_as_it_is() -> None:
     assert comparison.predicted_energy_per_cycle == same.energy_per_cycle
     assert (comparison.solver, thesis.solver) == SOLVERS
     assert thesis.predicted_energy_per_cycle == pytest.approx(same.energy_per_cycle, rel=1e-2)
-    stuck = compare(recording, scene_of(0.5), friction_ratio=1.5)
+    stuck = compare(recording, scene(), friction_ratio=1.5)
     assert (stuck.predicted_regime, stuck.predicted_energy_per_cycle) == ("stuck", 0)
     with pytest.raises(UsageError, match=r"friction ratio: expected a number of at least 0; got -0\.1"):
-        compare(recording, scene_of(0.5), friction_ratio=-0.1)
+        compare(recording, scene(), friction_ratio=-0.1)
     with pytest.raises(AnalysisError, match=r"give rig\.natural_frequency_hz"):
         compare(recording, Scene())

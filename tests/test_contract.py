@@ -17,10 +17,8 @@ from frictionlab.tradeoff import Setting
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import SCENE as RIG
 from tests.campaign.fabricate import small_campaign
-from tests.desk import invoke
+from tests.desk import ROOT, SCENE, invoke
 
-ROOT = Path(__file__).parents[1]
-SCENE = ROOT / "configs" / "sample_data.toml"
 LOG = ROOT / "sample_data" / "aramid_N1.25_r1.2.csv"
 
 

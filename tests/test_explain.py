@@ -12,11 +12,9 @@ import frictionlab as fl
 from frictionlab.figures.judged import contact_figure
 from frictionlab.inference.explain import Explanation, missed
 from frictionlab.simulator import Problem
-from tests.desk import invoke
+from tests.desk import SAMPLE, SCENE, invoke
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
 
-ROOT = Path(__file__).parents[1]
-SAMPLE, SCENE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", ROOT / "configs" / "sample_data.toml"
 R, BETA, DAMPING, STIFFNESS = 0.35, 0.4, 0.03, 1191.0
 
 

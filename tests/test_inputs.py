@@ -15,10 +15,7 @@ from frictionlab.errors import LogError, UsageError
 from frictionlab.tables import Row
 from frictionlab.units import split_unit
 from frictionlab.verbs.inputs import row_of, rows_of
-from tests.desk import BIN, ROOT
-
-SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
-SCENE = ROOT / "configs" / "sample_data.toml"
+from tests.desk import BIN, SAMPLE, SCENE
 
 
 def job(error: Exception | None, bad: str, path: Path) -> Row:

@@ -21,11 +21,9 @@ from frictionlab.verbs.inputs import names_of
 from tests.campaign.fabricate import SCENE as CAMPAIGN
 from tests.campaign.fabricate import row as row_of
 from tests.campaign.fabricate import small_campaign
-from tests.desk import ROOT
+from tests.desk import SAMPLE, SCENE
 from tests.desk import invoke as run
 
-SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
-SCENE = ROOT / "configs" / "sample_data.toml"
 PHOTO = b"\x89PNG\r\n\x1a\n a photo of the rig"
 
 
