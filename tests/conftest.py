@@ -73,7 +73,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests of the files that `make test-fast` runs: some of each room."""
+    """Mark the tests of the files that `make test-fast` runs: some of each part."""
     for item in items:
         if _is_fast(item.path):
             item.add_marker(pytest.mark.fast)

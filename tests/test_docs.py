@@ -119,10 +119,10 @@ def test_the_readme_names_every_command_and_every_target() -> None:
     assert not [target for target in targets if target != "all" and f"make {target}" not in readme]
 
 
-def test_the_house_maps_every_room() -> None:
+def test_the_house_maps_every_part() -> None:
     readme = (ROOT / "frictionlab" / "README.md").read_text(encoding="utf-8")
-    rooms = [p for p in (ROOT / "frictionlab").iterdir() if p.suffix == ".py" or (p.is_dir() and any(p.glob("*.py")))]
-    names = [f"{p.name}/" if p.is_dir() else p.name for p in rooms if p.name != "__init__.py"]
+    parts = [p for p in (ROOT / "frictionlab").iterdir() if p.suffix == ".py" or (p.is_dir() and any(p.glob("*.py")))]
+    names = [f"{p.name}/" if p.is_dir() else p.name for p in parts if p.name != "__init__.py"]
     assert not [name for name in names if f" {name}" not in readme]
 
 

@@ -15,7 +15,7 @@ from tests import weigh
 
 PACKAGE = Path(__file__).parents[1] / "frictionlab"
 
-# Room -> the rooms it may import. What a room may not import cannot flow back into it.
+# Part -> the parts it may import. What a part may not import cannot flow back into it.
 ALL = "arrays"  # types that every module may name
 PLAN = """
 __init__:
@@ -89,17 +89,17 @@ def imports(path: Path) -> frozenset[str]:
     return frozenset(found)
 
 
-def rooms_imported(path: Path) -> set[str]:
+def parts_imported(path: Path) -> set[str]:
     own = (name.split(".") for name in imports(path) if name.split(".")[0] == "frictionlab")
     return {parts[1] if len(parts) > 1 else "__init__" for parts in own}
 
 
-def test_every_room_imports_only_what_its_plan_allows() -> None:
+def test_every_part_imports_only_what_its_plan_allows() -> None:
     faults = [
-        f"{path.relative_to(PACKAGE.parent)} imports {room}"
+        f"{path.relative_to(PACKAGE.parent)} imports {part}"
         for own, path in modules()
         if own != "cli"
-        for room in rooms_imported(path) - MAY_IMPORT.get(own, set()) - {own, ALL}
+        for part in parts_imported(path) - MAY_IMPORT.get(own, set()) - {own, ALL}
     ]
     assert not faults
 
@@ -107,9 +107,9 @@ def test_every_room_imports_only_what_its_plan_allows() -> None:
 def test_the_plan_allows_nothing_that_nobody_uses() -> None:
     used: dict[str, set[str]] = {}
     for own, path in modules():
-        used.setdefault(own, set()).update(rooms_imported(path))
+        used.setdefault(own, set()).update(parts_imported(path))
     unused = {own: allowed - used.get(own, set()) for own, allowed in MAY_IMPORT.items()}
-    assert not {own: rooms for own, rooms in unused.items() if rooms}
+    assert not {own: parts for own, parts in unused.items() if parts}
 
 
 def test_the_house_stays_within_its_budgets() -> None:
@@ -127,7 +127,7 @@ def test_analysis_kernels_know_no_recording_and_no_scene() -> None:
     kernels = [
         p for own, p in modules() if own == "analysis" and p.stem not in ("measurement", "stretches", "__init__")
     ]
-    faults = [f"{p.name} imports {room}" for p in kernels for room in rooms_imported(p) - KERNELS - {"analysis", ALL}]
+    faults = [f"{p.name} imports {part}" for p in kernels for part in parts_imported(p) - KERNELS - {"analysis", ALL}]
     assert not faults
 
 

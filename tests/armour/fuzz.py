@@ -42,7 +42,7 @@ from tests.logs import fuzz as logs
 ARRAYS = ("time", "mass_displacement", "base_displacement", "quality")
 PLAN = SCENE | {
     "plan": {
-        "frequency_ratios": [0.3, 0.7],
+        "frequency_ratios": [0.5],
         "normal_forces_n": [1.0],
         "base_amplitudes_m": [1.8e-3],
         "duration_s": 60.0,

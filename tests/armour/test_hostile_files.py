@@ -15,7 +15,7 @@ from frictionlab.base_motion import sound_base
 from frictionlab.errors import LogError, RecordingError, SceneError, SimulationError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.figures.style import drawing, save
-from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree, write_recording
+from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene, scene_from_tables
@@ -40,16 +40,6 @@ def test_a_group_inside_itself_is_told_and_refused(tmp_path: Path) -> None:
     assert "  b/ (the same group as one above)" in describe(path)
     with pytest.raises(RecordingError, match="is the same group as one above"):
         read_tree(path, kind="x")
-
-
-def test_an_array_of_which_nothing_is_stored_costs_no_memory(tmp_path: Path) -> None:
-    path, t = tmp_path / "a.h5", np.arange(1000.0)
-    write_recording(Recording(t, t, t), path)
-    with h5py.File(path, "r+") as file:
-        del file["time"]
-        file.create_dataset("time", (1 << 22,), "f8", chunks=(1 << 16,), fillvalue=1.0)
-    with pytest.raises(RecordingError, match=r"claims 33554432 bytes in a file of .* that stores 0 of it"):
-        read_recording(path)
 
 
 def test_a_scene_that_is_too_much_is_refused(tmp_path: Path) -> None:
