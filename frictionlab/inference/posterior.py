@@ -134,18 +134,16 @@ class Posterior:
     def _of_data(self) -> FloatArray:
         """Covariance (m, m) of the coordinates by the data's own errors; of many tests at least what these show.
 
-        How the scores of more tests than unknowns scatter holds, whatever each test assumes of its own noise
-        [K.-Y. Liang and S. L. Zeger, Biometrika 73 (1986) 13].
+        `shown_by_scores` of more tests than unknowns holds, whatever each test assumes of its own noise.
         """
         of_each = np.asarray(self.plain @ self._eliminated[0] @ self.plain)
         tests, m = len(self.tests), len(self.unknowns)
         if tests <= m:
             return of_each
-        inverse, scores = np.linalg.inv(self.fit.precision), np.zeros((tests, m))
+        scores = np.zeros((tests, m))
         for score, test, (_, pull) in zip(scores, self.tests, self.fit.reduced.each, strict=True):
             score[test.index] = pull
-        moved = scores @ inverse
-        return at_least(of_each, (moved**2).sum(axis=0) * tests / (tests - m))
+        return at_least(of_each, shown_by_scores(scores, self.fit.precision))
 
     @cached_property
     def covariance(self) -> FloatArray:
@@ -283,6 +281,16 @@ class Posterior:
         covariance = at_least(np.asarray(np.linalg.inv(without)), np.diag(self.covariance))
         s = model.scatter[test.index]
         return np.clip(moved, *model.bounds)[test.index], covariance[np.ix_(test.index, test.index)] + np.diag(s**2)
+
+
+def shown_by_scores(scores: FloatArray, precision: FloatArray) -> FloatArray:
+    """Return the variances (m,) that the scores (tests, m) at a fit show of its unknowns, precision (m, m).
+
+    Each test has a score for every unknown, and a fit makes those of each sum to nothing: one test less, however many
+    unknowns there are [K.-Y. Liang and S. L. Zeger, Biometrika 73 (1986) 13].
+    """
+    moved = scores @ np.linalg.inv(precision)
+    return np.asarray((moved**2).sum(axis=0) * len(scores) / (len(scores) - 1))
 
 
 def _limits(unknown: Unknown, c: float, spread: float, *, told: bool) -> tuple[float | None, float | None]:

@@ -13,7 +13,7 @@ from frictionlab.errors import UsageError
 from frictionlab.inference.comparison import contact_force
 from frictionlab.inference.fit import inside, scatter_scale
 from frictionlab.inference.observations import observe
-from frictionlab.inference.posterior import infer, model_of
+from frictionlab.inference.posterior import infer, model_of, shown_by_scores
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import Unknown, of_law
 from frictionlab.scene import Infer
@@ -202,6 +202,21 @@ def test_many_tests_know_a_friction_ratio_no_better_than_all_their_cycles_scatte
     assert u > 0.8 * value * scatter / math.sqrt(cycles)
     assert u < 2.0 * value * scatter / math.sqrt(cycles)
     assert value * observations[0].unit == pytest.approx(0.3 * BASE_M, abs=2.0 * u * observations[0].unit)
+
+
+def test_scores_of_few_tests_show_the_scatter_of_what_they_share_and_no_more() -> None:
+    """Eight tests of six unknowns each, in a linear model: the variance stated is that of the values found."""
+    generator, tests, m, draws = np.random.default_rng(8), 8, 6, 4000
+    informations = [half @ half.T + np.eye(m) for half in generator.standard_normal((tests, m, m))]
+    precision = np.sum(informations, axis=0)
+    found, stated = np.empty((draws, m)), np.empty((draws, m))
+    for k in range(draws):  # each test's own values scatter by as much as its data show of them
+        own = [np.linalg.solve(np.linalg.cholesky(i).T, generator.standard_normal(m)) for i in informations]
+        pulls = np.array([i @ x for i, x in zip(informations, own, strict=True)])
+        found[k] = np.linalg.solve(precision, pulls.sum(axis=0))
+        scores = np.array([p - i @ found[k] for i, p in zip(informations, pulls, strict=True)])
+        stated[k] = shown_by_scores(scores, precision)
+    assert stated.mean(axis=0) == pytest.approx(found.var(axis=0), rel=0.2)
 
 
 def test_a_prior_with_tails_is_a_density_and_its_strain_is_what_it_loses() -> None:
