@@ -1,5 +1,6 @@
 """The habits of every command: exit statuses, one-line errors, JSON Lines that are nothing else."""
 
+import json
 import os
 import re
 import subprocess
@@ -21,6 +22,16 @@ def test_a_misspelt_command_is_told_what_was_meant_and_completion_knows_all(run:
         asked = {"_FRICTIONLAB_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
         told = subprocess.run([FRICTIONLAB], env={**os.environ, **asked}, capture_output=True, text=True, check=False)
         assert told.stdout.split() == [found]
+
+
+def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
+    new = json.loads(run("simulate", "--r", "0.5", "--beta", "0.4", "--mu", "1.5", "--zeta", "0.01", "--json").stdout)
+    names = "--friction-ratio 0.4 --static-ratio=1.5 --contact-damping-ratio 0.01"
+    old = run("simulate", "--r", "0.5", *names.split(), "--json")
+    assert json.loads(old.stdout) | {"wall_s": new["wall_s"]} == new
+    assert "note: --friction-ratio is now --beta; the old name is taken until the next version" in old.stderr
+    assert "--static-ratio is now --mu" in old.stderr
+    assert "note: compare is now compare-numeric;" in run("compare", "gone.h5").stderr
 
 
 @pytest.mark.parametrize(

@@ -37,6 +37,13 @@ GROUPS = {
 }
 """The commands in the groups of ``--help``, each with its module: it is the function of its name there."""
 COMMANDS = {name: module for group in GROUPS.values() for name, module in group.items()}
+OLD_NAMES = {
+    "compare": "compare-numeric",
+    "--friction-ratio": "--beta",
+    "--static-ratio": "--mu",
+    "--contact-damping-ratio": "--zeta",
+}
+"""Names of commands and options that are still taken, for one version, and those to give instead."""
 MORE = "more"
 """Where the options stand that the short help of a command leaves to ``--help-all``."""
 STOPPED, CLOSED = 128 + 2, 128 + 13  # the exit status that shells give to what Ctrl-C, or a closed pipe, has stopped
@@ -66,20 +73,55 @@ class Command(TyperCommand):
             formatter.write(f"\n{len(more)} more options: frictionlab {ctx.info_name} --help-all\n")
 
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
-        """Read the options; refuse what stands for nothing."""
+        """Read the options; refuse what stands for nothing, and what is no number to a person."""
         ctx.meta[_ALL] = "--help-all" in args
-        args = ["--help" if word == "--help-all" else word for word in args]
+        args = [
+            "--help" if word == "--help-all" else current_name(word) if word.startswith("--") else word for word in args
+        ]
+        if any("--contact-force" in param.opts for param in self.get_params(ctx)):
+            args = _with_force_column(args)
         if "" in args and not ctx.resilient_parsing:
             before = args[args.index("") - 1] if args.index("") else ""
             raise typer.BadParameter(
                 f"{before or 'an input'}: expected a name or a value; got an empty one: is a variable of the shell not"
                 " set?"
             )
+        if not ctx.resilient_parsing:
+            self._check_numbers(ctx, args)
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
             error.message = _in_words(error)
             raise
+
+    def _check_numbers(self, ctx: Any, args: list[str]) -> None:
+        """Refuse ``1_0`` and digits other than ASCII, which Python reads as numbers."""
+        given, _, _ = self.make_parser(ctx).parse_args(args=list(args))
+        params: list[Any] = self.get_params(ctx)
+        for param in params:
+            said, is_option = given.get(param.name), param.param_type_name == "option"
+            is_number = is_option and param.bare_type() in ("int", "float")
+            if is_number and isinstance(said, str) and (not said.isascii() or "_" in said):
+                raise typer.BadParameter(f"expected a number; got {said!r}", ctx=ctx, param=param)
+
+
+def _with_force_column(args: list[str]) -> list[str]:
+    """``--force COLUMN`` names the column of a force, where what follows is no file; alone it replaces an output."""
+    found = list(args)
+    for i, (word, following) in enumerate(zip(args, [*args, "-"][1:], strict=True)):
+        is_column = not following.startswith("-") and not Path(following).suffix and not Path(following).exists()
+        if word.startswith("--force=") or (word == "--force" and is_column):
+            found[i] = word.replace("--force", "--contact-force", 1)
+    return found
+
+
+def current_name(word: str) -> str:
+    """The name that has taken the place of an old one, with a line that says it; any other word as it is."""
+    name, equals, value = word.partition("=")
+    if name not in OLD_NAMES:
+        return word
+    complain(f"note: {name} is now {OLD_NAMES[name]}; the old name is taken until the next version")
+    return f"{OLD_NAMES[name]}{equals}{value}"
 
 
 def _in_words(error: typer.BadParameter) -> str:
@@ -109,6 +151,7 @@ class Commands(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         """The command of a name; None where there is none."""
+        cmd_name = current_name(cmd_name)
         if cmd_name not in COMMANDS:
             return None
         from frictionlab.cli.options import with_options

@@ -351,11 +351,16 @@ def check_law(law: str | None) -> None:
 
 
 def number_of(text: str, option: str) -> float:
-    """The number that a text is."""
+    """The number that a text is, in ASCII digits; Python alone would take ``1_0`` and Arabic digits too."""
     try:
-        return float(text)
+        return float(text if is_plain(text) else "")
     except ValueError as error:
         raise UsageError(f"{option}: expected a number; got {text!r}") from error
+
+
+def is_plain(text: str) -> bool:
+    """Whether a text may be a number as people write it."""
+    return text.isascii() and "_" not in text
 
 
 def values_of(text: str, option: str) -> list[float]:
@@ -369,12 +374,13 @@ def values_of(text: str, option: str) -> list[float]:
     ([0.1, 0.2, 0.3, 0.4], [0.5, 1.0], [10.0, 100.0, 1000.0, 10000.0])
     """
     try:
-        if re.fullmatch(r"\d+,\d+", text):
-            first, last = text.split(",")
+        said = text if is_plain(text) else ""
+        if re.fullmatch(r"\d+,\d+", said):
+            first, last = said.split(",")
             complain(f"warning: {option}: {first} and {last} are two values; a decimal is written {first}.{last}")
-        if ":" not in text:
-            return [float(part) for part in text.split(",")]
-        first, last, by = (part.strip() for part in text.split(":"))
+        if ":" not in said:
+            return [float(part) for part in said.split(",")]
+        first, last, by = (part.strip() for part in said.split(":"))
         start, stop, step = float(first), float(last), float(by.removeprefix("x"))
         is_factor = by.startswith("x")
         steps = math.log(stop / start) / math.log(step) if is_factor else (stop - start) / step

@@ -41,6 +41,18 @@ def test_a_scene_gives_newtons_millimetres_and_millijoules(tmp_path: Path) -> No
     assert "mu is static over kinetic friction, 1 or more; the friction coefficient is --coefficient" in refused.stderr
 
 
+@pytest.mark.parametrize("number", ["1_0", "\u0661", "0.\uff15"])
+def test_numbers_that_only_python_reads_are_refused(number: str, tmp_path: Path) -> None:
+    for words in (
+        ("simulate", "--r", number, "--beta", "0.4"),
+        ("sweep", "--r", number, "--beta", "0.4", "-o", tmp_path / "m.csv"),
+        ("simulate", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", f"gradient={number}"),
+    ):
+        refused = run(*words)
+        assert refused.exit_code == 2
+        assert "expected" in refused.stderr
+
+
 def test_the_map_of_a_sweep_is_not_replaced_by_one_state(tmp_path: Path) -> None:
     path = tmp_path / "map.csv"
     assert run("sweep", "--r", "0.5,0.6", "--beta", "0.4", "-o", path).exit_code == 0
