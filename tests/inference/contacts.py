@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
-from tests.analysis.seen import NOISE_M, through_laser
+from tests.analysis.seen import through_laser
 
 FloatArray = NDArray[np.float64]
 NATURAL_HZ, BASE_M = 3.13, 1.8e-3
@@ -25,14 +25,11 @@ def recorded(
     lag_s: float = 0.0,
     gain: float = 1.0,
     tuned: float = 1.0,
-    noise: float = NOISE_M,
-    start: float = 0.7,
-    change: float = 0.0,
     sensors: Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]] | None = None,
 ) -> Recording:
     """A steady motion through two lasers; friction scatters by a relative rms from cycle to cycle.
 
-    The base begins at the phase `start`, and friction changes in each cycle at the phase `change` (rad of the drive).
+    The base begins at a phase of 0.7 rad, and friction changes as each cycle of it begins.
     The motion of each cycle is that of its own friction, to first order; the mass is seen `lag_s` early. The
     frame's true natural frequency is `tuned` times NATURAL_HZ. `sensors` makes of time, mass and base [s, m] what the
     sensors show of them, before their noise.
@@ -42,9 +39,9 @@ def recorded(
     assert there is not None
     t = np.arange(round(seconds * rate)) / rate
     drive = problem.r * tuned * NATURAL_HZ
-    tau = 2 * math.pi * drive * t + start
+    tau = 2 * math.pi * drive * t + 0.7
     early = tau + 2 * math.pi * drive * lag_s
-    cycle = np.floor((early - change) / (2 * math.pi)).astype(int)
+    cycle = np.floor(early / (2 * math.pi)).astype(int)
     weaker = scatter * generator.standard_normal(cycle.max() + 1)[cycle]
     phase = np.mod(early, 2 * math.pi)
     x = here.at(phase)[0]
@@ -52,7 +49,7 @@ def recorded(
     mass, base = gain * BASE_M * x, BASE_M * problem.base.at(tau)
     if sensors is not None:
         mass, base = sensors(t, mass, base)
-    return Recording(t, through_laser(mass, generator, noise), through_laser(base, generator, noise))
+    return Recording(t, through_laser(mass, generator), through_laser(base, generator))
 
 
 def _stronger(problem: Problem) -> Problem:

@@ -104,12 +104,10 @@ class Twin:
                 found.append((i, side, reserve))
         return found
 
-    def settle(self, tau: float, z: Floats, resting: list[int], breaking: int | None = None) -> None:
+    def settle(self, tau: float, z: Floats, resting: list[int]) -> None:
         """Hold as many rigid contacts at rest as can."""
         for sides in sorted(product((0, 1, -1), repeat=len(resting)), key=lambda each: sum(map(abs, each))):
             chosen = dict(zip(resting, sides, strict=True))
-            if breaking is not None and chosen.get(breaking, self.modes[breaking]) == 0:
-                continue
             held = [self.s.row(self.s.contacts[i]) for i, side in chosen.items() if side == 0]
             if len(held) > 1 and np.linalg.matrix_rank(held) < len(held):
                 continue
