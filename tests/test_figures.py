@@ -7,7 +7,7 @@ import pytest
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 
-from frictionlab.figures.simulated import draw_motion
+from frictionlab.figures.simulated import draw_contact_force, draw_motion
 from frictionlab.figures.style import drawing, new_figure, plain_numbers, save
 from frictionlab.simulator import Problem, last_cycle, steady_state
 
@@ -65,3 +65,11 @@ def test_a_picture_is_drawn_once_and_is_the_same_bytes_each_time(
         assert not ax.yaxis.get_minorticklocs().size
     assert len(drawn) == 2
     assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+def test_the_loop_of_force_over_displacement_has_the_energy_as_its_area() -> None:
+    ax = new_figure().subplots()
+    state = steady_state(Problem(0.5, 0.4))
+    draw_contact_force(state, ax)
+    x, n = (np.asarray(part, dtype=float) for part in ax.lines[0].get_data())
+    assert np.sum(0.5 * (n[1:] + n[:-1]) * np.diff(x)) == pytest.approx(state.energy_per_cycle, rel=1e-3)

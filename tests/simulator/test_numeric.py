@@ -295,3 +295,17 @@ def test_a_new_law_is_one_term_in_the_list_of_laws(monkeypatch: pytest.MonkeyPat
     spline: Any = CubicSpline(base.time, base.values)
     slow = along(asked, lambda t: float(spline(t)), base.time, np.zeros(2), method="DOP853")
     np.testing.assert_allclose(respond(asked, base).displacement, slow[:, 0], atol=1e-8)
+
+
+def test_a_lopsided_motion_of_an_even_contact_is_one_of_two() -> None:
+    """LuGre's at r = 1/2 is: from its mirror image half a cycle later the motion is the mirror image again."""
+    values = {"stiffness_ratio": 50.0, "bristle_damping": 0.1, "static_ratio": 1.4, "stribeck_speed": 0.2}
+    lopsided = steady_state(Problem(0.5, 0.4, law="coulomb+lugre", parameters=values))
+    assert lopsided.symmetric is False
+    assert lopsided.problem.has_mirror_image
+    motion = lopsided.orbit
+    assert isinstance(motion, NumericMotion)
+    start = -motion.state(np.pi)[:3]
+    there = cycle(lopsided.problem, start, method="DOP853", rtol=1e-9)[:3]
+    np.testing.assert_allclose(there, start, atol=1e-7)
+    assert abs(there[0] - motion.state(0.0)[0]) > 0.1  # and it is not the same motion
