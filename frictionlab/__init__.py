@@ -35,7 +35,7 @@ _NAMES = {
     "inference.material_law": "MaterialLaw read_material_law",
     "inference.predictive": "Prediction",
     "campaign": "Campaign",
-    "planning": "Plan",
+    "planning.plan": "Plan",
     "base_motion": "RecordResponse",
     "scene": "Scene LogOptions read_scene scene_from_tables",
     "hdf5": "read_recording write_recording",

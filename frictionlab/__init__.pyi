@@ -18,7 +18,7 @@ from frictionlab.inference import Comparison as Comparison
 from frictionlab.inference.material_law import MaterialLaw as MaterialLaw
 from frictionlab.inference.material_law import read_material_law as read_material_law
 from frictionlab.inference.predictive import Prediction as Prediction
-from frictionlab.planning import Plan as Plan
+from frictionlab.planning.plan import Plan as Plan
 from frictionlab.recording import Recording as Recording
 from frictionlab.scene import LogOptions as LogOptions
 from frictionlab.scene import Scene as Scene

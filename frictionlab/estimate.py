@@ -127,6 +127,23 @@ class FlatKnown(_Flat[float]):
     missing = math.nan
 
 
+def errors_of(estimate: str) -> tuple[Flat, Flat]:
+    """Return the flat names of an estimate's ``se`` and ``u``."""
+    return Flat(estimate, "se"), Flat(estimate, "u")
+
+
+class FrictionNames:
+    """Flat names of the estimates ``friction`` (the friction ratio), ``force`` (N) and ``coefficient`` of a result.
+
+    That of the friction ratio itself is the result's own: some have it always.
+    """
+
+    friction_ratio_se, friction_ratio_u = errors_of("friction")
+    friction_force_n, friction_coefficient = Flat("force"), Flat("coefficient")
+    friction_force_n_se, friction_force_n_u = errors_of("force")
+    friction_coefficient_se, friction_coefficient_u = errors_of("coefficient")
+
+
 @dataclass(frozen=True)
 class Average:
     """Mean of several estimates, its standard error, and their scatter beyond their own errors (None for one alone)."""
@@ -175,10 +192,9 @@ def scatter_beyond(value: FloatArray, error: FloatArray) -> float:
 
     if freedom < 1 or excess(0.0) <= 0.0:
         return 0.0
-    low, high = 0.0, float(np.ptp(value))
+    from scipy.optimize import brentq  # noqa: PLC0415 - for means of several alone
+
+    high = float(np.ptp(value))
     while excess(high) > 0.0:
         high *= 2.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
-    return high
+    return float(brentq(excess, 0.0, high, xtol=1e-15 * high))

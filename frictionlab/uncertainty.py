@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, shifted
 from frictionlab.scene import Infer, Scene
 from frictionlab.schema import AMPLITUDE, BASE, ENERGY
 
@@ -126,7 +126,7 @@ def cycle_budget(
     way = 2.0 * math.pi / len(base)
     once = way * np.arange(len(base))
     turns = np.array([np.cos(once), np.sin(once)]) * (2.0 / len(base))
-    first, mass_rate, base_rate = turns @ base, derivative(mass), derivative(base)
+    first, mass_rate, base_rate = turns @ base, shifted(mass, order=1), shifted(base, order=1)
     size = float(np.hypot(*first))  # of the base's fundamental; `line` weighs the base to it
     line, top, bottom = first @ turns / size, int(np.argmax(mass)), int(np.argmin(mass))
     loop, amplitude = way * float(np.dot(base, mass_rate)) / size**2, 0.5 * float(np.ptp(mass)) / size
@@ -196,9 +196,3 @@ def _filled(channel: FloatArray, sources: Sources, unit: float) -> float:
     """Share of its range that a sensor's motion fills; all of it where the range is not known."""
     reach = sources.measuring_range
     return min(1.0, float(np.ptp(channel)) * unit / reach) if reach else 1.0
-
-
-def derivative(cycle: FloatArray) -> FloatArray:
-    """Return the derivative by tau of a cycle (p,) on equally spaced phases, by its harmonics."""
-    lines = np.fft.rfft(cycle)
-    return np.asarray(np.fft.irfft(1j * np.arange(len(lines)) * lines, len(cycle)))

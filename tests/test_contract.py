@@ -10,7 +10,8 @@ import h5py
 import pytest
 
 from frictionlab import tradeoff
-from frictionlab.campaign.files import REPORT, TABLES, write_tables
+from frictionlab.campaign import write_tables
+from frictionlab.campaign.files import REPORT, TABLES
 from frictionlab.scene import scene_from_tables
 from frictionlab.tables import read_rows
 from frictionlab.tradeoff import Setting

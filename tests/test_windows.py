@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from frictionlab import files
-from frictionlab.campaign import read_measurements
+from frictionlab.campaign.files import read_measurements
 from frictionlab.tables import write_rows
 from tests.desk import ROOT
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from frictionlab.analysis import channels, steadiness
 from frictionlab.analysis.signals import variance_of_mean
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, shifted
 from frictionlab.estimate import Estimate
-from frictionlab.uncertainty import Sources, derivative
+from frictionlab.uncertainty import Sources
 
 if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
@@ -125,11 +125,8 @@ def by_load_cell(
         return None
     unit, points = layout.drive.amplitude, layout.mass.shape[1]
     slid = layout.mass - layout.base if wall_moves else layout.mass
-    spectrum = np.fft.rfft(slid[used].mean(axis=0))
-    if not wall_moves:
-        spectrum = answer.how.mean * points
-    k = np.arange(len(spectrum))
-    speed = np.abs(np.fft.irfft(1j * k * spectrum, points))
+    mean = slid[used].mean(axis=0) if wall_moves else answer.how.cycle(points)[0]
+    speed = np.abs(shifted(mean, order=1))
     way = 2.0 * math.pi * float(speed.mean()) * unit * answer.amplitude / max(answer.size, 1e-300)
     rows = layout.more[name]
     each = loop_area(slid * unit, rows)
@@ -143,14 +140,14 @@ def by_load_cell(
 
     def over(size: FloatArray) -> Estimate:
         """Sum over sum: a cycle in which little moves counts little; its error by what each cycle is off."""
-        mean = float(size[used].mean())
-        if name == "torque" or not mean > 0.0:
+        usual = float(size[used].mean())
+        if name == "torque" or not usual > 0.0:
             return Estimate()
-        ratio = float(each[used].mean()) / mean
-        return mean_over(ratio + (each - ratio * size) / mean, used)
+        ratio = float(each[used].mean()) / usual
+        return mean_over(ratio + (each - ratio * size) / usual, used)
 
     omega = 2.0 * math.pi * layout.drive.frequency
-    inertia = inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
+    inertia = inertia_kg * omega**2 * unit * shifted(mean, order=2)
 
     def at_contact(cycles: FloatArray) -> FloatArray:
         """Cycles (..., p) about their means from tau = 0 on, the inertia taken off."""
@@ -174,4 +171,4 @@ def by_load_cell(
 
 def taken_by_the_frame(stretched: FloatArray, damping_ratio: float, r: float) -> float:
     """Energy (k Y^2) that the dashpot between mass and base takes in a mean cycle of their distance (p,), Y."""
-    return 4.0 * math.pi * damping_ratio * r * float(np.mean(derivative(stretched) ** 2))
+    return 4.0 * math.pi * damping_ratio * r * float(np.mean(shifted(stretched, order=1) ** 2))

@@ -4,9 +4,9 @@
 - ``prediction``: what the model says of a test; a row of measurements as an observation of the inference
 - ``joint_fit``: all tests fitted together by the inference
 - ``friction``: which tests count; the `FrictionFit` of a material and normal force
-- ``laws``: Amontons' law, evidence, parameters and loops; ``left_out``: each test predicted by all others
+- ``laws``: Amontons' law, evidence, parameters, loops, each test predicted by all others
 - ``ranking``: drift of long tests, and which material is best
-- ``files``: tables of measurements in, examples from the recordings, tables out
+- ``files``: tables of measurements in, examples from the recordings
 """
 
 import math
@@ -15,16 +15,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
-from frictionlab.campaign.files import (
-    MeasuredResponse,
-    elsewhere,
-    is_comparison,
-    read_measurements,
-    recording_of,
-    recording_path,
-    responses_of,
-    rows_of,
-)
+from frictionlab import schema
+from frictionlab.campaign.files import TABLES, MeasuredResponse, elsewhere, law_file, recording_of, responses_of
 from frictionlab.campaign.friction import (
     NO_STEADY_CYCLE,
     SLOWEST_HZ,
@@ -40,41 +32,24 @@ from frictionlab.campaign.joint_fit import JointFit, fit_together
 from frictionlab.campaign.laws import (
     AmontonsTest,
     LawEvidence,
+    LeftOutTest,
     Loop,
     amontons_of,
     laws_together,
+    left_out,
     loops_of,
     parameters_of,
 )
-from frictionlab.campaign.left_out import LeftOutTest, left_out
 from frictionlab.campaign.prediction import Curve, Model, RowObservation, curve, model_of, observe_row
-from frictionlab.campaign.ranking import CRITERIA, Drift, Rank, drift_of, rank_all
-from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
+from frictionlab.campaign.ranking import Drift, Rank, drift_of, rank_all
+from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order
 from frictionlab.errors import UsageError
-from frictionlab.inference.material_law import MaterialLaw, material_law_of
+from frictionlab.inference.material_law import MaterialLaw, is_material_law, material_law_of
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
 from frictionlab.schema import Result
-from frictionlab.tables import Row
+from frictionlab.tables import Row, write_rows
 from frictionlab.uncertainty import sources_of
-
-__all__ = [
-    "CRITERIA",
-    "AmontonsTest",
-    "Campaign",
-    "Drift",
-    "FrictionFit",
-    "MeasuredResponse",
-    "Model",
-    "Rank",
-    "Trial",
-    "Verdict",
-    "evaluate",
-    "is_comparison",
-    "read_measurements",
-    "recording_path",
-    "trial_of",
-]
 
 NO_STIFFNESS = (
     "The scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency): friction ratios are known,"
@@ -94,6 +69,7 @@ SHARED_ERRORS = (
     " what all tests share: gain, lag, natural frequency, stiffness, normal force."
 )
 ASSUMED = "Assumed, for nobody has declared them in the scene: {}."
+OF_TRIAL = ("source", "material", "normal_force_n", "frequency_ratio", "duration_s")
 Watch = Callable[[Sequence[tuple[str, float]]], Iterable[tuple[str, float]]]
 
 
@@ -165,9 +141,23 @@ class Campaign(Result):
             found.setdefault(t.source, LeftOutTest(t.source, t.material, reason=reason))
         return tuple(found[t.source] for t in self.trials)
 
+    @cached_property
+    def tables(self) -> Mapping[str, list[Row]]:
+        """The rows of each table, by the name of its file."""
+        p = {test.material: test.p for test in self.amontons}
+        return {
+            "measurements.csv": [_measurement(trial, self.verdicts.get(trial.source)) for trial in self.trials],
+            "friction.csv": [schema.FRICTION.row(fit, amontons_p=p[fit.material]) for fit in self.fits],
+            "ranking.csv": [schema.RANKING.row(r, tied_with=", ".join(r.tied_with) or None) for r in self.ranking],
+            "drift.csv": [schema.DRIFTS.row(d, **{k: getattr(d.trial, k) for k in OF_TRIAL}) for d in self.drifts],
+            "laws.csv": [schema.MATERIAL_LAWS.row(law) for law in self.laws],
+            "parameters.csv": list(self.parameters),
+            "left_out.csv": [schema.LEFT_OUT.row(test) for test in self.left_out],
+        }
+
     def rows(self) -> list[dict[str, object]]:
         """One row for each material and normal force, as in ``friction.csv``."""
-        return [dict(row) for row in rows_of(self)["friction.csv"]]
+        return [dict(row) for row in self.tables["friction.csv"]]
 
     def __repr__(self) -> str:
         tests = f"{len(self.trials)} tests, {len(self.failures)} failed"
@@ -310,3 +300,45 @@ def _notes(campaign: Campaign) -> list[str]:
         (assumed, ASSUMED.format(", ".join(assumed))),
     )
     return [sentence for holds, sentence in said if holds]
+
+
+def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
+    """Write `TABLES`, and the law of each material, ``law_MATERIAL.toml``; laws of an earlier campaign go.
+
+    Raises
+    ------
+    OutputError
+        A file cannot be written.
+    """
+    for name, table in TABLES.items():
+        write_rows(campaign.tables[name], folder / name, table, force=True)
+    laws = {law_file(law.material): law for law in campaign.material_laws}
+    for old in set(folder.glob("law_*.toml")) - {folder / name for name in laws}:
+        if is_material_law(old):
+            old.unlink()
+    for name, law in laws.items():
+        law.write(folder / name)
+    return (*(folder / name for name in TABLES), *(folder / name for name in laws))
+
+
+def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
+    """One test, and what the fit says of it."""
+    status = "failed" if trial.failed else trial.row.get("status") or "ok"
+    low, high = trial.irregularity_interval
+    own = {"source": trial.source, "status": status, "reason": trial.reason}
+    row = {**trial.row, **own, "irregularity_low": low, "irregularity_high": high}
+    if verdict is None:
+        return row
+    state, excluded = verdict.predicted, verdict.excluded
+    return row | {
+        "test_friction_ratio": verdict.friction_ratio,
+        "test_friction_ratio_se": verdict.friction_ratio_se,
+        "test_friction_ratio_u": verdict.alone.u,
+        "test_misfit": verdict.misfit,
+        f"predicted_{schema.ENERGY}": state and state.energy_per_cycle,
+        f"predicted_{schema.AMPLITUDE}": state and state.response_amplitude,
+        f"predicted_{schema.STOPS}": state and state.stops_per_cycle,
+        "energy_residual": verdict.residual,
+        "left_out_of_fit": excluded and excluded.sentence,
+        "left_out_code": excluded and excluded.cause.value,
+    }

@@ -1,30 +1,24 @@
-"""Files of a campaign: tables of measurements in, recordings behind them (of which examples are shown), tables out."""
+"""Files of a campaign: tables of measurements in, recordings behind them, of which examples are shown, its folder."""
 
 import math
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictionlab import schema
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import FrictionlabError, OutputError, RecordingError, UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable
 from frictionlab.hdf5 import is_recording, read_recording, read_tree
-from frictionlab.inference.material_law import is_material_law
 from frictionlab.recording import Recording
-from frictionlab.tables import SUFFIXES, Row, is_table, read_rows, write_rows
+from frictionlab.tables import SUFFIXES, Row, is_table, read_rows
 from frictionlab.tables.frames import rows_of as tree_rows
-
-if TYPE_CHECKING:
-    from frictionlab.campaign import Campaign
 
 IS_RECORDING = (
     "a recording; campaign evaluates measurements: `frictionlab analyze RECORDING... -o measurements.jsonl`, then"
@@ -40,7 +34,6 @@ TABLES = {
     "parameters.csv": schema.LAW_PARAMETERS,
     "left_out.csv": schema.LEFT_OUT,
 }
-OF_TRIAL = ("source", "material", "normal_force_n", "frequency_ratio", "duration_s")
 REPORT = "report.html"
 MARK = '<meta name="generator" content="frictionlab'
 
@@ -236,26 +229,6 @@ def _is_ours(path: Path) -> bool:
         return MARK in file.read(4000).decode(errors="replace")
 
 
-def write_tables(campaign: "Campaign", folder: Path) -> tuple[Path, ...]:
-    """Write `TABLES`, and the law of each material, ``law_MATERIAL.toml``; laws of an earlier campaign go.
-
-    Raises
-    ------
-    OutputError
-        A file cannot be written.
-    """
-    rows = rows_of(campaign)
-    for name, table in TABLES.items():
-        write_rows(rows[name], folder / name, table, force=True)
-    laws = {law_file(law.material): law for law in campaign.material_laws}
-    for old in set(folder.glob("law_*.toml")) - {folder / name for name in laws}:
-        if is_material_law(old):
-            old.unlink()
-    for name, law in laws.items():
-        law.write(folder / name)
-    return (*(folder / name for name in TABLES), *(folder / name for name in laws))
-
-
 def law_file(material: str) -> str:
     """Return the name of a material's law; what stands badly in a file's name is an underscore.
 
@@ -266,40 +239,3 @@ def law_file(material: str) -> str:
     """
     plain = re.sub(r"[^\w.+-]", "_", material)
     return f"law_{plain}.toml"
-
-
-def rows_of(campaign: "Campaign") -> Mapping[str, list[Row]]:
-    """The rows of each table of a campaign, by the name of its file."""
-    p = {test.material: test.p for test in campaign.amontons}
-    return {
-        "measurements.csv": [_measurement(trial, campaign.verdicts.get(trial.source)) for trial in campaign.trials],
-        "friction.csv": [schema.FRICTION.row(fit, amontons_p=p[fit.material]) for fit in campaign.fits],
-        "ranking.csv": [schema.RANKING.row(r, tied_with=", ".join(r.tied_with) or None) for r in campaign.ranking],
-        "drift.csv": [schema.DRIFTS.row(d, **{k: getattr(d.trial, k) for k in OF_TRIAL}) for d in campaign.drifts],
-        "laws.csv": [schema.MATERIAL_LAWS.row(law) for law in campaign.laws],
-        "parameters.csv": list(campaign.parameters),
-        "left_out.csv": [schema.LEFT_OUT.row(test) for test in campaign.left_out],
-    }
-
-
-def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
-    """One test, and what the fit says of it."""
-    status = "failed" if trial.failed else trial.row.get("status") or "ok"
-    low, high = trial.irregularity_interval
-    own = {"source": trial.source, "status": status, "reason": trial.reason}
-    row = {**trial.row, **own, "irregularity_low": low, "irregularity_high": high}
-    if verdict is None:
-        return row
-    state, excluded = verdict.predicted, verdict.excluded
-    return row | {
-        "test_friction_ratio": verdict.friction_ratio,
-        "test_friction_ratio_se": verdict.friction_ratio_se,
-        "test_friction_ratio_u": verdict.alone.u,
-        "test_misfit": verdict.misfit,
-        f"predicted_{schema.ENERGY}": state and state.energy_per_cycle,
-        f"predicted_{schema.AMPLITUDE}": state and state.response_amplitude,
-        f"predicted_{schema.STOPS}": state and state.stops_per_cycle,
-        "energy_residual": verdict.residual,
-        "left_out_of_fit": excluded and excluded.sentence,
-        "left_out_code": excluded and excluded.cause.value,
-    }

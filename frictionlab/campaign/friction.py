@@ -16,7 +16,7 @@ from scipy.special import stdtrit
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.campaign.prediction import Model, elasticity, loop_ratio, observe_row, predict
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FrictionNames
 from frictionlab.inference.comparison import harmonics_of
 from frictionlab.inference.observations import LEAST_POINTS, CycleObservation, mean_cycle
 from frictionlab.inference.posterior import EXPLAINED, ParameterEstimate, infer
@@ -127,10 +127,10 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class FrictionFit:
+class FrictionFit(FrictionNames):
     """Friction of one material under one normal force; ``None`` is not known, and ``note`` says why.
 
-    ``ratio`` (beta), ``force`` = beta k Y in N, ``coefficient`` = force / normal force are estimates, with the
+    ``friction`` (beta), ``force`` = beta k Y in N, ``coefficient`` = force / normal force are estimates, with the
     contract's columns as flat names; 95 % intervals are by Student's t with ``freedom`` degrees; ``scatter``: relative
     standard deviation from test to test beyond measurement error; ``shares``: relative uncertainty of the ratio by each
     source that all tests share; ``normal_force_u``: relative. ``law``: that its cycles were fitted with, None where it
@@ -140,7 +140,7 @@ class FrictionFit:
     material: str
     normal_force_n: float
     verdicts: tuple[Verdict, ...]
-    ratio: Estimate = NOT_KNOWN
+    friction: Estimate = NOT_KNOWN
     force: Estimate = NOT_KNOWN
     coefficient: Estimate = NOT_KNOWN
     freedom: int = 0
@@ -150,20 +150,12 @@ class FrictionFit:
     normal_force_u: float = 0.0
     law: str | None = None
 
-    friction_ratio = Flat("ratio")
-    friction_ratio_se = Flat("ratio", "se")
-    friction_ratio_u = Flat("ratio", "u")
-    friction_force_n = Flat("force")
-    friction_force_n_se = Flat("force", "se")
-    friction_force_n_u = Flat("force", "u")
-    friction_coefficient = Flat("coefficient")
-    friction_coefficient_se = Flat("coefficient", "se")
-    friction_coefficient_u = Flat("coefficient", "u")
+    friction_ratio = Flat("friction")
 
     @property
     def friction_ratio_scatter(self) -> float | None:
         """Standard deviation of the friction ratio from test to test, as ``law_MATERIAL.toml`` counts a scatter."""
-        return self.ratio.scaled(self.scatter).value
+        return self.friction.scaled(self.scatter).value
 
     @property
     def friction_coefficient_scatter(self) -> float | None:
@@ -303,7 +295,7 @@ def friction_of(
         material=material,
         normal_force_n=force,
         verdicts=verdicts,
-        ratio=ratio,
+        friction=ratio,
         force=_widened(newtons, by_rig),
         coefficient=_widened(newtons.over(force), math.hypot(by_rig, sources.normal_force)),
         freedom=freedom,

@@ -65,7 +65,7 @@ class JointFit:
     @cached_property
     def place(self) -> Mapping[str, int]:
         """Number of each test by its source."""
-        return {observation.measurement.source: i for i, observation in enumerate(self.posterior.observations)}
+        return {observation.source: i for i, observation in enumerate(self.posterior.observations)}
 
     @cached_property
     def materials(self) -> tuple[str, ...]:
@@ -171,7 +171,7 @@ class JointFit:
             far = np.abs(gap - np.median(gap)) > limit * np.sqrt(error**2 + max(width, SLIGHT) ** 2)
             for i in np.array(tests)[far].tolist():
                 beta = self.shared_beta(i)
-                out[self.posterior.observations[i].measurement.source] = (beta * math.exp(self.own[i][0]), beta)
+                out[self.posterior.observations[i].source] = (beta * math.exp(self.own[i][0]), beta)
         return out
 
     def rig_notes(self, scene: Scene) -> tuple[str, ...]:
@@ -191,7 +191,7 @@ class JointFit:
             value, spread, known = (factor * u.sd * x for x in (off, error, u.known_to))
             parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
             if explained and abs(off) > STRAINED * u.known_to:
-                against = f"{u.key} declares" if math.isinf(u.tail) else f"is assumed where {u.key} is not declared"
+                against = f"is assumed where {u.key} is not declared" if u.assumed else f"{u.key} declares"
                 far.append(
                     f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}: declare"
                     f" {to_declare(u.name, u.value(off), scene) or u.key} and measure again"
@@ -259,7 +259,7 @@ def fit_together(
         if not of_cycles:  # two numbers show an outlier by their noise alone
             bare = replace(posterior, fit=weighed(posterior.fit, np.zeros(len(chosen)), follows=False))
         if out := JointFit(bare, bare).standing_out():  # made again without those that stand out
-            kept = [o for o in chosen if o.measurement.source not in out]
+            kept = [o for o in chosen if o.source not in out]
             posterior = infer(kept, near=posterior.values())
         if of_cycles:
             posterior, said = _against_richer_laws(posterior)
@@ -279,7 +279,7 @@ def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:
         k = posterior.fit.find("beta", tests[0])
         if k is None or explains(posterior.fit, tests):
             continue
-        some = [joint.place[o.measurement.source] for o in _spread_out([posterior.observations[i] for i in tests])]
+        some = [joint.place[o.source] for o in _spread_out([posterior.observations[i] for i in tests])]
         varied = varied_friction(posterior, some)
         if varied is None:
             continue

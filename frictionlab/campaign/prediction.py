@@ -15,12 +15,12 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.inference.observation import Observation, Reached, Values, simulated
+from frictionlab.inference.observation import Observation, Values, noise_of, simulated
 from frictionlab.inference.observations import law_and_held
 from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
 from frictionlab.inference.verdict import base_words, model_words
 from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
+from frictionlab.simulator import COSINE, Base, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
 from frictionlab.uncertainty import Sources
@@ -155,13 +155,10 @@ class RowObservation(Observation):
 
     Y is the mean of its group where the row does not say it.
 
-    Parameters
-    ----------
-    measurement : Trial
-    rig : tuple of Unknown
+    ``measured``: the two numbers; ``rig``: what is not known of sensors and rig.
     """
 
-    measurement: Trial
+    measured: tuple[float, float]
     rig: tuple[Unknown, ...]
     steps: ClassVar = (2e-4, -2e-4)  # of the flat prior's deviation: half a per cent of the friction ratio
     by_sensors: ClassVar = ("gain", "lag_s", "crosstalk")
@@ -178,14 +175,6 @@ class RowObservation(Observation):
         """What is not known of sensors and rig."""
         return self.rig
 
-    def covariance(self, at: Reached) -> FloatArray:
-        """Return the covariance (n, n) that noise and misfit leave in the coordinates of a fit."""
-        return np.asarray(at.gain @ at.gain.T)
-
-    def problem(self, values: Values) -> Problem:
-        """Return what is simulated at some values."""
-        return self.simulated(values, self.r)
-
     def motion(self, values: Values, near: object = None) -> SteadyState | None:  # noqa: ARG002 - exact laws need none
         """Return the steady state at some values; None where there is none."""
         state = self.state(values)
@@ -200,7 +189,7 @@ class RowObservation(Observation):
         gain, late = 1.0 + values.get("gain", 0.0), values.get("lag_s", 0.0) * self.turn if "lag_s" in values else 0.0
         turned = energy * math.cos(late) - math.pi * _in_phase(energy, amplitude, self.r) * math.sin(late)
         shown = gain * np.array([turned, (1.0 + values.get("crosstalk", 0.0)) * amplitude])
-        return np.asarray(shown / self.measurement.mean)
+        return np.asarray(shown / self.measured)
 
 
 def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit: float) -> RowObservation:
@@ -210,9 +199,9 @@ def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit:
     """
     rig = tuple(u for u in _rig_of(trial, sources) if u.sd > SMALLEST and math.isfinite(u.sd))
     noise = np.diag(np.hypot(np.divide(trial.mean_se, trial.mean), MODEL_FLOOR) ** 2)
-    variances, directions = np.linalg.eigh(noise)
     row = RowObservation(
-        measurement=trial,
+        source=trial.source,
+        measured=trial.mean,
         guess=beta,
         rig=rig,
         law=model.law,
@@ -226,10 +215,9 @@ def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit:
         sources=sources,
         swing=float(trial.mean[1]),
         data=np.ones(2),
-        variances=variances,
-        directions=directions,
         powers=1.0,
-        floor=math.sqrt(float(np.mean(variances))),
+        floor=math.sqrt(float(np.mean(np.diag(noise)))),
+        **noise_of(noise),
     )
     floor = 0.0 if any(u.name == "natural_frequency" for u in rig) else RATIO_FLOOR
     step = STEP * min(1.0, max(abs(trial.r - 1.0), 0.02))
@@ -237,8 +225,7 @@ def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit:
     if ends[0] is not None and ends[1] is not None:
         steep = (ends[1] - ends[0]) / (2.0 * step)
         noise = noise + np.outer(steep, steep) * math.hypot((trial.frequency_ratio_se or 0.0) / trial.r, floor) ** 2
-    variances, directions = np.linalg.eigh(noise)
-    return replace(row, variances=variances, directions=directions)
+    return replace(row, **noise_of(noise))
 
 
 def _rig_of(trial: Trial, sources: Sources) -> Iterator[Unknown]:

@@ -60,12 +60,9 @@ class Drift:
     trend: Trend | None
     note: str
 
-    slope_per_hour = Flat("slope")
-    slope_per_hour_se = Flat("slope", "se")
-    relative_slope_per_hour = Flat("relative")
-    relative_slope_per_hour_se = Flat("relative", "se")
-    friction_slope_per_hour = Flat("friction")
-    friction_slope_per_hour_se = Flat("friction", "se")
+    slope_per_hour, slope_per_hour_se = Flat("slope"), Flat("slope", "se")
+    relative_slope_per_hour, relative_slope_per_hour_se = Flat("relative"), Flat("relative", "se")
+    friction_slope_per_hour, friction_slope_per_hour_se = Flat("friction"), Flat("friction", "se")
 
     @property
     def relative(self) -> Estimate:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.errors import UsageError
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown
 from frictionlab.scene.keys import CYCLES, window_of
 from frictionlab.schema import AMPLITUDE, BASE, ENERGY, ESTIMATED, MEASUREMENTS, RATIO, STOPS
 from frictionlab.tables import Row, plain
@@ -72,6 +72,7 @@ class Trial:
     trend: Trend | None = field(default=None, repr=False)
     row: Row = field(default_factory=dict, repr=False)
 
+    r = FlatKnown("ratio")
     frequency_ratio = Flat("ratio")
     frequency_ratio_se = Flat("ratio", "se")
 
@@ -126,11 +127,6 @@ class Trial:
         before = {"all": self.transient_s, "window": self.duration_s - float(seconds or 0)}
         passed = before.get(kind, self.duration_s) * self.drive_frequency_hz
         return passed if math.isfinite(passed) else math.inf
-
-    @property
-    def r(self) -> float:
-        """Frequency ratio, nan if not known."""
-        return math.nan if self.ratio.value is None else self.ratio.value
 
     @property
     def group(self) -> tuple[str, float]:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from frictionlab.inference.predictive import PredictedTest
     from frictionlab.maps import Grid
-    from frictionlab.planning import Plan, PlannedTest
+    from frictionlab.planning.plan import Plan, PlannedTest
 
 DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
 SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
@@ -88,7 +88,7 @@ def plan(
 
 def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) -> None:
     """The table, what its last columns mean, and what to do in the laboratory."""
-    from frictionlab.planning import steps
+    from frictionlab.planning.plan import steps
 
     apart = "" if found.against is None else f" against {found.against}"
     count = len({tuple(getattr(test, key) for key in SETTING) for test in found.tests})

@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign import Campaign, Trial, Verdict
-from frictionlab.campaign.trials import levels, nearest
+from frictionlab.campaign import Campaign
+from frictionlab.campaign.friction import Verdict
+from frictionlab.campaign.trials import Trial, levels, nearest
 from frictionlab.figures.style import AT_REST, BLUE, MEASURED, VERMILION, StopColours, drawing, panels, plain_numbers
 from frictionlab.schema import AMPLITUDE, ENERGY, STEADY_STATES, STOPS
 

@@ -11,7 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from frictionlab.analysis.steadiness import Trend
-from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, MeasuredResponse, Verdict
+from frictionlab.campaign import Campaign
+from frictionlab.campaign.files import MeasuredResponse
+from frictionlab.campaign.friction import FrictionFit, Verdict
+from frictionlab.campaign.ranking import CRITERIA, Drift
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.figures import style
 from frictionlab.figures.judged import draw_evidence

@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from frictionlab.figures import style
-from frictionlab.planning import Plan, PlannedTest
+from frictionlab.planning.plan import Plan, PlannedTest
 from frictionlab.schema import AMPLITUDE, ENERGY
 
 if TYPE_CHECKING:

@@ -6,22 +6,30 @@ campaign of one.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from frictionlab.analysis.measurement import Measurement, measure, source_of
+from frictionlab.analysis.measurement import Measurement, measure
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
 from frictionlab.inference.diagnose import diagnose, strained_facts
-from frictionlab.inference.fit import Fit, Model, Place, Test, fit_from, start_place
+from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.material_law import MaterialLaw
-from frictionlab.inference.observation import Observation, as_kind
-from frictionlab.inference.observations import CycleObservation, cycle_of, law_and_held, observe, refuse_several
+from frictionlab.inference.observation import Observation
+from frictionlab.inference.observations import (
+    CycleObservation,
+    OfCycles,
+    cycle_of,
+    law_and_held,
+    observe,
+    refuse_several,
+)
 from frictionlab.inference.over_time import follow
 from frictionlab.inference.posterior import EXPLAINED, Posterior, infer, model_of, posterior_of
 from frictionlab.inference.record import RecordObservation, observe_record
@@ -46,8 +54,12 @@ from frictionlab.simulator.laws import law_of
 HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires
 PERIODIC, EVEN = 0.1, 0.02  # irregularity of the base, scatter of its cycles' lengths, up to which it has a cycle
+NO_ERRORS = (
+    "verdict: none, for the table states no error of some numbers (columns amplitude_u, phase_u): errors are those of"
+    " the scatter about the law"
+)
 OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
-MEASURED = (*("source", "frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime"),)
+MEASURED = ("frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime")
 """What a comparison repeats of its measurement."""
 
 
@@ -87,7 +99,7 @@ def compare_record(
     climbed = None
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
-        record = follow(as_kind(best.tests[0].observation, RecordObservation), best.values(), fits_start=False)
+        record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
         posterior = _over_time(_as_cycle(cycle.under(best.law()), best), record)
         by_record = compared(measurement, scene, posterior, None)
         comparison = replace(by_record, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
@@ -120,7 +132,7 @@ def identified(
     if measurement.cycle.cell is not None:
         from frictionlab.inference.force import with_force  # noqa: PLC0415 - for measured forces alone
 
-        observation = with_force(observation, scene)
+        observation = with_force(observation, measurement, scene)
     return _found(observation, scene, law, friction_ratio)
 
 
@@ -141,13 +153,9 @@ def _found(
     if observation.shows_rig or any(p.name not in observation.held for p in observation.law.own if not p.whole):
         return infer([observation], near=near), None
     model = model_of([observation], rig=False)
-    try:
-        place = start_place(model, np.zeros(len(model.unknowns)))
-    except AnalysisError:  # it stands still, or has no steady state: nothing is predicted
-        none = observation.white(observation.data)
-        empty = start_place(replace(model, tests=()), np.zeros(0))
-        place = replace(empty, local=(np.zeros(0),), residual=(none,), slopes=(np.zeros((len(none), 0)),))
-    return posterior_of(Fit(model, place)), None
+    left = model.residual(0, np.zeros(0))
+    none = observation.white(observation.data) if left is None else left  # it stands still, or has no steady state
+    return posterior_of(placed(model, np.zeros(0), [none], [np.zeros((len(none), 0))])), None
 
 
 def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Comparison:
@@ -223,36 +231,24 @@ def compare_table(
             f"a table over frequency: expected more numbers than the {count} unknowns; got {len(observation.data)}"
         )
     found, ladder = _found(observation, scene, law, friction_ratio)
-    observation, values = as_kind(found.tests[0].observation, TableObservation), found.values()
+    observation, values = cast("TableObservation", found.tests[0].observation), found.values()
     states = list(observation.states(values))
-    reference = states[observation.reference]
-    nrmse, stated = observation.nrmse(found.fit.residual()), observation.is_stated
-    misfit = nrmse / observation.floor if stated else None
-    verdict = verdict_of(misfit, strained=bool(found.strained))
-    moved = strained_facts(found, scene) if verdict == "strained" else ()
-    said = [*scene.rig.doubts, *table.said, *moved, *found.warnings]
-    said += doubts(found, verdict, misfit, ladder, what="table", of="stated errors")
-    if misfit is None:
-        said.append(
-            "verdict: none, for the table states no error of some numbers (columns amplitude_u, phase_u): errors are"
-            " those of the scatter about the law"
-        )
-    return _comparison(
-        found,
-        scene,
+    reference, stated = states[observation.reference], observation.is_stated
+    said = [*scene.rig.doubts, *table.said, *found.warnings]
+    judged = _judged(
+        *(found, scene, ladder, found.fit.nrmse(), said),
+        what="table",
+        of="stated errors",
+        floor=observation.floor if stated else None,
+        strained=bool(found.strained),
+        facts=strained_facts(found, scene),
         amplitude=Estimate(observation.unit, 0.0) if math.isfinite(observation.unit) else Estimate(),
-        source=table.source,
-        warnings=tuple(said),
         model=model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
         solver="exact" if reference is None else reference.solver,
         closure_error=max((abs(s.closure_error) for s in states if s is not None and s.closure_error), default=None),
-        laws=_rows(ladder, found, nrmse),
-        response_nrmse=nrmse,
-        response_floor=observation.floor if stated else None,
-        misfit=misfit,
-        verdict=verdict,
-        over_frequency=observation.curve(values, tuple(said)),
     )
+    warnings = judged.warnings if stated else (*judged.warnings, NO_ERRORS)
+    return replace(judged, warnings=warnings, over_frequency=observation.curve(values, warnings))
 
 
 def compare_force(
@@ -270,58 +266,32 @@ def compare_force(
         if asked != law:
             raise UsageError(f"law: the contact slides one way at one speed, which shows no {asked}: do: --law coulomb")
     found, ladder = _found(observe_force(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
-    observation, values = as_kind(found.tests[0].observation, ForceObservation), found.values()
+    observation, values = cast("ForceObservation", found.tests[0].observation), found.values()
     force = observation.motion(values)
     if force is None:
         raise AnalysisError(f"force: law {observation.law.name} has none at the values found")
-    nrmse = observation.nrmse(found.fit.residual())
-    misfit, rows = nrmse / observation.floor, _rows(ladder, found, nrmse)
-    verdict = verdict_of(misfit, strained=bool(found.strained))
-    moved = strained_facts(found, scene) if verdict == "strained" else ()
-    said = [*measurement.warnings, *observation.said, *moved, *found.warnings]
-    said += doubts(found, verdict, misfit, ladder, what="force", of="standard error of the measured mean cycle")
+    said = [*measurement.warnings, *observation.said, *found.warnings]
     over = "friction" if observation.normal_force is None else "normal"
     stroke = f"Y = {1e3 * observation.unit:.4g} mm" if measurement.force_energy_j.known else "half the stroke"
     unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over {stroke}"
-    cycle, shown = measurement.cycle, force * (1.0 + values.get(GAIN, 0.0))
-    contact = ContactForce(
-        source=measurement.source,
-        law=observation.law.name,
-        tau=cycle.tau,
-        displacement=observation.place,
-        velocity=cycle.mass_velocity,
-        force=observation.force,
-        law_displacement=observation.place,
-        law_velocity=cycle.mass_velocity,
-        law_force=shown,
-        residual=observation.force - shown,
-        floor=observation.floor * math.sqrt(observation.cycles.power),
-        laws=_points(rows),
-        unit_m=observation.unit,
-        turn=observation.turn,
-        unit_n=observation.unit_n,
-        said=f"{observation.law.name}{verdict_in_words(nrmse, misfit, verdict, of='force')}",
-        warnings=tuple(said),
-        is_measured=True,
-    )
-    return _comparison(
-        found,
-        scene,
+    velocity, shown = measurement.cycle.mass_velocity, force * (1.0 + values.get(GAIN, 0.0))
+    return _judged(
+        *(found, scene, ladder, found.fit.nrmse(), said),
+        what="force",
+        floor=observation.floor,
+        strained=bool(found.strained),
+        facts=strained_facts(found, scene),
         amplitude=measurement.base_amplitude,
-        source=measurement.source,
-        response_amplitude=measurement.response_amplitude,
-        stops_per_cycle=measurement.stops_per_cycle,
-        regime=measurement.regime,
-        warnings=tuple(said),
         model=model_words(observation.law, "prescribed motion", observation.held, unit),
         solver="prescribed",
         closure_error=None,
-        response_nrmse=nrmse,
-        response_floor=observation.floor,
-        misfit=misfit,
-        verdict=verdict,
-        laws=rows,
-        contact=contact,
+        **{key: getattr(measurement, key) for key in MEASURED[2:]},
+        contact=_contact(
+            *(observation, measurement.cycle.tau, AtContact(observation.place, velocity, observation.force)),
+            *(AtContact(observation.place, velocity, shown), observation.unit_n),
+            residual=observation.force - shown,
+            is_measured=True,
+        ),
     )
 
 
@@ -334,26 +304,27 @@ def compared(measurement: Measurement, scene: Scene, found: Posterior, ladder: L
     misfit = None if nrmse is None else nrmse / observation.floor
     diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
     found, restless = diagnosis.posterior, never_settles(state, measurement.cycles, observation.floor)
-    unsettled, beta = restless is not None, found.fit.find("beta")
-    verdict = verdict_of(misfit, strained=diagnosis.strained, answered=diagnosis.answered, unsettled=unsettled)
-    if unsettled and beta is not None:
+    beta = found.fit.find("beta")
+    if restless is not None and beta is not None:
         shift = np.zeros(len(found.unknowns))
         shift[beta] = found.values()["beta"] / found.slope(beta)
         found = found.with_shift(UNSETTLED, shift)
-    said = [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]
-    said += doubts(found, verdict, misfit, ladder, what="cycle", of="standard error of the measured mean cycle")
-    said += observation.disagreement(found)
-    said += [restless] if restless else []
-    said += [f"no prediction: {state.outcome}"] if predicted is None else []
-    rows, left = _rows(ladder, found, nrmse), None if predicted is None else measurement.cycle.mass - predicted
-    words = f"{observation.law.name}{verdict_in_words(nrmse, misfit, verdict)}"
-    return _comparison(
-        found,
-        scene,
+    contact = contact_of(observation, found.values(), state, scene.rig.stiffness)
+    return _judged(
+        *(found, scene, ladder, nrmse, [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]),
+        after=[
+            *observation.disagreement(found),
+            *([restless] if restless else []),
+            *([f"no prediction: {state.outcome}"] if predicted is None else []),
+        ],
+        what="cycle",
+        floor=observation.floor,
+        strained=diagnosis.strained,
+        answered=diagnosis.answered,
+        unsettled=restless is not None,
         amplitude=measurement.base_amplitude,
         budget=measurement.budget,
         **{key: getattr(measurement, key) for key in MEASURED},
-        warnings=tuple(said),
         model=model_words(
             observation.law, observation.place_words, observation.held, base_words(observation.base.harmonics)
         ),
@@ -364,23 +335,51 @@ def compared(measurement: Measurement, scene: Scene, found: Posterior, ladder: L
         predicted_stops_per_cycle=state.stops_per_cycle,
         predicted_regime=state.regime,
         energy_difference=None if energy is None else energy / measurement.energy_per_cycle - 1,
-        response_nrmse=nrmse,
-        response_floor=observation.floor,
-        misfit=misfit,
-        verdict=verdict,
-        laws=rows,
         tau=measurement.cycle.tau,
         base=measurement.cycle.base,
         measured=measurement.cycle.mass,
         predicted=predicted,
-        contact=replace(
-            contact_of(observation, found.values(), state, scene.rig.stiffness),
-            residual=left,
-            laws=_points(rows),
-            said=words,
-            warnings=tuple(said),
-        ),
+        contact=replace(contact, residual=None if predicted is None else measurement.cycle.mass - predicted),
     )
+
+
+def _judged(
+    found: Posterior,
+    scene: Scene,
+    ladder: Ladder | None,
+    nrmse: float | None,
+    said: list[str],
+    *,
+    what: str,
+    of: str = "standard error of the measured mean cycle",
+    floor: float | None,
+    strained: bool,
+    answered: bool = False,
+    unsettled: bool = False,
+    facts: Iterable[str] = (),
+    after: Sequence[str] = (),
+    contact: ContactForce | None = None,
+    **more: Any,
+) -> Comparison:
+    """The comparison of an observation that leaves an nrmse over a floor: with its verdict, its doubts, its ladder.
+
+    ``what`` is compared, its misfit over ``of``; ``said``, ``after``: sentences before the doubts, and behind
+    them; ``facts``: of sensors and rig, where they strain.
+    """
+    misfit, rows = None if nrmse is None or floor is None else nrmse / floor, _rows(ladder, found, nrmse)
+    verdict = verdict_of(misfit, strained=strained, answered=answered, unsettled=unsettled)
+    moved = facts if verdict == "strained" else ()
+    warnings = (*said, *moved, *doubts(found, verdict, misfit, ladder, what=what, of=of), *after)
+    words = verdict_in_words(nrmse, misfit, verdict, of="force" if what == "force" else "motion")
+    if contact is not None:
+        points = {
+            row["law"]: (sum(e["u"] is not None for e in row["parameters"].values()), row["response_nrmse"], evidence)
+            for row in rows or ()
+            if (evidence := row["log_evidence"]) is not None and row["response_nrmse"] is not None
+        }
+        contact = replace(contact, laws=points, said=f"{found.law().name}{words}", warnings=warnings)
+    judged: dict[str, Any] = {"response_nrmse": nrmse, "response_floor": floor, "misfit": misfit, "verdict": verdict}
+    return _comparison(found, scene, **judged, warnings=warnings, laws=rows, contact=contact, **more)
 
 
 def _comparison(
@@ -402,6 +401,7 @@ def _comparison(
         **friction,
     }
     return Comparison(
+        source=observation.source,
         status="ok",
         reason=None,
         law=found.law().name,
@@ -419,26 +419,30 @@ def contact_of(
     observation: CycleObservation, values: Mapping[str, float], state: SteadyState, stiffness: float | None
 ) -> ContactForce:
     """Return the contact's force as the measured cycle has it, over that of a state; ``stiffness`` N/m."""
-    measurement, unit, cycles = observation.measurement, observation.unit, observation.cycles
-    late, tau = observation.gain_and_phase(0.0, values)[1], measurement.cycle.tau
-    law = observation.law_at_contact(state, tau + late)
+    late, tau = observation.gain_and_phase(0.0, values)[1], observation.cycle.tau
+    law, unit_n = observation.law_at_contact(state, tau + late), None
     seen = observation.measured_contact(state, late) or AtContact(*np.full((3, len(tau)), math.nan))
+    if law is not None:
+        seen = seen._replace(force=seen.force + law.force.mean())
+        law = law._replace(displacement=law.displacement - law.displacement.mean())
+    if stiffness is not None:
+        unit_n = stiffness * observation.unit
+    return _contact(observation, tau, seen, law, unit_n)
+
+
+def _contact(
+    observation: OfCycles, tau: FloatArray, seen: AtContact, law: AtContact | None, unit_n: float | None, **more: Any
+) -> ContactForce:
+    """A contact over a cycle, as measured and as its law has it."""
+    own = AtContact(None, None, None) if law is None else law  # type: ignore[arg-type]
     return ContactForce(
-        source=measurement.source,
-        law=state.problem.law.name,
-        tau=tau,
-        displacement=seen.displacement,
-        velocity=seen.velocity,
-        force=seen.force + (0.0 if law is None else law.force.mean()),
-        law_displacement=None if law is None else law.displacement - law.displacement.mean(),
-        law_velocity=None if law is None else law.velocity,
-        law_force=None if law is None else law.force,
-        residual=None,
-        floor=cycles.floor * math.sqrt(cycles.power),
+        *(observation.source, observation.law.name, tau, *seen, *own, more.pop("residual", None)),
+        floor=observation.cycles.floor * math.sqrt(observation.cycles.power),
         laws={},
-        unit_m=unit,
+        unit_m=observation.unit,
         turn=observation.turn,
-        unit_n=None if stiffness is None else stiffness * unit,
+        unit_n=unit_n,
+        **more,
     )
 
 
@@ -461,15 +465,6 @@ def _rows(ladder: Ladder | None, found: Posterior, nrmse: float | None) -> tuple
             }
         )
     return None if ladder is None else tuple(rows)
-
-
-def _points(rows: Sequence[Mapping[str, Any]] | None) -> dict[str, tuple[int, float, float]]:
-    """The ladder's points for a figure: parameters found, nrmse, log evidence of each law."""
-    return {
-        row["law"]: (sum(e["u"] is not None for e in row["parameters"].values()), row["response_nrmse"], evidence)
-        for row in rows or ()
-        if (evidence := row["log_evidence"]) is not None and row["response_nrmse"] is not None
-    }
 
 
 def _steady(recording: Recording, scene: Scene, fit: Fitted) -> tuple[Measurement | None, str]:
@@ -504,7 +499,7 @@ def _without_cycle(
     held |= {} if friction_ratio is None else {"beta": friction_ratio}
     observation, said = observe_record(recording, scene, chosen, held)
     found, climbed = _found(observation, scene, law, None)
-    observation, values = as_kind(found.tests[0].observation, RecordObservation), found.values()
+    observation, values = cast("RecordObservation", found.tests[0].observation), found.values()
     record, motion = follow(observation, values, fits_start=False), observation.motion(values)
     if motion is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
@@ -523,7 +518,6 @@ def _without_cycle(
         found,
         scene,
         amplitude=amplitude,
-        source=source_of(recording),
         warnings=(*known, *found.warnings, *record.warnings, *not_tried(climbed)),
         model=f"{observation.law.words}, {observation.wall} wall, measured base",
         solver=motion.solver,
@@ -556,10 +550,10 @@ def _as_cycle(observation: CycleObservation, record: Posterior) -> Posterior:
     if residual is None:
         residual = observation.white(observation.data)
     slopes = np.ones((len(residual), len(keep)))  # each determined, as far as its error says
-    place = Place(point, (np.zeros(len(keep)),), (residual,), (slopes,), cycle.strains(point))
     holds = np.diag(model.holds(record.fit.point)[keep])
     information = np.linalg.inv(record.covariance[np.ix_(keep, keep)]) - holds
-    return Posterior(Fit(cycle, place), (information,), np.zeros(len(keep)), warnings=record.warnings)
+    fit = placed(cycle, point, [residual], [slopes])
+    return Posterior(fit, (information,), np.zeros(len(keep)), warnings=record.warnings)
 
 
 def _over_time(found: Posterior, record: WholeRecord) -> Posterior:

@@ -7,9 +7,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.response import Cycle
 from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.estimate import Estimate, Flat, FlatKnown
+from frictionlab.estimate import Estimate, FlatKnown, FrictionNames
 from frictionlab.schema import COMPARISONS, Result
 from frictionlab.simulator import Base, Problem
 
@@ -124,22 +124,17 @@ class AtContact(NamedTuple):
     force: FloatArray
 
 
-def contact_force(measurement: Measurement, problem: Problem | None = None, late: float = 0.0) -> FloatArray:
+def contact_force(cycle: Cycle, problem: Problem, late: float = 0.0) -> FloatArray:
     """Return the force of the contact on the mass over the measured cycle: what the equation of motion leaves for it.
 
     ``n = y - x - 2 zeta_f r (x' - y') - r^2 x''`` of the mean cycle without its noise.
 
-    Over k Y, (p,) at the phases of ``measurement.cycle.tau``; positive against a motion in the positive direction.
-    ``problem``: whose frequency ratio, damping and base motion, as a fit has found them, are taken in place of those
-    measured; ``late``: phase by which the base's channel is behind the mass's, rad.
+    Over k Y, (p,) at the phases of ``cycle.tau``; positive against a motion in the positive direction. ``problem``: its
+    frequency ratio, damping and base motion; ``late``: phase by which the base's channel is behind the mass's, rad.
     """
-    cycle, one = measurement.cycle, np.ones(1)
-    lines = harmonics_of(cycle.mass_smooth[None, :])
-    if problem is None:
-        base, r, damping = harmonics_of(cycle.base), measurement.frequency_ratio or math.nan, 0.0
-    else:
-        base, r, damping = base_lines(problem.base, lines.shape[1], late), problem.r, problem.frame_damping_ratio
-    return over_cycle(left_for_contact(lines, base, r, one, one, 2.0 * damping * one), len(cycle.tau))
+    lines, one = harmonics_of(cycle.mass_smooth[None, :]), np.ones(1)
+    base, damping = base_lines(problem.base, lines.shape[1], late), 2.0 * problem.frame_damping_ratio * one
+    return over_cycle(left_for_contact(lines, base, problem.r, one, one, damping), len(cycle.tau))
 
 
 def harmonics_of(cycle: FloatArray, count: int | None = None) -> ComplexArray:
@@ -190,7 +185,7 @@ class OverFrequency:
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Comparison(Result):
+class Comparison(FrictionNames, Result):
     """A measured steady cycle and its prediction; the contract's keys, ``None`` is not known.
 
     ``friction`` (the friction ratio), ``force`` (N), ``coefficient`` are estimates, with the contract's keys as flat
@@ -259,14 +254,6 @@ class Comparison(Result):
     record_laws: tuple[Mapping[str, object], ...] | None = None
 
     friction_ratio = FlatKnown("friction")
-    friction_ratio_se = Flat("friction", "se")
-    friction_ratio_u = Flat("friction", "u")
-    friction_force_n = Flat("force")
-    friction_force_n_se = Flat("force", "se")
-    friction_force_n_u = Flat("force", "u")
-    friction_coefficient = Flat("coefficient")
-    friction_coefficient_se = Flat("coefficient", "se")
-    friction_coefficient_u = Flat("coefficient", "u")
 
     def row(self) -> dict[str, object]:
         """The contract's keys alone: a line of JSON or of a table."""

@@ -18,7 +18,7 @@ from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evid
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, infer, model_of
-from frictionlab.inference.starts import loop_friction_ratio, point_at, starting_points
+from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
@@ -92,7 +92,7 @@ def strained_facts(found: Posterior, scene: Scene) -> Iterator[str]:
             continue
         times, declare = abs(float(found.fit.point[k])) / u.known_to, to_declare(u.name, values[u.name], scene)
         against = "what is assumed where none is declared: measure it and declare it"
-        if math.isinf(u.tail):
+        if not u.assumed:
             against = "its standard uncertainty: check it"
         moved = u.unit[0] * (values[u.name] - u.mean)
         unit = f" {u.unit[1]}" if u.unit[1] else ""
@@ -117,8 +117,7 @@ def to_declare(name: str, value: float, scene: Scene) -> str:
 
 def _causes(observation: CycleObservation) -> tuple[Cause, ...]:
     """What is tried free: each with a prior so wide that only the data hold it."""
-    sampling, unit = 1.0 / observation.measurement.sampling_rate_hz, observation.unit
-    lag = max(5.0 * sampling, 0.02 / observation.measurement.drive_frequency_hz)
+    unit, lag = observation.unit, max(5.0 / observation.rate, 0.04 * math.pi / observation.turn)
     frequency = Unknown(
         "natural_frequency", "natural frequency", sd=0.3, low=-1.8, high=4.0, key="rig.natural_frequency_hz"
     )
@@ -243,7 +242,7 @@ def _starts(model: Model, main: Fit, k: int, cause: Cause) -> Iterator[FloatArra
         yield np.clip(point, *model.bounds)
         if cause.unknown.name == "natural_frequency" and "beta" in main.values():
             try:
-                loop = loop_friction_ratio(observation.measurement, observation.wall)
+                loop = observation.loop_friction_ratio
             except FrictionlabError:
                 continue
             near = np.clip(point_at(model, {"beta": loop}), *model.bounds)
@@ -326,14 +325,8 @@ def varied_friction(found: Posterior, tests: Sequence[int]) -> tuple[float, floa
     if k is None:
         return None
     shared = fit.model.unknowns[k].value(float(fit.point[k])) * test.factor(k)
-    before, leaves = _missed(found.fit, tests), _missed(fit, range(len(free)))
+    before, leaves = found.fit.nrmse(tests), fit.nrmse()
     return (shared, leaves) if leaves < BETTER * before else None
-
-
-def _missed(fit: Fit, tests: Sequence[int]) -> float:
-    """Return the rms of what a fit misses of some tests, over that of each."""
-    missed = [fit.model.tests[i].observation.nrmse(fit.residual(i)) for i in tests]
-    return math.sqrt(float(np.mean(np.square(missed))))
 
 
 def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
@@ -353,7 +346,7 @@ def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
         said = f"{own:.4g} under this law, {apart:.4g} if friction may vary with place and speed"
     loop_tells = observation.single and not observation.law.has("speed")
     if loop_tells and (not apart or leaves > EXPLAINED * observation.floor):
-        energy = loop_friction_ratio(observation.measurement, observation.wall)
+        energy = observation.loop_friction_ratio
         if abs(energy - own) > abs(apart - own if apart else 0.0) and abs(energy / own - 1.0) > 0.01:
             apart, said = energy, f"{own:.4g} under this law, {energy:.4g} by the energy of the loop over its path"
     if not apart:

@@ -11,7 +11,7 @@ has shown (C. G. Broyden, Math. Comp. 19 (1965) 577); they are where a step disa
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -338,6 +338,12 @@ class Fit:
         """Sum of squares of the residuals over the noise alone."""
         return sum(t.observation.chi_square(r) for t, r in zip(self.model.tests, self.place.residual, strict=True))
 
+    def nrmse(self, tests: Iterable[int] | None = None) -> float:
+        """Rms over some tests (all) of what is left of each."""
+        some = range(len(self.model.tests)) if tests is None else tests
+        each = [self.model.tests[i].observation.nrmse(self.residual(i)) for i in some]
+        return math.sqrt(math.fsum(e * e for e in each) / len(each))
+
     @property
     def cost(self) -> float:
         """What was made least."""
@@ -356,6 +362,12 @@ class Fit:
     def find(self, name: str, i: int = 0) -> int | None:
         """Place of an unknown of test i among all unknowns; None where it has none of that name."""
         return next((int(k) for k in self.model.tests[i].index if self.model.unknowns[k].name == name), None)
+
+
+def placed(model: Model, point: FloatArray, residual: Iterable[FloatArray], slopes: Iterable[FloatArray]) -> Fit:
+    """Return the fit that stands at a point, with these residuals and slopes; no test deviates from the others."""
+    local = tuple(np.zeros(len(test.index)) for test in model.tests)
+    return Fit(model, Place(point, local, tuple(residual), tuple(slopes), model.strains(point)))
 
 
 def told_of(fit: Fit, i: int = 0) -> float:

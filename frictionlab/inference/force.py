@@ -20,7 +20,7 @@ from scipy.linalg import block_diag
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.signals import white_noise
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.observation import NO_MOTION, SENSORS, Reached, Values
@@ -31,14 +31,13 @@ from frictionlab.inference.observations import (
     Motion,
     OfCycles,
     law_and_held,
+    observe,
     of_one_cycle,
-    slid_of,
+    of_test,
 )
-from frictionlab.inference.posterior import NOISE, Posterior
-from frictionlab.inference.starts import loop_friction_ratio
-from frictionlab.inference.unknowns import STRAINED, TAIL, UNDECLARED_LAG, Unknown
+from frictionlab.inference.posterior import Posterior
+from frictionlab.inference.unknowns import STRAINED, UNDECLARED_LAG, Unknown
 from frictionlab.scene import Scene
-from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law
 from frictionlab.uncertainty import unit_uncertainty
 
@@ -63,7 +62,7 @@ class ForceObservation(OfCycles):
     ``place`` (p,): of the contact over Y, in the measured mean cycle, without noise; ``parts`` (N,): which of ``count``
     equal parts of the cycle are fitted; ``strangers``: cycles left out, for their force is not that of the others;
     ``unit_n``: force that all are over [N], known to ``unit_u``, relative;
-    ``normal_force_u``: relative, of the normal force; ``sampling_rate``: Hz; ``force`` (p,): as measured, over
+    ``normal_force_u``: relative, of the normal force; ``rate``: of sampling, Hz; ``force`` (p,): as measured, over
     `unit_n`.
     """
 
@@ -73,7 +72,7 @@ class ForceObservation(OfCycles):
     unit_n: float
     unit_u: float
     normal_force_u: float
-    sampling_rate: float
+    rate: float
     force: FloatArray
     strangers: int
     by_sensors: ClassVar = (GAIN, UNIT)
@@ -81,7 +80,7 @@ class ForceObservation(OfCycles):
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of the load cell: its gain, its lag, and the unit of the forces."""
-        lag = 0.5 / math.sqrt(3.0) / self.sampling_rate
+        lag = 0.5 / math.sqrt(3.0) / self.rate
         return tuple(
             u
             for u in (
@@ -90,7 +89,7 @@ class ForceObservation(OfCycles):
                 Unknown(
                     *(LAG, "lag of the force behind the motion"),
                     sd=UNDECLARED_LAG * lag,
-                    tail=TAIL,
+                    assumed=True,
                     known_to=1.0 / UNDECLARED_LAG,
                     unit=(1e3, "ms"),
                     key="time of the force's channel",
@@ -115,13 +114,9 @@ class ForceObservation(OfCycles):
             return [known | {"stiffness_ratio": stiffness} for stiffness in STIFFNESSES]
         return [] if "beta" in self.held else [known | {"beta": known["beta"] * times} for times in FRICTIONS]
 
-    def problem(self, values: Values) -> Problem:
-        """Return the contact at some values, dimensionless in this test."""
-        return self.simulated(values, self.r)
-
     def motion(self, values: Values, near: Any = None) -> FloatArray | None:  # noqa: ARG002 - nothing is looked for
         """Return the law's force (p,) under the measured motion; None where it has none."""
-        from frictionlab.simulator.prescribed import force_under, shifted  # noqa: PLC0415 - for measured forces alone
+        from frictionlab.simulator.prescribed import force_under  # noqa: PLC0415 - for measured forces alone
 
         gain, late = 1.0 + values.get("gain", 0.0), self.turn * values.get(LAG, 0.0)
         times = -(-POINTS // len(self.place))
@@ -142,18 +137,14 @@ class ForceObservation(OfCycles):
         """
         beta, values = found.parameters()["beta"], found.values()
         value = beta.value * self.unit_n * (1.0 + values.get(UNIT, 0.0))
-        along = np.zeros(len(found.unknowns))  # relative change of the force with the coordinates
+        along = np.zeros(len(found.unknowns))  # change of the force with the coordinates
         for name, size in (("beta", beta.value), (UNIT, 1.0 + values.get(UNIT, 0.0))):
             k = found.fit.find(name)
             if k is not None and size:
-                along[k] = found.slope(k) / size
-        reach = value * along @ found.plain
-        of_rig = zip(found.unknowns, reach.tolist(), found.fit.point.tolist(), strict=True)
-        shares = {u.name: abs(moved) * u.doubt(c) for u, moved, c in of_rig if not u.law}
-        shares |= {source: abs(value * float(along @ shift)) for source, shift in found.shifts.items() if shift.any()}
-        u = value * math.sqrt(float(along @ found.covariance @ along))
-        shares[NOISE] = math.sqrt(max(u**2 - sum(share**2 for share in shares.values()), 0.0))
+                along[k] = value * found.slope(k) / size
+        u = math.sqrt(float(along @ found.covariance @ along))
         known = Estimate(value, None if beta.se is None else beta.se / beta.value * value, u) if u else Estimate(value)
+        shares = found.shares_along(along, u**2)
         budget = {"friction_force_n": {source: share for source, share in shares.items() if share}}
         of_normal = self.normal_force_u
         coefficient = known.over(self.normal_force)
@@ -174,9 +165,7 @@ def of_parts(force: FloatArray, count: int, parts: NDArray[np.intp]) -> FloatArr
 
 def sliding_parts(measurement: Measurement, place: FloatArray, count: int) -> NDArray[np.intp]:
     """Return which of so many parts of the cycle are clear of stops and turns."""
-    from frictionlab.simulator.prescribed import shifted  # noqa: PLC0415 - as above
-
-    speed, samples = shifted(place, 0.0, order=1), measurement.sampling_rate_hz / measurement.drive_frequency_hz
+    speed, samples = shifted(place, order=1), measurement.sampling_rate_hz / measurement.drive_frequency_hz
     noise = measurement.mass_noise_m / measurement.base_amplitude_m
     variance = 2.0 * noise**2 / (samples * max(1, int(measurement.series.used.sum())))  # of a cosine part
     lines = np.abs(np.fft.rfft(place))
@@ -190,8 +179,10 @@ def sliding_parts(measurement: Measurement, place: FloatArray, count: int) -> ND
     return np.flatnonzero(np.add.reduceat(near.astype(int), edges) == 0)
 
 
-def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None = None) -> ForceObservation:
-    """Return the measured force of a contact as a fit sees it.
+def observe_force(
+    measurement: Measurement, scene: Scene, law: str | Law | None = None, motion: CycleObservation | None = None
+) -> ForceObservation:
+    """Return the measured force of a contact as a fit sees it; ``motion``: of the frame that it stands in.
 
     Where the frame has a natural frequency, numbers are those of its motion: forces over k Y. On a tribometer they are
     over the normal force, so that the friction ratio is the coefficient, or over the measured friction force where that
@@ -204,15 +195,17 @@ def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None 
             " name its column with --force"
         )
     chosen, held = law_and_held(scene, law)
-    sources, prescribed = measurement.sources, scene.rig.kind == "prescribed"
+    sources = measurement.sources
+    if motion is None and scene.rig.kind != "prescribed":
+        motion = observe(measurement, scene, chosen)
     normal = cell.normal_force
     unit, unit_u = (measured if normal is None else normal), 0.0
-    if not prescribed and scene.rig.stiffness is not None:
+    if motion is not None and scene.rig.stiffness is not None:
         unit = scene.rig.stiffness * measurement.base_amplitude_m
         unit_u = math.hypot(sources.stiffness, unit_uncertainty(sources))
-    elif not prescribed:
-        unit, unit_u = measured / loop_friction_ratio(measurement, scene.model.wall), FREE_UNIT
-    place = measurement.cycle.mass_smooth if prescribed else slid_of(measurement, scene.model.wall)
+    elif motion is not None:
+        unit, unit_u = measured / motion.loop_friction_ratio, FREE_UNIT
+    place = measurement.cycle.mass_smooth if motion is None else motion.slid
     samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
     count = max(4 * FEWEST_PARTS, min(PARTS, int(samples), len(place)))
     parts = sliding_parts(measurement, place, count)
@@ -226,34 +219,23 @@ def observe_force(measurement: Measurement, scene: Scene, law: str | Law | None 
     strangers = len(cell.each) - len(usual)
     whole = measurement.cycle.force if not strangers else cell.each[usual].mean(axis=0)
     cycles = _cycles_of(measurement, whole / unit, cell.each[usual] / unit, count, parts)
-    variances, directions = np.linalg.eigh(cycles.covariance)
+    known = of_test(measurement) | cycles.facts | {"normal_force": normal}
     return ForceObservation(
         law=chosen,
         held=held,
         wall=scene.model.wall,
-        material=measurement.material,
-        normal_force=normal,
-        r=1.0 if prescribed else measurement.frequency_ratio or math.nan,
-        unit=measurement.base_amplitude_m,
-        turn=2.0 * math.pi * measurement.drive_frequency_hz,
-        sources=sources,
+        r=1.0 if motion is None else motion.r,
         swing=0.5 * float(np.ptp(place)),
-        data=cycles.mean,
-        variances=np.maximum(variances, 1e-300),
-        directions=directions,
-        powers=cycles.power,
-        floor=cycles.floor,
         guess=measured / unit,
-        cycles=cycles,
         place=place,
         parts=parts,
         count=count,
         unit_n=unit,
         unit_u=unit_u,
         normal_force_u=sources.mass_gain if cell.normal_is_measured else sources.normal_force,
-        sampling_rate=measurement.sampling_rate_hz,
         force=whole / unit,
         strangers=strangers,
+        **known,
     )
 
 
@@ -337,11 +319,10 @@ class MotionAndForce(CycleObservation):
 
     def disagreement(self, found: Posterior) -> tuple[str, ...]:
         """Say where force and motion tell different friction, by more than three of what is not known between them."""
-        said, force, measurement = list(self.force.said), self.force, self.measurement
+        said, force = list(self.force.said), self.force
         places = [k for name in (GAIN, UNIT) if (k := found.fit.find(name)) is not None]
         if math.hypot(*found.fit.point[places]) > STRAINED:
-            by_motion = force.unit_n * loop_friction_ratio(measurement, self.wall)
-            more = (measurement.measured_force.value or math.nan) / by_motion - 1.0
+            more = (force.guess or math.nan) / self.loop_friction_ratio - 1.0
             said.append(
                 f"friction_force_n: force and motion give different friction: the force is {100 * more:+.2g} % off the"
                 " motion's; check the gain of the load cell, the stiffness and the base's sensor"
@@ -355,12 +336,11 @@ class MotionAndForce(CycleObservation):
         return tuple(said)
 
 
-def with_force(observation: CycleObservation, scene: Scene) -> CycleObservation:
+def with_force(observation: CycleObservation, measurement: Measurement, scene: Scene) -> CycleObservation:
     """Return the motion of a test together with its measured force; as it is where none was measured."""
-    measurement = observation.measurement
     if measurement.cycle.cell is None or not observation.single or measurement.measured_force.value is None:
         return observation
-    force = observe_force(measurement, scene).under(observation.law, observation.held)
+    force = observe_force(measurement, scene, motion=observation).under(observation.law, observation.held)
     both = observation, force
     known: dict[str, Any] = {f.name: getattr(observation, f.name) for f in fields(CycleObservation)}
     known |= {

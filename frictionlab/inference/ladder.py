@@ -37,19 +37,13 @@ from frictionlab.inference.observations import CycleObservation, OfCycles
 from frictionlab.inference.posterior import Posterior, infer, misfit_is_noise, model_of, posterior_of
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import Unknown
-from frictionlab.simulator.laws import TERMS, Law, law_of
+from frictionlab.simulator.laws import TERMS, Law, law_of, tried_of
 from frictionlab.simulator.meter import Meter, OverspentError
 
-
-def _of_kind(*kinds: str, effort: int = 1) -> tuple[str, ...]:
-    """Terms beside Coulomb's that a ladder tries, of some kinds."""
-    return tuple(t.name for t in TERMS.values() if t.kind in kinds and t.effort == effort and t.name != "coulomb")
-
-
-CHEAP = _of_kind("rigid")  # a fraction of a millisecond a steady state
-EXACT = (*CHEAP, *_of_kind("elastic"))
-NUMERIC = _of_kind("smooth", "inner")  # milliseconds a steady state ...
-DEAR = _of_kind("smooth", "inner", effort=2)  # ... and up to a second
+CHEAP = tried_of("rigid")  # a fraction of a millisecond a steady state
+EXACT = (*CHEAP, *tried_of("elastic"))
+NUMERIC = tried_of("smooth", "inner")  # milliseconds a steady state ...
+DEAR = tried_of("smooth", "inner", effort=2)  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
@@ -85,10 +79,7 @@ class Rung:
     @cached_property
     def nrmse(self) -> float | None:
         """Rms over the tests of what it leaves of each; None where it could not be fitted."""
-        if self.fit is None:
-            return None
-        each = [t.observation.nrmse(r) for t, r in zip(self.fit.model.tests, self.fit.place.residual, strict=True)]
-        return math.sqrt(math.fsum(e * e for e in each) / len(each))
+        return None if self.fit is None else self.fit.nrmse()
 
     @cached_property
     def posterior(self) -> Posterior | None:

@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -80,8 +80,9 @@ class Reached:
 class Observation(ABC):
     """One test in a fit.
 
-    ``law``; ``held``: parameters of it that the scene holds; ``wall``; ``material`` of the contact: what the law misses
-    is alike in its tests; ``normal_force`` N, None where it is not known; ``r``: frequency ratio that speeds are over;
+    ``source``: what was read; ``law``; ``held``: parameters of it that the scene holds; ``wall``; ``material`` of the
+    contact: what the law misses is alike in its tests; ``normal_force`` N, None where it is not known; ``r``: frequency
+    ratio that speeds are over;
     ``unit``: Y [m]; ``turn``: angular frequency of the drive, rad/s; ``sources``: what is not known of sensors and rig;
     ``swing``: half the swing of the mass, over Y; ``distorted``: whether the base's sensor shows harmonics.
     ``data`` (N,): what is fitted; ``directions`` (N, N): independent directions of the noise, as columns, None where
@@ -91,6 +92,7 @@ class Observation(ABC):
     search says it; ``work``: what its motions may still cost.
     """
 
+    source: str
     law: Law
     held: Values
     wall: Wall
@@ -134,17 +136,17 @@ class Observation(ABC):
     def motion(self, values: Values, near: Any = None) -> Any:
         """Return the simulated motion, before the sensors; None where there is none. ``near``: one to begin from."""
 
-    @abstractmethod
-    def seen(self, motion: Any, values: Values) -> FloatArray:
-        """Return a motion (N,) as the sensors show it."""
+    def seen(self, motion: Any, values: Values) -> FloatArray:  # noqa: ARG002 - by kind
+        """Return a motion (N,) as the sensors show it; here it is simulated so."""
+        return np.asarray(motion)
 
-    @abstractmethod
     def covariance(self, at: Reached) -> FloatArray:
-        """Return the covariance (n, n) that noise and misfit leave in the coordinates of a fit."""
+        """Return the covariance (n, n) that noise and misfit leave in the coordinates of a fit: as it is weighed."""
+        return np.asarray(at.gain @ at.gain.T)
 
-    @abstractmethod
     def problem(self, values: Values) -> Problem:
         """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
+        return self.simulated(values, self.r)
 
     def in_newtons(self, found: Any) -> dict[str, Any]:  # noqa: ARG002 - by kind
         """Return friction force (N) and coefficient of a posterior by a measured force; nothing without one."""
@@ -233,10 +235,10 @@ class Observation(ABC):
         """
         return simulated(self.law, self.held, self.wall, values, r, base, times)
 
-    def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:
-        """Return the steady state at some values; None where there is none."""
+    def state(self, values: Values, near: SteadyState | None = None, **part: Any) -> SteadyState | None:
+        """Return the steady state at some values (of a ``part`` of the test); None where there is none."""
         try:
-            problem = self.problem(values)
+            problem = self.problem(values, **part)
         except FrictionlabError:
             return None  # values outside a law's domain are no candidate
         return steady(problem, self.work, near)
@@ -273,14 +275,10 @@ class Observation(ABC):
         return columns
 
 
-Kind = TypeVar("Kind", bound=Observation)
-
-
-def as_kind(observation: Observation, kind: type[Kind]) -> Kind:
-    """Return an observation whose kind is known; TypeError where it is another."""
-    if not isinstance(observation, kind):
-        raise TypeError(f"expected a {kind.__name__}; got a {type(observation).__name__}")
-    return observation
+def noise_of(covariance: FloatArray) -> dict[str, Any]:
+    """Return variances and directions of an observation's noise, by its covariance (N, N)."""
+    variances, directions = np.linalg.eigh(covariance)
+    return {"variances": np.maximum(variances, 1e-300), "directions": directions}
 
 
 def of_few(each: FloatArray, assumed: FloatArray) -> FloatArray:

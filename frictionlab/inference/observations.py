@@ -11,18 +11,29 @@ and crosstalk allow, and that is an unknown of the rig.
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from scipy.linalg import eigh
 
 from frictionlab.analysis.channels import in_band
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.response import Cycle
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, contact_force, harmonics_of
-from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values, as_kind, at_least, of_few
+from frictionlab.inference.observation import (
+    BENDS,
+    SENSORS,
+    Observation,
+    Reached,
+    Values,
+    at_least,
+    noise_of,
+    of_few,
+)
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
@@ -68,6 +79,12 @@ class Cycles:
     floor: float
     of_base: FloatArray
     raised: float
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What an observation takes from them."""
+        known = {"cycles": self, "data": self.mean, "powers": self.power, "floor": self.floor}
+        return known | noise_of(self.covariance)
 
     @cached_property
     def left_out(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
@@ -148,11 +165,16 @@ class OfCycles(Observation):
 class CycleObservation(OfCycles):
     """The mean cycle of one test, under a law: unknowns -> harmonics that would be measured.
 
+    ``cycle``: as it was measured; ``energy`` (k Y^2), ``amplitude`` (Y), ``regime`` of it; ``rate``: of sampling, Hz;
     ``base``: its motion over Y, as its sensor shows it; ``kept`` (K,): how much of each harmonic the mass's filter
     leaves; ``spring_harmonics``: of the force of a spring that is not linear.
     """
 
-    measurement: Measurement
+    cycle: Cycle
+    energy: Estimate
+    amplitude: Estimate
+    regime: str
+    rate: float
     base: Base
     kept: FloatArray
     spring_harmonics: int = SPRING_HARMONICS
@@ -189,7 +211,7 @@ class CycleObservation(OfCycles):
     @cached_property
     def stretch(self) -> FloatArray:
         """Measured motion of the mass over the base (p,), Y: what the frame's spring is stretched by."""
-        over_base = slid_of(self.measurement, "base")
+        over_base = slid_of(self.cycle, "base")
         points = max(len(over_base), STRETCHES)
         return np.asarray(np.fft.irfft(np.fft.rfft(over_base), points) * (points / len(over_base)))
 
@@ -224,7 +246,7 @@ class CycleObservation(OfCycles):
 
         The cycle is None where nothing moves.
         """
-        energy, amplitude, measured = state.energy_per_cycle, state.response_amplitude, self.measurement.cycle
+        energy, amplitude, measured = state.energy_per_cycle, state.response_amplitude, self.cycle
         if state.orbit is None:
             return None, energy, amplitude
         points = len(measured.tau)
@@ -245,8 +267,8 @@ class CycleObservation(OfCycles):
 
         ``late``: phase by which the base's channel is behind, rad.
         """
-        cycle = self.measurement.cycle
-        return AtContact(cycle.mass_smooth, cycle.mass_velocity, contact_force(self.measurement, state.problem, late))
+        cycle = self.cycle
+        return AtContact(cycle.mass_smooth, cycle.mass_velocity, contact_force(cycle, state.problem, late))
 
     def law_at_contact(self, state: SteadyState, tau: FloatArray) -> AtContact | None:
         """Return the same in the prediction, at phases tau (p,); None where nothing moves."""
@@ -254,7 +276,34 @@ class CycleObservation(OfCycles):
 
     def left(self, predicted: FloatArray, values: Values) -> float:  # noqa: ARG002 - of several masses it takes these
         """Return the rms of measured minus predicted cycle (p,), about their means, over the rms of the measured."""
-        return nrmse_of(self.measurement.cycle.mass, predicted)
+        return nrmse_of(self.cycle.mass, predicted)
+
+    @cached_property
+    def slid(self) -> FloatArray:
+        """Motion (p,) of the mass over its wall, in Y, without the noise."""
+        return slid_of(self.cycle, self.wall)
+
+    @property
+    def loop_energy(self) -> float:
+        """Energy (k Y^2) that the motion over the wall takes in; a moving wall makes the force r^2 as large."""
+        if self.regime == "stuck":
+            raise AnalysisError(
+                "no friction ratio: the mass stands still, which tells only that friction is at least the spring's"
+                " force: measure with less normal force or more base amplitude"
+            )
+        energy = self.energy.value or 0.0
+        if not energy > 0.0:
+            raise AnalysisError(
+                f"no friction ratio: the loop's energy is {energy:.3g} k Y^2; expected more than 0: are the columns of"
+                " mass and base the right way round, and does no sensor count the other way (then turn the sign of its"
+                " column)?"
+            )
+        return energy if self.wall == "fixed" else self.r**2 * energy
+
+    @property
+    def loop_friction_ratio(self) -> float:
+        """Friction ratio as energy over the path slid, eq. (2.23)."""
+        return self.loop_energy / float(np.abs(np.diff(self.slid, append=self.slid[:1])).sum())
 
     def gain_and_phase(self, first: complex, values: Values) -> tuple[float, float]:
         """Return gain, and phase (rad of the drive) by which a cycle is shown; ``first``: its first harmonic, over Y.
@@ -281,7 +330,7 @@ def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:
 
 def cycle_of(test: Any) -> CycleObservation:
     """Return the observation of a fit's test, which is one of a cycle."""
-    return as_kind(test.observation, CycleObservation)
+    return cast("CycleObservation", test.observation)
 
 
 def parts(coefficients: ComplexArray) -> FloatArray:
@@ -309,9 +358,8 @@ def refuse_several(scene: Scene) -> None:
         )
 
 
-def slid_of(measurement: Measurement, wall: Wall) -> FloatArray:
-    """Return the motion (p,) of the mass over its wall in the mean cycle, in Y, without the noise."""
-    cycle = measurement.cycle
+def slid_of(cycle: Cycle, wall: Wall) -> FloatArray:
+    """Return the motion (p,) of the mass over its wall in a mean cycle, in Y, without the noise."""
     if wall == "fixed":
         return cycle.mass_smooth
     phase = np.outer(cycle.tau, np.arange(1, len(cycle.base_cosine) + 1))
@@ -367,76 +415,97 @@ def observe(measurement: Measurement, scene: Scene, law: str | Law | None = None
     return CycleObservation(law=chosen, held=held, wall=scene.model.wall, **of_measurement(measurement, scene))
 
 
-def of_measurement(measurement: Measurement, scene: Scene, masses: int = 1) -> dict[str, Any]:
-    """Return what the observation of a cycle takes from a measurement, of the first so many masses of a frame."""
-    base, cycles = measured_base(measurement, scene.model.base_harmonics), cycles_of(measurement, masses=masses)
-    variances, directions = np.linalg.eigh(cycles.covariance)
+def of_test(measurement: Measurement) -> dict[str, Any]:
+    """Return what any observation of cycles takes from a measurement."""
     return {
+        "source": measurement.source,
         "material": measurement.material,
         "normal_force": measurement.normal_force_n,
-        "r": measurement.frequency_ratio,
         "unit": measurement.base_amplitude_m,
         "turn": 2.0 * math.pi * measurement.drive_frequency_hz,
         "sources": measurement.sources,
-        "swing": measurement.response_amplitude,
-        "data": cycles.mean,
-        "variances": np.maximum(variances, 1e-300),
-        "directions": directions,
-        "powers": cycles.power,
-        "floor": cycles.floor,
-        "distorted": base.harmonics > 1,
-        "measurement": measurement,
-        "cycles": cycles,
-        "base": base,
-        "kept": measurement.cycle.kept[: len(cycles.mean) // (2 * masses)],
+        "rate": measurement.sampling_rate_hz,
     }
 
 
-def measured_base(measurement: Measurement, least: int = 1) -> Base:
-    """Return the base motion: its measured harmonics up to the last that is no noise, at least so many."""
-    cycle = measurement.cycle
-    if least > len(cycle.base_cosine):
-        raise UsageError(
-            f"model.base_harmonics: expected at most {len(cycle.base_cosine)}, as many as are measured; got {least}"
-        )
-    noise = measurement.base_amplitude_m_se / measurement.base_amplitude_m
-    size = np.hypot(cycle.base_cosine, cycle.base_sine)
-    shown = np.flatnonzero(size > max(3.0 * noise, SEEN))
-    count = max(least, int(shown[-1]) + 1 if len(shown) else 1)
-    if count == 1:
-        return COSINE
-    keep = (size > max(3.0 * noise, SEEN)) | (np.arange(len(size)) < least)
-    cosine, sine = (np.where(keep, side, 0.0)[:count] for side in (cycle.base_cosine, cycle.base_sine))
-    return Base(tuple(cosine.tolist()), tuple(sine.tolist()))
+def of_measurement(measurement: Measurement, scene: Scene, masses: int = 1) -> dict[str, Any]:
+    """Return what the observation of a cycle takes from a measurement, of the first so many masses of a frame."""
+    return of_test(measurement) | of_cycle(
+        *(measurement.cycle, measurement.energy, measurement.amplitude, measurement.regime),
+        r=measurement.frequency_ratio or math.nan,
+        samples=measurement.sampling_rate_hz / measurement.drive_frequency_hz,
+        used=max(1, int(measurement.series.used.sum())),
+        noise=measurement.mass_noise_m / measurement.base_amplitude_m,
+        unit_u=measurement.base_amplitude_m_se / measurement.base_amplitude_m,
+        least=scene.model.base_harmonics,
+        masses=masses,
+    )
 
 
-def cycles_of(measurement: Measurement, *, masses: int = 1) -> Cycles:
-    """Return the measured mean cycle with the covariance that its steady cycles show.
+def of_cycle(
+    cycle: Cycle,
+    energy: Estimate,
+    amplitude: Estimate,
+    regime: str,
+    *,
+    r: float,
+    samples: float,
+    used: int,
+    noise: float,
+    unit_u: float,
+    least: int = 1,
+    masses: int = 1,
+) -> dict[str, Any]:
+    """Return what an observation takes from a mean cycle: its base, and harmonics with the covariance of its cycles.
 
-    ``masses``: how many masses of a frame, one after the other. The noise of the first one's sensor stands for all. A
-    stop's corner is sharp, and a slow drive wakes high harmonics at the frame's own: so many are kept as that needs and
-    the samples allow. What the base's noise adds is shared by all cycles: all is over its amplitude, from its phase on.
+    ``samples`` of a cycle; ``used``: cycles that the mean is of; ``noise``: rms of the first mass's sensor, Y, which
+    stands for all; ``unit_u``: relative error of Y; ``least``: harmonics of the base; ``masses`` of a frame, one after
+    the other. A stop's corner is sharp, and a slow drive wakes high harmonics at the frame's own: so many are kept as
+    that needs and the samples allow. What the base's noise adds is shared by all cycles: all is over its amplitude,
+    from its phase on.
     """
-    cycle, ratio = measurement.cycle, measurement.frequency_ratio or 1.0
-    samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
-    wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / ratio)))
+    wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / r)))
     count = min(cycle.each.shape[1], max(2, min(wanted, int(min(samples, len(cycle.tau)) / POINTS))))
     moved = [(cycle.mass, cycle.each), *((one.mass, one.each) for one in cycle.others[: masses - 1])]
     single = np.concatenate([parts(each[:, :count]) for _, each in moved], axis=1)
     mean = np.concatenate([parts(harmonics_of(mass, count)) for mass, _ in moved])
-    used = max(1, int(measurement.series.used.sum()))
     power = sum(float(np.mean(mass**2)) for mass, _ in moved)
-    sensor = 2.0 * (measurement.mass_noise_m / measurement.base_amplitude_m) ** 2 / samples
-    least = sensor + 2.0 * ROUNDING**2 * power / count
-    beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)
-    one_cycle, raised = of_one_cycle(single, least)
+    sensor = 2.0 * noise**2 / samples
+    one_cycle, raised = of_one_cycle(single, sensor + 2.0 * ROUNDING**2 * power / count)
     lines, order = mean.reshape(masses, 2, -1), np.arange(1, count + 1)
     later = np.stack([order * lines[:, 1], -order * lines[:, 0]], axis=1).ravel()
-    relative = measurement.base_amplitude_m_se / measurement.base_amplitude_m
-    of_base = relative**2 * (np.outer(mean, mean) + np.outer(later, later))
+    of_base = unit_u**2 * (np.outer(mean, mean) + np.outer(later, later))
     covariance = one_cycle * (raised / used) + of_base
+    beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)
     floor = math.sqrt((0.5 * float(np.trace(covariance)) + beyond) / power)
-    return Cycles(mean, single, covariance, sensor / used, used, power, floor, of_base, raised)
+    base = base_of(cycle, unit_u, least)
+    return Cycles(mean, single, covariance, sensor / used, used, power, floor, of_base, raised).facts | {
+        "cycle": cycle,
+        "energy": energy,
+        "amplitude": amplitude,
+        "regime": regime,
+        "r": r,
+        "base": base,
+        "swing": amplitude.value or math.nan,
+        "distorted": base.harmonics > 1,
+        "kept": cycle.kept[:count],
+    }
+
+
+def base_of(cycle: Cycle, unit_u: float, least: int = 1) -> Base:
+    """Return the base motion: its measured harmonics up to the last that is no noise, at least so many."""
+    if least > len(cycle.base_cosine):
+        raise UsageError(
+            f"model.base_harmonics: expected at most {len(cycle.base_cosine)}, as many as are measured; got {least}"
+        )
+    shown = np.hypot(cycle.base_cosine, cycle.base_sine) > max(3.0 * unit_u, SEEN)
+    shown[0] = True
+    shown[:least] = True
+    count = int(np.flatnonzero(shown)[-1]) + 1
+    if count == 1:
+        return COSINE
+    cosine, sine = (np.where(shown, side, 0.0)[:count] for side in (cycle.base_cosine, cycle.base_sine))
+    return Base(tuple(cosine.tolist()), tuple(sine.tolist()))
 
 
 def of_one_cycle(single: FloatArray, least: float) -> tuple[FloatArray, float]:

@@ -185,11 +185,15 @@ class Posterior:
         if k is None:
             return {}
         place, slope = self.tests[i].place(k), self.slope(k, i)
-        each = zip(self.unknowns, self.plain[k].tolist(), self._doubts.tolist(), strict=True)
-        shares = {u.name: slope * abs(moves) * doubt for u, moves, doubt in each if not u.law}
-        shares |= {source: slope * abs(float(s[k])) for source, s in self.shifts.items() if s[k]}
-        rest = slope**2 * float(self.own_covariance(i)[place, place]) - sum(share**2 for share in shares.values())
-        return {NOISE: math.sqrt(max(rest, 0.0)), **shares}
+        along = slope * (np.arange(len(self.unknowns)) == k)
+        return self.shares_along(along, slope**2 * float(self.own_covariance(i)[place, place]))
+
+    def shares_along(self, along: FloatArray, variance: float) -> dict[str, float]:
+        """Return the same of a number that changes with the coordinates by ``along`` (m,), and has this variance."""
+        each = zip(self.unknowns, (along @ self.plain).tolist(), self._doubts.tolist(), strict=True)
+        shares = {u.name: abs(moved) * doubt for u, moved, doubt in each if not u.law}
+        shares |= {source: size for source, s in self.shifts.items() if (size := abs(float(along @ s)))}
+        return {NOISE: math.sqrt(max(variance - sum(share**2 for share in shares.values()), 0.0)), **shares}
 
     def slope(self, k: int, i: int = 0) -> float:
         """Return the change of an unknown's value in test i with its coordinate."""
@@ -363,7 +367,7 @@ def _rig_unknowns(observations: Sequence[Observation]) -> tuple[tuple[Unknown, .
     each = [{u.name: u for u in observation.rig_unknowns} for observation in observations]
     for known in each if len(observations) > 1 else ():
         lag = known.get("lag_s")
-        if lag is not None and math.isfinite(lag.tail):
+        if lag is not None and lag.assumed:
             known["lag_s"] = replace(lag, sd=WIDER * lag.sd, known_to=lag.known_to / WIDER)
     largest: dict[str, Unknown] = {}
     for known in each:
@@ -523,7 +527,7 @@ def _of_one(held: Fit | None, moved: Sequence[Fit], law: list[int]) -> Posterior
     worst = 0.0  # how sure it is that sensors and rig were moved for something else's sake: by the worst of them
     for u, c in zip(found.unknowns, np.abs(best.point).tolist(), strict=True):
         if u.level == "rig" and not u.law:
-            worst = max(worst, float(c > STRAINED) if math.isinf(u.tail) else min(1.0, max(0.0, 0.5 * (c - 2.0))))
+            worst = max(worst, min(1.0, max(0.0, 0.5 * (c - 2.0))) if u.assumed else float(c > STRAINED))
     apart = np.zeros(len(best.point))  # what is declared, or the law, is wrong: data do not say which
     apart[law] = worst * (best.point[law] - held.point)
     return found.with_shift(AS_KNOWN, apart)

@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from frictionlab.analysis.channels import best_penalty, gain_kept, restored, spline
-from frictionlab.analysis.measurement import Measurement, material_of, normal_force_of, sources_of_test
+from frictionlab.analysis.measurement import Measurement, material_of, normal_force_of, source_of, sources_of_test
 from frictionlab.analysis.signals import student, variance_inflation, white_noise
 from frictionlab.analysis.stretches import channels_of
 from frictionlab.arrays import FloatArray
@@ -17,7 +17,6 @@ from frictionlab.inference.observation import BENDS, NO_MOTION, SENSORS, Observa
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
-from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.record import BaseRecord, Response, respond
 
@@ -115,10 +114,6 @@ class RecordObservation(Observation):
         zero = -float(self.base.mean())  # of the mass's own mean, which lies where the base's does
         speed = float(slope) / (2.0 * math.pi * self.natural_frequency)
         return {"start_displacement": float(level) - zero, "start_velocity": speed, "offset": zero}
-
-    def problem(self, values: Values) -> Problem:
-        """Return the problem at some values, speeds over omega Y."""
-        return self.simulated(values, self.r)
 
     def _turn_of_frame(self, values: Values) -> float:
         """Angular frequency of the frame, rad/s."""
@@ -246,6 +241,7 @@ def observe_record(
     mass = (mass - mass.mean()) / unit
     size, power = max(noise[0] / unit, SMALLEST * float(np.std(mass))), float(np.std(mass)) ** 2
     observation = RecordObservation(
+        source=source_of(recording),
         law=law,
         held=held,
         wall=scene.model.wall,

@@ -12,13 +12,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.comparison import harmonics_of
 from frictionlab.inference.fit import Model, cost
-from frictionlab.inference.observations import cycle_of, slid_of
-from frictionlab.simulator.problem import Wall
+from frictionlab.inference.observations import cycle_of
 
 LARGEST = 4.0  # friction ratio at which a contact that hardly slips is still looked for
 TRIED = 256  # friction ratios on either side of the one that takes in most
@@ -83,7 +81,7 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
     lag, guesses = _undeclared_lag(model), point_at(model, near)
     betas = [k for k, u in enumerate(model.unknowns) if u.name == "beta"]
     observations = [cycle_of(test) for test in model.tests]
-    ratios = [loop_friction_ratio(o.measurement, o.wall) for o in observations]
+    ratios = [o.loop_friction_ratio for o in observations]
     costs = np.array(
         [[_costs_over_lag(model, i, guesses, times * ratio, lag) for times in SEARCH] for i, ratio in enumerate(ratios)]
     )
@@ -118,7 +116,7 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
 
 def _undeclared_lag(model: Model) -> int | None:
     """Place of a lag that nobody has declared."""
-    return next((k for k, u in enumerate(model.unknowns) if u.name == "lag_s" and math.isfinite(u.tail)), None)
+    return next((k for k, u in enumerate(model.unknowns) if u.name == "lag_s" and u.assumed), None)
 
 
 def _costs_over_lag(model: Model, i: int, point: FloatArray, beta: float, lag: int | None) -> FloatArray:
@@ -149,12 +147,10 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
     """Points at the deepest minima over the root of the stiffness, the friction ratio following from the energy."""
     observation = cycle_of(model.tests[0])
     free = "beta" in {u.name for u in model.unknowns}
-    slid = slid_of(observation.measurement, observation.wall)
-    energy = energy_of(observation.measurement, observation.wall)
-    lines = harmonics_of(slid)
+    energy, lines = observation.loop_energy, harmonics_of(observation.slid)
     speed = float(np.sum((np.arange(1, len(lines) + 1) * np.abs(lines)) ** 2))
     energy -= 2.0 * known.get("contact_damping_ratio", 0.0) * observation.r * math.pi * speed  # to the dashpot
-    strokes, exact = strokes_of(slid), observation.law.kind == "elastic"
+    strokes, exact = strokes_of(observation.slid), observation.law.kind == "elastic"
     roots = _roots(observation.r, observation.count) if exact else np.linspace(*ROOTS, COARSE)
     found: list[tuple[float, FloatArray]] = []
     lag = _undeclared_lag(model)
@@ -181,33 +177,6 @@ def _roots(r: float, harmonics: int) -> FloatArray:
     roots = np.linspace(*ROOTS, 1 + math.ceil((ROOTS[1] - ROOTS[0]) / step))
     seen = int(np.searchsorted(roots, ROOTS[0] + SEEN * harmonics * r))
     return np.concatenate([roots[:seen], roots[seen :: max(1, round(ROOT_STEP / step))]])
-
-
-def loop_friction_ratio(measurement: Measurement, wall: Wall = "fixed") -> float:
-    """Return the friction ratio as energy over the path slid.
-
-    With a wall that moves with the base the path is that of mass over base, and the force that drives it r^2 times.
-    """
-    slid = slid_of(measurement, wall)
-    path = float(np.abs(np.diff(slid, append=slid[:1])).sum())
-    return energy_of(measurement, wall) / path
-
-
-def energy_of(measurement: Measurement, wall: Wall) -> float:
-    """Return the energy (k Y^2) that the motion over the wall takes in; a moving wall makes the force r^2 as large."""
-    if measurement.regime == "stuck":
-        raise AnalysisError(
-            "no friction ratio: the mass stands still, which tells only that friction is at least the spring's force:"
-            " measure with less normal force or more base amplitude"
-        )
-    if not measurement.energy_per_cycle > 0.0:
-        raise AnalysisError(
-            f"no friction ratio: the loop's energy is {measurement.energy_per_cycle:.3g} k Y^2; expected more than 0:"
-            " are the columns of mass and base the right way round, and does no sensor count the other way (then turn"
-            " the sign of its column)?"
-        )
-    force = 1.0 if wall == "fixed" else (measurement.frequency_ratio or math.nan) ** 2
-    return force * measurement.energy_per_cycle
 
 
 def elastic_friction_ratios(strokes: FloatArray, energy: float, stiffness: float) -> tuple[float, ...]:

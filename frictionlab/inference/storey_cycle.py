@@ -6,7 +6,7 @@ data are the harmonics of every mass that was measured, with one covariance.
 
 import math
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -85,12 +85,13 @@ class StoreyObservation(CycleObservation):
             base=problem.base,
         )
 
-    def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:  # noqa: ARG002 - solved anew
+    def state(self, values: Values, near: SteadyState | None = None, **part: Any) -> SteadyState | None:
         """Return the steady state at some values; None where there is none.
 
         Stops and regime are those of the motion against the wall, as `analyze` counts them: of a contact elsewhere they
         are not known.
         """
+        del near, part  # all is solved anew
         self.work.take(COST)
         try:
             whole = steady_state(self.structure(values))
@@ -141,7 +142,7 @@ class StoreyObservation(CycleObservation):
         structure, motion = state.structure, state.orbit
         if structure is None or motion is None or structure.masses > self.seen_masses:
             return None
-        contact, cycle = structure.contacts[0], self.measurement.cycle
+        contact, cycle = structure.contacts[0], self.cycle
         lines = harmonics_of(np.array([cycle.mass_smooth, *(other.mass for other in cycle.others)]))
         base, order = base_lines(structure.base, lines.shape[1], late), np.arange(1, lines.shape[1] + 1)
         at = contact.mass - 1

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.signals import student
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import AnalysisError, FrictionlabError
+from frictionlab.errors import AnalysisError
 from frictionlab.inference.comparison import OverFrequency, harmonics_of
 from frictionlab.inference.observation import Observation, Reached, Values, steady
 from frictionlab.inference.observations import law_and_held, mean_cycle
@@ -101,13 +101,7 @@ class TableObservation(Observation):
 
     def states(self, values: Values) -> Iterator[SteadyState | None]:
         """Yield the steady state of each row; None where there is none."""
-        for row in range(len(self.ratios)):
-            try:
-                problem = self.problem(values, row)
-            except FrictionlabError:
-                yield None  # values outside a law's domain are no candidate
-                continue
-            yield steady(problem, self.work)
+        return (self.state(values, row=row) for row in range(len(self.ratios)))
 
     def motion(self, values: Values, near: object = None) -> FloatArray | None:  # noqa: ARG002 - rows are cheap
         """Return what would be measured (N,), phases within half a turn of the measured; None without a motion."""
@@ -118,10 +112,6 @@ class TableObservation(Observation):
         phases = self.there >= len(self.ratios)
         made[phases] -= 2.0 * np.pi * np.round((made[phases] - self.data[phases]) / (2.0 * np.pi))
         return np.asarray(made)
-
-    def seen(self, motion: FloatArray, values: Values) -> FloatArray:  # noqa: ARG002 - `motion` is what sensors show
-        """Return what sensors show of the rows, which is how `motion` has them."""
-        return motion
 
     def settled(self, values: Values) -> Self:
         """Return the table in which scatter about a law stands for errors not stated, and the errors of r count."""
@@ -183,6 +173,7 @@ def observe_table(table: FrequencyTable, scene: Scene, law: str | None, facts: M
     chosen, held = law_and_held(scene, law)
     normal = facts.get("normal_force_n")
     return TableObservation(
+        source=table.source,
         table=table,
         ratios=r,
         ratios_u=table.drive_u * times,

@@ -24,7 +24,7 @@ STRONGEST = 12.0  # standard deviations: no coordinate goes farther from its pri
 SMALLEST = 1e-6  # of the cycle: a nonlinearity or crosstalk below this is not fitted
 UNDECLARED_LAG = 3.0  # half sampling intervals (standard uncertainty): prior of a lag that nobody has declared
 STRAINED = 3.0  # standard uncertainties from what is known of sensors and rig beyond which the scene is doubted
-TAIL = 1.0  # exponent of the prior of a lag, or a frame's damping, that nobody has declared: Cauchy's distribution
+FAR = math.sqrt(2.0) * float(stdtrit(1.0, WITHIN))  # of Cauchy's distribution: holds 68 %, in standard deviations
 SCATTER = 0.02  # scale of the prior (half-Cauchy) of the relative scatter from test to test of all other parameters
 
 
@@ -34,11 +34,12 @@ class Unknown:
 
     ``level``: rig, material or test; ``mean``, ``sd``: of the prior; ``scale``: linear or log; ``low``, ``high``:
     bounds of the coordinate; ``unit``: how many of the unit that people read the value 1 is, and its name; ``folded``:
-    whether the prior is the upper half of the normal distribution (what can only be positive); ``tail``: exponent a of
-    a prior that falls by ``(1 + c^2 / 2a)^-a``, infinite for a normal one; ``known_to``: what is declared or assumed of
-    it, in `sd`; ``law``: whether it is a parameter of the law, and not of sensors or rig; ``key``: the scene's key that
-    declares it; ``scatter``: scale of the prior (half-Cauchy) of its scatter from test to test, in coordinates, but
-    relative for a linear parameter that is not of the test's level; ``first``: value at which a new term is tried.
+    whether the prior is the upper half of the normal distribution (what can only be positive); ``assumed``: whether
+    nobody has declared it (a lag, a frame's damping): its prior is then Cauchy's, which falls by ``1 / (1 + c^2 / 2)``;
+    ``known_to``: what is declared or assumed of it, in `sd`; ``law``: whether it is a parameter of the law, and not of
+    sensors or rig; ``key``: the scene's key that declares it; ``scatter``: scale of the prior (half-Cauchy) of its
+    scatter from test to test, in coordinates, but relative for a linear parameter that is not of the test's level;
+    ``first``: value at which a new term is tried.
     """
 
     name: str
@@ -51,7 +52,7 @@ class Unknown:
     high: float = math.inf
     unit: tuple[float, str] = (1.0, "")
     folded: bool = False
-    tail: float = math.inf
+    assumed: bool = False
     known_to: float = 1.0
     law: bool = False
     key: str = ""
@@ -74,37 +75,28 @@ class Unknown:
 
     def strain(self, c: float) -> float:
         """Return the residual of the prior: half its square is what the log prior has lost since c = 0."""
-        if math.isinf(self.tail):
-            return c
-        return math.copysign(math.sqrt(2.0 * self.tail * math.log1p(0.5 * c * c / self.tail)), c)
+        return math.copysign(math.sqrt(2.0 * math.log1p(0.5 * c * c)), c) if self.assumed else c
 
     def strain_slope(self, c: float) -> float:
         """Return the change of the strain with the coordinate."""
         strain = self.strain(c)
-        if math.isinf(self.tail) or abs(strain) < 1e-6:
-            return 1.0
-        return c / (strain * (1.0 + 0.5 * c * c / self.tail))
+        return c / (strain * (1.0 + 0.5 * c * c)) if self.assumed and abs(strain) >= 1e-6 else 1.0
 
     def hold(self, c: float) -> float:
         """Return the weight of the normal prior about 0 that pulls as strongly at c."""
-        return 1.0 / (1.0 + 0.5 * c * c / self.tail)
+        return 1.0 / (1.0 + 0.5 * c * c) if self.assumed else 1.0
 
     def doubt(self, c: float) -> float:
         """Return the standard deviation that an error of the prior has in the normal equations at c.
 
         1 for a normal prior. Cauchy's distribution holds 68 % within 2.6 of its scale, and pulls by `hold` times that.
         """
-        if math.isinf(self.tail):
-            return 1.0
-        far = math.sqrt(2.0 * self.tail / (2.0 * self.tail - 1.0)) * float(stdtrit(2.0 * self.tail - 1.0, WITHIN))
-        return max(math.sqrt(self.hold(c)), self.hold(c) * far)
+        return max(math.sqrt(self.hold(c)), self.hold(c) * FAR) if self.assumed else 1.0
 
     @property
     def log_peak(self) -> float:
         """Logarithm of the prior's density at c = 0 over that of a normal one."""
-        if math.isinf(self.tail):
-            return 0.0
-        return math.lgamma(self.tail) - math.lgamma(self.tail - 0.5) - 0.5 * math.log(self.tail)
+        return -0.5 * math.log(math.pi) if self.assumed else 0.0
 
 
 def of_parameter(parameter: Parameter) -> Unknown:
@@ -193,11 +185,11 @@ def of_rig(
         ("mass_in_base", "share of the mass's channel in the base's", sources.crosstalk, "sensors.crosstalk"),
     ]
     own: dict[str, dict[str, Any]] = {
-        "lag_s": {"tail": math.inf if declared else TAIL, "known_to": 1.0 / wider, "unit": (1e3, "ms")},
+        "lag_s": {"assumed": not declared, "known_to": 1.0 / wider, "unit": (1e3, "ms")},
         "frame_damping_ratio": {
             "mean": mean,
             "low": max(-STRONGEST, -mean / damping) if damping > 0.0 else 0.0,
-            "tail": TAIL if frame is None else math.inf,
+            "assumed": frame is None,
             "folded": mean == 0.0,
         },
     }

@@ -10,8 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,9 +19,10 @@ from frictionlab.errors import AnalysisError, ParameterError, SceneError, Simula
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import harmonics_of
 from frictionlab.inference.diagnose import OTHER_CAUSE, diagnose
-from frictionlab.inference.fit import Fit, Model, Place
+from frictionlab.inference.fit import Model, placed
 from frictionlab.inference.material_law import COEFFICIENT, MaterialLaw, physical_name
-from frictionlab.inference.observations import CycleObservation, law_and_held, mean_cycle, observe, parts
+from frictionlab.inference.observation import simulated
+from frictionlab.inference.observations import CycleObservation, law_and_held, mean_cycle, of_cycle, parts
 from frictionlab.inference.posterior import Posterior, model_of, posterior_of
 from frictionlab.inference.verdict import friction_of
 from frictionlab.scene import Scene
@@ -78,6 +78,11 @@ class Laboratory:
         """The law's parameters that are to be found, beta first."""
         return tuple(p.name for p in self.law.own if p.name not in self.held and not p.whole)
 
+    @property
+    def noise_m(self) -> float:
+        """Rms of the noise of one sample, and of the sensor's steps."""
+        return math.sqrt(self.scene.plan.noise_m**2 + self.scene.plan.step_m**2 / 12.0)
+
     def under(self, law: str) -> "Laboratory":
         """The same laboratory with another law in mind; nothing of it is held but the frame's damping."""
         other = law_of(law)
@@ -95,15 +100,9 @@ class Laboratory:
 
     def problem(self, candidate: Candidate, friction: float = 1.0) -> Problem:
         """Return what is simulated for a test; ``friction``: times the friction that is expected."""
-        values = self.values(candidate)
-        return Problem(
-            candidate.frequency_ratio,
-            values.pop("beta") * friction,
-            wall=self.scene.model.wall,
-            law=self.law,
-            parameters=values,
-            frame_damping_ratio=self.held.get("frame_damping_ratio", 0.0),
-        )
+        values, wall = self.values(candidate), self.scene.model.wall
+        stronger = values | {"beta": values["beta"] * friction}
+        return simulated(self.law, self.held, wall, stronger, candidate.frequency_ratio)
 
 
 def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Before] = ()) -> Laboratory:
@@ -317,8 +316,9 @@ def _stated(lab: Laboratory, test: VirtualTest) -> VirtualTest:
     """The test with the friction coefficient as a comparison of it would state it."""
     if test.posterior is None or test.observation is None:
         return test
-    y, y_se = test.observation.unit, test.observation.measurement.base_amplitude_m_se
-    friction = friction_of(test.posterior, lab.scene, Estimate(y, y_se))
+    seen = test.observation
+    y_se = lab.noise_m * math.sqrt(seen.turn / (math.pi * seen.rate * seen.cycles.used))
+    friction = friction_of(test.posterior, lab.scene, Estimate(seen.unit, y_se))
     ratio, coefficient = friction["friction"], friction["coefficient"]
     if coefficient.u is None:
         return test
@@ -336,53 +336,51 @@ def _state(problem: Problem) -> SteadyState | None:
 def _observation(
     lab: Laboratory, candidate: Candidate, state: SteadyState, varied: SteadyState, cycles: int
 ) -> CycleObservation:
-    """The test as `observe` makes it of a measurement: cycles drawn with the noise and scatter that `[plan]` says."""
-    plan, drive = lab.scene.plan, candidate.frequency_ratio * lab.natural_frequency_hz
-    samples = plan.sampling_rate_hz / drive
-    noise = math.sqrt(plan.noise_m**2 + plan.step_m**2 / 12.0)
+    """The test as a fit sees a measured one: cycles drawn with the noise and scatter that `[plan]` says."""
+    plan, turn = lab.scene.plan, 2.0 * math.pi * candidate.frequency_ratio * lab.natural_frequency_hz
+    samples, noise = 2.0 * math.pi * plan.sampling_rate_hz / turn, lab.noise_m / candidate.base_amplitude_m
     mean, more = (harmonics_of(mean_cycle(one, POINTS), HARMONICS) for one in (state, varied))
     by_friction = (more - mean) / STEP
     generator = np.random.default_rng([len(lab.law.name), round(1e4 * candidate.frequency_ratio), cycles])
-    count = min(cycles, MOST_CYCLES)
-    white = math.sqrt(2.0 / samples) * noise / candidate.base_amplitude_m
+    count, white = min(cycles, MOST_CYCLES), math.sqrt(2.0 / samples) * noise
     tau = 2.0 * np.pi * np.arange(POINTS) / POINTS
     waves = np.exp(1j * np.outer(tau, np.arange(1, HARMONICS + 1)))
     drawn = generator.standard_normal(count + 1)
     drawn = plan.cycle_scatter * (drawn - drawn.mean()) / drawn.std(ddof=1)
-    before = tau < 2.0 * np.pi * CHANGE
-    friction = np.where(before, drawn[:-1, None], drawn[1:, None])
+    friction = np.where(tau < 2.0 * np.pi * CHANGE, drawn[:-1, None], drawn[1:, None])
     each = mean + harmonics_of(friction * (waves @ by_friction).real, HARMONICS)
     each = each + white * (generator.standard_normal(each.shape) + 1j * generator.standard_normal(each.shape))
-    shown = (waves @ mean).real
-    first = np.eye(1, 9)[0]
-    measurement: Any = SimpleNamespace(  # what a fit asks of one
-        source=f"N{candidate.normal_force_n:g}_r{candidate.frequency_ratio:g}",
-        material=lab.scene.experiment.material,
-        normal_force_n=candidate.normal_force_n,
-        sampling_rate_hz=plan.sampling_rate_hz,
-        frequency_ratio=candidate.frequency_ratio,
-        drive_frequency_hz=drive,
-        base_amplitude_m=candidate.base_amplitude_m,
-        base_amplitude_m_se=noise * math.sqrt(2.0 / (samples * cycles)),
-        mass_noise_m=noise,
-        response_amplitude=state.response_amplitude or 0.0,
-        energy_per_cycle=state.energy_per_cycle or 0.0,
-        regime=state.regime or "continuous",
-        sources=sources_of(lab.scene, plan.sampling_rate_hz),
-        cycle=Cycle(tau, shown, np.cos(tau), shown, np.zeros(POINTS), first, 0.0 * first, each, np.ones(POINTS // 2)),
-        series=SimpleNamespace(used=np.ones(cycles, dtype=bool)),
+    shown, first = (waves @ mean).real, np.eye(1, 9)[0]
+    known = of_cycle(
+        Cycle(tau, shown, np.cos(tau), shown, np.zeros(POINTS), first, 0.0 * first, each, np.ones(POINTS // 2)),
+        *(Estimate(state.energy_per_cycle), Estimate(state.response_amplitude), state.regime or "continuous"),
+        r=candidate.frequency_ratio,
+        samples=samples,
+        used=cycles,
+        noise=noise,
+        unit_u=noise * math.sqrt(2.0 / (samples * cycles)),
     )
-    found = observe(measurement, lab.scene, lab.law)
-    missed = plan.model_error**2 * float(np.mean(parts(mean) ** 2)) / found.cycles.power
-    return replace(found, held=dict(lab.held), missed=missed)
+    return CycleObservation(
+        source=f"N{candidate.normal_force_n:g}_r{candidate.frequency_ratio:g}",
+        law=lab.law,
+        held=lab.held,
+        wall=lab.scene.model.wall,
+        material=lab.scene.experiment.material,
+        normal_force=candidate.normal_force_n,
+        unit=candidate.base_amplitude_m,
+        turn=turn,
+        sources=sources_of(lab.scene, plan.sampling_rate_hz),
+        rate=plan.sampling_rate_hz,
+        missed=plan.model_error**2 * float(np.mean(parts(mean) ** 2)) / known["powers"],
+        **known,
+    )
 
 
 def _posterior(model: Model, values: Mapping[str, float]) -> Posterior:
     """The posterior of one test's fit that ends where it is expected to: nothing is left of the cycle."""
     point = np.clip(np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns]), *model.bounds)
-    local, residual = np.zeros(len(model.tests[0].index)), np.zeros(len(model.tests[0].observation.data))
-    slopes = model.slopes(0, model.own(0, point, local))
-    return posterior_of(Fit(model, Place(point, (local,), (residual,), (slopes,), model.strains(point))))
+    slopes = model.slopes(0, point[model.tests[0].index])
+    return posterior_of(placed(model, point, [np.zeros(len(slopes))], [slopes]))
 
 
 def together(lab: Laboratory, tests: Sequence[VirtualTest], *, rig: bool = True) -> Posterior:
@@ -410,9 +408,6 @@ def together(lab: Laboratory, tests: Sequence[VirtualTest], *, rig: bool = True)
         shift = np.zeros(len(point))
         shift[test.index] = np.sqrt(sum(s**2 for s in own.shifts.values()) + np.zeros(len(times))) / times
         shifts.append(shift)
-    local, residual = (
-        [np.zeros(n) for n in sizes] for sizes in ([len(t.index) for t in model.tests], map(len, slopes))
-    )
-    place = Place(point, tuple(local), tuple(residual), tuple(slopes), model.strains(point))
-    found = Posterior(Fit(replace(model, scatter=scatter), place), tuple(information), np.zeros(len(point)))
+    fit = placed(replace(model, scatter=scatter), point, [np.zeros(len(own)) for own in slopes], slopes)
+    found = Posterior(fit, tuple(information), np.zeros(len(point)))
     return found.with_shift(OTHER_CAUSE, np.min(shifts, axis=0))  # one rig: the test that shows most of it bounds it

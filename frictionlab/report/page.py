@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from frictionlab import __version__, schema
-from frictionlab.campaign import CRITERIA, Campaign
-from frictionlab.campaign.files import rows_of
+from frictionlab.campaign import Campaign
+from frictionlab.campaign.ranking import CRITERIA
 from frictionlab.campaign.trials import short_name
 from frictionlab.figures.materials import at_lag, over_force
 from frictionlab.figures.plates import Plate, first_of
@@ -124,7 +124,7 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
     """The page's text; ``images``: the SVG of each plate by its name. Same campaign, same text."""
     script = (HERE / "page.js").read_text(encoding="utf-8")
     first = first_of(plates)
-    tables = rows_of(campaign)
+    tables = campaign.tables
     scene = "\n".join(line for line in to_toml(campaign.scene).splitlines() if not line.startswith("#"))
     packages = {"frictionlab": __version__, "Python": platform.python_version(), **{p: version(p) for p in PACKAGES}}
     return TEMPLATES.get_template("page.html").render(
@@ -255,7 +255,7 @@ def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, st
 
 def _tests(campaign: Campaign) -> Listing:
     """All tests, failed ones too, one line each: name, status, what was measured, remark."""
-    rows = [{**row, f"{schema.ENERGY}_j_u": _joules_u(row)} for row in rows_of(campaign)["measurements.csv"]]
+    rows = [{**row, f"{schema.ENERGY}_j_u": _joules_u(row)} for row in campaign.tables["measurements.csv"]]
     doubled = schema.ENERGY if any(row.get(f"{schema.ENERGY}_j") for row in rows) else f"{schema.ENERGY}_j"
     known = listing(schema.TESTS, rows, [name for name in COLUMNS["tests"] if name != doubled])
     cells = []

@@ -10,13 +10,15 @@ import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign import Campaign, Trial, Verdict
+from frictionlab.campaign import Campaign
 from frictionlab.campaign.files import MARK
-from frictionlab.campaign.trials import short_name
+from frictionlab.campaign.friction import Verdict
+from frictionlab.campaign.trials import Trial, short_name
 from frictionlab.estimate import Estimate
 from frictionlab.figures.materials import at_lag
 from frictionlab.files import write_whole
 from frictionlab.inference.comparison import contact_force
+from frictionlab.inference.observations import base_of
 from frictionlab.recording import Recording
 from frictionlab.report.charts import TEMPLATES, ChartLine, chart
 from frictionlab.scene import Scene
@@ -139,9 +141,10 @@ def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str, str]]:
         "Its area is the energy per cycle over the stiffness.",
     )
     if measured.frequency_ratio is not None:
-        problem, late = (None, 0.0) if sheet.fitted is None else sheet.fitted
+        base = base_of(cycle, measured.base_amplitude_m_se / measured.base_amplitude_m)
+        problem, late = sheet.fitted or (Problem(measured.frequency_ratio, 0.0, base=base), 0.0)
         newtons, name = (1.0, "k Y") if stiffness is None else (1e-3 * stiffness * unit, "N")
-        force, label = newtons * contact_force(measured, problem, late), f"friction force [{name}]"
+        force, label = newtons * contact_force(measured.cycle, problem, late), f"friction force [{name}]"
         over_place, over_speed = unit * cycle.mass_smooth, 2.0 * np.pi * drive * unit * cycle.mass_velocity
         words = FORCE if sheet.fitted is None else FORCE + AS_FITTED
         yield "Force over displacement", chart([_loop(over_place, force)], "mass displacement x [mm]", label), words

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.laws import TERMS, formula_of
 from frictionlab.simulator.problem import Problem
@@ -36,7 +36,7 @@ def force_under(problem: Problem, place: FloatArray) -> FloatArray:
     friction = problem.beta * (1.0 + problem.parameter("gradient") * place)
     if float(friction.min()) < 0.0:
         raise SimulationError("friction turns negative within the motion; expected at least 0; do: a smaller gradient")
-    speed = shifted(place, 0.0, order=1)
+    speed = shifted(place, order=1)
     dashpot = 2.0 * problem.zeta * problem.r * speed
     if problem.law.kind == "elastic" and problem.beta > 0.0:
         return np.asarray(dashpot + _of_sliders(problem, place))
@@ -52,13 +52,6 @@ def force_under(problem: Problem, place: FloatArray) -> FloatArray:
         return np.asarray(dashpot + contact(own, side, friction, place, speed, 0.0, 0.0)[0])
     each = zip(side.tolist(), friction.tolist(), place.tolist(), speed.tolist(), strict=True)
     return np.asarray(dashpot + np.array([contact(own, *at, 0.0, 0.0)[0] for at in each]))
-
-
-def shifted(cycle: FloatArray, phase: float, order: int = 0, times: int = 1) -> FloatArray:
-    """Return a cycle (p,), or its derivative by the phase of an order, so much later in it (rad), at times p points."""
-    lines = np.fft.rfft(cycle)
-    turns = 1j * np.arange(len(lines))
-    return np.asarray(times * np.fft.irfft(lines * turns**order * np.exp(turns * phase), times * len(cycle)))
 
 
 def _of_sliders(problem: Problem, place: FloatArray) -> FloatArray:

@@ -12,9 +12,10 @@ import numpy as np
 
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.analysis.response import Traces
-from frictionlab.campaign import Campaign, Trial, Watch, is_comparison, read_measurements, recording_path, trial_of
+from frictionlab.campaign import Campaign, Watch
 from frictionlab.campaign import evaluate as evaluate_trials
-from frictionlab.campaign.files import recording_of
+from frictionlab.campaign.files import is_comparison, read_measurements, recording_of, recording_path
+from frictionlab.campaign.trials import Trial, trial_of
 from frictionlab.errors import AnalysisError
 from frictionlab.experiment import facts_of
 from frictionlab.files import make_folder
@@ -135,7 +136,7 @@ def observations_of(
     tests = {path: trial for trial in wanted if (path := recording_path(trial, folders)) is not None}
     rows = rows_of(list(tests), partial(_observed, scene=scene, tests=tests), workers=workers)
     found = [observation for row in rows if isinstance(observation := row.get("observation"), CycleObservation)]
-    return {observation.measurement.source: observation for observation in found}
+    return {observation.source: observation for observation in found}
 
 
 def _observed(path: Path, *, scene: Scene, tests: Mapping[Path, Trial]) -> Row:
@@ -159,7 +160,8 @@ def publish(
     ``watch``: wraps the figures while they are drawn, to show progress. `OutputError`: the folder cannot be written, or
     holds other files of these names.
     """
-    from frictionlab.campaign.files import REPORT, check_folder, write_tables
+    from frictionlab.campaign import write_tables
+    from frictionlab.campaign.files import REPORT, check_folder
     from frictionlab.figures import check_figures
     from frictionlab.figures.plates import plates
     from frictionlab.report import write_report

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
     from frictionlab.inference.material_law import MaterialLaw
     from frictionlab.inference.predictive import Prediction
-    from frictionlab.planning import Before, Plan
+    from frictionlab.planning.candidates import Before
+    from frictionlab.planning.plan import Plan
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, Solver, SteadyState, Structure
@@ -199,7 +200,9 @@ def plan(
     **settings
         Keys of ``[plan]``, ``[model]``, ``[rig]`` and ``[sensors]`` that win over the scene's: ``duration_s=90.0``.
     """
-    from frictionlab.planning import laboratory, plan_tests, sheet_rows, waiting
+    from frictionlab.planning.candidates import laboratory
+    from frictionlab.planning.choose import plan_tests, waiting
+    from frictionlab.planning.plan import sheet_rows
     from frictionlab.tables import check_output, write_rows
     from frictionlab.verbs.inputs import files_of, scene_given
 

@@ -24,7 +24,7 @@ from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
 
-from frictionlab.campaign import read_measurements
+from frictionlab.campaign.files import read_measurements
 from frictionlab.errors import FrictionlabError
 from frictionlab.experiment import facts_of
 from frictionlab.hdf5 import describe, is_recording, read_recording, trial

@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from frictionlab.campaign import read_measurements
+from frictionlab.campaign.files import read_measurements
 from frictionlab.errors import LogError, RecordingError, SceneError
 from frictionlab.hdf5 import describe
 from frictionlab.logs import read_log

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from frictionlab.analysis.measurement import measure
-from frictionlab.campaign import Campaign, Trial, evaluate, trial_of
+from frictionlab.campaign import Campaign, evaluate
+from frictionlab.campaign.trials import Trial, trial_of
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.material_law import COEFFICIENT
 from frictionlab.inference.observations import CycleObservation, observe

@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionlab.analysis.measurement import Measurement, measure
-from frictionlab.campaign import evaluate, trial_of
+from frictionlab.campaign import evaluate
+from frictionlab.campaign.trials import trial_of
 from frictionlab.inference.comparison import contact_force
-from frictionlab.inference.observations import measured_base, nrmse_of, observe
+from frictionlab.inference.observations import base_of, nrmse_of, observe
 from frictionlab.logs import read_log
 from frictionlab.scene import read_scene
 from frictionlab.simulator import Problem, steady_state
@@ -71,7 +72,7 @@ def _force(test: Measurement) -> float:
 
 
 def _problem(test: Measurement, beta: float = 0.3, own: Mapping[str, float] | None = None) -> Problem:
-    r, base = test.frequency_ratio or math.nan, measured_base(test)
+    r, base = test.frequency_ratio or math.nan, base_of(test.cycle, test.base_amplitude_m_se / test.base_amplitude_m)
     own = own or {"gradient": 0.0, "contact_damping_ratio": 0.0}
     return Problem(r, beta, base=base, law="coulomb+place+speed", parameters=own, frame_damping_ratio=FRAME)
 
@@ -105,7 +106,7 @@ def plain(others: Sequence[Measurement], out: Measurement) -> tuple[Prediction, 
 
 
 def _sliding(test: Measurement) -> tuple[FloatArray, FloatArray, FloatArray]:
-    v, z, force = test.cycle.mass_velocity, test.cycle.mass_smooth, contact_force(test, _problem(test))
+    v, z, force = test.cycle.mass_velocity, test.cycle.mass_smooth, contact_force(test.cycle, _problem(test))
     kept = np.abs(v) > SLIDES * np.abs(v).max()
     return v[kept], z[kept], force[kept]
 
@@ -177,7 +178,8 @@ class _Rollout:
 
         self.r, self.mujoco, step = test.frequency_ratio or math.nan, mujoco, 2.0 * math.pi / STEPS
         xml = MUJOCO.format(step=step, double=2.0 * step, mass=self.r**2)
-        self.model, self.tau, base = mujoco.MjModel.from_xml_string(xml), step * np.arange(STEPS), measured_base(test)
+        self.model, self.tau = mujoco.MjModel.from_xml_string(xml), step * np.arange(STEPS)
+        base = base_of(test.cycle, test.base_amplitude_m_se / test.base_amplitude_m)
         rate = np.gradient(base.at(np.arange(-1, STEPS + 1) * step), step)[1:-1]
         self.force = np.tile(base.at(self.tau) + 2.0 * FRAME * self.r * rate, TURNS)
 

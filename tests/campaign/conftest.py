@@ -2,7 +2,8 @@
 
 import pytest
 
-from frictionlab.campaign import Campaign, evaluate, trial_of
+from frictionlab.campaign import Campaign, evaluate
+from frictionlab.campaign.trials import trial_of
 from frictionlab.scene import Scene, scene_from_tables
 from tests.campaign.fabricate import SCENE, small_campaign
 

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.collections import QuadMesh
 
-from frictionlab.campaign import Campaign, evaluate, trial_of
+from frictionlab.campaign import Campaign, evaluate
+from frictionlab.campaign.trials import trial_of
 from frictionlab.figures import grids, is_figure
 from frictionlab.figures.grids import resonance_band
 from frictionlab.figures.plates import Plate, plates

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.campaign import Campaign, read_measurements, trial_of
-from frictionlab.campaign.files import check_folder, write_tables
+from frictionlab.campaign import Campaign, write_tables
+from frictionlab.campaign.files import check_folder, read_measurements
+from frictionlab.campaign.trials import trial_of
 from frictionlab.errors import OutputError, RecordingError, UsageError
 from frictionlab.hdf5 import write_tree
 from frictionlab.schema import MEASUREMENTS

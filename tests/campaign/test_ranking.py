@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis.steadiness import linear_trend
-from frictionlab.campaign import Campaign, Model, Rank, evaluate, trial_of
-from frictionlab.campaign.ranking import drift_of
+from frictionlab.campaign import Campaign, evaluate
+from frictionlab.campaign.prediction import Model
+from frictionlab.campaign.ranking import Rank, drift_of
+from frictionlab.campaign.trials import trial_of
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
 from tests.campaign.fabricate import AMPLITUDE, COEFFICIENTS, RATIOS, STIFFNESS, fit_of, row

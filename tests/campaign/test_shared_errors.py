@@ -4,7 +4,9 @@ import math
 
 import pytest
 
-from frictionlab.campaign import FrictionFit, evaluate, trial_of
+from frictionlab.campaign import evaluate
+from frictionlab.campaign.friction import FrictionFit
+from frictionlab.campaign.trials import trial_of
 from frictionlab.scene import scene_from_tables
 from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, known, row
 

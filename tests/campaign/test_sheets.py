@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis.measurement import measure
-from frictionlab.campaign import Campaign, evaluate, trial_of
+from frictionlab.campaign import Campaign, evaluate
+from frictionlab.campaign.trials import trial_of
 from frictionlab.report import page
 from frictionlab.report.charts import ChartLine, chart
 from frictionlab.report.page_of_test import PageOfTest, sheet_name, sheet_page, sheets_of, write_sheet
 from frictionlab.scene import Scene
-from tests.campaign.fabricate import row
-from tests.campaign.recorded import steady_recording
+from tests.campaign.fabricate import row, steady_recording
 
 EVIL = "<img src=x onerror=alert(1)>"
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.special import logsumexp, ndtr
-from scipy.stats import multivariate_normal, multivariate_t, norm
-from scipy.stats import t as student
+from scipy.stats import cauchy, multivariate_normal, multivariate_t, norm
 
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.inference.fit import Fit, fit_from, log_evidence, log_orthant
@@ -42,15 +41,10 @@ def log_prior(c: Unknown, at: float) -> float:
     """Logarithm of a coordinate's prior density: normal, or Student's; twice that where only half of it is left."""
     if not c.low <= at <= c.high:
         return -math.inf
-    if math.isfinite(c.tail):
-        density = float(student.logpdf(at / _scale(c), 2.0 * c.tail - 1.0)) - math.log(_scale(c))
+    if c.assumed:
+        density = float(cauchy.logpdf(at, scale=math.sqrt(2.0)))
         return density + (math.log(2.0) if c.folded else 0.0)
     return float(norm.logpdf(at)) - math.log(float(ndtr(c.high) - ndtr(c.low)))
-
-
-def _scale(c: Unknown) -> float:
-    """A prior with tails is Student's t of 2 a - 1 degrees of freedom, wider by this."""
-    return math.sqrt(2.0 * c.tail / (2.0 * c.tail - 1.0))
 
 
 def weighed(fit: Fit, draws: int, generator: np.random.Generator) -> tuple[float, float]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab import compare
 from frictionlab.analysis.measurement import measure
+from frictionlab.arrays import shifted
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference import Comparison
@@ -19,7 +20,7 @@ from frictionlab.recording import Channel, Recording
 from frictionlab.scene import scene_from_tables
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.prescribed import force_under, shifted
+from frictionlab.simulator.prescribed import force_under
 from tests.analysis.seen import BASE_M
 from tests.analysis.test_force import NORMAL_N, STIFFNESS, channels_of, recording
 from tests.analysis.test_force import scene as scene_of
@@ -62,7 +63,7 @@ def within(comparison: Comparison, name: str, truth: float, errors: float = 2.5)
 )
 def test_the_loop_of_a_given_motion_has_its_exact_area(law: str, parameters: dict[str, float], energy: float) -> None:
     force = force_under(Problem(0.5, 0.3, law=law, parameters=parameters), COSINE)
-    assert 2.0 * math.pi * float(np.mean(force * shifted(COSINE, 0.0, 1))) == pytest.approx(energy, rel=1e-4)
+    assert 2.0 * math.pi * float(np.mean(force * shifted(COSINE, order=1))) == pytest.approx(energy, rel=1e-4)
 
 
 @pytest.mark.parametrize("law", ["coulomb+dahl", "coulomb+bouc-wen", "coulomb+lugre"])

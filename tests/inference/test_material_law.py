@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictionlab as fl
-from frictionlab.campaign import Campaign
-from frictionlab.campaign.files import write_tables
+from frictionlab.campaign import Campaign, write_tables
 from frictionlab.errors import OutputError, UsageError
 from frictionlab.inference.material_law import (
     AT_FORCE,

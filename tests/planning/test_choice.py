@@ -11,9 +11,9 @@ from frictionlab.analysis.measurement import measure
 from frictionlab.inference.fit import log_evidence
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer
-from frictionlab.planning import running_order, sheet_rows, steps
 from frictionlab.planning.candidates import laboratory, virtual_test
 from frictionlab.planning.choose import Limits
+from frictionlab.planning.plan import running_order, sheet_rows, steps
 from frictionlab.simulator import Problem
 from tests.inference.contacts import recorded
 from tests.planning.rig import scene

@@ -15,7 +15,7 @@ from frictionlab.errors import SceneError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.inference.compare import identified
 from frictionlab.inference.material_law import example_law
-from frictionlab.planning import Plan
+from frictionlab.planning.plan import Plan
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
 from frictionlab.simulator.sweep import warm_up

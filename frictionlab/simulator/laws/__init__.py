@@ -10,13 +10,25 @@ from frictionlab.errors import ParameterError
 from frictionlab.simulator.laws.bouc_wen import BOUC_WEN
 from frictionlab.simulator.laws.dahl import DAHL
 from frictionlab.simulator.laws.exact import BREAKAWAY, COMPLIANCE, COULOMB, IWAN, PLACE, SPEED
-from frictionlab.simulator.laws.law import Friction, Kind, Law, Parameter, Scale, Term
+from frictionlab.simulator.laws.law import Friction, Kind, Law, Parameter, Term
 from frictionlab.simulator.laws.logarithm import LOGARITHM
 from frictionlab.simulator.laws.lugre import LUGRE
 from frictionlab.simulator.laws.rate_state import RATE_STATE
 from frictionlab.simulator.laws.stribeck import STRIBECK
 
-__all__ = ["TERMS", "Friction", "Kind", "Law", "Parameter", "Scale", "Term", "excluded_by", "formula_of", "law_of"]
+__all__ = [
+    "TERMS",
+    "Friction",
+    "Kind",
+    "Law",
+    "Parameter",
+    "Scale",
+    "Term",
+    "excluded_by",
+    "formula_of",
+    "law_of",
+    "tried_of",
+]
 
 TERMS = {
     term.name: term
@@ -35,6 +47,11 @@ def excluded_by(term: Term) -> list[str]:
         if other is not term
         and ("rigid" not in (term.kind, other.kind) or other.name in term.excludes or term.name in other.excludes)
     )
+
+
+def tried_of(*kinds: Kind, effort: int = 1) -> tuple[str, ...]:
+    """Return the terms beside Coulomb's that a ladder of laws tries, of some kinds and an effort."""
+    return tuple(t.name for t in TERMS.values() if t.kind in kinds and t.effort == effort and t is not COULOMB)
 
 
 def formula_of(contact: Friction) -> Term | None:

@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.compiled import compiled, inner
 from frictionlab.simulator.numeric.flow import Flow
-from frictionlab.simulator.prescribed import shifted
 from frictionlab.simulator.problem import Problem
 
 STAGE = 1.0 - sqrt(0.5)
