@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictionlab.analysis.channels import denoised, integrated_at_a_cost
+from frictionlab.analysis.channels import denoised, integrated
 from frictionlab.analysis.signals import white_noise
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import RecordingError
@@ -189,7 +189,7 @@ def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str])
             f" --highpass HZ, the slowest motion that is kept (more than {1.0 / max(part.duration_s, 1e-300):.3g}, less"
             f" than {0.25 * rate:.4g}); got {highpass_hz or 'none'}; do: give one, or --wall base, which needs none"
         )
-    y, u, said = integrated_at_a_cost(a, rate, highpass_hz)
+    y, u, said = integrated(a, rate, highpass_hz)
     warnings.append(f"base: an acceleration, integrated twice: {said}")
     return y, u
 

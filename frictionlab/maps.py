@@ -14,7 +14,7 @@ from frictionlab import simulator
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import ClusterError, SimulationError, UsageError
 from frictionlab.files import check_replaceable, make_folder
-from frictionlab.hdf5.map_file import MapLayout, is_map
+from frictionlab.hdf5.trees import is_map, write_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.notes import WORDS, Note
@@ -131,7 +131,7 @@ def make_map(
         about = {"wall": grid.wall, "law": grid.law, "simulator": digest()}
         words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
         flags = {"warnings": {note.name.lower(): (note.value, said) for note, said in WORDS.items() if note.name}}
-        MapLayout(grid.axes(), KINDS, about, words, flags).write(every, path, force=force)
+        write_map(every, path, axes=grid.axes(), kinds=KINDS, attributes=about, words=words, flags=flags, force=force)
         return
     blocks = (Step(start, every[start : start + BLOCK]) for start in range(0, len(every), BLOCK))
     write_rows((row for block in blocks for row in rows(grid, block)), path, STEADY_STATES, force=force)

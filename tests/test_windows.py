@@ -24,7 +24,7 @@ for name in ("fork", "pread", "pwrite", "pwritev", "posix_fallocate", "sched_get
 HELP = """
 from typer.testing import CliRunner
 from frictionlab.cli import COMMANDS, app
-import frictionlab.files, frictionlab.hdf5.map_file, frictionlab.logs, frictionlab.workers, frictionlab.maps
+import frictionlab.files, frictionlab.hdf5.trees, frictionlab.logs, frictionlab.workers, frictionlab.maps
 for words in (["--help"], *([name, "--help"] for name in COMMANDS)):
     done = CliRunner().invoke(app, words)
     assert done.exit_code == 0, done.output

@@ -180,22 +180,7 @@ KEPT = (*FORCES, "normal_force", "mass_velocity")
 """Channels that are measured beside the displacements."""
 
 
-def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: int = 2) -> FloatArray:
-    """Return a signal (n,) of ``rate`` samples a second integrated over time, without what is slower than a frequency.
-
-    Mean and straight line are taken off first; then each frequency is divided by ``2 pi i f`` once (a velocity) or
-    twice (an acceleration) and multiplied by the high-pass. What a record holds before its start and after its end is
-    not known: rest is put there, and the first and last period of the slowest motion kept are doubtful.
-    """
-    n = len(signal)
-    around = math.ceil(AROUND * rate / highpass_hz)
-    padded = np.pad(line(np.arange(n, dtype=np.float64), signal)[1], around)
-    f = np.asarray(np.fft.rfftfreq(len(padded), 1.0 / rate), dtype=np.float64)
-    moved = np.fft.irfft(np.fft.rfft(padded) * (-1j) ** times * _gain(f, highpass_hz, times), len(padded))
-    return np.asarray(moved[around : around + n])
-
-
-def _gain(f: FloatArray, highpass_hz: float, times: int) -> FloatArray:
+def _transfer(f: FloatArray, highpass_hz: float, times: int) -> FloatArray:
     """Size of the integral over that of the signal at frequencies f [Hz]: ``|H| / (2 pi f)^times``."""
     share = f / highpass_hz
     return np.asarray(share ** (HIGH_PASS - times) / (1.0 + share**HIGH_PASS) / (2.0 * np.pi * highpass_hz) ** times)
@@ -226,18 +211,26 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     if times == 0:
         return signal, [], 0
     slowest = SLOWEST * spectrum.strongest_tone(spectrum.amplitude_spectrum(signal, step)).frequency
-    moved, _, said = integrated_at_a_cost(signal, rate, slowest, times=times)
+    moved, _, said = integrated(signal, rate, slowest, times=times)
     words = f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: {said}"
     return moved, [words], min(round(rate / slowest), len(signal) // 4)
 
 
-def integrated_at_a_cost(
-    signal: FloatArray, rate: float, highpass_hz: float, *, times: int = 2
-) -> tuple[FloatArray, float, str]:
-    """Return what `integrated` makes of a signal (n,), the rms of its sensor's noise in it [m], and both in words."""
-    moved = integrated(signal, rate, highpass_hz, times=times)
-    noise, f = white_noise(signal) if len(signal) >= 16 else 0.0, np.geomspace(1e-2 * highpass_hz, 0.5 * rate, 4000)
-    u = math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(_gain(f, highpass_hz, times) ** 2, f)))
+def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: int = 2) -> tuple[FloatArray, float, str]:
+    """Return a signal (n,) of ``rate`` samples a second integrated over time, without what is slower than a frequency.
+
+    Mean and straight line are taken off first; then each frequency is divided by ``2 pi i f`` once (a velocity) or
+    twice (an acceleration) and multiplied by the high-pass. What a record holds before its start and after its end is
+    not known: rest is put there, and the first and last period of the slowest motion kept are doubtful. With it the
+    rms [m] that the sensor's noise makes of it, and both in words.
+    """
+    n, around = len(signal), math.ceil(AROUND * rate / highpass_hz)
+    padded = np.pad(line(np.arange(n, dtype=np.float64), signal)[1], around)
+    f = np.asarray(np.fft.rfftfreq(len(padded), 1.0 / rate), dtype=np.float64)
+    moved = np.fft.irfft(np.fft.rfft(padded) * (-1j) ** times * _transfer(f, highpass_hz, times), len(padded))
+    moved = np.asarray(moved[around : around + n])
+    noise, f = white_noise(signal) if n >= 16 else 0.0, np.geomspace(1e-2 * highpass_hz, 0.5 * rate, 4000)
+    u = math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(_transfer(f, highpass_hz, times) ** 2, f)))
     share = 100.0 * u / max(float(np.std(moved)), 1e-300)
     said = (
         f"what moves slower than {highpass_hz:.3g} Hz, drift and offset are gone, {1.0 / highpass_hz:.3g} s at either"
@@ -248,8 +241,8 @@ def integrated_at_a_cost(
 
 def is_angular(measured: Mapping[str, FloatArray]) -> bool:
     """Whether the motion is known as an angle alone, or not at all: nothing gives metres then but a radius."""
-    still = [name for name in ("mass_displacement",) if name in measured and float(np.ptp(measured[name])) == 0.0]
-    return not any(name.startswith("mass_") and name not in still for name in measured)
+    still = "mass_displacement" if not np.any(np.ptp(measured.get("mass_displacement", np.zeros(1)))) else ""
+    return not any(name.startswith("mass_") and name != still for name in measured)
 
 
 def other_masses(names: Iterable[str]) -> tuple[str, ...]:

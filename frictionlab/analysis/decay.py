@@ -29,7 +29,7 @@ from frictionlab.arrays import FloatArray
 
 _FEWEST_GROUPS = 6
 _ONE_SIDED = 1.645  # 95 % of a normal distribution lie below its mean and so many standard deviations
-_TRIED = np.concatenate([[0.0], np.geomspace(1e-5, 0.5, 60)])
+
 _NAMES = ("start", "swing", "rest", "omega", "zeta", "friction", "cubic")
 _SMALL = 1e-4  # share of the spring's force by the cubic term, from which its fit starts
 _STEPS = 16  # of a half-cycle
@@ -153,20 +153,14 @@ class DecayFit:
 
 
 def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False) -> Decay:
-    """Starting values from turning points (n,) [s], [m] or rad, n >= 4: swings against the decrement's law."""
-    swing = 0.5 * np.abs(np.diff(height))
-    number = np.arange(len(swing))
-    found = []
-    for zeta in _TRIED:
-        unit = Decay(0.0, 1.0, 0.0, 1.0, float(zeta), 0.0)
-        grown = replace(unit, swing=0.0, friction=1.0)
-        columns = [0.5 * (d.turning(number) + d.turning(number + 1)) for d in (unit, grown)]
-        (first, friction), *_ = np.linalg.lstsq(np.column_stack(columns), swing, rcond=None)
-        if friction < 0.0:
-            first, friction = float(columns[0] @ swing / (columns[0] @ columns[0])), 0.0
-        misfit = float(np.sum((first * columns[0] + friction * columns[1] - swing) ** 2))
-        found.append((misfit, float(zeta), float(first), float(friction)))
-    _, zeta, first, friction = min(found)
+    """Starting values from turning points (n,) [s], [m] or rad, n >= 4: each swing against the one before it."""
+    swing = 0.5 * np.abs(np.diff(height))  # of which each is q times the one before, less friction (1 + q)
+    (q, lost), *_ = np.linalg.lstsq(np.column_stack([swing[:-1], np.ones(len(swing) - 1)]), swing[1:], rcond=None)
+    if lost > 0.0:
+        q, lost = float(swing[1:] @ swing[:-1] / (swing[:-1] @ swing[:-1])), 0.0
+    log_q = -math.log(min(max(float(q), 0.1), 1.0))
+    zeta, friction = log_q / math.hypot(math.pi, log_q), -float(lost) / (1.0 + float(q))
+    first = 2.0 * float(swing[0]) / (1.0 + float(q)) + friction
     half_period = float(time[-1] - time[0]) / (len(time) - 1)  # of all: 1 % off is half a cycle after fifty
     slower = float(np.mean(swing**2)) / 16.0 if pendulum else 0.0  # by its swing, the first term of the series
     omega = math.pi / half_period / math.sqrt(1.0 - zeta**2) * (1.0 + slower)

@@ -1,4 +1,4 @@
-"""Any HDF5 file as a tree: results written and read, the arrays of others, the tree as lines of text."""
+"""Any HDF5 file as a tree: results and maps written, read, the arrays of others, the tree as lines of text."""
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -6,13 +6,16 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, RecordingError
 from frictionlab.files import write_whole
 from frictionlab.hdf5 import opening
 from frictionlab.hdf5.opening import array_inside, group_inside, node_inside, opened, text, write_dataset
-from frictionlab.schema import Column
+from frictionlab.schema import STEADY_STATES, Column
 
+MAP = "frictionlab map"
 Describe = Callable[[str], Column | None]
 
 
@@ -71,9 +74,8 @@ def _write_branch(group: h5py.Group, tree: Mapping[str, object], columns: Descri
         elif isinstance(value, (str, int, float)):
             opening.write_facts(group, {name: value})
         elif isinstance(value, (np.ndarray, list, tuple)):
-            column = columns(name)
-            said = {} if column is None else {"units": column.units, "long_name": column.sentence}
-            write_dataset(group, name, value if isinstance(value, np.ndarray) else list(map(str, value)), **said)
+            values = value if isinstance(value, np.ndarray) else list(map(str, value))
+            write_dataset(group, name, values, **_described(columns(name)))
         else:
             raise TypeError(f"{name}: expected an array, texts, a word or a number; got {type(value).__name__}")
 
@@ -178,3 +180,66 @@ def _is_numeric(dataset: Any) -> bool:
     is_number = isinstance(kind, bytes) and kind.startswith((b"double", b"single", b"int", b"uint"))
     stored_here = not dataset.is_virtual and not dataset.external
     return dataset.dtype.kind in "fiu" and is_number and stored_here and "MATLAB_empty" not in dataset.attrs
+
+
+def write_map(
+    records: NDArray[np.void],
+    path: Path,
+    *,
+    axes: Mapping[str, FloatArray],
+    kinds: Mapping[str, str],
+    attributes: Mapping[str, str],
+    words: Mapping[str, str],
+    flags: Mapping[str, Mapping[str, tuple[int, str]]],
+    force: bool = False,
+) -> None:
+    """Write a map of steady states, one record with all keys a point, whole or not at all.
+
+    The tree, format version 1::
+
+        /               attrs: format, format_version, frictionlab_version, and what holds for the whole map
+        /r, /beta ...   (n,) float64, dimension scales
+        /KEY            over all axes; float64 (NaN: not known) or ASCII text of fixed length (empty: not known)
+        /wall           over all axes, the same at each point: stored once, as the value of what is not written
+        /warnings       over all axes, uint32: CF flag_masks and flag_meanings, and flag_sentences (one for each)
+        (each with units and long_name, from `frictionlab.schema`)
+
+    ``axes``: name and values of each dimension, the last one fastest; ``kinds``: key and type (``float64``, ``S11``) of
+    each dataset; ``attributes``: what holds for the whole map; ``words``: what a dimension is that `frictionlab.schema`
+    does not list, a law's parameter; ``flags``: of each key that holds flags, meaning -> its bit and what it says.
+    """
+
+    def fill(tree: h5py.File) -> None:
+        tree.attrs.update(attributes)
+        shape, scales = tuple(len(values) for values in axes.values()), []
+        for name, values in axes.items():
+            axis = tree.create_dataset(name, data=np.asarray(values, dtype=np.float64))
+            axis.make_scale(name)
+            described = _described(STEADY_STATES.column(name))
+            axis.attrs.update(described or {"units": "1", "long_name": words.get(name, name)})
+            scales.append(axis)
+        data = {key: tree.create_dataset(key, data=records[key].reshape(shape)) for key in kinds}
+        for key in (name for name in attributes if STEADY_STATES.column(name) is not None):
+            word = attributes[key].encode()
+            data[key] = tree.create_dataset(key, shape, f"S{len(word)}", fillvalue=word)
+        for key, dataset in data.items():
+            for dimension, scale in zip(dataset.dims, scales, strict=True):
+                dimension.attach_scale(scale)
+            dataset.attrs.update(_described(STEADY_STATES.column(key)))
+            if meanings := flags.get(key):  # as CF conventions have them, and each in words
+                dataset.attrs["flag_masks"] = np.array([bit for bit, _ in meanings.values()], dataset.dtype)
+                dataset.attrs["flag_meanings"] = " ".join(meanings)
+                dataset.attrs["flag_sentences"] = [sentence for _, sentence in meanings.values()]
+
+    pieces = opening.new_file(fill, format=MAP, format_version=opening.FORMAT_VERSION)
+    write_whole(path, pieces, replace=force or is_map)
+
+
+def _described(column: Column | None) -> dict[str, str]:
+    """What a reader's tool shows beside the numbers of a column."""
+    return {} if column is None else {"units": column.units, "long_name": column.sentence}
+
+
+def is_map(path: Path) -> bool:
+    """Whether this file is a map of this package."""
+    return opening.format_of(path) == MAP
