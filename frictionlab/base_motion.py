@@ -160,8 +160,15 @@ def respond_to(
             y = denoised(y, noise)
         base = BaseRecord(tau, y)
     moves = what if isinstance(what, Problem) else what(base.scale)
-    response = respond(moves, base)
-    error, problem = _sampling_error(moves, base, response), response.problem
+    response, error = respond(moves, base), 0.0
+    if len(base.time) >= 9:  # by the response under every other sample
+        every = slice(None, None, 2)
+        half = BaseRecord(
+            base.time[every], base.displacement[every], rest=base.rest, scale=base.scale, quantity=base.quantity
+        )
+        coarse = respond(moves, half, x0=response.displacements[0], v0=response.velocities[0])
+        error = math.sqrt(float(np.mean((coarse.displacements - response.displacements[every]) ** 2))) / ORDER_LEFT
+    problem = response.problem
     if error > COARSE:
         warnings.append(
             f"base: its motion between the samples is not known and may change the response by {error:.2g}"
@@ -192,15 +199,6 @@ def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str])
     y, u, said = integrated(a, rate, highpass_hz)
     warnings.append(f"base: an acceleration, integrated twice: {said}")
     return y, u
-
-
-def _sampling_error(what: Problem | Structure, base: BaseRecord, response: Response) -> float:
-    """Rms error of the response over Y, by the response under every other sample."""
-    if len(base.time) < 9:
-        return 0.0
-    half = BaseRecord(base.time[::2], base.displacement[::2], rest=base.rest, scale=base.scale, quantity=base.quantity)
-    coarse = respond(what, half, x0=response.displacements[0], v0=response.velocities[0])
-    return math.sqrt(float(np.mean((coarse.displacements - response.displacements[::2]) ** 2))) / ORDER_LEFT
 
 
 def sound_base(recording: Recording, *, jumps: bool = False) -> tuple[Recording, list[str]]:

@@ -65,9 +65,6 @@ class LineCount:
         if min(kinds.values()) < 0 or sum(kinds.values()) != self.read:
             raise RecordingError(f"lines do not add up: expected {self.read} in all; got {kinds}")
 
-    def __add__(self, other: "LineCount") -> "LineCount":
-        return LineCount(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
-
 
 @dataclass(frozen=True)
 class SourceFile:
@@ -113,7 +110,8 @@ class Source:
     @property
     def lines(self) -> LineCount:
         """The lines of all files together."""
-        return sum((f.lines for f in self.files), LineCount())
+        kinds = [kind.name for kind in fields(LineCount)]
+        return LineCount(**{kind: sum(getattr(file.lines, kind) for file in self.files) for kind in kinds})
 
 
 DISPLACEMENTS = ("mass_displacement", "base_displacement")

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import RecordingError
-from frictionlab.recording import LineCount, Quality, Recording
+from frictionlab.recording import LineCount, Quality, Recording, Source, SourceFile
 from frictionlab.sampling import sampling_interval
 
 T = np.arange(100, dtype=np.float64) * np.float64(0.01)
@@ -45,7 +45,8 @@ def test_what_breaks_the_rules_is_refused(arrays: tuple[np.ndarray, np.ndarray, 
 def test_lines_must_add_up() -> None:
     with pytest.raises(RecordingError, match="do not add up: expected 3 in all"):
         LineCount(read=3, data=1, header=1)
-    assert LineCount(read=2, data=2) + LineCount(read=1, header=1) == LineCount(read=3, data=2, header=1)
+    files = (SourceFile("a", lines=LineCount(read=2, data=2)), SourceFile("b", lines=LineCount(read=1, header=1)))
+    assert Source(files).lines == LineCount(read=3, data=2, header=1)
 
 
 @settings(max_examples=50, deadline=None)

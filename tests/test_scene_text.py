@@ -29,7 +29,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
 
 
 def test_every_key_has_its_sentence() -> None:
-    missing = [f"{table.head} {key.name}" for table in tables_of_keys() for key in table.keys if not key.words]
+    missing = [f"{t.head} {key}" for t in tables_of_keys() for key, (words, _) in t.keys.items() if not words]
     assert not missing
     assert {table.head for table in tables_of_keys()} >= {f"[{name}]" for name in Scene().model_dump()}
 

@@ -201,8 +201,18 @@ def _boundaries(track: _Track, frequency: float, noise: float, length: int) -> C
     square = float(np.dot(track.residual, track.residual))
     rms = math.sqrt(square / max(1, count - 2))
     drifts = count > 4 and rms > max(3.0 * expected, 1e-6)
-    even = track.turns.mean() + frequency * (track.centre - track.centre.mean())
-    edges = _crossings(track.centre, track.turns if drifts else even, frequency, length)
+    centre, passed = track.centre, track.turns
+    if not drifts:
+        passed = passed.mean() + frequency * (centre - centre.mean())
+    # the fundamental, cos(2 pi turns), rises through zero at whole turns less a quarter, to both ends of the stretch
+    ends, local = np.array([0.0, float(length - 1)]), np.full(2, frequency)
+    if n > 1:
+        local = (passed[[1, -1]] - passed[[0, -2]]) / (centre[[1, -1]] - centre[[0, -2]])
+    outer = passed[[0, -1]] + local * (ends - centre[[0, -1]])
+    at, passed = (np.concatenate([o[:1], inner, o[1:]]) for o, inner in ((ends, centre), (outer, passed)))
+    whole = np.arange(math.ceil(passed[0] + 0.25 - 1e-9), math.floor(passed[-1] + 0.25 + 1e-9) + 1)
+    edges = np.interp(whole - 0.25, passed, at)
+    edges = edges[(edges >= 0.0) & (edges <= length - 1)]
     error = math.nan
     if count > 2:
         scatter = square / (n - 2)
@@ -211,20 +221,6 @@ def _boundaries(track: _Track, frequency: float, noise: float, length: int) -> C
             white = max(scatter * max(float(variance_inflation(track.residual[:, None])[0]), 1.0), white)
         error = math.sqrt(white / line(track.centre, track.residual)[2])
     return Cut(edges[:-1], edges[1:], frequency, error, 2.0 * math.pi * rms, drifts)
-
-
-def _crossings(centre: FloatArray, turns: FloatArray, frequency: float, length: int) -> FloatArray:
-    """Sample numbers where the fundamental, cos(2 pi turns), rises through zero: turns = whole - 1/4."""
-    ends = np.array([0.0, float(length - 1)])
-    local = np.full(2, frequency)
-    if len(centre) > 1:
-        local = (turns[[1, -1]] - turns[[0, -2]]) / (centre[[1, -1]] - centre[[0, -2]])
-    outer = turns[[0, -1]] + local * (ends - centre[[0, -1]])
-    at = np.concatenate([ends[:1], centre, ends[1:]])
-    passed = np.concatenate([outer[:1], turns, outer[1:]])
-    whole = np.arange(math.ceil(passed[0] + 0.25 - 1e-9), math.floor(passed[-1] + 0.25 + 1e-9) + 1)
-    edges = np.interp(whole - 0.25, passed, at)
-    return np.asarray(edges[(edges >= 0.0) & (edges <= length - 1)])
 
 
 # Smoothing ------------------------------------------------------------------------------------------------------------

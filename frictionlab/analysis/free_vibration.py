@@ -376,7 +376,17 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     size = np.abs(about).max(axis=0)
     first = int(np.argmax(size))
     last = int(np.flatnonzero(size > FALLEN * size[first])[-1]) + 1
-    guess = _frequencies(about[:, first:last], step)
+    # the highest peaks, one for each mass, of all spectra together
+    spectra = [amplitude_spectrum(row, step) for row in about[:, first:last]]
+    power = np.sqrt(np.sum([s.amplitude**2 for s in spectra], axis=0))
+    apart = max(1, round(2.0 * spectra[0].resolution / float(spectra[0].frequency[1])))
+    peaks, _ = find_peaks(power, distance=apart, prominence=CLEAR * float(power.max()))
+    if len(peaks) < len(signals):
+        raise AnalysisError(
+            f"free vibration: expected {len(signals)} modes, one for each mass; got {len(peaks)} clear in the spectrum:"
+            " displace the frame in another place, so that all modes move"
+        )
+    guess = sorted(spectra[0].frequency[peaks[np.argsort(-power[peaks])][: len(signals)]].tolist())
     thin = max(1, int(1.0 / (max(guess) * PER_PERIOD * step)))
     t, x = time[first:last:thin] - time[first], about[:, first:last:thin]
 
@@ -411,18 +421,3 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
         Mode(f, f_se, zeta, zeta_se, tuple(shape))
         for (f, f_se, zeta, zeta_se), shape in zip(numbers.tolist(), shapes.tolist(), strict=True)
     )
-
-
-def _frequencies(x: FloatArray, step: float) -> list[float]:
-    """The highest peaks, one for each mass, of the spectra (m, n) taken together [Hz], ascending."""
-    spectra = [amplitude_spectrum(row, step) for row in x]
-    power = np.sqrt(np.sum([s.amplitude**2 for s in spectra], axis=0))
-    apart = max(1, round(2.0 * spectra[0].resolution / float(spectra[0].frequency[1])))
-    peaks, _ = find_peaks(power, distance=apart, prominence=CLEAR * float(power.max()))
-    peaks = peaks[np.argsort(-power[peaks])][: len(x)]
-    if len(peaks) < len(x):
-        raise AnalysisError(
-            f"free vibration: expected {len(x)} modes, one for each mass; got {len(peaks)} clear in the spectrum:"
-            " displace the frame in another place, so that all modes move"
-        )
-    return sorted(spectra[0].frequency[peaks].tolist())

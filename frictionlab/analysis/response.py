@@ -99,7 +99,12 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     count, stuck = (np.zeros(n), np.ones(n)) if is_stuck else stops.per_cycle(found, n)
     if wall_moves:  # the mass itself stands nowhere
         slide = whole = half_range(smoothed(layout.mass, how, points)[0])
-    power, areas = np.abs(how.mean[1:]) ** 2, _loop_areas(layout)
+    # without the slow wander: a sensor that drifts adds no energy
+    base_means, columns, power = layout.base.mean(axis=1), layout.mass.shape[1], np.abs(how.mean[1:]) ** 2
+    areas = np.empty(n)
+    for some in chunks(n, columns, BLOCK):
+        wander = slow_wander(base_means, columns, layout.blocks, some)
+        areas[some] = energy.loop_area(layout.mass[some], layout.base[some] - wander)
     energy_noises = _energy_noises(layout, how, found, float(np.mean(areas)) * layout.drive.growth / math.sqrt(12.0))
     return Response(
         energy=areas,
@@ -148,18 +153,6 @@ def _energy_noises(layout: Layout, how: Smoother, found: FloatArray, growth: flo
     return white, math.hypot(shared, stays, growth)
 
 
-def _loop_areas(layout: Layout) -> FloatArray:
-    """Energy of each cycle (n,), k Y^2; without the slow wander: a sensor that drifts adds no energy."""
-    n, points = layout.mass.shape
-    means = layout.base.mean(axis=1)
-    return np.concatenate(
-        [
-            energy.loop_area(layout.mass[some], layout.base[some] - slow_wander(means, points, layout.blocks, some))
-            for some in chunks(n, points, BLOCK)
-        ]
-    )
-
-
 def levelled(x: FloatArray, found: FloatArray, margin: float) -> FloatArray:
     """Replace each stop, and the smoothing's overshoot within ``margin`` (rad) of a long one, by its mean."""
     scale, flat = x.shape[1] / stops.TURN, x.ravel().copy()
@@ -174,17 +167,15 @@ def levelled(x: FloatArray, found: FloatArray, margin: float) -> FloatArray:
 
 def half_range(x: FloatArray) -> FloatArray:
     """(max - min) / 2 of each row; an extreme that is not flat is refined by a parabola through three points."""
-    return 0.5 * (_summit(x) + _summit(-x))
-
-
-def _summit(x: FloatArray) -> FloatArray:
-    n, points = x.shape
-    row, top = np.arange(n), np.argmax(x, axis=1)
-    left, middle, right, beyond = (x[row, (top + step) % points] for step in (-1, 0, 1, 2))
-    curvature = left - 2.0 * middle + right
-    is_peak = (curvature < 0.0) & ~((right == middle) & (beyond == middle))
-    safe = np.where(is_peak, curvature, -1.0)
-    return np.asarray(np.where(is_peak, middle - 0.125 * (left - right) ** 2 / safe, middle))
+    summits, row = [], np.arange(len(x))
+    for side in (x, -x):
+        top = np.argmax(side, axis=1)
+        left, middle, right, beyond = (side[row, (top + step) % x.shape[1]] for step in (-1, 0, 1, 2))
+        curvature = left - 2.0 * middle + right
+        is_peak = (curvature < 0.0) & ~((right == middle) & (beyond == middle))
+        safe = np.where(is_peak, curvature, -1.0)
+        summits.append(np.where(is_peak, middle - 0.125 * (left - right) ** 2 / safe, middle))
+    return np.asarray(0.5 * (summits[0] + summits[1]))
 
 
 # The mean cycle and its single cycles ---------------------------------------------------------------------------------

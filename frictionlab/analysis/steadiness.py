@@ -18,12 +18,6 @@ IRREGULAR = 0.02  # of the cycles after the transient may be farther off
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
 
-def distance(rows: FloatArray, final: FloatArray) -> FloatArray:
-    """Rms distance (n,) of cycles from a final one."""
-    parts = cycles.chunks(*rows.shape)
-    return np.concatenate([np.sqrt(np.mean((rows[some] - final) ** 2, axis=1)) for some in parts])
-
-
 def transient(stretch: Stretch) -> tuple[float, float | None]:
     """How much to cut from the start of a stretch, and when its motion has settled [s]; None: it has not.
 
@@ -46,7 +40,8 @@ def transient(stretch: Stretch) -> tuple[float, float | None]:
         tail = rows[-max(4, len(rows) // 4) :]
         final = tail.mean(axis=0)
         size, noise = max(float(final.std()), 1e-300), white_noise(signal)
-        away = distance(rows, final) / size
+        squares = [np.mean((rows[some] - final) ** 2, axis=1) for some in cycles.chunks(*rows.shape)]
+        away = np.sqrt(np.concatenate(squares)) / size  # rms distance of each cycle from the final one
         limit = max(3.0 * float(np.median(away[-len(tail) :])), 6.0 * noise / size, REPEATS)
         usual = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(away, 2, mode="edge"), 5), axis=1)
         outside = (usual > limit).astype(np.float64)

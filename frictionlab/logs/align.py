@@ -81,7 +81,7 @@ def _lag(mass: Sensor, base: Sensor, options: LogOptions) -> tuple[str, float, f
     lag, unsure = _likeness(mass, base)
     said = (
         f"the logs have no common clock: the lag of {lag:.6g} s is where the two motions resemble each other most, "
-        f"which cannot be told from their mechanical phase (uncertain by {unsure:.3g} s): give --lag if it is known"
+        f"which looks the same as their mechanical phase (uncertain by {unsure:.3g} s): give --lag if it is known"
     )
     return "estimated from the motions", lag, unsure, [said]
 

@@ -103,17 +103,14 @@ def _backward(stamps: FloatArray, name: str) -> tuple[NDArray[np.int64], NDArray
         )
     last = len(stamps) - 1
     for i in falls.tolist():
-        before = i - 2 if i - 1 not in stray else i - 3
         if i in stray or i - 1 in stray:
             continue
         if i < last and stamps[i + 1] >= stamps[i - 1]:
             stray.append(i)  # it alone is behind
-        elif before >= 0 and stamps[i] >= stamps[before]:
+        elif i > 1 and stamps[i] >= stamps[i - 2]:
             stray.append(i - 1)  # the one before was ahead
-        elif i == last:
-            stray.append(i)
         else:
-            restarts.append(i)
+            (stray if i == last else restarts).append(i)
     return np.array(stray, np.int64), np.array(restarts, np.int64)
 
 
@@ -157,9 +154,8 @@ def _flag_holes(base: Clock, bridge_s: float) -> None:
 
 def clock_of(table: LogTable, options: LogOptions) -> Clock:
     """Make the clock of a log, of its stamps or by counting its samples."""
-    stated, start = (table.log.layout.facts.get(name) for name in ("interval_s", "start_s"))
-    stated_s = float(stated) if stated is not None else None
-    start_s = float(start) if start is not None else None
+    facts = table.log.layout.facts
+    stated_s, start_s = (float(facts[name]) if name in facts else None for name in ("interval_s", "start_s"))
     if "time" not in table.values:
         return _counted(table, options, stated_s, start_s)
     values, column = table.values.pop("time"), table.columns["time"]
@@ -182,7 +178,7 @@ def clock_of(table: LogTable, options: LogOptions) -> Clock:
             evidence.append("stamps count from 1970: the first one is 0 in the recording")
         else:
             stamps, resolution = to_si(values, unit), 1e-3
-    clock = time_base(stamps, table.name, bridge_s=options.bridge_s, stated_s=stated_s)
+    clock = time_base(stamps, table.file.name, bridge_s=options.bridge_s, stated_s=stated_s)
     clock.warnings[:0] = warnings
     clock.evidence = tuple(evidence)
     clock.start_s, clock.resolution_s, clock.facts = start_s, resolution, {"time_unit": unit}
@@ -202,7 +198,7 @@ def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str
     step = float(np.median(steps)) or float(np.mean(steps))
     if column.unit:
         if column.unit not in TIME:
-            raise LogError(f"{table.name}: time column {column} is in {column.unit}: give --time, or --time-unit")
+            raise LogError(f"{table.file.name}: time column {column} is in {column.unit}: give --time, or --time-unit")
         # doubted where it makes a log far faster and shorter than one of a machine, and seconds would not
         rate, length = TIME[column.unit] / step if step > 0.0 else 0.0, float(values[-1] - values[0])
         if rate < _DOUBTED_HZ or length > TIME[column.unit] or not _LOW_HZ <= 1.0 / step < _HIGH_HZ:
@@ -218,7 +214,7 @@ def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str
             why = f"time: no unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
             return unit, [why], [] if unit == "s" else [why]
     raise LogError(
-        f"{table.name}: the unit of time column {column} is not said and its steps of {step:g} fit none: "
+        f"{table.file.name}: the unit of time column {column} is not said and its steps of {step:g} fit none: "
         "give --time-unit"
     )
 
@@ -227,7 +223,7 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start
     """Time counted at a known interval, for a log without stamps."""
     rate, none = options.sampling_rate_hz, np.zeros(0, np.int64)
     if rate is None and stated_s is None:
-        raise LogError(f"{table.name}: no time column found: give --time, or --sampling-rate")
+        raise LogError(f"{table.file.name}: no time column found: give --time, or --sampling-rate")
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
     said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
     warnings = list[str]()

@@ -102,11 +102,6 @@ def is_displacement(column: LogColumn) -> bool:
     return column.unit in LENGTH or not column.unit
 
 
-def is_relative(column: LogColumn) -> bool:
-    """Whether a column's name says that it is mass minus base."""
-    return _RELATIVE.fullmatch(column.name) is not None and "time" not in column.name.lower()
-
-
 def _flag(role: str) -> str:
     return "--" + role.replace("_", "-")
 
@@ -287,7 +282,8 @@ def _with_displacements(
             + (_CALIBRATE if any(c.unit in VOLTS for c in columns) else "")
         )
     mass = found.get("mass")
-    if mass is not None and options.mass is None and is_relative(mass):
+    is_relative = mass is not None and _RELATIVE.fullmatch(mass.name) and "time" not in mass.name.lower()
+    if mass is not None and options.mass is None and is_relative:
         raise LogError(
             f"{file}: column {mass} is a relative displacement by its name: if it is mass minus base, give --relative "
             f"{mass.index + 1}; if it is the mass's own, --mass {mass.index + 1}"
@@ -303,7 +299,7 @@ def _unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None)
     one, two = (columns[0].index + 1, columns[1].index + 1) if len(columns) > 1 else (columns[0].index + 1, 0)
     order = f"--mass {one} --base {two}, or --mass {two} --base {one}" if len(columns) == 2 else "--mass and --base"
     more = [] if time is not None else ["--time or --sampling-rate where no column says it is the time"]
-    more += ["--unit where the sensor's step does not tell it"] if not any(c.unit for c in columns) else []
+    more += ["--unit where the sensor's step does not show it"] if not any(c.unit for c in columns) else []
     more += ["--mass-log and --base-log if each sensor has its file"] if len(columns) == 1 else []
     rest = f"; and {', '.join(more)}" if more else ""
     known = f" (time is {time})" if time is not None else ""

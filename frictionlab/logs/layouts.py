@@ -75,7 +75,15 @@ def columns_of_text(text: Text, options: LogOptions) -> LogLayout:
     titles, units, header, body = _header(text.lines, dialect, deep=name == "catman ASCII")
     name = name or ("units-row" if units else "plain")
     if name == "plain" and not titles and (options.mass is None or options.base is None):
-        _check_names(text, dialect)
+        # names that do not fit the numbers below them: most often decimal commas separated by commas
+        above = [(i, line) for i, line in enumerate(text.lines[: dialect.first]) if line.strip()]
+        names = split(above[-1][1], dialect.separator) if above else []
+        if roles_named(names) > 1 and len(names) != dialect.fields:
+            raise LogError(
+                f"{text.path.name}: line {above[-1][0] + 1} names {len(names)} columns, the lines below have"
+                f" {dialect.fields} fields: are these decimal commas separated by commas? Export it with another"
+                " separator, or give --time, --mass and --base by number"
+            )
     if titles:
         why = (*why, f"line {header[0] + 1} names the columns, {'with a' if units else 'without'} units row")
     again = {text.lines[i].strip() for i in header}
@@ -109,18 +117,6 @@ def _maker(text: Text, dialect: Dialect) -> tuple[str, tuple[str, ...]]:
     if dialect.separator == "\t" and dialect.fields > 1 and wide >= _MANY:
         return "catman ASCII", (f"{wide} header rows as wide as the data",)
     return "", ()
-
-
-def _check_names(text: Text, dialect: Dialect) -> None:
-    """Refuse names that do not fit the numbers below them: most often decimal commas separated by commas."""
-    above = [(i, line) for i, line in enumerate(text.lines[: dialect.first]) if line.strip()]
-    names = split(above[-1][1], dialect.separator) if above else []
-    if roles_named(names) > 1 and len(names) != dialect.fields:
-        raise LogError(
-            f"{text.path.name}: line {above[-1][0] + 1} names {len(names)} columns, the lines below have "
-            f"{dialect.fields} fields: are these decimal commas separated by commas? Export with another separator, or "
-            "give --time, --mass and --base by number"
-        )
 
 
 def _header(

@@ -177,7 +177,7 @@ def _examined(table: LogTable, options: LogOptions) -> SensorLog:
         numbers = table.body.lines_of(clock.stray).tolist()
         kept, lines = numbers[: max(0, KEEP - len(table.quarantined))], table.file.lines
         texts, why = table.body.texts, "the time stamp runs backward"
-        more = [QuarantinedLine(table.name, n, texts.get(n, ""), why) for n in kept]
+        more = [QuarantinedLine(table.file.name, n, texts.get(n, ""), why) for n in kept]
         lines = replace(lines, data=lines.data - len(numbers), quarantined=lines.quarantined + len(numbers))
         table = replace(
             table,
@@ -194,6 +194,7 @@ def _examined(table: LogTable, options: LogOptions) -> SensorLog:
 def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     """A channel in SI units: by its calibration, its unit, or the step that shows which laser it is."""
     column, values, is_laser = table.columns[role], table.values.pop(role), role in LASERS
+    where = f"{table.file.name}: column {column}"
     quantity = "displacement" if is_laser else quantity_named(role)
     a = "a length" if quantity == "displacement" else f"a{'n' * (quantity[0] == 'a')} {quantity}"
     said, per_volt = options.unit_of(role)
@@ -203,8 +204,8 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     if per_volt is not None:
         if written and written not in VOLTS:
             raise LogError(
-                f"{table.name}: column {column} is in {_named(written)}: expected volts, for which the units of {role} "
-                f"say {per_volt:g} {unit} each: leave that out"
+                f"{where} is in {_named(written)}: expected volts, for which the units of {role} say {per_volt:g} {unit}"
+                " each: leave that out"
             )
         values = values * (per_volt / VOLTS.get(written, 1.0))
     # whoever names volts, or the grams of a load, in another unit knows their sensor
@@ -213,8 +214,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     if wrong:
         example = f'{role} = "{"5 mm" if is_laser else f"50 {UNIT[quantity]}"}/V"'
         raise LogError(
-            f"{table.name}: column {column} is in {_named(wrong)}: expected {a}, one of "
-            f"{', '.join(QUANTITIES[quantity])}: take another column by --{role.replace('_', '-')}, or correct the unit"
+            f"{where} is in {_named(wrong)}: expected {a}, one of {', '.join(QUANTITIES[quantity])}: take another column by --{role.replace('_', '-')}, or correct the unit"
             " in the log's head"
             + (f", or give what a volt is, such as {example} in [log.units]" if wrong in VOLTS else "")
             + (f", or if the grams are a load say --units {role}=gf" if wrong == "g" and quantity == "force" else "")
@@ -227,7 +227,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
         known = UNIT[quantity]
         how = "--unit, such as --unit mm" if is_laser else f'--units {role}={known}, or [log.units] {role} = "{known}"'
         fault = "known" if unknown else "said"
-        raise LogError(f"{table.name}: the unit of column {column} is not {fault}: expected {a}: give {how}")
+        raise LogError(f"{table.file.name}: the unit of column {column} is not {fault}: expected {a}: give {how}")
     if per_volt is None and said and written and written != said:
         warnings.append(f"{role}: the log says {written}, the options say {said}: {said} is taken")
     elif per_volt is None and said and unknown:
@@ -301,7 +301,7 @@ def _made(
     warnings: Sequence[str] = (),
 ) -> Recording:
     """A recording of stamps, mass, base and quality; sentences about one log of two begin with its name."""
-    named = [(f"{log.table.name}: " if len(logs) > 1 else "", log) for log in logs]
+    named = [(f"{log.table.file.name}: " if len(logs) > 1 else "", log) for log in logs]
     said = [f"{name}{sentence}" for name, log in named for sentence in log.warnings]
     why = [f"{name}{sentence}" for name, log in named for sentence in log.evidence]
     source = Source(
@@ -316,7 +316,7 @@ def _made(
     try:
         return Recording(time, mass, base, quality, source, channels=tuple(channels))
     except RecordingError as error:
-        raise LogError(f"{' and '.join(log.table.name for log in logs)}: {error}") from error
+        raise LogError(f"{' and '.join(log.table.file.name for log in logs)}: {error}") from error
 
 
 def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:

@@ -167,13 +167,9 @@ def _cut_off(values: NDArray[np.float64], start: int, stop: int, step: float) ->
     """Whether the motion comes into a run of one value and leaves it at speed."""
     sides = (values[max(0, start - _NEAR) : start][::-1], values[stop : stop + _NEAR])
     corners = [_is_corner(np.abs(some - values[start]), step) for side in sides if len(some := side[np.isfinite(side)])]
-    if None in corners or not corners:
-        return bool(corners) and _in_leaps(values, start, stop)
-    return all(corners)
-
-
-def _in_leaps(values: NDArray[np.float64], start: int, stop: int) -> bool:
-    """Whether the steps into and out of a run are as large as those of the motion around it."""
+    if None not in corners or not corners:
+        return bool(corners) and all(corners)
+    # too few samples: whether the steps into and out of the run are as large as those of the motion around it
     around = np.abs(np.diff(values[max(0, start - _NEAR) : stop + _NEAR]))
     usual = float(np.nanquantile(around[around > 0.0], 0.5)) if np.any(around > 0.0) else 0.0
     into = abs(values[start] - values[start - 1]) if start > 0 else np.inf
@@ -186,15 +182,12 @@ def _is_corner(depth: NDArray[np.float64], step: float) -> bool | None:
     unit = 2.0 * max(step, float(depth[:_EARLY].max()) / _EARLY)
     if not depth.max() > _DEPTHS[-1] * unit:
         return None if unit > 4.0 * step else False
-    first, second, third = (_passage(depth, level * unit) for level in _DEPTHS)
-    return third - second > _SHARPEST * (second - first)
-
-
-def _passage(depth: NDArray[np.float64], level: float) -> float:
-    """When a distance that starts from 0 first passes a level, in samples."""
-    after = int(np.argmax(depth > level))
-    before = float(depth[after - 1]) if after else 0.0
-    return after + (level - before) / (float(depth[after]) - before)
+    passed = list[float]()
+    for level in (unit * times for times in _DEPTHS):  # when the distance, which starts from 0, passes it, in samples
+        after = int(np.argmax(depth > level))
+        before = float(depth[after - 1]) if after else 0.0
+        passed.append(after + (level - before) / (float(depth[after]) - before))
+    return passed[2] - passed[1] > _SHARPEST * (passed[1] - passed[0])
 
 
 def bridge(time: NDArray[np.float64], channel: Sensed, longest: float, role: str) -> None:

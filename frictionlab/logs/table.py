@@ -95,7 +95,7 @@ class LogTable:
     """A log's columns in the file's units, by role (``time``, ``mass``, ``base``, further channels).
 
     ``columns``: which they are; ``time`` is missing in a log without stamps. ``values``: (n,) each, nan where the log
-    has no value. ``body``: which line each stands on; ``quarantined``: the first such lines.
+    has no value; whoever reads on takes them out. ``body``: which line each stands on; ``quarantined``: the first such.
     """
 
     log: OpenLog
@@ -105,11 +105,6 @@ class LogTable:
     body: Body
     quarantined: tuple[QuarantinedLine, ...]
     warnings: tuple[str, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """The file's name."""
-        return self.file.name
 
 
 def read_table(

@@ -219,7 +219,7 @@ class PlanTable(SceneTable):
     repeatability: NonNegative = key("Relative rms of friction from test to test; cycles do not average it out.", 0.0)
     drift_per_hour: NonNegative = key("Relative change of friction in an hour of rubbing, of unknown sign.", 0.0)
     most_repeats: Annotated[int, Field(ge=1)] | None = key(
-        "How often the same test may be planned; by default as often as it tells most."
+        "How often the same test may be planned; by default as often as it determines most."
     )
     expected: dict[str, float] = key("What to expect of the law's other parameters: {gradient = 0.03}.", {})
     sampling_rate_hz: Positive = key("Samples per second.", 250.0)

@@ -291,7 +291,7 @@ class VirtualTests(SceneTable):
     law: LawName | None = key('True contact law, like "coulomb+place"; by default that of [model].')
     parameters: dict[str, float] = key("Parameters of that law other than beta, dimensionless: {gradient = 0.05}.", {})
     physical: dict[str, float] = key("The same in newtons, metres, seconds: {gradient = 28.0} is 28 1/m.", {})
-    label: FileWord | None = key("Ends the log's name, to tell apart tests of the same material, force and ratio.")
+    label: FileWord | None = key("Ends the log's name, to distinguish tests of the same material, force and ratio.")
     duration_s: Positive | None = key("Length of these tests; by default [synthetic] duration_s.")
     friction_drift_per_hour: float = key("Relative change of the friction force in an hour of running.", 0.0)
     friction_scatter: NonNegative = key("Relative rms of the friction force from cycle to cycle.", 0.0)

@@ -127,20 +127,15 @@ def lines_of(text: str) -> dict[tuple[str, ...], int]:
     return found
 
 
-class Key(NamedTuple):
-    """A key of a table, its sentence, and its value where it is left out (None: not known, or to be found)."""
-
-    name: str
-    words: str
-    default: object
-
-
 class TableOfKeys(NamedTuple):
-    """A table: its head as in a file (``[rig]``), its sentence, its keys."""
+    """A table: its head as in a file (``[rig]``), its sentence, and its keys.
+
+    ``keys``: name -> sentence, and value where it is left out (None: not known, or to be found).
+    """
 
     head: str
     words: str
-    keys: tuple[Key, ...]
+    keys: Mapping[str, tuple[str, object]]
 
 
 def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) -> Iterator[TableOfKeys]:
@@ -156,12 +151,12 @@ def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) ->
             where = ".".join((*path, name))
             head = f"[{where}]" if isinstance(field.get_default(), table) else f"[[{where}]]"
             words = (table.__doc__ or "").partition("\n")[0].partition(": ")[2]
-            keys = (
-                Key(key, one.description or "", None if one.is_required() else one.get_default())
+            keys = {
+                key: (one.description or "", None if one.is_required() else one.get_default())
                 for key, one in table.model_fields.items()
                 if not list(tables_in(one.annotation))
-            )
-            yield TableOfKeys(head, words[:1].upper() + words[1:], tuple(keys))
+            }
+            yield TableOfKeys(head, words[:1].upper() + words[1:], keys)
             yield from tables_of_keys(table, (*path, name))
 
 
@@ -172,8 +167,8 @@ def template() -> str:
     for table in tables_of_keys():
         off = "# " if table.head.startswith("[[") else ""
         lines += [*comment.wrap(table.words), f"{off}{table.head}"]
-        for key in table.keys:
-            lines += [*comment.wrap(key.words), f"# {key.name} = {value_text(key.default)}".rstrip()]
+        for key, (words, default) in table.keys.items():
+            lines += [*comment.wrap(words), f"# {key} = {value_text(default)}".rstrip()]
         lines.append("")
     return "\n".join(lines)
 
@@ -193,7 +188,7 @@ def to_toml(scene: Scene) -> str:
         for part in table.head.strip("[]").split("."):
             found = found[part]
         for row in found if isinstance(found, list) else [found]:
-            values = ((key.name, row[key.name]) for key in table.keys)
+            values = ((key, row[key]) for key in table.keys)
             said = (f"# {key} is not given" if v is None else f"{key} = {value_text(v)}" for key, v in values)
             texts.append("\n".join([table.head, *said, ""]))
     return "\n".join(texts)

@@ -110,15 +110,11 @@ class Table:
 _FACTS: dict[str, Any] = tomllib.loads(Path(__file__).with_name("columns.toml").read_text(encoding="utf-8"))
 
 
-def _column_of(cells: list[str]) -> tuple[str, Column]:
-    """What a column is called in the tables' lists, and the column."""
-    key, kind, unit, numbers, title, sentence = cells
-    name, _, attribute = key.partition("=")
-    plain, limits = name.rpartition(":")[2], tuple(map(float, numbers.split()))
-    return name, Column(plain, attribute or plain, Type(kind), unit, title, sentence, limits)
-
-
-_COLUMNS = dict(map(_column_of, csv.reader(io.StringIO(_FACTS.pop("columns")))))
+_COLUMNS: dict[str, Column] = {}  # by what they are called in the tables' lists
+for _key, _kind, _unit, _numbers, _title, _sentence in csv.reader(io.StringIO(_FACTS.pop("columns"))):
+    _name, _, _attribute = _key.partition("=")
+    _plain, _limits = _name.rpartition(":")[2], tuple(map(float, _numbers.split()))
+    _COLUMNS[_name] = Column(_plain, _attribute or _plain, Type(_kind), _unit, _title, _sentence, _limits)
 
 
 def _column_named(name: str, table: str = "") -> Column:

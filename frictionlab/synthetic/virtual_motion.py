@@ -22,7 +22,7 @@ from frictionlab.simulator.record import BaseRecord, Response, respond
 from frictionlab.synthetic.virtual_rig import SyntheticTest
 
 FINE = 200  # points per period of the fastest part: a spline through them errs by 3e-9 of it
-HOUR = 3600.0
+HOUR_S = 3600.0
 
 
 def base_motion(test: SyntheticTest, scene: Scene, time: FloatArray) -> FloatArray:
@@ -111,26 +111,23 @@ def _recorded(test: SyntheticTest, scene: Scene, time: FloatArray) -> FloatArray
 
 def cycle_friction_ratios(test: SyntheticTest, scene: Scene) -> FloatArray:
     """Friction ratio of each cycle: drift, jump, scatter and wandering as the test's material has them; (cycles,)."""
-    start = np.arange(_cycles(test)) / test.drive_frequency_hz
-    factor = 1 + test.friction_drift_per_hour * start / HOUR
-    if test.jump_s is not None:
-        factor = np.where(start >= test.jump_s, test.jump_factor, 1.0) * factor
-    if test.friction_scatter:
-        factor = factor * (1 + test.friction_scatter * test.draws(scene, "friction").standard_normal(len(start)))
-    if test.friction_wander:
-        step, draws = 1.0 / test.drive_frequency_hz, test.draws(scene, "friction over time")
-        factor = factor * (1 + wander(len(start), step, test.friction_wander, test.friction_wander_s or HOUR, draws))
+    group, step = test.group, 1.0 / test.drive_frequency_hz
+    start = np.arange(test.cycles) / test.drive_frequency_hz
+    factor = 1 + group.friction_drift_per_hour * start / HOUR_S
+    if group.jump_s is not None:
+        factor = np.where(start >= group.jump_s, group.jump_factor, 1.0) * factor
+    if group.friction_scatter:
+        factor = factor * (1 + group.friction_scatter * test.draws(scene, "friction").standard_normal(len(start)))
+    if group.friction_wander:
+        draws = test.draws(scene, "friction over time")
+        factor = factor * (1 + wander(len(start), step, group.friction_wander, group.friction_wander_s, draws))
     return test.friction_ratio * np.maximum(factor, 0.0)
-
-
-def _cycles(test: SyntheticTest) -> int:
-    return max(1, math.ceil(test.duration_s * test.drive_frequency_hz))
 
 
 def motion(test: SyntheticTest, time: FloatArray, scene: Scene) -> FloatArray:
     """Displacement of the mass (m) at the given times (s), before any sensor; (n, masses) of a frame of several."""
     tau, from_rest = 2 * math.pi * test.drive_frequency_hz * time, scene.synthetic.start != "steady"
-    x, v, cycles = 0.0, 0.0, _cycles(test)
+    x, v, cycles = 0.0, 0.0, test.cycles
     none = f"synthetic.tests: {test.log}: start = 'steady' needs a steady state; got "
     if test.frame is not None:
         if from_rest:

@@ -4,7 +4,8 @@ import math
 import zlib
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -25,16 +26,16 @@ class SyntheticTest:
 
     A base that is no sine has no frequency ratio: 1 stands for it, and what its law says of speeds is over omega_n Y.
 
-    ``friction_ratio`` (beta), ``frequency_ratio`` (r), ``damping_ratio`` (the frame's own) and the law's ``parameters``
-    dimensionless; the behaviours as in ``[[synthetic.tests]]``; ``frame``: of several masses or contacts.
+    ``group``: its table of ``[[synthetic.tests]]``, which says how its friction behaves; ``friction_ratio`` (beta),
+    ``frequency_ratio`` (r), ``damping_ratio`` (the frame's own) and the law's ``parameters`` dimensionless; ``frame``:
+    of several masses or contacts.
     """
 
     log: str
-    material: str
+    group: VirtualTests
     normal_force_n: float
     frequency_ratio: float
     friction_ratio: float
-    friction_coefficient: float
     natural_frequency_hz: float
     base_amplitude_m: float
     stiffness_n_per_m: float
@@ -44,14 +45,8 @@ class SyntheticTest:
     law: str
     parameters: Mapping[str, float]
     duration_s: float
-    friction_drift_per_hour: float
-    friction_scatter: float
-    jump_s: float | None
-    jump_factor: float
-    friction_wander: float | None = None
-    friction_wander_s: float | None = None
-    base: VirtualBase = field(default=VirtualBase(name="sine"))
-    frame: Structure | None = None
+    base: VirtualBase
+    frame: Structure | None
 
     @property
     def drive_frequency_hz(self) -> float:
@@ -59,10 +54,16 @@ class SyntheticTest:
         return self.frequency_ratio * self.natural_frequency_hz
 
     @property
+    def cycles(self) -> int:
+        """Cycles that are begun, one at least."""
+        return max(1, math.ceil(self.duration_s * self.drive_frequency_hz))
+
+    @property
     def is_plain_coulomb(self) -> bool:
         """Whether the friction force is the same in every cycle."""
-        changes = (self.friction_drift_per_hour, self.friction_scatter, self.friction_wander)
-        return not any(changes) and self.jump_s is None
+        group = self.group
+        changes = (group.friction_drift_per_hour, group.friction_scatter, group.friction_wander)
+        return not any(changes) and group.jump_s is None
 
     @property
     def is_periodic(self) -> bool:
@@ -106,11 +107,9 @@ def virtual_tests(scene: Scene) -> tuple[SyntheticTest, ...]:
     for number, group in enumerate(synthetic.tests):
         law = group.law or ("coulomb" if scene.model.law == "auto" else scene.model.law)
         _check_group(scene, group, law, f"synthetic.tests.{number}")
-        for force in group.normal_forces_n:
-            for ratio in group.frequency_ratios or [1.0]:
-                test = _virtual_test(scene, group, law, force, ratio)
-                _check_test(test, group, f"synthetic.tests.{number}")
-                tests.append(test)
+        for force, ratio in product(group.normal_forces_n, group.frequency_ratios or [1.0]):
+            tests.append(_virtual_test(scene, group, law, force, ratio))
+            _check_test(tests[-1], f"synthetic.tests.{number}")
     many = Counter(as_disks_see(test.log) for test in tests)
     twice = sorted({test.log for test in tests if many[as_disks_see(test.log)] > 1})
     if twice:
@@ -147,11 +146,10 @@ def _virtual_test(scene: Scene, group: VirtualTests, law: str, force: float, rat
     said = [f"r{ratio:g}"] * bool(group.frequency_ratios) + [word for word in (group.base, group.label) if word]
     return SyntheticTest(
         log="_".join([group.material, f"N{force:g}", *said]) + ".csv",
-        material=group.material,
+        group=group,
         normal_force_n=force,
         frequency_ratio=ratio,
         friction_ratio=beta,
-        friction_coefficient=group.friction_coefficient,
         natural_frequency_hz=natural,
         base_amplitude_m=amplitude,
         stiffness_n_per_m=stiffness,
@@ -161,24 +159,18 @@ def _virtual_test(scene: Scene, group: VirtualTests, law: str, force: float, rat
         law=law,
         parameters=parameters,
         duration_s=group.duration_s or synthetic.duration_s,
-        friction_drift_per_hour=group.friction_drift_per_hour,
-        friction_scatter=group.friction_scatter,
-        jump_s=group.jump_s,
-        jump_factor=group.jump_factor,
-        friction_wander=group.friction_wander or None,
-        friction_wander_s=group.friction_wander_s if group.friction_wander else None,
         base=synthetic.base_of(group),
         frame=structure_of(scene, ratio, amplitude, beta=beta) if has_several(scene) else None,
     )
 
 
-def _check_test(test: SyntheticTest, group: VirtualTests, place: str) -> None:
+def _check_test(test: SyntheticTest, place: str) -> None:
     """Refuse a law that cannot be, friction that cannot change as it is said to, and what a frame of several cannot."""
+    group = test.group
     if test.frame is not None:
+        own = group.law or group.parameters or group.physical
         asked = {
-            "law, parameters or physical (they stand in [[rig.contacts]])": group.law
-            or group.parameters
-            or group.physical,
+            "law, parameters or physical (they stand in [[rig.contacts]])": own,
             "friction that drifts, scatters, wanders or jumps": not test.is_plain_coulomb,
             "a base that is no plain sine": not test.base.is_plain,
         }

@@ -3,7 +3,6 @@
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +14,19 @@ from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.schema import AMPLITUDE, ENERGY, REGIME, STOPS, value_of
 from frictionlab.simulator import steady_state
-from frictionlab.synthetic.virtual_motion import HOUR, cycle_friction_ratios, driven, motion
+from frictionlab.synthetic.virtual_motion import HOUR_S, cycle_friction_ratios, driven, motion
 from frictionlab.synthetic.virtual_rig import SyntheticTest, virtual_tests
 
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
 PHASES = 64  # points per cycle of the true irregularity
 MARK = b"# SYNTHETIC: "
-_FIRST = ("log", "material", "normal_force_n", "frequency_ratio", "friction_ratio")  # keys of a truth, in order
+GIVEN = (
+    *("log", "material", "normal_force_n", "frequency_ratio", "friction_ratio", "friction_coefficient"),
+    *("natural_frequency_hz", "base_amplitude_m", "stiffness_n_per_m", "static_ratio", "damping_ratio", "wall", "law"),
+    *("parameters", "duration_s", "friction_drift_per_hour", "friction_scatter", "jump_s", "jump_factor"),
+    *("friction_wander", "friction_wander_s"),
+)
+"""Keys of a truth, in order: of a test, and of its table in the scene; the first five are its mark."""
 PREAMBLE = (
     "# SYNTHETIC: simulated by frictionlab, not measured\n"
     "# material {material}, normal force {force:g} N, {motion}; its truth is in truth.jsonl\n"
@@ -39,7 +44,7 @@ HEADS = {
 
 
 def synthesize(scene: Scene, folder: Path) -> Iterator[SyntheticTest]:
-    """Write one log per virtual test into a folder, each told when it stands; their truth last (``truth.jsonl``).
+    """Write one log per virtual test into a folder, each given when it stands; their truth last (``truth.jsonl``).
 
     ``[rig]``, ``[model]`` and ``[synthetic]`` say all: the same scene gives the same bytes. Synthetic logs of the same
     names are replaced, measured ones never (OutputError).
@@ -66,7 +71,7 @@ def is_truth(path: Path) -> bool:
         row = json.loads(first)
     except (ValueError, RecursionError):
         return False
-    return isinstance(row, dict) and tuple(row)[: len(_FIRST)] == _FIRST
+    return isinstance(row, dict) and tuple(row)[:5] == GIVEN[:5]
 
 
 def is_synthetic(log: Path) -> bool:
@@ -96,7 +101,7 @@ def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
             mass = motion(test, time, scene)
         else:
             mass, beyond = _changing(test, scene, time)
-    if test.friction_wander and not test.is_plain_coulomb:
+    if test.group.friction_wander:
         beyond["friction_ratio_of_cycles"] = [float(f"{beta:.8g}") for beta in cycle_friction_ratios(test, scene)]
     return _lines(test, scene, time, mass, base, more), beyond
 
@@ -113,11 +118,11 @@ def _changing(test: SyntheticTest, scene: Scene, time: FloatArray) -> tuple[Floa
     moved[order] = motion(test, every[order], scene)
     mass, exact = moved[: len(time)], moved[len(time) :].reshape(phases.shape)
     slope = None
-    if test.jump_s is None and test.duration_s > transient:
-        drifted = (1 + test.friction_drift_per_hour * t / HOUR for t in (transient, test.duration_s))
+    if test.group.jump_s is None and test.duration_s > transient:
+        drifted = (1 + test.group.friction_drift_per_hour * t / HOUR_S for t in (transient, test.duration_s))
         before, after = (steady_state(test.problem(test.friction_ratio * by)).energy_per_cycle for by in drifted)
         if before is not None and after is not None:
-            slope = (after - before) / (test.duration_s - transient) * HOUR
+            slope = (after - before) / (test.duration_s - transient) * HOUR_S
     index = irregularity_index(exact - exact.mean()) if exact.size else None
     return mass, {"irregularity_index": index, "energy_slope_per_hour": slope}
 
@@ -146,7 +151,7 @@ def _lines(
         seen.append(values + rms * further.standard_normal(len(values)))
     words = f"r {test.frequency_ratio:g}" if test.is_periodic else f"base {test.base.motion}"
     columns = ",".join(["time [s]", *heads, "base [mm]", *(HEADS[name] for name in more)])
-    head = PREAMBLE.format(material=test.material, force=test.normal_force_n, motion=words, columns=columns)
+    head = PREAMBLE.format(material=test.group.material, force=test.normal_force_n, motion=words, columns=columns)
     return head + (line * len(time)) % tuple(np.column_stack([time, *seen]).ravel().tolist())
 
 
@@ -157,11 +162,11 @@ def truth(test: SyntheticTest) -> dict[str, object]:
     energy dissipated is another number and stands beside it. Numbers have twelve digits, which are the same on every
     machine; the last four of a double are not.
     """
-    given = {key: value for key, value in asdict(replace(test, frame=None)).items() if value is not None}
-    del given["base"]
-    known = given | {
+    said = test.group.model_dump() | vars(test)
+    keys = GIVEN if test.group.friction_wander else GIVEN[:-2]
+    known = {key: said[key] for key in keys if said[key] is not None} | {
         "drive_frequency_hz": test.drive_frequency_hz,
-        "friction_force_n": test.friction_coefficient * test.normal_force_n,
+        "friction_force_n": test.group.friction_coefficient * test.normal_force_n,
     }
     if not test.base.is_plain:
         known["base"] = {"motion": test.base.motion} | test.base.model_dump(exclude_defaults=True)

@@ -145,21 +145,18 @@ def is_table(path: Path, table: Table | None = None) -> bool:
             return path.is_file()
         if _kind(path) == ".h5":
             return _format_of(path) in {kind.format for kind in kinds}
-        names = _names_in(path)
+        if _kind(path) == ".xlsx":
+            from frictionlab.tables import frames
+
+            names = frames.names_in_excel(path)
+        else:
+            names = texts.names_in_csv(path) if _kind(path) == ".csv" else texts.names_in_json(path)
     except (OSError, ValueError, KeyError, RecursionError, csv.Error):
         return False
     if names == OUTCOME:
         return True
     nearest = table_of(names)  # a map begins as a single state does: the kind with most of the columns counts
     return any(is_marked(names, kind) and (table is None or nearest is kind) for kind in kinds)
-
-
-def _names_in(path: Path) -> tuple[str, ...]:
-    if _kind(path) == ".xlsx":
-        from frictionlab.tables import frames
-
-        return frames.names_in_excel(path)
-    return texts.names_in_csv(path) if _kind(path) == ".csv" else texts.names_in_json(path)
 
 
 def has_rows(path: Path) -> bool:
