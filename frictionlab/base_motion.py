@@ -192,9 +192,8 @@ def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str])
     a, rate = part.base_displacement, part.sampling_rate_hz
     if highpass_hz is None or not 0.0 < highpass_hz < 0.25 * rate:
         raise RecordingError(
-            "base: an acceleration; a fixed wall needs the base's displacement, and so it is integrated twice; expected"
-            f" --highpass HZ, the slowest motion that is kept (more than {1.0 / max(part.duration_s, 1e-300):.3g}, less"
-            f" than {0.25 * rate:.4g}); got {highpass_hz or 'none'}; do: give one, or --wall base, which needs none"
+            "base: an acceleration; for a fixed wall it is integrated twice; expected --highpass HZ, the slowest motion"
+            f" that is kept, less than {0.25 * rate:.4g}; got {highpass_hz or 'none'}; do: give one, or --wall base"
         )
     y, u, said = integrated(a, rate, highpass_hz)
     warnings.append(f"base: an acceleration, integrated twice: {said}")
@@ -221,9 +220,8 @@ def sound_base(recording: Recording, *, jumps: bool = False) -> tuple[Recording,
         gaps = ((float(part.time[at]), float(part.time[at + 1])),)
     if gaps:
         raise RecordingError(
-            f"base: no samples from {gaps[0][0]:.6g} s to {gaps[0][1]:.6g} s"
-            f"{f' and {len(gaps) - 1} more gaps' if len(gaps) > 1 else ''}: nothing is simulated across a gap; do: cut "
-            "the record there, or bridge longer holes when it is read (bridge_s in [log])"
+            f"base: no samples from {gaps[0][0]:.6g} s to {gaps[0][1]:.6g} s: nothing is simulated across a gap;"
+            " do: cut the record there, or bridge longer holes when it is read (bridge_s in [log])"
         )
     if not jumps:
         _refuse_jumps(part.time, part.base_displacement)
@@ -246,6 +244,6 @@ def _refuse_jumps(time: FloatArray, y: FloatArray) -> None:
         around = np.concatenate([steps[max(0, i - AROUND) : i], steps[i + 1 : i + 1 + AROUND]])
         if len(around) and steps[i] > FAR * float(np.median(around)):
             raise RecordingError(
-                f"base: jumps by {steps[i] * 1e3:.4g} mm from {time[i]:.6g} s to {time[i + 1]:.6g} s (sample {i + 1}): "
-                "no base moves so; do: look for a lost or wrong value there, and cut or mend the record"
+                f"base: jumps by {steps[i] * 1e3:.4g} mm from {time[i]:.6g} s to {time[i + 1]:.6g} s (sample {i + 1}),"
+                " as no base does; do: look for a lost or wrong value there, and cut or mend the record"
             )

@@ -29,11 +29,11 @@ NARROWER = 2.0  # times: a cycle through so much narrower a filter shows how muc
 class SensorChannel:
     """One sensor's way into the log.
 
-    ``late`` s: its sample at t shows the motion at t - late; ``cutoff`` Hz (None: no filter) and ``order`` of
+    ``lag`` s: its sample at t shows the motion at t - lag; ``cutoff`` Hz (None: no filter) and ``order`` of
     its low-pass filter (Butterworth).
     """
 
-    late: float = 0.0
+    lag: float = 0.0
     cutoff: float | None = None
     order: int = 1
 
@@ -49,13 +49,13 @@ def restored(signal: FloatArray, step: float, channel: SensorChannel) -> FloatAr
 
     The ends are mirrored, so that within a few time constants of them the result is less good.
     """
-    if channel.late == 0.0 and channel.cutoff is None:
+    if channel.lag == 0.0 and channel.cutoff is None:
         return signal
     ends = np.linspace(signal[0], signal[-1], len(signal))
     about = signal - ends
     mirrored = np.concatenate([-about[:0:-1], about, -about[-2::-1]])
     frequency = np.asarray(np.fft.rfftfreq(len(mirrored), step), dtype=np.float64)
-    lines = np.fft.rfft(mirrored) * np.exp(2j * math.pi * frequency * channel.late)
+    lines = np.fft.rfft(mirrored) * np.exp(2j * math.pi * frequency * channel.lag)
     if channel.cutoff is not None:
         transfer = low_pass(frequency, channel.cutoff, channel.order)
         lines = lines / (transfer * np.maximum(1.0, LEAST_GAIN / np.abs(transfer)))
@@ -100,10 +100,9 @@ def check_drive(drive: float, channels: tuple[SensorChannel, SensorChannel]) -> 
         left = float(np.abs(low_pass(np.array([drive]), cutoff, channel.order))[0])
         if left < LEAST_GAIN:
             raise AnalysisError(
-                f"analysis: the {role}'s low-pass filter of {cutoff:.4g} Hz and order {channel.order} would"
-                f" leave {100.0 * left:.2g} % of the drive at {drive:.4g} Hz, too little to take the motion back from:"
-                f" check filter_hz and filter_order, or {role}_filter_hz and {role}_filter_order, in [sensors]; a test"
-                " needs filters well above the drive and the natural frequency"
+                f"analysis: the {role}'s low-pass filter of {cutoff:.4g} Hz and order {channel.order} leaves"
+                f" {100.0 * left:.2g} % of the drive at {drive:.4g} Hz, too little to take the motion back from: check"
+                f" {role}_filter_hz and {role}_filter_order (or filter_hz, filter_order) in [sensors]"
             )
 
 

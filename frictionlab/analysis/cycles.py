@@ -5,7 +5,7 @@ an irregular mass) then closes where the base is at zero, and the closing chord 
 
 Smoothing by the spectrum: what the cycles have in common, and what each has of its own. The mean cycle is known the
 better the more cycles there are; a cycle's deviation from it is kept only where its spectrum stands above the
-sensor's. Both are Wiener filters (gain = signal power / total power, per harmonic), so that a regular motion is
+sensor's. Both are Wiener filters (share kept = signal power / total power, per harmonic), so that a regular motion is
 smoothed over all its cycles and an irregular one cycle by cycle, without anything to tune.
 """
 
@@ -107,9 +107,9 @@ def points_per_cycle(samples_per_cycle: float, *, least: int = 64, most: int | N
     return points if most is None else min(points, most)
 
 
-def first_harmonic(rows: FloatArray, turn: FloatArray) -> ComplexArray:
-    """Sum of each row times exp(-i turn), (n,). einsum, not BLAS: threads that fight for a busy core cost more."""
-    cosine, sine = np.einsum("ij,j->i", rows, np.cos(turn)), np.einsum("ij,j->i", rows, np.sin(turn))
+def first_harmonic(rows: FloatArray, angle: FloatArray) -> ComplexArray:
+    """Sum of each row times exp(-i angle), (n,). einsum, not BLAS: threads that fight for a busy core cost more."""
+    cosine, sine = np.einsum("ij,j->i", rows, np.cos(angle)), np.einsum("ij,j->i", rows, np.sin(angle))
     return np.asarray(cosine - 1j * sine)
 
 
@@ -134,8 +134,8 @@ def cut(base: FloatArray, frequency: float, *, noise: float) -> Cut:
         return found
     # the phase again, in cycles of the length that each one has: no offset or harmonic leaks into it
     lines = _fundamentals(base, found.start, found.end, points_per_cycle(float((found.end - found.start).mean())))
-    late = np.angle(1j * lines) / (2.0 * math.pi)  # 0 where a cycle starts as the fundamental rises through zero
-    centre, turns = 0.5 * (found.start + found.end), np.arange(len(found)) + 0.25 + late
+    phase = np.angle(1j * lines) / (2.0 * math.pi)  # 0 where a cycle starts as the fundamental rises through zero
+    centre, turns = 0.5 * (found.start + found.end), np.arange(len(found)) + 0.25 + phase
     size = 2.0 * float(np.mean(np.abs(lines)))
     track = _Track(len(found), centre, turns, 0.0, line(centre, turns)[1], size)
     return _boundaries(track, found.frequency, noise, len(base))
@@ -175,11 +175,11 @@ def _phase_track(base: FloatArray, frequency: float) -> _Track:
 
 def _fundamentals(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) -> ComplexArray:
     """First Fourier coefficient of each cycle (n,), what the sensor's zero drifts by within a cycle taken off."""
-    turn = 2.0 * math.pi * np.arange(points) / points
+    angle = 2.0 * math.pi * np.arange(points) / points
     lines, means = np.empty(len(start), dtype=np.complex128), np.empty(len(start))
     for some in chunks(len(start), points, 4 * _CHUNK):  # so that long recordings fit in memory
         rows = fold(signal, start[some], end[some], points)
-        lines[some], means[some] = first_harmonic(rows, turn) / points, rows.mean(axis=1)
+        lines[some], means[some] = first_harmonic(rows, angle) / points, rows.mean(axis=1)
     n = len(start)
     if n < 3 or start[1] < end[0] - 1e-6 * (end[0] - start[0]):  # cycles that overlap show no drift
         return lines
@@ -235,14 +235,14 @@ _ENOUGH = 32  # harmonics whose median is a floor
 class Smoother:
     """How cycles are smoothed, decided from all of them.
 
-    ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
+    ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_share`` (points/2 + 1,):
     what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the error left in one point of
     x and v (v: with the harmonics given up); ``x_tail``: what the harmonics that drown in noise may add to an extreme;
     ``resolution``: the shortest time that can be resolved, in radians of tau.
     """
 
     mean: ComplexArray
-    own_gain: FloatArray
+    own_share: FloatArray
     x_noise: float
     v_noise: float
     x_tail: float
@@ -265,10 +265,10 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
     lines = np.fft.rfft(mean_cycle) / points
     floor = noise * noise / samples  # power that noise alone gives one coefficient of one cycle
     mean_floor = floor / n + shared * shared / samples
-    mean_gain = np.ones(len(lines))
+    mean_share = np.ones(len(lines))
     for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
-        mean_gain[parity::2] = _gain(np.abs(lines[parity::2]) ** 2, mean_floor, 1)
-    own_gain = np.zeros(len(lines))
+        mean_share[parity::2] = _wiener(np.abs(lines[parity::2]) ** 2, mean_floor, 1)
+    own_share = np.zeros(len(lines))
     if n > 1:
         power = np.zeros(len(lines))
         for some in chunks(n, points, BLOCK):
@@ -279,16 +279,16 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
         if len(top) >= _ENOUGH:  # rounding without noise is not quite white
             floor = min(max(floor, float(np.median(top))), _MOST_RAISED * floor)
         floor += shared * shared / samples
-        own_gain[1:] = _gain(power[1:], floor, n - 1)
+        own_share[1:] = _wiener(power[1:], floor, n - 1)
     k = np.arange(len(lines))
-    left = 2.0 * (mean_floor * mean_gain**2 + floor * own_gain**2)
+    left = 2.0 * (mean_floor * mean_share**2 + floor * own_share**2)
     left[0] *= 0.5
-    highest = max(1, int(np.flatnonzero((mean_gain > 0.0) | (own_gain > 0.0))[-1]))
+    highest = max(1, int(np.flatnonzero((mean_share > 0.0) | (own_share > 0.0))[-1]))
     drowned = _KEPT_FROM * math.sqrt(mean_floor)  # amplitude of the first harmonic given up; the others fall as k^-3
     v_noise = math.hypot(math.sqrt(float((left * k * k).sum())), drowned * math.sqrt(highest**3 / 3.0))
     return Smoother(
-        mean=lines * mean_gain,
-        own_gain=own_gain,
+        mean=lines * mean_share,
+        own_share=own_share,
         x_noise=math.sqrt(float(left.sum())),
         v_noise=v_noise,
         x_tail=0.5 * highest * drowned,  # all of them in phase at an extreme
@@ -296,8 +296,8 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
     )
 
 
-def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
-    """Wiener gain by line, of power averaged over its neighbourhood; 0 above the last line that stands out of noise."""
+def _wiener(power: FloatArray, floor: float, samples: int) -> FloatArray:
+    """Share that a Wiener filter keeps, by line, of power averaged over neighbours; 0 above the last line out of noise."""
     k = np.arange(len(power))
     reach = np.maximum(2, k // 6)
     low, high = np.maximum(k - reach, 0), np.minimum(k + reach, len(power) - 1)
@@ -305,20 +305,20 @@ def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
     count = high - low + 1
     local = (total[high + 1] - total[low]) / count
     clear = local > floor * (1.0 + 4.0 / np.sqrt(count * samples))
-    gain = np.where(clear, 1.0 - floor / np.maximum(local, 1e-300), 0.0)
-    gain[(int(np.flatnonzero(clear)[-1]) if clear.any() else 0) + 1 :] = 0.0
-    return gain
+    share = np.where(clear, 1.0 - floor / np.maximum(local, 1e-300), 0.0)
+    share[(int(np.flatnonzero(clear)[-1]) if clear.any() else 0) + 1 :] = 0.0
+    return share
 
 
 def smoothed(rows: FloatArray, how: Smoother, points: int) -> tuple[FloatArray, FloatArray]:
     """Smooth cycles (n, p): x and its derivative by tau (n, points); deviations from the mean cycle as one signal."""
     mean_cycle, both = rows.mean(axis=0), np.empty((2, len(rows), points))
     both[:] = np.stack(how.cycle(points))[:, None]
-    for some in chunks(len(rows), points, BLOCK) if how.own_gain.any() else ():
+    for some in chunks(len(rows), points, BLOCK) if how.own_share.any() else ():
         n, flat = some.stop - some.start, (rows[some] - mean_cycle).ravel()
         lines = np.fft.rfft(np.concatenate([flat, flat[::-1]])) / len(flat)
         harmonic = np.arange(len(lines)) / (2.0 * n)
-        lines *= np.interp(harmonic, np.arange(1, len(how.own_gain)), how.own_gain[1:]) * (n * points)
+        lines *= np.interp(harmonic, np.arange(1, len(how.own_share)), how.own_share[1:]) * (n * points)
         for signal, factor in zip(both, (1.0, 1j * harmonic), strict=True):
             signal[some] += np.fft.irfft(factor * lines, 2 * n * points)[: n * points].reshape(n, points)
     return both[0], both[1]

@@ -79,8 +79,8 @@ class Decay:
             return self._integrated(time)
         number = np.floor((time - self.start) / self.half_period).astype(np.int64)
         reached = np.arange(max(int(number.max(initial=0)) + 1, 1))
-        held = np.flatnonzero(self.turning(reached) <= max(self.friction, 0.0))
-        last = int(held[0]) if len(held) else len(reached)
+        stopped = np.flatnonzero(self.turning(reached) <= max(self.friction, 0.0))
+        last = int(stopped[0]) if len(stopped) else len(reached)
         number = np.minimum(number, last)
         since = np.where(number < last, time - self.start - number * self.half_period, 0.0)
         root = math.sqrt(1.0 - self.zeta**2)
@@ -125,23 +125,23 @@ class Decay:
         cosine, sine = math.cos(theta), math.sin(theta)
         x = side * (self.friction + a * cosine)
         beyond = side * (self._force(x) - x)
-        turn = self.omega * (1.0 + beyond * cosine / max(a, 1e-300) - 2.0 * self.zeta * sine * cosine)
-        turn = max(turn, 0.05 * self.omega)
-        return self.omega * (beyond * sine - 2.0 * self.zeta * a * sine * sine) / turn, 1.0 / turn
+        pace = self.omega * (1.0 + beyond * cosine / max(a, 1e-300) - 2.0 * self.zeta * sine * cosine)
+        pace = max(pace, 0.05 * self.omega)
+        return self.omega * (beyond * sine - 2.0 * self.zeta * a * sine * sine) / pace, 1.0 / pace
 
 
 @dataclass(frozen=True)
 class DecayFit:
     """A decay fitted to samples.
 
-    ``se``: standard errors, as a `Decay` of them, 0 for what was held; ``held``: names of what would have come out
+    ``se``: standard errors, as a `Decay` of them, 0 for what is at zero; ``at_zero``: names of what would have come out
     negative and is held at 0; ``limits``: for those the one-sided 95 % limit, from the fit without bounds;
     ``residual``: (n,) m, measured minus fitted; ``doubt``: how many standard errors below 0 the worst of them was.
     """
 
     decay: Decay
     se: Decay
-    held: tuple[str, ...]
+    at_zero: tuple[str, ...]
     limits: dict[str, float]
     residual: FloatArray
     doubt: float
@@ -184,22 +184,22 @@ def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> Decay
     fitted, error = free, free_error
     straight = () if free.cubic else ("cubic",)
     negative = tuple(name for name in ("zeta", "friction") if getattr(free, name) < 0.0)
-    held: tuple[str, ...] = ()
-    for held in (*((name,) for name in negative), ("zeta", "friction")) if negative else ():
-        nothing: dict[str, Any] = dict.fromkeys(held, 0.0)
-        fitted, error, residual = _solve(time, displacement, replace(free, **nothing), (*held, *straight))
+    at_zero: tuple[str, ...] = ()
+    for at_zero in (*((name,) for name in negative), ("zeta", "friction")) if negative else ():
+        nothing: dict[str, Any] = dict.fromkeys(at_zero, 0.0)
+        fitted, error, residual = _solve(time, displacement, replace(free, **nothing), (*at_zero, *straight))
         if fitted.zeta >= 0.0 and fitted.friction >= 0.0:
             break
-    limits = {name: max(getattr(free, name), 0.0) + _ONE_SIDED * getattr(free_error, name) for name in held}
-    doubt = max((-getattr(free, name) / getattr(free_error, name) for name in held), default=0.0)
-    return DecayFit(fitted, error, held, limits, residual, doubt)
+    limits = {name: max(getattr(free, name), 0.0) + _ONE_SIDED * getattr(free_error, name) for name in at_zero}
+    doubt = max((-getattr(free, name) / getattr(free_error, name) for name in at_zero), default=0.0)
+    return DecayFit(fitted, error, at_zero, limits, residual, doubt)
 
 
 def _solve(
-    time: FloatArray, displacement: FloatArray, guess: Decay, held: Sequence[str]
+    time: FloatArray, displacement: FloatArray, guess: Decay, fixed: Sequence[str]
 ) -> tuple[Decay, Decay, FloatArray]:
-    """Fit all that is not held: the decay, its standard errors, and what it leaves (n,)."""
-    names, size = [name for name in _NAMES if name not in held], abs(guess.swing)
+    """Fit all that is not fixed: the decay, its standard errors, and what it leaves (n,)."""
+    names, size = [name for name in _NAMES if name not in fixed], abs(guess.swing)
     units = {"start": 1.0 / guess.omega, "swing": size, "rest": size, "omega": guess.omega, "zeta": 1.0}
     units |= {"friction": size, "cubic": 1.0 / size**2}
     unit, origin = (np.array([of[name] for name in names]) for of in (units, vars(guess)))

@@ -181,12 +181,12 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     # a sample lost in one channel moves all that follows against the other
     stride, points = max(1, layout.mass.shape[1] // 64), layout.mass.shape[1]
     rows, a_sample = layout.mass[:, ::stride], TURN / layout.samples
-    turn = TURN * stride * np.arange(rows.shape[1]) / points
-    late = np.unwrap(-np.angle(first_harmonic(rows, turn))) / a_sample
+    angle = TURN * stride * np.arange(rows.shape[1]) / points
+    behind = np.unwrap(-np.angle(first_harmonic(rows, angle))) / a_sample
     noise = math.hypot(layout.of_mass.noise / max(size, 1e-300), layout.of_base.noise)
     rough = noise * math.sqrt(2.0 / rows.shape[1]) / a_sample
-    for j in steadiness.jumps(late, noise=rough, least=0.5).tolist():
-        by = float(np.median(late[j : j + 5]) - np.median(late[max(0, j - 5) : j]))
+    for j in steadiness.jumps(behind, noise=rough, least=0.5).tolist():
+        by = float(np.median(behind[j : j + 5]) - np.median(behind[max(0, j - 5) : j]))
         change = np.ptp(answer.amplitude[max(0, j - 5) : j + 5]) / size
         if abs(by - round(by)) < WHOLE and change < SAME_SIZE:
             when, where = ("earlier", "mass") if by < 0.0 else ("later", "base")

@@ -129,10 +129,10 @@ def free_vibrations(
                 natural_frequency_hz_se=se.omega / (2.0 * math.pi),
                 damped_frequency_hz=0.5 / decay.half_period,
                 damping_ratio=decay.zeta,
-                damping_ratio_se=None if "zeta" in fit.held else se.zeta,
+                damping_ratio_se=None if "zeta" in fit.at_zero else se.zeta,
                 damping_ratio_upper=fit.limits.get("zeta"),
                 friction_m=decay.friction,
-                friction_m_se=None if "friction" in fit.held else se.friction,
+                friction_m_se=None if "friction" in fit.at_zero else se.friction,
                 friction_m_upper=fit.limits.get("friction"),
                 friction_over_swing=decay.friction / abs(decay.swing),
                 amplitude_m=abs(decay.swing),
@@ -149,9 +149,8 @@ def free_vibrations(
     good = tuple(tap for tap in found if tap.misfit <= _NO_DECAY)
     if not good:
         raise AnalysisError(
-            "free vibration: no motion under viscous and friction damping fits (an rms of "
-            f"{min(t.misfit for t in found):.0%} of the first swing is left): expected a mass that swings freely: "
-            "displace it, let go, touch nothing"
+            f"free vibration: viscous and friction damping leave {min(t.misfit for t in found):.0%} of the first swing:"
+            " expected a mass that swings freely: displace it, let go, touch nothing"
         )
     return good
 
@@ -183,7 +182,7 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
             " the cube: natural frequency, damping and friction are of small swings: test with smaller motions"
         )
     if fit.doubt > _DOUBT:
-        names = " and ".join("viscous damping" if name == "zeta" else name for name in fit.held)
+        names = " and ".join("viscous damping" if name == "zeta" else name for name in fit.at_zero)
         said.append(
             f"{names} would come out negative by {fit.doubt:.2g} standard errors and is held at 0: the damping is of "
             "another kind than viscous and Coulomb"
@@ -392,9 +391,9 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
 
     def columns(p: FloatArray) -> FloatArray:
         omega, zeta = 2.0 * math.pi * p[0::2], np.clip(p[1::2], -0.5, 0.9)
-        turn = np.outer(omega * np.sqrt(1.0 - zeta**2), t)
+        angle = np.outer(omega * np.sqrt(1.0 - zeta**2), t)
         fade = np.exp(-np.outer(zeta * omega, t))
-        return np.concatenate([fade * np.cos(turn), fade * np.sin(turn), np.ones((1, len(t)))]).T
+        return np.concatenate([fade * np.cos(angle), fade * np.sin(angle), np.ones((1, len(t)))]).T
 
     def left(p: FloatArray) -> FloatArray:
         basis = columns(p)

@@ -250,10 +250,10 @@ def _drive(
     white, points = math.hypot(sensor.noise, sensor.shared * math.sqrt(len(base))), base.shape[1]
     wander = slow_wander(base.mean(axis=1), points, blocks)[0]
     order = np.arange(1, HARMONICS + 1)
-    turn = 2.0 * np.pi * np.arange(points) / points - 0.5 * np.pi  # rows start at the rise through zero
+    angle = 2.0 * np.pi * np.arange(points) / points - 0.5 * np.pi  # rows start at the rise through zero
     mean = base.mean(axis=0) - wander
-    lines = np.array([np.sum(mean * np.exp(-1j * k * turn)) for k in order]) * (2.0 / points)
-    each = np.abs(cycles.first_harmonic(base, turn)) * (2.0 / points)
+    lines = np.array([np.sum(mean * np.exp(-1j * k * angle)) for k in order]) * (2.0 / points)
+    each = np.abs(cycles.first_harmonic(base, angle)) * (2.0 / points)
     n, amplitude, growth = len(base), float(abs(lines[0])), steadiness.growth(each)
     scatter = float(each.std(ddof=1)) / math.sqrt(n) if n > 2 else 0.0
     error = max(white * math.sqrt(2.0 * cut.frequency / n), scatter)

@@ -79,9 +79,8 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
     if count > most:
         at = int(np.argmax(np.diff(time)))
         raise AnalysisError(
-            f"the stamps jump from {time[at]:.6g} to {time[at + 1]:.6g} s, unflagged: {len(time)} samples would become "
-            f"{count:.3g} of {step:.3g} s, accepted are {most:.3g}: ingest the log again, which flags the jump, or cut"
-            " the recording there"
+            f"the stamps jump from {time[at]:.6g} to {time[at + 1]:.6g} s, unflagged: {len(time)} samples would become"
+            f" {count:.3g}, accepted are {most:.3g}: ingest the log again, which flags the jump, or cut it there"
         )
     even, passed = np.arange(time[0], time[-1] + 1e-9 * step, step), time - time[0]
     strays = float(np.max(np.abs(passed - step * np.rint(passed / step)))) / step

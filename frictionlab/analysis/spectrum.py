@@ -252,20 +252,22 @@ def on_harmonics(lines: Spectrum, drive: DriveLine, found: tuple[Line, ...]) -> 
 
 def line_in(signal: FloatArray, step: float, line: Line, length: float) -> FloatArray:
     """A line as it stands in a signal (n,), its complex amplitude followed in Hann windows of this length [s]."""
-    n, turn = len(signal), 2.0 * math.pi * line.frequency * step
+    n, angle = len(signal), 2.0 * math.pi * line.frequency * step
     size = max(8, min(n, round(min(length, n * step) / step)))
     starts = np.unique(np.linspace(0, n - size, max(1, math.ceil(4.0 * (n - size) / size) + 1)).round().astype(np.intp))
-    weight = np.hanning(size + 2)[1:-1] * np.exp(-1j * turn * np.arange(size))
+    weight = np.hanning(size + 2)[1:-1] * np.exp(-1j * angle * np.arange(size))
     weight /= np.hanning(size + 2).sum()
     bias, mean = weight.sum(), signal.mean()
-    level = np.array([np.dot(weight, signal[a : a + size]) - mean * bias for a in starts]) * np.exp(-1j * turn * starts)
+    level = np.array([np.dot(weight, signal[a : a + size]) - mean * bias for a in starts]) * np.exp(
+        -1j * angle * starts
+    )
     middle, found = starts + 0.5 * (size - 1), np.empty(n)
-    table = np.exp(1j * turn * np.arange(min(n, PART)))
+    table = np.exp(1j * angle * np.arange(min(n, PART)))
     for first in range(0, n, PART):
         every = np.arange(first, min(first + PART, n))
         envelope = np.interp(every, middle, level.real) + 1j * np.interp(every, middle, level.imag)
         envelope *= table[: len(every)]
-        found[every[0] : every[-1] + 1] = 2.0 * (envelope * cmath.exp(1j * turn * first)).real
+        found[every[0] : every[-1] + 1] = 2.0 * (envelope * cmath.exp(1j * angle * first)).real
     return found
 
 

@@ -152,13 +152,13 @@ def split(line: str, separator: str) -> list[str]:
         return _WORD.findall(line)
     if '"' not in line:
         return line.split(separator)
-    cells, held = [], ""
+    cells, quoted = [], ""
     for piece in line.split(separator):
-        held = f"{held}{separator}{piece}" if held else piece
-        if held.count('"') % 2 == 0:
-            cells.append(held)
-            held = ""
-    return [*cells, held] if held else cells
+        quoted = f"{quoted}{separator}{piece}" if quoted else piece
+        if quoted.count('"') % 2 == 0:
+            cells.append(quoted)
+            quoted = ""
+    return [*cells, quoted] if quoted else cells
 
 
 def is_comment(line: str) -> bool:

@@ -81,8 +81,8 @@ def columns_of_text(text: Text, options: LogOptions) -> LogLayout:
         if roles_named(names) > 1 and len(names) != dialect.fields:
             raise LogError(
                 f"{text.path.name}: line {above[-1][0] + 1} names {len(names)} columns, the lines below have"
-                f" {dialect.fields} fields: are these decimal commas separated by commas? Export it with another"
-                " separator, or give --time, --mass and --base by number"
+                f" {dialect.fields} fields: are these decimal commas separated by commas? Export it otherwise, or give"
+                " --time, --mass and --base by number"
             )
     if titles:
         why = (*why, f"line {header[0] + 1} names the columns, {'with a' if units else 'without'} units row")

@@ -204,8 +204,8 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     if per_volt is not None:
         if written and written not in VOLTS:
             raise LogError(
-                f"{where} is in {_named(written)}: expected volts, for which the units of {role} say {per_volt:g} {unit}"
-                " each: leave that out"
+                f"{where} is in {_named(written)}: expected volts, for which the units of {role} say {per_volt:g}"
+                f" {unit} each: leave that out"
             )
         values = values * (per_volt / VOLTS.get(written, 1.0))
     # whoever names volts, or the grams of a load, in another unit knows their sensor
@@ -214,8 +214,8 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     if wrong:
         example = f'{role} = "{"5 mm" if is_laser else f"50 {UNIT[quantity]}"}/V"'
         raise LogError(
-            f"{where} is in {_named(wrong)}: expected {a}, one of {', '.join(QUANTITIES[quantity])}: take another column by --{role.replace('_', '-')}, or correct the unit"
-            " in the log's head"
+            f"{where} is in {_named(wrong)}: expected {a}, one of {', '.join(QUANTITIES[quantity])}: take another by"
+            f" --{role.replace('_', '-')}, or correct the unit in the log's head"
             + (f", or give what a volt is, such as {example} in [log.units]" if wrong in VOLTS else "")
             + (f", or if the grams are a load say --units {role}=gf" if wrong == "g" and quantity == "force" else "")
         )

@@ -138,7 +138,7 @@ def _of_text(
     body = reader.finish()
     if "time" in columns and (falls := np.flatnonzero(np.diff(body.values[0]) < 0.0)).size:
         body.texts = text.texts_of(body.lines_of(np.union1d(falls, falls + 1)[:KEEP]).tolist())
-    text.content = b""  # as large as the log: not held while its values are examined
+    text.content = b""  # as large as the log: not kept while its values are examined
     counts = Counter(body.counts) + Counter(header=len(layout.header))
     for i in set(range(min(layout.body, len(text.lines)))).difference(layout.header):
         line = text.lines[i]

@@ -18,7 +18,7 @@ from pydantic import BaseModel, Field, PrivateAttr, ValidationError, field_valid
 
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.log_options import LogOptions
-from frictionlab.scene.rig import LawName, NonNegative, Positive, Rig, SceneTable, Synthetic, check_held, key
+from frictionlab.scene.rig import LawName, NonNegative, Positive, Rig, SceneTable, Synthetic, check_parameters, key
 
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Order = Annotated[int, Field(ge=1, le=8)]
@@ -153,9 +153,9 @@ class Model(SceneTable):
     solver: Solver = key('"auto", "closed-form", "exact", "numeric" or "thesis".', "auto")
 
     @model_validator(mode="after")
-    def _held_can_be(self) -> Self:
+    def _parameters_can_be(self) -> Self:
         law = self.law if "law" in self.model_fields_set else None
-        check_held(self.parameters, law, breaks_away=self.static_ratio != 1.0)
+        check_parameters(self.parameters, law, breaks_away=self.static_ratio != 1.0)
         return self
 
 
@@ -197,7 +197,7 @@ class Infer(SceneTable):
         for table in ("levels", "priors", "scatter"):
             for name, value in getattr(self, table).items():
                 mean, sd = value if table == "priors" else (None, 1.0)
-                check_held({name: mean}, None, table=table)
+                check_parameters({name: mean}, None, table=table)
                 if sd <= 0.0:
                     raise ValueError(f"priors.{name}: expected [value, standard deviation > 0]; got {value}")
         return self

@@ -60,7 +60,7 @@ LawName = Annotated[str, AfterValidator(_law)]
 """A contact law that exists, or "auto"."""
 
 
-def check_held(
+def check_parameters(
     values: Mapping[str, float | None], law: str | None, *, breaks_away: bool = False, table: str = "parameters"
 ) -> None:
     """Refuse parameters that a law lacks, or values outside their domain, with a ValueError that names them.
@@ -126,7 +126,7 @@ class RigContact(SceneTable):
             raise ValueError(f"expected the friction once, as beta, friction_n or coefficient; got {', '.join(given)}")
         if self.against == self.mass:
             raise ValueError(f'against: expected "wall", "base" or another mass; got {self.against}, the mass itself')
-        check_held(self.parameters, self.law)
+        check_parameters(self.parameters, self.law)
         return self
 
 
@@ -302,7 +302,7 @@ class VirtualTests(SceneTable):
 
     @model_validator(mode="after")
     def _parameters_can_be(self) -> Self:
-        check_held(self.parameters, self.law, breaks_away=True)
+        check_parameters(self.parameters, self.law, breaks_away=True)
         for table in ("parameters", "physical"):
             if "beta" in getattr(self, table):
                 raise ValueError(f"{table}.beta: it follows from friction_coefficient and normal force: leave it out")

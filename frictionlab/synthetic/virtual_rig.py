@@ -136,9 +136,9 @@ def _virtual_test(scene: Scene, group: VirtualTests, law: str, force: float, rat
     rig, model, synthetic = scene.rig, scene.model, scene.synthetic
     stiffness, natural, amplitude = rig.stiffness or 0.0, rig.natural_frequency or 0.0, synthetic.base_amplitude_m
     beta = group.friction_coefficient * force / (stiffness * amplitude)
-    # a friction ratio held in [model.parameters] is for fits: a virtual contact has its friction coefficient
-    held = {} if group.law else {name: value for name, value in model.parameters.items() if name != "beta"}
-    parameters = held | group.parameters
+    # a friction ratio fixed in [model.parameters] is for fits: a virtual contact has its friction coefficient
+    fixed = {} if group.law else {name: value for name, value in model.parameters.items() if name != "beta"}
+    parameters = fixed | group.parameters
     for name, value in group.physical.items():  # over the test's own Y and omega
         turn = 2.0 * math.pi * ratio * natural
         factor, _ = to_physical(law_of(law).parameter(name), stiffness, natural, amplitude=amplitude, turn=turn)

@@ -120,9 +120,9 @@ def test_what_would_be_negative_is_held_at_zero_with_a_limit() -> None:
         t, x, at, height = decayed(0.0055, 0.0, np.random.default_rng(seed))
         fit = fit_decay(t, x, first_guess(at, height))
         assert fit.decay.friction >= 0.0
-        if fit.held:
+        if fit.at_zero:
             held += 1
-            assert fit.held == ("friction",)
+            assert fit.at_zero == ("friction",)
             assert fit.decay.friction == fit.se.friction == 0.0
             assert 0.0 < fit.limits["friction"] < 2e-8
     assert 0 < held < 6
