@@ -297,7 +297,7 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
 
 
 def _wiener(power: FloatArray, floor: float, samples: int) -> FloatArray:
-    """Share that a Wiener filter keeps, by line, of power averaged over neighbours; 0 above the last line out of noise."""
+    """Share that a Wiener filter keeps by line, of power averaged nearby; 0 above the last line out of noise."""
     k = np.arange(len(power))
     reach = np.maximum(2, k // 6)
     low, high = np.maximum(k - reach, 0), np.minimum(k + reach, len(power) - 1)
