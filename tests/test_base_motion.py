@@ -1,4 +1,4 @@
-"""Any recorded motion of the base, from a file to a response: what drives, what is refused, what is told."""
+"""Any recorded motion of the base, from a file to a response: what drives, what is refused, what is said."""
 
 import json
 import math
@@ -116,7 +116,7 @@ def test_a_wall_that_moves_with_the_base_feels_its_acceleration_itself(tmp_path:
         assert not felt.recording.base_displacement.any()
 
 
-def test_an_acceleration_is_integrated_with_its_cost_told(tmp_path: Path) -> None:
+def test_an_acceleration_is_integrated_with_its_cost_said(tmp_path: Path) -> None:
     t, y, a = shaken()
     noise, offset = 0.01 * np.random.default_rng(2).standard_normal(len(t)), 0.3 + 0.01 * t
     clean = log_of(tmp_path / "a.csv", {"time [s]": t, "acc [m/s^2]": a + offset})
@@ -155,7 +155,7 @@ def test_nothing_is_simulated_across_a_gap() -> None:
         fl.respond(Recording(t, 0 * t, y, quality), PLAIN, natural_frequency_hz=FN)
 
 
-def test_what_was_bridged_is_told() -> None:
+def test_what_was_bridged_is_said() -> None:
     t, y = base_of()
     quality = np.zeros(len(t), np.uint8)
     quality[500:502] = Quality.INTERPOLATED
@@ -171,7 +171,7 @@ def test_a_base_that_jumps_is_refused_by_its_time(kind: str) -> None:
         fl.respond(Recording(t, 0 * t, y), PLAIN, natural_frequency_hz=FN)
 
 
-def test_a_shock_is_no_jump_and_a_coarse_sampling_is_told() -> None:
+def test_a_shock_is_no_jump_and_a_coarse_sampling_is_said() -> None:
     t = np.arange(2000) / 200.0
     pulse = np.where((t > 2) & (t < 2.2), 1e-3 * np.sin(np.pi * (t - 2) / 0.2) ** 2, 0.0)
     assert fl.respond(Recording(t, 0 * t, pulse), PLAIN, natural_frequency_hz=FN).row()["status"] == "ok"

@@ -217,7 +217,7 @@ def drifting_gain(by: float = 0.02, role: str = "base", r: float = 0.5, beta: fl
 
 
 def wrong_columns(how: str, r: float = 0.5, beta: float = 0.4) -> Case:
-    """Channels inverted, swapped, copied, relative, or a mass of noise."""
+    """Channels inverted, swapped, copied, or a mass of noise."""
     of = motion(r, beta)
     one = seen(of)
     x, y = one.mass_displacement, one.base_displacement
@@ -227,7 +227,6 @@ def wrong_columns(how: str, r: float = 0.5, beta: float = 0.4) -> Case:
         "swapped": (y, x),
         "copy": (y, y),
         "second copy": (np.round((y + noise) / STEP_M) * STEP_M, y),
-        "relative": (x - y, y),
         "noise": (1e-4 * np.random.default_rng(3).standard_normal(len(x)), y),
     }[how]
     return Case(changed(one, mass, base), LAST, of)
@@ -252,6 +251,5 @@ CASES: dict[str, Callable[[], Case]] = {
     "mass and base swapped, r = 1.2": lambda: wrong_columns("swapped", 1.2),
     "mass is a copy of the base": lambda: wrong_columns("copy"),
     "mass is a second sensor on the base": lambda: wrong_columns("second copy"),
-    "mass is relative to the base": lambda: wrong_columns("relative"),
     "mass is noise of 0.1 mm": lambda: wrong_columns("noise"),
 }

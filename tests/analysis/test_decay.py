@@ -67,11 +67,6 @@ def test_a_spring_that_is_not_linear_is_integrated_right(cubic: float, pendulum:
     assert np.abs(decay._integrated(times) - integrated(decay, times)).max() < 1e-5 * size
 
 
-def test_a_friction_that_holds_the_mass_ends_the_motion() -> None:
-    decay = Decay(0.0, 1.0, 0.0, 1.0, 0.0, 0.3)
-    assert decay.at(np.array([0.0, math.pi, 2 * math.pi, 50.0])) == pytest.approx([1.0, -0.4, -0.2, -0.2])
-
-
 def decayed(
     zeta: float,
     friction: float,

@@ -33,15 +33,6 @@ def test_richardson_beats_the_polygon() -> None:
     assert abs(area / (0.5 * math.pi) - 1) < 4e-6
 
 
-def test_area_turns_its_sign_with_the_sense_and_not_with_the_start() -> None:
-    x, y = (0.3 * np.sin(TAU) + 0.1 * np.sin(3 * TAU))[None], np.cos(TAU)[None]
-    area = energy.loop_area(x, y)[0]
-    assert area > 0
-    assert energy.loop_area(x[:, ::-1], y[:, ::-1])[0] == pytest.approx(-area)
-    assert energy.loop_area(np.roll(x, 11), np.roll(y, 11))[0] == pytest.approx(area)
-    assert energy.loop_area(x + 5.0, y - 3.0)[0] == pytest.approx(area)
-
-
 def test_energy_input_is_the_loop_of_a_cosine_base() -> None:
     tau = TAU - math.pi / 2
     x = (0.3 * np.sin(tau) - 0.2 * np.cos(tau) + 0.1 * np.sin(3 * tau))[None]

@@ -88,7 +88,7 @@ def test_a_wide_filter_costs_nothing_and_is_not_warned_of(r: float) -> None:
 
 @pytest.mark.parametrize("role", ["mass", "base"])
 def test_a_filter_that_leaves_too_little_of_the_drive_is_refused(role: str) -> None:
-    """Base and mass were told as a tenth of what they are: an amplitude of 25 for 2."""
+    """Base and mass came out as a tenth of what they are: an amplitude of 25 for 2."""
     recording, what = through(1.2, *((2.2, 8), (60.0, 1))[:: 1 if role == "mass" else -1])
     with pytest.raises(AnalysisError, match=rf"the {role}'s low-pass filter of 2\.2 Hz and order 8 .* \[sensors\]"):
         measure(recording, what)

@@ -97,14 +97,14 @@ def test_inertia_between_cell_and_contact_changes_the_force_and_not_its_energy()
     plain, heavy = channels_of(0.7, 0.3), channels_of(0.7, 0.3, inertia=0.2)
     names = "mass_displacement", "base_displacement", "contact_force"
     right = measure(recording(plain, *names), scene())
-    blind, told = (measure(recording(heavy, *names), scene(force_inertia_kg=kg)) for kg in (0.0, 0.2))
+    blind, knowing = (measure(recording(heavy, *names), scene(force_inertia_kg=kg)) for kg in (0.0, 0.2))
     assert blind.force_energy_per_cycle == pytest.approx(right.force_energy_per_cycle, rel=2e-3)
     assert right.cycle.force is not None
     assert blind.cycle.force is not None
-    assert told.cycle.force is not None
+    assert knowing.cycle.force is not None
     size = float(np.std(right.cycle.force))
     assert float(np.std(blind.cycle.force - right.cycle.force)) > 0.1 * size
-    assert float(np.std(told.cycle.force - right.cycle.force)) < 0.05 * size
+    assert float(np.std(knowing.cycle.force - right.cycle.force)) < 0.05 * size
 
 
 @pytest.mark.parametrize(("channel", "r", "beta"), [("mass_velocity", 0.5, 0.2), ("mass_acceleration", 0.7, 0.3)])

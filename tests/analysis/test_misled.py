@@ -80,7 +80,6 @@ def test_a_quiet_sensor_is_measured_by_its_step(r: float, beta: float, size: flo
         ("mass and base swapped, r = 1.2", "energy_per_cycle: .* or mass and base are swapped"),
         ("mass is a copy of the base", "mass: its channel repeats the base's .*--mass"),
         ("mass is a second sensor on the base", "mass: its channel repeats the base's"),
-        ("mass is relative to the base", r"relative to the base \(mass \+ base (stands|fits)"),
         ("mass is noise of 0.1 mm", "mass: its channel holds nothing but noise .*--mass"),
     ],
 )
@@ -351,10 +350,10 @@ def test_steps_in_the_place_of_a_stop_are_seen_down_to_what_is_stated() -> None:
     noise = np.random.default_rng(4).standard_normal(1000)
     one, dwell = np.array([[0.0], [0.2 * np.pi]]), 0.0075 * 2 * np.pi
     least = smallest_slip(1.0, 1000.0)
-    for size, told in ((0.3, False), (2.0, True)):
+    for size, shows in ((0.3, False), (2.0, True)):
         mean = place * size * least + noise
         split, found = parted(one, mean, noise=1.0, dwell=dwell, cycles=1)
-        assert (found is not None) == told
+        assert (found is not None) == shows
         np.testing.assert_array_equal(split, one)
     assert found is not None
     assert found[0] == pytest.approx(2.0 * least, rel=0.3)

@@ -70,12 +70,6 @@ def test_autocorrelated_residuals_widen_the_confidence() -> None:
 WAVE = np.sin(2 * math.pi * np.arange(200) / 200)
 
 
-def test_index_known_by_construction() -> None:
-    sizes = np.array([1.0, 1.2, 0.9, 0.9])
-    expected = np.mean(np.abs(np.diff(sizes)) / sizes[:-1])
-    assert irregularity_index(np.outer(sizes, WAVE)) == pytest.approx(expected, rel=1e-12)
-
-
 @settings(max_examples=20, deadline=None)
 @given(st.integers(2, 5), st.integers(3, 12), st.integers(0, 10_000))
 def test_against_the_sums_of_the_equation(cycles: int, points: int, seed: int) -> None:
