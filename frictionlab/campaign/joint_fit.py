@@ -114,7 +114,7 @@ class JointFit:
         """Return the friction ratio under one normal force, at the mean base amplitude of its tests."""
         i = self.tests(material, normal_force_n)[0]
         times = self.by_force.observations[i].unit / self.unit((material, normal_force_n))
-        return _shared(self.by_force, i).scaled(times)
+        return self.by_force.estimate("beta", i).scaled(times)
 
     def coefficient(self, material: str, stiffness: float | None) -> Estimate:
         """Return a material's friction coefficient by all its tests, stiffness and normal forces as they are known."""
@@ -122,7 +122,7 @@ class JointFit:
         observation = self.posterior.observations[i]
         if stiffness is None or not observation.normal_force:
             return NOT_KNOWN
-        return _shared(self.posterior, i).scaled(stiffness * observation.unit / observation.normal_force)
+        return self.posterior.estimate("beta", i).scaled(stiffness * observation.unit / observation.normal_force)
 
     def relative_covariance(self, material: str, forces: Sequence[float]) -> FloatArray:
         """Return the covariance of the logarithms of friction ratios under several normal forces."""
@@ -213,16 +213,6 @@ class JointFit:
             values = [e.value for e in own if e is not None]
             if len(signs) > 1:
                 yield TURNS.format(material, min(values), max(values))
-
-
-def _shared(posterior: Posterior, i: int) -> Estimate:
-    """The friction ratio that all tests share with test i, as it is in that test."""
-    k = posterior.fit.find("beta", i)
-    if k is None:
-        return NOT_KNOWN
-    value, slope = posterior.shared(k, i)
-    whole = math.sqrt(posterior.covariance[k, k])
-    return Estimate(value, slope * min(posterior.law_error(k), whole), slope * whole)
 
 
 def fit_together(

@@ -29,6 +29,7 @@ from frictionlab.inference.observations import CycleObservation, cycle_of, parts
 from frictionlab.inference.posterior import Posterior, of_several
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
+from frictionlab.schema import AMPLITUDE, ENERGY
 from frictionlab.tables import Row
 
 SIGNIFICANT = 0.05
@@ -42,7 +43,7 @@ SIGNS = (0.0, 0.6, -0.6)  # scatters at which a test's own unknowns begin
 POINTS = 256  # of a cycle
 ALONE = "no other test of its material is at hand"
 STILL = "by the law of the other tests there is no steady motion here"
-OF_BOTH = ("predicted_energy_per_cycle", "predicted_response_amplitude")
+OF_BOTH = (f"predicted_{ENERGY}", f"predicted_{AMPLITUDE}")
 BANDS = tuple(f"{name}{end}" for name in OF_BOTH for end in ("_low", "", "_high"))
 
 

@@ -17,6 +17,7 @@ from scipy.special import gammaincinv, ndtr, ndtri, stdtrit
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
+from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.inference.fit import Fit, Model, Test, excess_of, fit_from, start_place, tempered, with_scatter
 from frictionlab.inference.observation import Observation, Reached, at_least
 from frictionlab.inference.observations import CycleObservation
@@ -210,12 +211,19 @@ class Posterior:
         u, c = self.unknowns[k], float(self.fit.point[k])
         return u.slope(c) / u.value(c)
 
-    def law_error(self, k: int) -> float:
-        """Return the standard error of a shared coordinate of a law, sensors and rig as they are known."""
+    def estimate(self, name: str, i: int) -> Estimate:
+        """Return what all its tests share of a law's unknown as a value in test i; not known where it is given.
+
+        Its standard error is with sensors and rig as they are known.
+        """
+        k = self.fit.find(name, i)
+        if k is None:
+            return NOT_KNOWN
+        value, slope = self.shared(k, i)
         law = np.flatnonzero([u.law for u in self.unknowns])
-        covariance = np.linalg.inv(self.fit.precision[np.ix_(law, law)])
-        at = int(np.flatnonzero(law == k)[0])
-        return math.sqrt(float(covariance[at, at]))
+        alone = np.linalg.inv(self.fit.precision[np.ix_(law, law)])[np.ix_(law == k, law == k)]
+        whole = math.sqrt(self.covariance[k, k])
+        return Estimate(value, slope * min(math.sqrt(float(alone[0, 0])), whole), slope * whole)
 
     def parameters(self, i: int = 0) -> dict[str, ParameterEstimate]:
         """Return the parameters of test i's law with errors and limits, dimensionless in this test.

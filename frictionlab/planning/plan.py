@@ -119,28 +119,18 @@ def steps(plan: Plan) -> list[str]:
         lines.append(f"Set a normal force of {force:g} N.")
         for _, same in groupby(tests, key=_setting):
             repeats = list(same)
-            lines.append(f"  {_note(repeats[0])} ({_which([str(test.rank) for test in repeats])})")
+            *others, last = (str(test.rank) for test in repeats)
+            which = f"tests {', '.join(others)} and {last}: record it {len(repeats)} times, each begun anew"
+            lines.append(f"  {_note(repeats[0])} ({which if others else f'test {last}'})")
     return lines
 
 
-def _which(ranks: list[str]) -> str:
-    """Ranks in words: of one test, or of one that is run several times."""
-    if len(ranks) == 1:
-        return f"test {ranks[0]}"
-    return f"tests {', '.join(ranks[:-1])} and {ranks[-1]}: record it {len(ranks)} times, each begun anew"
-
-
 def _note(test: PlannedTest) -> str:
-    return (
-        f"Drive at {test.drive_frequency_hz:.4g} Hz with {1e3 * test.base_amplitude_m:g} mm, record {test.duration_s:g}"
-        f" s; {_expect(test)}"
-    )
-
-
-def _expect(test: PlannedTest) -> str:
-    """What to expect of the motion, in words."""
-    if test.response_m is None:
-        return "no steady motion is expected"
-    words = {"continuous": "it slides without stops", "stuck": "the mass stands still"}
-    moves = words.get(test.regime or "", "it sticks and slips")
-    return f"the mass should swing {1e3 * test.response_m:.2g} mm to each side; {moves}"
+    """What to set, and what to expect of the motion."""
+    expected = "no steady motion is expected"
+    if test.response_m is not None:
+        words = {"continuous": "it slides without stops", "stuck": "the mass stands still"}
+        moves = words.get(test.regime or "", "it sticks and slips")
+        expected = f"the mass should swing {1e3 * test.response_m:.2g} mm to each side; {moves}"
+    drive = f"Drive at {test.drive_frequency_hz:.4g} Hz with {1e3 * test.base_amplitude_m:g} mm"
+    return f"{drive}, record {test.duration_s:g} s; {expected}"
