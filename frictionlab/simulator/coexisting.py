@@ -87,9 +87,9 @@ def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[Stea
     places = [tuple(reach * (2.0 * ((0.5 + step * number) % 1.0) - 1.0) for step in GOLDEN) for number in range(starts)]
     if not problem.law.is_exact and starts >= WORTH_COMPILING:
         warm_up(problem.law.name)
-    looks = LOOKS  # for all starts together
+    flow, looks = flow_of(problem), LOOKS  # for all starts together
     for x, v in places:
-        state, looks = flow_of(problem).steady_from(problem, x, v, looks)
+        state, looks = flow.steady_from(x, v, looks)
         yield state
 
 

@@ -23,15 +23,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 EXACT = ("phase", "motion", "flow", "account", "orbit", "answer")
-SOURCES = ("compiled", "row", "laws/law", *(f"exact/{name}" for name in EXACT))  # what is compiled
-INTEGRATED = ("numeric/radau", "numeric/along")  # and on top of it
-
-
-def _digest_of(*sources: str) -> str:
-    digest = hashlib.sha256(numba.__version__.encode())
-    for name in sources:
-        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
-    return digest.hexdigest()[:16]
+SOURCES = ("compiled", "row", "laws/law", *(f"exact/{name}" for name in EXACT), "numeric/radau")
 
 
 def _machine_code_folder() -> Path:
@@ -45,12 +37,10 @@ def _machine_code_folder() -> Path:
         root = Path(home) if home else Path("~/.cache").expanduser()
     except RuntimeError:  # a user without a home folder
         root = Path(tempfile.gettempdir())
-    return root / "frictionlab" / f"simulator-{_digest_of(*SOURCES)}"
-
-
-def _folder_of(module: str) -> Path:
-    """Return where machine code of a module is kept: that of the integrated flow in a folder within."""
-    return FOLDER / f"integrated-{_digest_of(*INTEGRATED)}" if ".numeric." in module else FOLDER
+    digest = hashlib.sha256(numba.__version__.encode())
+    for name in SOURCES:
+        digest.update((Path(__file__).parent / f"{name}.py").read_bytes())
+    return root / "frictionlab" / f"simulator-{digest.hexdigest()[:16]}"
 
 
 def _prepared(folder: Path) -> bool:
@@ -71,7 +61,7 @@ def announce(module: str) -> None:
     """Say once to whoever listens to this module's logger that compiling begins, if it has to."""
     if numba.config.DISABLE_JIT or FOLDER in _ANNOUNCED:
         return
-    if not any(_folder_of(module).glob(f"**/{module.rpartition('.')[2]}.*.nbi")):
+    if not any(FOLDER.glob(f"**/{module.rpartition('.')[2]}.*.nbi")):
         _ANNOUNCED.add(FOLDER)
         logging.getLogger(__name__).info("compiling the simulator once for this machine, about half a minute")
 
@@ -121,10 +111,10 @@ def callback(function: Callable[..., Any], signature: Any) -> Any:
 
 
 def _kept(decorate: Callable[[Any], Any], function: Any) -> Any:
-    """Decorate a function so that its machine code is kept in the folder of its module."""
+    """Decorate a function so that its machine code is kept."""
     if numba.config.DISABLE_JIT:
         return function
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(_folder_of(function.__module__))
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(FOLDER)
     try:
         return decorate(function)
     finally:

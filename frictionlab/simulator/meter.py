@@ -2,8 +2,6 @@
 
 from frictionlab.errors import FrictionlabError
 
-WAITED_CYCLES = 400  # that an integrated motion is followed from rest before the answer is "not found"
-WAITED_STEPS = 150_000  # and the steps of it; some seconds
 STATE = 100.0  # steps of integration that an integrated steady state costs beside its own
 EXACT_STATE, LOOKS = 50.0, 13.0  # what an exact one costs beside its evaluations, and how many of these cost a step
 

@@ -132,7 +132,10 @@ class Motion(ABC):
 
     @abstractmethod
     def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
-        """Return x, v and the contact's force (k,) at times within the phases of an index; tau: phase of the drive."""
+        """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within the phases of an index.
+
+        `tau`: the phase of the drive then.
+        """
 
     @property
     def nodes(self) -> Nodes:
@@ -156,18 +159,19 @@ class Motion(ABC):
 
     def range_of(self, mass: int = 0) -> tuple[float, float]:
         """Least and largest displacement of a mass (from 0)."""
-        nodes = self.nodes
-        rates = nodes.v[:, mass]
+        nodes, ends = self.nodes, self.all_at((self.start, self.end))[1][:, mass]
+        times = np.concatenate(([self.start], nodes.tau, [self.end]))
+        rates = np.concatenate((ends[:1], nodes.v[:, mass], ends[1:]))
         turns = np.flatnonzero(rates[:-1] * rates[1:] < 0.0)
-        one, other = (nodes.tau[turns], rates[turns]), (nodes.tau[turns + 1], rates[turns + 1])
+        one, other = (times[turns], rates[turns]), (times[turns + 1], rates[turns + 1])
         for _ in range(SECANTS if len(turns) else 0):  # Illinois: x is stationary there, so few steps do
             middle = other[0] - other[1] * (other[0] - one[0]) / (other[1] - one[1])
             rate = self.all_at(middle)[1][:, mass]
             passed = rate * other[1] < 0.0
             one = np.where(passed, other[0], one[0]), np.where(passed, other[1], 0.5 * one[1])
             other = middle, rate
-        ends = self.all_at(np.concatenate(((self.start, self.end), other[0])))[0]
-        x = np.concatenate((nodes.q[:, mass], ends[:, mass]))
+        q = self.all_at(np.concatenate((self.timeline.begins, [self.end], other[0])))[0]
+        x = np.concatenate((nodes.q[:, mass], q[:, mass]))
         return float(x.min()), float(x.max())
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
@@ -199,8 +203,8 @@ class Motion(ABC):
         (0.0, 0.0)
         """
         shape, local, index, within = self.timeline.place(tau, cycle)
-        x, v, _ = self.evaluate(local, index, within)
-        return x.reshape(shape), v.reshape(shape)
+        q, v, _ = self.evaluate(local, index, within)
+        return q[:, 0].reshape(shape), v[:, 0].reshape(shape)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
         """Return the force of the contact on the mass, against the motion, over k Y, at any times: see `at`.
@@ -212,9 +216,9 @@ class Motion(ABC):
         [0.5, -0.5]
         """
         shape, local, index, within = self.timeline.place(tau, cycle)
-        return self.evaluate(local, index, within)[2].reshape(shape)
+        force = self.evaluate(local, index, within)[2]
+        return force[:, 0].reshape(shape) if force.shape[1] else np.zeros(shape)
 
-    @abstractmethod
     def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return displacements and velocities (k, n) of the masses, over Y, and forces (k, c) of the contacts on them.
 
@@ -235,6 +239,9 @@ class Motion(ABC):
         >>> [part.shape for part in state.orbit.all_at([0.0, 1.0])]
         [(2, 2), (2, 2), (2, 0)]
         """
+        _, local, index, within = self.timeline.place(np.atleast_1d(tau), None)
+        q, v, force = self.evaluate(local, index, within)
+        return q, v, force
 
 
 def cycles_of(tau: FloatArray, duration: FloatArray) -> NDArray[np.int64]:

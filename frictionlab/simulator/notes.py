@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionlab.simulator import row as places
-from frictionlab.simulator.meter import WAITED_CYCLES
 from frictionlab.simulator.row import PATIENCE
 
 if TYPE_CHECKING:
@@ -32,11 +31,9 @@ class Note(IntFlag):
     PARTS = auto()
     GIVEN_UP = auto()
     UNSETTLED = auto()
-    FRICTION_HIDDEN = auto()
     NOT_PASSIVE = auto()
     UNDAMPED = auto()
     CONTINUUM = auto()
-    CREEPS = auto()
     FORGETS_SLOWLY = auto()
     REST_STILL_FAR = auto()
     MAY_COEXIST = auto()
@@ -52,11 +49,9 @@ WORDS: Mapping[Note, str] = {
     Note.PARTS: "the motion does not repeat (chaos)",
     Note.GIVEN_UP: "the search was given up after its share of work",
     Note.UNSETTLED: "the motion from rest was not seen to settle on an orbit",
-    Note.FRICTION_HIDDEN: "friction is too weak for the solver",
     Note.NOT_PASSIVE: "LuGre friction is not passive: it may give energy back",
     Note.UNDAMPED: "nothing damps: free vibration never dies out",
     Note.CONTINUUM: "this is one of a continuum of motions",
-    Note.CREEPS: "the contact holds but creeps",
     Note.FORGETS_SLOWLY: "the motion forgets its start slowly",
     Note.REST_STILL_FAR: "the run from rest was still far from this motion: rest may settle on another",
     Note.MAY_COEXIST: "other motions may coexist with this one",
@@ -208,23 +203,16 @@ SENTENCES: Mapping[Note, Callable[["SteadyState"], str]] = {
         f"{WORDS[Note.UNSETTLED]} within the work allowed; {LAST_OF}; with more friction or damping there is less to"
         " wait for."
     ),
-    Note.FRICTION_HIDDEN: lambda state: (
-        f"friction of {state.problem.beta:.3g} k Y is too weak for this solver: it does less work than the steps'"
-        " tolerance leaves open, so that the size of the motion is not known. Take coulomb, or no friction."
-    ),
     Note.NOT_PASSIVE: _not_passive,
     Note.UNDAMPED: lambda _: "Nothing damps this motion: free vibration never dies out; this is the motion without.",
     Note.CONTINUUM: lambda state: (
         f"At r = 1/{2 * round(0.5 / state.problem.r)} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric"
         " motions (3.3) has the same energy and amplitude: here is the symmetric one. Rest creeps to its edge."
     ),
-    Note.CREEPS: lambda state: (
-        f"The contact holds but creeps: after a cycle the state misses itself by {state.residual:.1g}."
-    ),
     Note.FORGETS_SLOWLY: _forgets_slowly,
-    Note.REST_STILL_FAR: lambda state: (
+    Note.REST_STILL_FAR: lambda _: (
         "This motion is stable, but the run from rest was still far from it after"
-        f" {PATIENCE if state.problem.law.is_exact else WAITED_CYCLES} cycles: rest may settle on another."
+        f" {PATIENCE} cycles: rest may settle on another."
     ),
     Note.MAY_COEXIST: lambda _: (
         "Friction that is larger at rest, falls with speed or varies along the path may have other motions beside this"

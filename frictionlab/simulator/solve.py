@@ -54,8 +54,7 @@ def steady_state(problem: Problem | Structure, *, solver: Solver = "auto") -> St
     _check_solver(problem, solver)
     if isinstance(problem, Problem) and solver == "thesis":
         return last_cycle(problem, cycles=100, solver="thesis")
-    flow, named = flow_of(problem, solver), () if solver in ("auto", "numeric") else (solver,)
-    state: SteadyState = flow.steady(problem, *named)
+    state: SteadyState = flow_of(problem, solver).steady(solver)
     return state
 
 
@@ -75,14 +74,14 @@ def _check_solver(problem: Problem | Structure, solver: str) -> None:
 
 
 def flow_of(problem: Problem | Structure, solver: str = "auto") -> Any:
-    """Return the flow that answers, a module with `steady`, `steady_from` and `run`, loaded when it is asked for."""
+    """Return the flow that carries a motion, the exact or the integrated one, loaded when it is asked for."""
     if problem.is_exact and solver != "numeric":
-        from frictionlab.simulator.exact import solve as exact  # noqa: PLC0415 - half a second to load
+        from frictionlab.simulator.exact.solve import Flow  # noqa: PLC0415 - half a second to load
 
-        return exact
-    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
+        return Flow(problem)
+    from frictionlab.simulator.numeric import Integrated  # noqa: PLC0415 - as above
 
-    return numeric
+    return Integrated(problem)
 
 
 def simulate(
@@ -140,7 +139,7 @@ def simulate(
             f"got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
         )
     begin = {"x0": x0, "v0": v0, "tau0": tau0 % (2.0 * pi)}
-    motion: Motion = flow_of(problem, solver).run(problem, cycles=cycles, keep=keep or cycles, **begin)
+    motion: Motion = flow_of(problem, solver).run(cycles=cycles, keep=keep or cycles, **begin)
     return motion
 
 
@@ -173,4 +172,4 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
         raise UsageError(f"last cycle: cycles; expected 1 to {MOST_CYCLES}; got {cycles}")
     if solver == "thesis":
         return thesis_run(problem, cycles=cycles)
-    return last_of(flow_of(problem, solver).run(problem, cycles=cycles, keep=1))
+    return last_of(flow_of(problem, solver).run(cycles=cycles, keep=1))

@@ -1,6 +1,5 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, isfinite, nan, pi
 from typing import Any, Literal, NamedTuple
@@ -48,6 +47,7 @@ EXACT = (
     *("response_amplitude", "stops_per_cycle", "stuck_fraction", "floquet_multiplier", "closure_error", "residual"),
 )
 KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
+CREEP = 1e-10  # Y in a cycle: a contact that slips no further is at rest, at the edge of where it holds
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
 
 
@@ -259,32 +259,27 @@ def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
     ranges, contacts = [motion.range_of(mass) for mass in range(frame.masses)], []
     for number, contact in enumerate(frame.contacts):
         stops = motion.stops_of(number)
-        begun = len(stops) if motion.timeline.periodic else int(np.count_nonzero(stops[:, 0] > motion.start + 1e-12))
+        at_begin = stops[:1, 0] <= motion.start + 1e-12
+        is_fresh = motion.timeline.periodic and not np.any(stops[-1:, 1] >= motion.end - 1e-12)
+        begun = len(stops) - (0 if is_fresh else int(np.count_nonzero(at_begin)))
         stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (motion.end - motion.start)
-        holds, cycles = stuck > 1.0 - 1e-12, round((motion.end - motion.start) / (2.0 * pi))
+        holds = stuck > 1.0 - 1e-12 or taken[number] <= CREEP * contact.beta
         named = (contact.mass, contact.against, contact.law.name, float(taken[number]))
+        cycles = round((motion.end - motion.start) / (2.0 * pi))
         contacts.append(ContactNumbers(*named, *((0.0, 1.0) if holds else (begun / cycles, stuck))))
     amplitudes = tuple(0.5 * (high - low) for low, high in ranges)
+    sticks = any(contact.stops_per_cycle or contact.stuck_fraction == 1.0 for contact in contacts)
+    is_stuck = bool(contacts) and all(contact.stuck_fraction == 1.0 for contact in contacts)
     return {
         "energies": energies,
         "closure_error": gap,
         "response_amplitude": amplitudes[0],
         "response_amplitudes": amplitudes,
         "orbit": motion,
-        **of_contacts(contacts),
-    }
-
-
-def of_contacts(contacts: Sequence[ContactNumbers]) -> dict[str, Any]:
-    """Return what contacts say of a steady state, by the names of `SteadyState`: stuck where all of them are."""
-    stuck = bool(contacts) and all(contact.stuck_fraction == 1.0 for contact in contacts)
-    sticks = any(contact.stops_per_cycle or contact.stuck_fraction == 1.0 for contact in contacts)
-    moves: Regime = "stick-slip" if sticks else "continuous"
-    return {
         "contacts": tuple(contacts),
         "stops_per_cycle": contacts[0].stops_per_cycle if contacts else None,
         "stuck_fraction": contacts[0].stuck_fraction if contacts else None,
-        "regime": "stuck" if stuck else moves,
+        "regime": "stuck" if is_stuck else "stick-slip" if sticks else "continuous",
     }
 
 

@@ -157,11 +157,6 @@ def test_energies_close_and_the_orbit_repeats(
     np.testing.assert_allclose(ends[0][0], ends[0][1], atol=size)
 
 
-def test_a_single_slider_of_iwan_is_jenkins() -> None:
-    one, same = steady(iwan(0.5, 0.4, 30.0, 1, -0.7)), steady(jenkins(0.5, 0.4, 30.0))
-    assert one.energy_per_cycle == pytest.approx(same.energy_per_cycle, rel=1e-13)
-
-
 @given(count=st.integers(1, 200), chi=st.floats(-0.99, 0.0), kappa=st.floats(1e-3, 1e9), beta=st.floats(1e-3, 2.0))
 def test_iwans_sliders_have_the_whole_stiffness_and_strength(count: int, chi: float, kappa: float, beta: float) -> None:
     stiffness, strength = iwan_sliders(kappa, beta, count, chi)
@@ -231,31 +226,6 @@ def test_a_gradient_that_makes_friction_a_pull_is_refused_by_name() -> None:
     assert "runs away" in steady(runaway).warnings[0]
     with pytest.raises(SimulationError, match=r"beta \|gradient\| < 1"):
         simulate(runaway, cycles=1)
-
-
-@pytest.mark.parametrize(
-    ("r", "beta", "kappa", "up", "down"), [(0.6, 0.65, 30.0, 1.3, 1.8), (0.5986, 0.735, 87.2, 1.29, 1.47)]
-)
-def test_uneven_break_away_may_hold_yet_rest_settles_on_a_motion_that_slips(
-    r: float, beta: float, kappa: float, up: float, down: float
-) -> None:
-    parameters = {"static_ratio_up": up, "static_ratio_down": down}
-    problem = jenkins(r, beta, kappa, "+breakaway", parameters=parameters)
-    state, run = steady_state(problem), last_cycle(problem, cycles=500)
-    assert (state.outcome, run.outcome) == ("periodic", "periodic")
-    assert state.energy_per_cycle == pytest.approx(run.energy_per_cycle, rel=1e-9)
-
-
-def test_an_orbit_of_many_cycles_is_the_one_that_rest_settles_on() -> None:
-    up_down = {"static_ratio_up": 1.434, "static_ratio_down": 1.383}
-    problem = iwan(3.51, 1.0735, 209.5, 2, -0.56, "+breakaway", parameters=up_down)
-    state = steady(problem)
-    assert (state.outcome, state.period_cycles) == ("periodic", 18)
-    assert state.orbit is not None
-    late = simulate(problem, cycles=126, keep=1)
-    starts = 2 * pi * np.arange(18)  # the cycles of the orbit, one of which is the last of the run
-    away = np.abs(state.orbit.at(starts)[0] - late.at(late.start)[0])
-    assert away.min() < 1e-9
 
 
 def test_a_slider_too_weak_to_be_relaxed_at_the_section_is_not_forced_to_be() -> None:

@@ -8,14 +8,14 @@ import pytest
 
 from frictionlab.simulator import Base, Problem
 from frictionlab.simulator import simulate as run
-from frictionlab.simulator.exact.solve import solved, steady, system_of
+from frictionlab.simulator.exact.solve import Flow, steady
 
 UP_DOWN = {"static_ratio_up": 1.3, "static_ratio_down": 1.2}
 
 
 def looks_of(problem: Problem) -> float:
     """How many looks at a phase the search for a steady state takes."""
-    return solved(system_of(problem)).spent
+    return Flow(problem).solved().spent
 
 
 def test_a_contact_that_hardly_slips_takes_a_handful_of_cycles() -> None:
@@ -108,6 +108,26 @@ SETTLING = {  # problem, displacement that the motion begins at (at rest on the 
             base=Base((1.0, 0.17982654807900456, 0.0), (0.0, 0.0, -0.03174933091937436)),
         ),
         *(0.0, 607, 7),
+    ),
+    "uneven break-away may hold, yet rest settles on a motion that slips": (
+        of(
+            *("compliance+breakaway", 0.5986, 0.735),
+            {"static_ratio_up": 1.29, "static_ratio_down": 1.47, "stiffness_ratio": 87.2},
+        ),
+        *(0.0, 500, 1),
+    ),
+    "an orbit of many cycles is found": (
+        of(
+            *("iwan+breakaway", 3.51, 1.0735),
+            {
+                "static_ratio_up": 1.434,
+                "static_ratio_down": 1.383,
+                "stiffness_ratio": 209.5,
+                "sliders": 2,
+                "chi": -0.56,
+            },
+        ),
+        *(0.0, 126, 18),
     ),
 }
 

@@ -10,7 +10,7 @@ import pytest
 from frictionlab.errors import ParameterError, UsageError
 from frictionlab.simulator import Problem, Solver, steady_state
 from frictionlab.simulator.laws import TERMS, excluded_by, law_of
-from frictionlab.simulator.numeric.flow import Flow
+from frictionlab.simulator.numeric import Integrated
 
 CONTRACT = """
 coulomb: beta
@@ -61,7 +61,7 @@ def test_every_pair_of_terms_is_solved_or_excluded_by_name() -> None:
                 law_of(name)
         elif law_of(name).kind in ("smooth", "inner"):
             usual = {p.name: p.usual[1] for p in law_of(name).own if p.name != "beta"}
-            Flow(Problem(0.5, 0.4, law=name, parameters=usual), 1e-8)
+            Integrated(Problem(0.5, 0.4, law=name, parameters=usual))
 
 
 def test_mu_is_refused_by_its_own_name_where_the_law_has_no_break_away() -> None:

@@ -24,8 +24,11 @@ from frictionlab.simulator.exact.motion import (
 from frictionlab.simulator.exact.phase import CONTACTS, MASSES, SYSTEM, slot_of
 
 TURN = 2.0 * pi
-COUNTS, PANELS = (8, 12, 16), (1.9, 5.2, 9.5)  # so many nodes integrate, over so long a time times the fastest rate,
-NODES, WEIGHTS = np.zeros((2, len(COUNTS), COUNTS[-1]))  # a product of two such waves to rounding
+COUNTS, PANELS = (
+    (4, 8, 12, 16),
+    (0.12, 1.9, 5.2, 9.5),
+)  # so many nodes integrate, over so long a time times the fastest rate,
+NODES, WEIGHTS = np.zeros((2, len(COUNTS), COUNTS[-1]))
 for _i, _count in enumerate(COUNTS):
     NODES[_i, :_count], WEIGHTS[_i, :_count] = np.polynomial.legendre.leggauss(_count)
 LOOKS = 1.0  # over the fastest rate: between two looks a speed changes its sign at most once
@@ -35,9 +38,12 @@ STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
 NUMBERS = np.dtype(
     [
         ("gap", "f8"),  # energies over k_1 Y^2, in all: work of the drive on the masses less what is taken from them
+        ("input", "f8"),  # that work
         ("loop", "f8"),  # integral of f dx_1 (2.18)
         ("frame", "f8"),
         ("contact", "f8", (CONTACTS,)),
+        ("dashpot", "f8", (CONTACTS,)),  # of it, by the contacts' dashpots
+        ("path", "f8", (CONTACTS,)),  # way slipped
         ("stuck", "f8", (CONTACTS,)),  # rad
         ("stops", "i8", (CONTACTS,)),
         ("high", "f8", (MASSES,)),
@@ -99,13 +105,12 @@ def integrate(system: Any, work: Any, slot: int, length: float, numbers: Any) ->
     """Add what flows in the phase at hand, by Gauss and Legendre's rule in panels, exact to rounding."""
     n, t = system.masses, 0.0
     while t < length:
-        reach = rate_at(system, work, slot, t) * (length - t)
-        half, rule = (
-            0.5 * (length - t) / (int(reach / PANELS[2]) + 1),
-            0 if reach < PANELS[0] else 1 if reach < PANELS[1] else 2,
-        )
+        reach, rule = rate_at(system, work, slot, t) * (length - t), 0
+        while rule < len(PANELS) - 1 and reach >= PANELS[rule]:
+            rule += 1
+        half = 0.5 * (length - t) / (int(reach / PANELS[-1]) + 1)
         middle = t + half
-        t = length if reach < PANELS[2] else t + 2.0 * half
+        t = length if reach < PANELS[-1] else t + 2.0 * half
         for k in range(COUNTS[rule]):
             modes_at(system, work, slot, middle + half * NODES[rule, k])
             weight, f, rate = half * WEIGHTS[rule, k], work.f[0], work.f[1]
@@ -114,17 +119,19 @@ def integrate(system: Any, work: Any, slot: int, length: float, numbers: Any) ->
                 if system.dashpot[c] != 0.0:
                     speed = place_of(system, work.now_v, c, rate)
                     force = system.dashpot[c] * speed
+                    numbers.dashpot[c] += weight * force * speed
                     numbers.contact[c] += weight * force * speed
                 if system.follow[c] != 0.0:  # what rubs against the base works on the mass beyond its own slip
                     numbers.gap -= weight * (contact_force(system, work, slot, c) - force) * rate
             for a in range(n):
-                drive, thick = system.push[a, 0] * f + system.push[a, 1] * rate, 0.0
+                drive, drag, thick = system.push[a, 0] * f + system.push[a, 1] * rate, 0.0, 0.0
                 for b in range(n):
                     if system.damping[a, b] != 0.0:
-                        drive -= system.damping[a, b] * work.now_v[b]
-                        thick += of_frame(system, a, b) * (work.now_v[b] - rate)
-                numbers.gap += weight * drive * work.now_v[a]
-                numbers.frame += weight * thick * (work.now_v[a] - rate)
+                        drag += system.damping[a, b] * work.now_v[b]
+                        thick += of_frame(system, a, b) * (work.now_v[b] - system.moves * rate)
+                numbers.gap += weight * (drive - drag) * work.now_v[a]
+                numbers.input += weight * drive * work.now_v[a]
+                numbers.frame += weight * thick * (work.now_v[a] - system.moves * rate)
             numbers.loop += weight * f * work.now_v[0]
 
 
@@ -206,22 +213,28 @@ def evaluate_all(
     evaluate(systems[0], works[0], pieces, index, within, found)
 
 
-def account(systems: Any, works: Any, pieces: FloatArray, count: int, sums: Any) -> int:
-    """Write what a motion of so many recorded pieces does, as NUMBERS; return their number. Called by its address."""
+def account(systems: Any, works: Any, pieces: FloatArray, begin: int, count: int, sums: Any) -> int:
+    """Write what a motion does in recorded pieces from one to before another, as NUMBERS; return the latter's number.
+
+    From the first piece on sums are new, else they go on. Under a sampled base, whose cubic is about the begin of the
+    piece, ranges and stops are left out. Called by its address.
+    """
     system, work, numbers = systems[0], works[0], sums[0]
     first = 2 + 2 * system.masses + 2 * system.contacts
-    numbers.gap = numbers.loop = numbers.frame = 0.0
-    for a in range(system.masses):
-        numbers.high[a], numbers.low[a] = -np.inf, np.inf
-    for c in range(system.contacts):
-        numbers.contact[c] = numbers.stuck[c] = 0.0
-        numbers.stops[c] = 0
-    for k in range(count):
+    if begin == 0:
+        numbers.gap = numbers.input = numbers.loop = numbers.frame = 0.0
+        for a in range(system.masses):
+            numbers.high[a], numbers.low[a] = -np.inf, np.inf
+        for c in range(system.contacts):
+            numbers.contact[c] = numbers.dashpot[c] = numbers.path[c] = numbers.stuck[c] = 0.0
+            numbers.stops[c] = 0
+    for k in range(begin, count):
         length, slot = pieces[k, 1], enter(system, work, pieces, k)
         if slot < 0:
             return k
         integrate(system, work, slot, length, numbers)
-        widen(system, work, slot, length, numbers)
+        if system.harmonics > 0:
+            widen(system, work, slot, length, numbers)
         modes_at(system, work, slot, length)
         for c in range(system.contacts):
             if work.kappa[c] != np.inf:
@@ -230,9 +243,10 @@ def account(systems: Any, works: Any, pieces: FloatArray, count: int, sums: Any)
                 friction = way * (0.5 * work.kappa[c] * (place + work.place[c]) + work.offset[c])
                 numbers.contact[c] += friction
                 numbers.gap -= friction
+                numbers.path[c] += abs(way * pieces[k, first + c])
             if pieces[k, first + c] == 0.0:
                 numbers.stuck[c] += length
-    for c in range(system.contacts):
+    for c in range(system.contacts if system.harmonics > 0 else 0):
         count_stops(pieces, count, first + c, c, numbers)
     return count
 
@@ -242,6 +256,7 @@ ACCOUNT = callback(
     types.int64(
         *(types.Array(from_dtype(kind), 1, "C") for kind in (SYSTEM, WORK)),
         types.Array(types.float64, 2, "C"),
+        types.int64,
         types.int64,
         types.Array(from_dtype(NUMBERS), 1, "C"),
     ),

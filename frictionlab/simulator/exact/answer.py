@@ -8,19 +8,24 @@ from math import atan2, floor, hypot, inf, isnan, nan, pi, sqrt, tan
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import compiled, entry, inner
-from frictionlab.simulator.exact.flow import TURN_OF, is_rigid
-from frictionlab.simulator.exact.motion import base_at_time, contact_force, place_of
+from frictionlab.simulator.exact.account import enter
+from frictionlab.simulator.exact.flow import TURN_OF, is_rigid, move_cubic
+from frictionlab.simulator.exact.motion import base_at_time, contact_force, modes_at, place_of
 from frictionlab.simulator.exact.orbit import (
+    ALMOST,
     TURN,
     Carrier,
     carry,
     copy,
     distance,
     drive_size,
+    floor_of,
+    is_integrated,
     multiplier,
     only_orbit,
     settle_from,
@@ -264,34 +269,15 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
 
 
 @inner
-def is_mirrored(system: Any) -> bool:
-    """Return whether it is its own mirror image half a cycle later: no even harmonic, contacts alike both ways."""
-    for m in range(1, system.harmonics, 2):
-        if system.lines[m] != 0.0:
-            return False
-    for c in range(system.contacts):
-        if system.gradient[c] != 0.0 or system.up[c] != system.down[c]:
-            return False
-    return True
-
-
-@inner
-def is_alone(system: Any) -> bool:
-    """Return whether motions only draw nearer to each other: friction is neither larger at rest nor anywhere else."""
-    for c in range(system.contacts):
-        if system.limit[c] != 0.0 and (system.gradient[c] != 0.0 or max(system.up[c], system.down[c]) > 1.0):
-            return False
-    return True
-
-
-@inner
 def simple(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, row: FloatArray) -> int:
     """Find a steady state without a search, and write the start of its orbit; return an outcome; AWAITED: none.
 
     Where searches may begin is written to starts.
     """
     system, work = flow.systems[0], flow.works[0]
-    alone = is_alone(system)
+    alone = bool(system.alone)
+    if is_integrated(system):
+        return AWAITED
     if system.masses == 1 and abs(system.limit[0] * system.gradient[0]) >= system.stiffness[0, 0]:
         return RUNAWAY
     if grows(system):
@@ -314,20 +300,20 @@ def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, row: FloatArray
 
     AWAITED: orbits may coexist, and the motion from rest is to be followed: `wait`.
     """
-    system, work, alone, smooth = flow.systems[0], flow.works[0], is_alone(flow.systems[0]), True
+    system, work, alone, smooth = flow.systems[0], flow.works[0], bool(flow.systems[0].alone), True
     for c in range(system.contacts):
-        smooth = smooth and system.up[c] == 1.0 and system.down[c] == 1.0
+        smooth = smooth and ((system.up[c] == 1.0 and system.down[c] == 1.0) or is_integrated(system))
     if not smooth:
         return AWAITED
-    whole(leg, 1, 2 if is_mirrored(system) else 1)
+    whole(leg, 1, 2 if system.mirrored else 1)
     miss, code = only_orbit(flow, leg, starts, y)
-    floor, extent, row[places.MISS] = 1e-14 * drive_size(system), size_of(system, work, y), miss
+    floor, row[places.MISS] = floor_of(system, size_of(system, work, y)), miss
     if code == TIRED or (code != DONE and alone):
         return verdict_of(code)
     if alone:
-        return PERIODIC if miss <= 1e-9 * extent + floor else NOT_FOUND
-    close = code == DONE and miss <= 1e-12 * extent + floor
-    if not close or abs(multiplier(system, work)) > 1.0 + 1e-9 or system.sliders > 1:
+        return PERIODIC if miss <= 1e3 * floor else NOT_FOUND
+    close = code == DONE and miss <= floor
+    if not close or abs(multiplier(system, work)) > 1.0 + 1e-9 or (system.sliders > 1 and not is_integrated(system)):
         return AWAITED
     return PERIODIC
 
@@ -336,10 +322,11 @@ def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, row: FloatArray
 def wait(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
     """Find the orbit that the motion from a start settles on, from rest where `y[0]` is not a number; an outcome."""
     system, starts = flow.systems[0], np.empty((3, len(y)))
-    fill_starts(system, flow.works[0], starts)
+    if not is_integrated(system):
+        fill_starts(system, flow.works[0], starts)
     if isnan(y[0]):
         copy(starts[0], y)
-    row[places.MISS], outcome = settle_from(flow, leg, y, starts[2], 2 if is_mirrored(system) else 1)
+    row[places.MISS], outcome = settle_from(flow, leg, y, starts[2], 2 if system.mirrored else 1)
     return outcome
 
 
@@ -347,7 +334,7 @@ def wait(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
 def is_symmetric(flow: Any, leg: Any, y: FloatArray, image: FloatArray) -> bool:
     """Return whether an orbit is its own mirror image half a cycle later; the run last carried is that of the orbit."""
     system, work = flow.systems[0], flow.works[0]
-    if leg.sign < 0.0 or leg.turns != 1 or not is_mirrored(system):
+    if leg.sign < 0.0 or leg.turns != 1 or not system.mirrored:
         return leg.sign < 0.0
     n, extent, miss = system.masses, size_of(system, work, y), 0.0
     leg.span, leg.sign = pi, -1.0
@@ -356,7 +343,7 @@ def is_symmetric(flow: Any, leg: Any, y: FloatArray, image: FloatArray) -> bool:
         miss = hypot(miss, hypot(y[a] - image[a], system.r * (y[n + a] - image[n + a])))
     leg.span, leg.sign = TURN, 1.0
     carry(flow, leg, y, image, True)
-    return code == DONE and miss <= 1e-9 * extent
+    return code == DONE and miss <= (1e2 * ALMOST if is_integrated(system) else 1e-9) * extent
 
 
 @inner
@@ -416,11 +403,15 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
     row[places.MISS] = distance(system, y, image) if outcome != STUCK else 0.0
     row[places.MULTIPLIER] = multiplier(system, work) ** (2.0 if leg.sign < 0.0 else 1.0)
     row[places.PERIOD], row[places.UNAWAITED] = float(leg.turns), 1.0 if outcome == UPCOMING else 0.0
+    if is_integrated(system):  # what it does its motion says
+        kind = STUCK if outcome == STUCK else PERIODIC
+        row[places.OUTCOME], row[places.SOLVER] = LACKING if work.phases.missing else kind, places.INTEGRATED
+        return
     if work.phases.missing or work.count > len(flow.pieces):
         row[places.OUTCOME] = LACKING if work.phases.missing else OVERFULL
         return
     held = (work.path == 0.0 or outcome == STUCK) and system.contacts > 0
-    flow.account(flow.systems, flow.works, flow.pieces, work.count, sums)
+    flow.account(flow.systems, flow.works, flow.pieces, 0, work.count, sums)
     fill_energies(system, leg, held, sums[0], row)
 
 
@@ -441,12 +432,16 @@ def solve(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, rows
     """
     leg, starts = legs[0], np.empty((3, ys.shape[1]))
     for k in range(len(rows)):
-        one = Carrier(flow.systems[k : k + 1], flow.works, flow.pieces, flow.run, flow.account)
+        one = Carrier(flow.systems[k : k + 1], flow.works, flow.pieces, flow.formulas, flow.run, flow.account)
         flow.works[0].left = left
         given = begin_row(one, leg, rows[k])
         found = simple(one, leg, starts, ys[k], closed, rows[k])
         if found == AWAITED:
-            found = shot(one, leg, starts[: 3 if one.systems[0].sliders else 2], ys[k], rows[k])
+            if is_integrated(one.systems[0]):
+                copy(ys[k], starts[0])
+                found = shot(one, leg, starts[:1], ys[k], rows[k])
+            else:
+                found = shot(one, leg, starts[: 3 if one.systems[0].sliders else 2], ys[k], rows[k])
         end_row(one, leg, ys[k], found, given, sums, rows[k])
         name_solver(one, leg, closed, rows[k])
 
@@ -456,7 +451,7 @@ def wait_for(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, r
     """As `solve`, of what the motions from starts settle on, or, where `ys` is not a number, from rest."""
     leg = legs[0]
     for k in range(len(rows)):
-        one = Carrier(flow.systems[k : k + 1], flow.works, flow.pieces, flow.run, flow.account)
+        one = Carrier(flow.systems[k : k + 1], flow.works, flow.pieces, flow.formulas, flow.run, flow.account)
         flow.works[0].left = left
         given = begin_row(one, leg, rows[k])
         end_row(one, leg, ys[k], wait(one, leg, ys[k], rows[k]), given, sums, rows[k])
@@ -470,29 +465,53 @@ def carry_on(flow: Carrier, legs: Any, y: FloatArray, image: FloatArray, derived
 
 
 @entry
-def travel(flow: Carrier, time: FloatArray, cubics: FloatArray, found: FloatArray) -> int:
-    """Carry the state at hand along sampled times (n,); return the piece that it did not come through, or -1.
+def travel(
+    flow: Carrier,
+    time: FloatArray,
+    cubics: FloatArray,
+    sums: Any,
+    found: FloatArray,
+    marks: NDArray[np.int64],
+    left: float,
+) -> tuple[int, int]:
+    """Carry the state at hand along sampled times (n,); return the piece that it did not come through, and why.
 
-    `cubics` (n - 1, 4): what drives the masses, in the time from each sample on; `found` (n, 2 n + c): displacements,
-    velocities and contacts' forces at the samples, but for the first forces.
+    `cubics` (n - 1, 4): what drives the masses, in the time from each sample on; `sums`: what the motion does;
+    `found` (n, 2 n + c): displacements, velocities and contacts' forces at the samples; `marks` (n,): pieces recorded
+    until then; `left`: evaluations, or steps, between samples. Sums and forces are of the exact flow alone.
     """
     system, work = flow.systems[0], flow.works[0]
     n = system.masses
     for i in range(len(time) - 1):
-        for k in range(4):
-            system.cubic[k] = cubics[i, k]
-        work.tau = time[i]
-        code = flow.run(flow.systems, flow.works, flow.pieces, time[i + 1] - time[i], False, i == 0)
+        copy(cubics[i], system.cubic)
+        work.tau, work.left = time[i], left
+        code = flow.run(flow.systems, flow.works, flow.pieces, flow.formulas, time[i + 1] - time[i], False, i == 0)
         if code != DONE:
-            return i
-        if i == 0:
-            for k in range(2 * n):
-                found[0, k] = flow.pieces[0, 2 + k]
+            return i, code
+        marks[i + 1] = work.count
+        if is_integrated(system):
+            continue
         base_at_time(system, work)
-        slot = slot_of(system, work.phases, work.kappa)
+        sample(system, work, slot_of(system, work.phases, work.kappa), work.q, work.v, found[i + 1])
+        for k in range(marks[i], min(work.count, len(flow.pieces))):
+            copy(cubics[i], system.cubic)
+            move_cubic(system.cubic, flow.pieces[k, 0] - time[i])
+            if k == 0:
+                slot = enter(system, work, flow.pieces, 0)
+                modes_at(system, work, slot, 0.0)
+                sample(system, work, slot, work.q, work.v, found[0])
+            flow.account(flow.systems, flow.works, flow.pieces, k, k + 1, sums)
         for a in range(n):
-            found[i + 1, a], found[i + 1, n + a] = work.q[a], work.v[a]
-            work.now_q[a], work.now_v[a] = work.q[a], work.v[a]
-        for c in range(system.contacts):
-            found[i + 1, 2 * n + c] = contact_force(system, work, slot, c)
-    return -1
+            work.q[a], work.v[a] = found[i + 1, a], found[i + 1, n + a]
+    return len(time) - 1, DONE
+
+
+@inner
+def sample(system: Any, work: Any, slot: int, q: FloatArray, v: FloatArray, found: FloatArray) -> None:
+    """Write displacements, velocities and contacts' forces (2 n + c,) of a state."""
+    n = system.masses
+    for a in range(n):
+        found[a], found[n + a] = q[a], v[a]
+        work.now_q[a], work.now_v[a] = q[a], v[a]
+    for c in range(system.contacts):
+        found[2 * n + c] = contact_force(system, work, slot, c)

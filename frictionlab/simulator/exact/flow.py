@@ -5,13 +5,14 @@ the third give a step that is proven free of zeros, ``g + g' h + g'' h^2 / 2 - M
 steps converges to the zero. At each event the derivative of the state jumps by a saltation matrix.
 """
 
+import functools
 from math import inf, sqrt
 from typing import Any
 
-from numba import from_dtype, types
+from numba import from_dtype
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import callback, inner
+from frictionlab.simulator.compiled import callback, inner, numba
 from frictionlab.simulator.exact.motion import (
     WORK,
     base_at_time,
@@ -25,7 +26,9 @@ from frictionlab.simulator.exact.motion import (
     modulus,
     place_of,
 )
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SYSTEM, TIRED, slot_of
+from frictionlab.simulator.exact.phase import CHATTER, CONTACTS, DONE, PULLS, SYSTEM, TIRED, slot_of
+from frictionlab.simulator.laws.exact import coulomb
+from frictionlab.simulator.laws.law import ContactForce
 
 TURN_OF, UPWARDS, DOWNWARDS = 0, 1, 2  # what ends a phase: slip of a contact, or what it holds up or down
 WINDOW = 8.0  # over the fastest rate: derivatives are bounded over so long at first
@@ -458,6 +461,14 @@ def start_account(system: Any, work: Any, size: int) -> None:
 
 
 @inner
+def move_cubic(base: FloatArray, by: float) -> None:
+    """Write the polynomial of a sampled base about a later time."""
+    base[0] += by * (base[1] + by * (base[2] + by * base[3]))
+    base[1] += by * (2.0 * base[2] + 3.0 * by * base[3])
+    base[2] += 3.0 * by * base[3]
+
+
+@inner
 def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float, tangent: bool) -> None:
     """Carry the state at hand, and the derivative, over a piece of a phase; record and count it."""
     at, n, contacts = work.count, system.masses, system.contacts
@@ -480,26 +491,24 @@ def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float
         if work.side[c] != 0:
             work.path += abs(place_of(system, work.q, c, work.f[0]) - work.place[c])
     work.tau += length
-    base = system.cubic  # of a sampled base: about the later time
-    base[0] += length * (base[1] + length * (base[2] + length * base[3]))
-    base[1] += length * (2.0 * base[2] + 3.0 * length * base[3])
-    base[2] += 3.0 * length * base[3]
+    move_cubic(system.cubic, length)
     for c in range(contacts):
         for which in range(3):
             work.lead[c, which] = 0
 
 
 @inner
-def come_earlier(system: Any, work: Any, slot: int, c: int, how: int) -> None:
-    """Write by how much an event comes earlier, for each column of the derivative, and what is before it."""
+def come_earlier(system: Any, work: Any, slot: int, fall: float) -> None:
+    """Write by how much an event comes earlier, for each column of the derivative, and what is before it.
+
+    Its row is in `form`; `fall`: the rate of its function.
+    """
     size, shift = 2 * system.masses + system.sliders, work.shift
     for i in range(system.sliders):
         work.slipping[i] = work.slips[i]
     for b in range(size):
         shift[b] = 0.0
-    fall = sign_of(work, c, how) * watched(system, work, slot, c, how)[1]
     if fall != 0.0:
-        event_row(system, work, slot, c, how)
         for k in range(size):
             if work.form[k] != 0.0:
                 for b in range(size):
@@ -594,7 +603,7 @@ def carry_jacobian(system: Any, work: Any) -> None:
             jacobian[a, b] = total
 
 
-def run(systems: Any, works: Any, pieces: FloatArray, span: float, tangent: bool, fresh: bool) -> int:
+def run(systems: Any, works: Any, pieces: FloatArray, _laws: Any, span: float, tangent: bool, fresh: bool) -> int:
     """Carry the state over a span (rad); return how that ended. The anchors of what slips follow their contact.
 
     The state is in `works[0]`: `tau`, `q`, `v`, `anchor`; afterwards it is the end's. With `tangent` the derivative of
@@ -628,7 +637,8 @@ def run(systems: Any, works: Any, pieces: FloatArray, span: float, tangent: bool
         work.signature = (work.signature * 31 + 3 * c + how + 1) % 1000000007
         base_at_time(system, work)
         if tangent:
-            come_earlier(system, work, slot, c, how)
+            event_row(system, work, slot, c, how)
+            come_earlier(system, work, slot, sign_of(work, c, how) * watched(system, work, slot, c, how)[1])
         side = float(work.side[c])
         if after_event(system, work, slot, c, how):
             slot = settle(system, work)
@@ -637,13 +647,23 @@ def run(systems: Any, works: Any, pieces: FloatArray, span: float, tangent: bool
     return PULLS if pulls(system, work) else -slot
 
 
-RUNNER = callback(
-    run,
-    types.int64(
-        *(types.Array(from_dtype(kind), 1, "C") for kind in (SYSTEM, WORK)),
-        types.Array(types.float64, 2, "C"),
-        types.float64,
-        types.boolean,
-        types.boolean,
-    ),
+types = numba.types
+FORMULA = types.UniTuple(types.float64, 16)(types.float64[::1], *(types.float64,) * 6)
+RUN = types.int64(
+    *(types.Array(from_dtype(kind), 1, "C") for kind in (SYSTEM, WORK)),
+    types.Array(types.float64, 2, "C"),
+    types.UniTuple(types.FunctionType(FORMULA), CONTACTS),
+    types.float64,
+    *(types.boolean, types.boolean),
 )
+"""What a law's formula and what a flow's run are for compiled functions: one type for all: one search serves."""
+
+
+@functools.cache
+def compiled_formula(contact: ContactForce) -> Any:
+    """Return a law's formula, compiled."""
+    return callback(contact, FORMULA)
+
+
+RUNNER = callback(run, RUN)
+LAWLESS = (compiled_formula(coulomb),) * CONTACTS  # formulas of the exact flow, which asks for none

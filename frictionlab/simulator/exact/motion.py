@@ -11,7 +11,16 @@ import numpy as np
 
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator.compiled import inner
-from frictionlab.simulator.exact.phase import CONTACTS, HARMONICS, MASSES, MODES, PHASES, SLIDERS, mode_force
+from frictionlab.simulator.exact.phase import (
+    CONTACTS,
+    HARMONICS,
+    INNER,
+    MASSES,
+    MODES,
+    PHASES,
+    SLIDERS,
+    mode_force,
+)
 
 ORDERS = 5  # values and four derivatives
 LONG = 4.0  # rad: over longer spans the sine itself is taken, lest roundings of the half angle's add up over cycles
@@ -20,15 +29,47 @@ LONG = 4.0  # rad: over longer spans the sine itself is taken, lest roundings of
 _N, _C, _D, _S, _H = MASSES, CONTACTS, MODES, SLIDERS, HARMONICS
 _J = 2 * _N + _S
 
+STAGES, COUNT = 7, 8  # stages and nodes of a step
+SIZE, LESS = 2 * _N + INNER, _N + INNER
+
+STEPS = np.dtype(
+    [
+        ("components", "i8"),  # that are carried: displacements, velocities, inner states
+        ("origin", "f8"),  # time at which a sampled base's polynomial begins
+        ("next", "f8"),  # length of the next step
+        ("last", "f8"),  # and of the last one; 0: none to go on from
+        ("fall", "f8"),  # rate of an event's function at the end of the step that is tried
+        ("driven", "f8", (3, COUNT)),  # f, f' and f'' at the nodes of the step that is tried
+        ("values", "f8", (SIZE, COUNT)),  # the last step at its nodes
+        ("trial", "f8", (SIZE, COUNT)),  # the step that is tried
+        ("rate", "f8", (SIZE, COUNT)),
+        ("net", "f8", (_N, COUNT)),  # force on each mass but for that of held contacts
+        ("bare", "f8", (_N, SIZE, COUNT)),  # its slopes over the state
+        ("slopes", "f8", (LESS, SIZE, COUNT)),  # of the rates of v and of the inner states over the state
+        ("mobile", "f8", (_N, _N)),  # accelerations by net forces, as held contacts leave them
+        ("moved", "f8", (_N,)),  # and by f''
+        ("constant", "f8", (_N,)),  # constant forces of springs
+        ("inverse", "f8", (STAGES * LESS, STAGES * LESS)),  # of the stages' equations, q put in
+        ("right", "f8", (SIZE, STAGES)),
+        ("reduced", "f8", (2, STAGES * LESS)),
+        ("exchanged", "i8", (STAGES * LESS,)),
+        ("held", "f8", (_C, COUNT)),  # force of each held contact at the nodes
+        ("watch", "f8", (COUNT,)),  # an event's function at the nodes
+        ("curve", "f8", (2, COUNT)),  # its Bernstein coefficients, and those of a part
+    ]
+)
+"""Where steps are tried that are integrated."""
+
 WORK = np.dtype(
     [
         ("phases", PHASES),
+        ("steps", STEPS),
         ("tau", "f8"),  # begin of the phase
         ("until", "f8"),  # end of the run
         ("count", "i8"),  # pieces met
         ("signature", "i8"),  # of the events passed, in their order
         ("path", "f8"),  # way slipped, all contacts together
-        ("left", "f8"),  # evaluations that may still be made
+        ("left", "f8"),  # evaluations, or steps, that may still be made
         ("spent", "f8"),  # of them, by a search
         ("fastest", "f8"),  # rate of the present phase
         ("q", "f8", (_N,)),  # state at the begin of the phase
@@ -282,21 +323,20 @@ def _add_near(w: ComplexArray, j: int, force: complex, line: complex, rate: comp
 def _mode_under_cubic(work: Any, rate: complex, change: complex, j: int, t: float) -> None:
     """Write a mode under a cubic force: ``e^x start + sum_k t^(k+1) phi_(k+1)(x) p_k``, x = rate t; change: e^x - 1."""
     w, p = work.w, work.forced
-    x = rate * t
-    value = work.start[j] * change
-    if abs(x) < 0.7:
-        for k in range(4):
-            # phi_(k+1)(x) t^(k+1) = t^(k+1) sum x^m / (m + k + 1)!
-            term = complex(t)
-            for m in range(2, k + 2):
-                term *= t / m
-            total = term
-            for m in range(1, 16):
-                term *= x / (m + k + 1.0)
-                total += term
-            value += total * p[j, k]
+    x, value = rate * t, work.start[j] * change
+    if abs(x) < 0.7:  # the series of phi_4, and phi_k = 1 / k! + x phi_(k+1)
+        phi, term = complex(1.0 / 24.0), complex(1.0 / 24.0)
+        for m in range(5, 20):
+            term *= x * (1.0 / m)
+            phi += term
+            if modulus(term) < 1e-18:
+                break
+        power, inverse = t * t * t * t, 1.0 / 6.0
+        for k in range(3, -1, -1):
+            value += power * phi * p[j, k]
+            phi, power, inverse = inverse + x * phi, power / t if t > 0.0 else 0.0, inverse * k
     else:
-        phi, power, factorial = change / x, complex(t), 1.0
+        phi, power, factorial = change / x, t, 1.0
         for k in range(4):
             value += power * phi * p[j, k]
             factorial *= k + 1.0

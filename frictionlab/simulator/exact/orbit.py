@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import inner
 from frictionlab.simulator.exact.account import ACCOUNT
-from frictionlab.simulator.exact.flow import RUNNER
+from frictionlab.simulator.exact.flow import LAWLESS, RUNNER
 from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED
 from frictionlab.simulator.row import (
     CHATTERED,
@@ -35,6 +35,7 @@ TURN = 2.0 * pi
 STEPS = 60  # of Newton's method to the only orbit
 FEW_STEPS = 8  # beside a motion
 ROUNDED = -1.0
+CONVERGED, ALMOST = 1e-13, 1e-8  # of an orbit's size: what steps leave of a miss, and what is taken where no less comes
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
 SECTIONS = 4  # phases of the drive from which the only orbit is tried
 LONGEST = 512  # cycles of the longest orbit looked for
@@ -52,11 +53,12 @@ LEG = np.dtype([("tau", "f8"), ("span", "f8"), ("turns", "i8"), ("sign", "f8")])
 
 
 class Carrier(NamedTuple):
-    """What carries a motion: what is carried, where it writes, and the addresses of `run` and `account`."""
+    """What carries a motion: what is carried, where it writes, its laws, and the addresses of `run` and `account`."""
 
     systems: Any  # records of SYSTEM, the first is carried
     works: Any  # one record of WORK
     pieces: FloatArray
+    formulas: Any = LAWLESS
     run: Any = RUNNER
     account: Any = ACCOUNT
 
@@ -86,7 +88,17 @@ def write_image(system: Any, work: Any, leg: Any, image: FloatArray) -> None:
     for a in range(n):
         image[a], image[n + a] = leg.sign * work.q[a], leg.sign * work.v[a]
     for i in range(system.sliders):
-        image[2 * n + i] = leg.sign * work.anchor[i]
+        image[2 * n + i] = mirror_sign(system, leg, 2 * n + i) * work.anchor[i]
+
+
+@inner
+def mirror_sign(system: Any, leg: Any, k: int) -> float:
+    """Return by what the end of a leg is multiplied in an entry of the state: an age is its own mirror image."""
+    if leg.sign < 0.0:
+        for c in range(system.contacts):
+            if system.law.states[c] == 2 and k == system.first[system.contacts] + system.law.at[c] + 1:
+                return 1.0
+    return float(leg.sign)
 
 
 @inner
@@ -98,14 +110,15 @@ def carry(flow: Any, leg: Any, y: FloatArray, image: FloatArray, tangent: bool) 
     code = DONE
     for turn in range(leg.turns):
         work.tau = leg.tau
-        code = flow.run(flow.systems, flow.works, flow.pieces, leg.span, tangent, turn == 0)
+        code = flow.run(flow.systems, flow.works, flow.pieces, flow.formulas, leg.span, tangent, turn == 0)
         if code != DONE:
             return code
     write_image(system, work, leg, image)
     if tangent and leg.sign != 1.0:
         for a in range(2 * n + system.sliders):
+            sign = mirror_sign(system, leg, a)
             for b in range(2 * n + system.sliders):
-                work.jacobian[a, b] *= leg.sign
+                work.jacobian[a, b] *= sign
     return code
 
 
@@ -121,7 +134,22 @@ def distance(system: Any, y: FloatArray, other: FloatArray) -> float:
             for a in range(n):
                 apart += system.row[c, a] * (y[a] - other[a])
             total += system.spring[i] * apart * apart
+    for k in range(2 * n, 2 * n + system.sliders - system.first[system.contacts]):  # states of laws
+        apart = other[system.first[system.contacts] + k] - y[system.first[system.contacts] + k]
+        total += (system.law.scale[0] / system.law.scale[k] * apart) ** 2
     return sqrt(total)
+
+
+@inner
+def is_integrated(system: Any) -> bool:
+    """Return whether the flow is integrated by steps."""
+    return bool(system.law.tolerance > 0.0)
+
+
+@inner
+def floor_of(system: Any, extent: float) -> float:
+    """Return the miss that is none in an orbit of a size: what rounding leaves, or steps."""
+    return ALMOST * extent if is_integrated(system) else 1e-12 * extent + 1e-14 * drive_size(system)
 
 
 @inner
@@ -217,7 +245,7 @@ def shoot(flow: Any, leg: Any, y: FloatArray, patience: float) -> tuple[float, i
     code = carry(flow, leg, y, image, True)
     miss = distance(system, y, image)
     for _ in range(STEPS):
-        if code != DONE or miss <= 2e-16 * size_of(system, work, y):
+        if code != DONE or miss <= (CONVERGED if is_integrated(system) else 2e-16) * size_of(system, work, y):
             break
         less = stepped(flow, leg, y, image, miss)
         if ROUNDED < less < miss:
@@ -259,7 +287,7 @@ def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float) 
             copy(ahead, image)
             return less
         share *= 0.25
-        if miss <= 1e-13 * extent + 1e-15 * drive_size(system):
+        if miss <= (1.0 if is_integrated(system) else 0.1) * floor_of(system, extent):
             carry(flow, leg, y, image, True)
             return ROUNDED
     return inf
@@ -332,10 +360,10 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
             carry(flow, leg, y, image, False)
             copy(image, y)
         miss, code = shoot(flow, leg, y, inf)
-        idle = attempt == 0 and not rubs and distance(system, starts[0], starts[1]) > 0.0  # the next start is the orbit
-        if code != DONE or (miss <= 1e-12 * size_of(system, work, y) + 1e-14 * drive_size(system) and not idle):
+        idle = attempt == 0 and not rubs and len(starts) > 1 and distance(system, starts[0], starts[1]) > 0.0
+        if code != DONE or (miss <= floor_of(system, size_of(system, work, y)) and not idle):  # the next is the orbit
             return miss, code
-    if system.masses == 1 and system.sliders == 0:
+    if system.masses == 1 and system.sliders == 0 and not is_integrated(system):
         return continued(flow, leg, y)
     return miss, code
 
@@ -377,11 +405,13 @@ def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
     copy(y, orbit)
     copy(later, image)
     miss, extent = distance(system, orbit, image), size_of(system, work, y)
-    floor = 1e-12 * extent + 1e-14 * drive_size(system)
+    floor = floor_of(system, extent)
     if code != DONE:
         return inf, False
     for _ in range(FEW_STEPS):
-        if miss <= 2e-16 * extent or not newton_target(system, work, leg, orbit, image, target):
+        if miss <= (CONVERGED if is_integrated(system) else 2e-16) * extent or not newton_target(
+            system, work, leg, orbit, image, target
+        ):
             break
         code = carry(flow, leg, target, ahead, True)
         less = distance(system, target, ahead) if code == DONE else inf
@@ -439,7 +469,7 @@ def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
             leg.turns = part
             code = carry(flow, leg, y, image, True)
             less = distance(system, y, image)
-            if code == DONE and less <= 1e-9 * size_of(system, work, y):
+            if code == DONE and less <= 1e3 * floor_of(system, size_of(system, work, y)):
                 return shoot(flow, leg, y, 0.0)[0]
     leg.turns = turns
     carry(flow, leg, y, image, True)
@@ -493,14 +523,15 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: in
 def any_stable(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: int) -> tuple[float, int]:
     """Find a stable orbit of few cycles to which Newton's method comes from a state or the forced motion, afar."""
     system, work, orbit = flow.systems[0], flow.works[0], y.copy()
-    work.spent, work.left = work.left, inf  # the last search has no limit: what was left before it says what was spent
-    for attempt in range(3):
+    if not is_integrated(system):  # the last search has no limit: what was left before it says what was spent
+        work.spent, work.left = work.left, inf
+    for attempt in range(2 if is_integrated(system) else 3):
         whole(leg, 1 if attempt == 0 else 2 if each == 1 else 4, each)
         if attempt == 2:
             whole(leg, 1, 1)
         copy(forced if attempt == 2 else y, orbit)
         miss, code = shoot(flow, leg, orbit, 64.0 if attempt == 2 else 0.0)
-        near = miss <= (1e-9 if attempt == 2 else 1e-12) * size_of(system, work, orbit) + 1e-14 * drive_size(system)
+        near = miss <= (1e3 if attempt == 2 else 1.0) * floor_of(system, size_of(system, work, orbit))
         if code == DONE and near and abs(multiplier(system, work)) <= 1.0 + 1e-9:
             copy(orbit, y)
             return miss, UPCOMING

@@ -10,7 +10,7 @@ is linear. Held rigid contacts take their directions out of it; what is left is 
 """
 
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +27,24 @@ NEAR = 0.02  # a harmonic nearer to a rate than this is taken by its divided dif
 
 MASSES, CONTACTS, SLIDERS, HARMONICS = 6, 6, 200, 64  # what a structure may have
 MODES = 2 * MASSES
+INNER = 2 * CONTACTS  # states that the contacts' laws may have
 _N, _C, _D, _S, _H, _P = MASSES, CONTACTS, MODES, SLIDERS, HARMONICS, SLOTS
+
+LAW = np.dtype(
+    [
+        ("own", "f8", (_C, 8)),  # parameters of each formula
+        ("beta", "f8", (_C,)),
+        ("gradient", "f8", (_C,)),
+        ("narrow", "f8", (_C,)),  # speed below which friction changes; 0: it does not
+        ("states", "i8", (_C,)),  # states of its own; -1: an elastic contact, which has no formula
+        ("at", "i8", (_C,)),  # the component at which they stand, after displacements and velocities
+        ("scale", "f8", (2 * _N + INNER,)),  # errors are relative to it and to the component's own size
+        ("force", "f8"),  # and to this, of what a held contact bears
+        ("tolerance", "f8"),  # 0: phases are exact
+        ("first", "f8"),  # length of the first step
+    ]
+)
+"""The contacts' laws in numbers, and what counts as small of each component, where they are integrated."""
 
 SYSTEM = np.dtype(
     [
@@ -48,11 +65,16 @@ SYSTEM = np.dtype(
         ("gradient", "f8", (_C,)),
         ("up", "f8", (_C,)),  # static over kinetic friction
         ("down", "f8", (_C,)),
-        ("first", "i8", (_C + 1,)),  # the sliders of contact c are first[c] to first[c + 1]; none: rigid
+        ("first", "i8", (_C + 1,)),  # the sliders of contact c are first[c] to first[c + 1]; none: rigid; then come
+        # the laws' own states, which are integrated
         ("spring", "f8", (_S,)),
         ("strength", "f8", (_S,)),  # friction force of each slider
         ("lines", "c16", (_H,)),  # the base is Re sum lines_k e^(i k tau)
         ("cubic", "f8", (4,)),  # of a sampled base, the piece's polynomial in local time
+        ("moves", "f8"),  # 1; 0 in coordinates relative to the base
+        ("alone", "i8"),  # 1: friction nowhere weakens, motions only draw nearer to each other
+        ("mirrored", "i8"),  # 1: it is its own mirror image half a cycle later
+        ("law", LAW),
     ]
 )
 """The numbers of a structure of n masses, c contacts, s elastic sliders, under h harmonics of the base."""
@@ -138,52 +160,33 @@ def _constrain_one(system: Any, phases: Any, i: int) -> None:
     phases.stiffness[i, 0, 0], phases.by_f[i, 0] = stiffness, by_f
 
 
-class Bound(NamedTuple):
-    """What holds masses in a phase: stiffness (n, n), force per f (n,); of held contacts' forces ``grip`` and ``bind``.
-
-    ``grip`` (c, n): by the forces on the masses; ``bind`` (c,): by f''; both 0 for contacts that do not hold.
-    """
-
-    stiffness: FloatArray
-    by_f: FloatArray
-    grip: FloatArray
-    bind: FloatArray
-
-
-def bound_by(system: Any, kappa: FloatArray) -> Bound:
-    """Return what contacts of stiffnesses kappa (c,), infinite where one holds, make of a structure."""
-    c, n = len(kappa), int(system["masses"])
-    row, follow, mobility = system["row"][:c, :n], system["follow"][:c], system["mobility"][:n, :n]
-    held, grip, bind = np.isinf(kappa), np.zeros((c, n)), np.zeros(c)
-    springs = np.where(held, 0.0, kappa)
-    if held.any():
-        rows = row[held]
-        compliance = np.linalg.inv(rows @ mobility @ rows.T)
-        grip[held], bind[held] = compliance @ rows @ mobility, compliance @ follow[held]
-    stiffness = system["stiffness"][:n, :n] + row.T @ (springs[:, None] * row)
-    return Bound(stiffness, system["push"][:n, 0] + row.T @ (springs * follow), grip, bind)
-
-
 def make_phase(systems: Any, works: Any) -> None:
     """Make the phase that a run has missed, of several masses; refuse one without stiffness, or critically damped."""
     system, phases = systems[0], works[0]["phases"]
     n, c = int(system["masses"]), int(system["contacts"])
     i = int(phases["missing"]) - 1
     phases["missing"] = 0
-    kappa, row = phases["kappa"][i, :c], system["row"][:c, :n]
+    kappa, row, follow = phases["kappa"][i, :c], system["row"][:c, :n], system["follow"][:c]
     held = np.isinf(kappa)
-    rows, free, carried = row[held], np.eye(n), np.zeros((n, c))
+    rows, free, carried, grip, bind = row[held], np.eye(n), np.zeros((n, c)), np.zeros((c, n)), np.zeros(c)
     if len(rows) and np.linalg.matrix_rank(rows) < len(rows):  # on wall and base at once: the base moves
         phases["modes"][i] = -1
         return
     if len(rows):
         free = np.linalg.svd(rows)[2][len(rows) :].T
         carried[:, held] = np.linalg.pinv(rows)
-    bound = bound_by(system, kappa)
-    phases["stiffness"][i, :n, :n], phases["by_f"][i, :n] = bound.stiffness, bound.by_f
-    phases["grip"][i, :c, :n], phases["bind"][i, :c] = bound.grip, bound.bind
-    phases["carried"][i, :n, :c], phases["along"][i, :n] = carried, carried @ system["follow"][:c]
-    _write_modes(system, phases, i, free, bound.stiffness)
+        mobile = rows @ system["mobility"][:n, :n]
+        compliance = np.linalg.inv(mobile @ rows.T)
+        grip[held], bind[held] = compliance @ mobile, compliance @ follow[held]
+    springs = np.where(held, 0.0, kappa)
+    stiffness = system["stiffness"][:n, :n] + row.T @ (springs[:, None] * row)
+    phases["stiffness"][i, :n, :n], phases["by_f"][i, :n] = (
+        stiffness,
+        system["push"][:n, 0] + row.T @ (springs * follow),
+    )
+    phases["grip"][i, :c, :n], phases["bind"][i, :c] = grip, bind
+    phases["carried"][i, :n, :c], phases["along"][i, :n] = carried, carried @ follow
+    _write_modes(system, phases, i, free, stiffness)
     complete(systems, works, i)
 
 

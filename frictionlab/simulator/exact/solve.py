@@ -8,7 +8,7 @@ from math import ceil, inf, nan, pi
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
@@ -32,21 +32,22 @@ from frictionlab.simulator.exact.phase import (
     TIRED,
     make_phase,
 )
+from frictionlab.simulator.laws.exact import BREAKAWAY, PLACE
 from frictionlab.simulator.meter import EXACT_STATE, LOOKS, Meter
 from frictionlab.simulator.motion import Motion, Timeline, cycles_of
-from frictionlab.simulator.notes import SLOW, Note
+from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.problem import Base, Problem
-from frictionlab.simulator.state import ContactNumbers, Outcome, SteadyState, from_numbers, of_contacts
+from frictionlab.simulator.state import Outcome, SteadyState, from_numbers, numbers_of
 from frictionlab.simulator.structure import Contact, Structure
 
 announce("frictionlab.simulator.exact.answer")
 
 TURN = 2.0 * pi
 TOUCH = 1e-13  # rad: a shorter stick is no stop
-CREEP = 1e-10  # Y in a cycle: a contact that slips no further is at rest, at the edge of where it holds
 PIECES = 512  # recorded at first
 MOST_PIECES = 1 << 22
 CLOSED = {"auto": answer.AUTO, "closed-form": answer.CLOSED_ONLY, "exact": answer.NEVER_CLOSED}
+NOTHING: FloatArray = np.empty((0, 0))
 _OWN = threading.local()
 
 
@@ -114,6 +115,7 @@ def system_of(what: Problem | Structure) -> Any:
             " one of them the term compliance"
         )
     _set_base(systems, what.base)
+    system["alone"], system["mirrored"] = not what.weakens, what.has_mirror_image
     system["row"][: len(rows), :n], system["follow"][: len(rows)], system["dashpot"][: len(rows)] = (
         rows,
         follow,
@@ -141,6 +143,10 @@ def systems_of(values: Mapping[str, FloatArray], wall: str, base: Base) -> Any:
     systems["push"][:, 0, 1] = 2.0 * (frame + contact * moves) * r
     systems["limit"][:, 0], systems["gradient"][:, 0] = values["beta"], values.get("gradient", 0.0)
     systems["up"][:, 0], systems["down"][:, 0] = (values.get(f"static_ratio_{way}", 1.0) for way in ("up", "down"))
+    terms = [term for term in (PLACE, BREAKAWAY) if all(p.name in values for p in term.parameters)]
+    weakens, is_even = sum(term.weakens(values) for term in terms), [term.is_even(values) for term in terms]
+    systems["alone"] = np.logical_not(np.logical_and(values["beta"], weakens))
+    systems["mirrored"] = np.logical_and(base.is_odd, np.all(is_even, axis=0))
     _set_base(systems, base)
     if "stiffness_ratio" in values:
         for k in range(len(r)):
@@ -152,12 +158,12 @@ def feel_acceleration(systems: Any) -> None:
     """Change a system's coordinates to those relative to the base, which then drives by its acceleration."""
     n = int(systems[0]["masses"])
     systems["push"][0, :n, 0], systems["push"][0, :n, 1] = -systems["inertia"][0, :n, :n].sum(axis=1), 0.0
-    systems["follow"][:] = 0.0
+    systems["follow"][:], systems["moves"] = 0.0, 0.0
 
 
 def _set_base(systems: Any, base: Base) -> None:
     _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
-    systems["harmonics"] = base.harmonics
+    systems["harmonics"], systems["moves"] = base.harmonics, 1.0
     systems["lines"][:, : base.harmonics] = base.lines
 
 
@@ -220,68 +226,34 @@ class Trajectory(Motion):
 
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
-        spans = self.timeline.spans(
-            self.rows[:, 2 + 2 * self.masses + 2 * int(self.systems[0]["contacts"]) + contact] == 0.0
-        )
+        column = 2 + 2 * self.masses + 2 * int(self.systems[0]["contacts"]) + contact
+        spans = self.timeline.spans(self.rows[:, column] == 0.0)
         return spans[spans[:, 1] - spans[:, 0] > TOUCH]
 
     def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:  # noqa: ARG002
-        """Return x, v of the first mass and the force of the first contact (k,) at times within pieces of an index."""
-        n, found = self.masses, self._all(index, within)
-        return found[:, 0], found[:, n], found[:, 2 * n] if found.shape[1] > 2 * n else np.zeros(len(found))
-
-    def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return displacements, velocities (k, n) and forces (k, c) of all masses and contacts: see `Motion.all_at`."""
-        n, (_, _, index, within) = self.masses, self.timeline.place(np.atleast_1d(tau), None)
-        found = self._all(index, within)
-        return found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
-
-    def _all(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
-        """Displacements, velocities and contacts' forces (k, 2 n + c) at times within the pieces of an index."""
-        found = np.empty((len(index), 2 * self.masses + int(self.systems[0]["contacts"])))
-        works, numbers = workspace(), np.asarray(index, np.int64)
+        """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within pieces of an index."""
+        n, works, numbers = self.masses, workspace(), np.asarray(index, np.int64)
+        found = np.empty((len(index), 2 * n + int(self.systems[0]["contacts"])))
         evaluate_all(self.systems, works, self.rows, numbers, within, found)
         while works[0]["phases"]["missing"]:
             make_phase(self.systems, works)
             evaluate_all(self.systems, works, self.rows, numbers, within, found)
-        return found
+        return found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
 
 
 class Solved(NamedTuple):
-    """What a search has found: its row, the numbers of contacts and masses, the pieces and the map of the orbit."""
+    """What a search has found: its row, start and pieces of the orbit, its map."""
 
     row: FloatArray
-    numbers: Any
+    y: FloatArray
     pieces: FloatArray
     leg: Any
-    spent: float  # evaluations
+    spent: float  # evaluations, or steps
 
-
-def solved(systems: Any, closed: int = answer.AUTO, start: FloatArray | None = None, left: float = inf) -> Solved:
-    """Return the steady state of a system that rest settles on, or the motion from a start (q, v, anchors).
-
-    `left`: evaluations that the search may take, if those are fewer than its own share.
-    """
-    works, legs, numbers = workspace(), record_of(orbit.LEG), record_of(NUMBERS)
-    n, c, size = (int(systems[0][name]) for name in ("masses", "contacts", "sliders"))
-    rows, count, made = np.empty((1, places.ROW)), PIECES, 0
-    search = answer.solve if start is None else answer.wait_for
-    while True:
-        pieces = np.empty((count, 2 + 2 * n + 3 * c))
-        ys = np.full((1, 2 * n + size), nan) if start is None else start[np.newaxis].copy()
-        search(orbit.Carrier(systems, works, pieces), legs, ys, closed, numbers, rows, left)
-        code = rows[0, places.OUTCOME]
-        if code == places.LACKING:
-            made = _made(systems, works, made)
-        elif code == places.AWAITED:
-            search = answer.wait_for
-        elif code != places.OVERFULL:
-            kept = pieces[: int(works[0]["count"])]
-            return Solved(rows[0], numbers[0], kept, legs[0], float(works[0]["spent"]))
-        else:
-            count = int(works[0]["count"])
-            if count > MOST_PIECES:
-                raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got {count}")
+    @property
+    def cycles(self) -> int:
+        """Cycles of the map, whole ones of a half that is mirrored."""
+        return int(np.ceil(self.leg["span"] * self.leg["turns"] / TURN))
 
 
 def workspace() -> Any:
@@ -297,49 +269,230 @@ def workspace() -> Any:
     return works
 
 
-def rows_of(systems: Any) -> FloatArray:
-    """Return the rows (k, ROW) of the steady states of systems of one mass: the same bits as one by one."""
-    rows, sizes = np.empty((len(systems), places.ROW)), 2 + int(systems["sliders"].max(initial=0))
-    flow = orbit.Carrier(systems, workspace(), np.empty((PIECES, 7)))
-    legs, numbers = record_of(orbit.LEG), record_of(NUMBERS)
-    answer.solve(flow, legs, np.full((len(rows), sizes), nan), answer.AUTO, numbers, rows, inf)
-    awaited = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED)
-    if awaited.size:
-        found, starts = np.empty((len(awaited), places.ROW)), np.full((len(awaited), sizes), nan)
-        answer.wait_for(flow._replace(systems=systems[awaited]), legs, starts, answer.AUTO, numbers, found, inf)
-        rows[awaited] = found
-    for k in np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL):
-        rows[k] = solved(systems[k : k + 1]).row
-    return rows
+class Flow:
+    """What carries the motion of a problem or structure, by exact phases; what stands above a flow asks it alone.
 
+    A state is displacements and velocities (n,) of the masses, and where the springs of elastic sliders are relaxed;
+    of a flow that is integrated the laws' own states stand behind these.
+    """
 
-def _made(systems: Any, works: Any, before: int) -> int:
-    """Make the phase that a run has missed, unless phases are made without end; return how many were made."""
-    if before >= 4 * SLOTS:
-        raise SimulationError(
-            f"structure: phases of {int(systems[0]['masses'])} masses; expected at most {SLOTS} in a motion; got more; "
-            "do: give its contacts fewer sliders"
-        )
-    make_phase(systems, works)
-    return before + 1
+    most, longest = inf, inf  # evaluations of a search, and of a run
 
+    def __init__(self, what: Problem | Structure) -> None:
+        self.what, self.systems = what, system_of(what)
+        self.problem = what if isinstance(what, Problem) else what.first_contact
+        self.masses, self.contacts = (int(self.systems[0][name]) for name in ("masses", "contacts"))
+        self.sliders = int(self.systems[0]["sliders"])
+        self.width = 2 + 2 * self.masses + 3 * self.contacts
 
-def _refuse(what: Problem | Structure, code: int, state: str = "not kept") -> None:
-    """Raise the named error of a run that did not come to its end."""
-    contacts: Sequence[Problem | Contact] = (what,) if isinstance(what, Problem) else what.contacts
-    uneven = [n for n, contact in enumerate(contacts, 1) if contact.parameter("gradient")]
-    if code in (PULLS, STEEP) and uneven:
-        raise SimulationError(
-            f"simulation: contact {uneven[0]}: gradient; expected 1 + gradient z > 0 on the whole motion, and beta"
-            f" |gradient| < 1; got {contacts[uneven[0] - 1].parameter('gradient'):g}: friction would turn into a pull;"
-            " do: take a smaller gradient"
-        )
-    if code != DONE:
-        why = "more work than allowed" if code == TIRED else "events without end"
-        numbers = ", ".join(f"beta = {contact.beta!r}" for contact in contacts)
-        raise SimulationError(
-            f"simulation: {why}: r = {what.r!r}, {numbers}; expected at most some hundred phases in a cycle and natural"
-            f" period; got more, state at the start {state}; do: report these numbers"
+    @property
+    def size(self) -> int:
+        """Number of entries of a state."""
+        return 2 * self.masses + int(self.systems[0]["sliders"])
+
+    def workspace(self) -> Any:
+        """Return where runs write."""
+        return workspace()
+
+    def carrier(self, works: Any, pieces: FloatArray) -> orbit.Carrier:
+        """Return what the compiled search and runs take."""
+        return orbit.Carrier(self.systems, works, pieces)
+
+    def pieces_in(self, cycles: int) -> int:
+        """Return how many pieces so many cycles are likely to have."""
+        return 64 + ceil(8 * cycles * (max(1, int(self.systems[0]["harmonics"])) + 1.0 / self.what.r))
+
+    def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:
+        """Return recorded pieces as a motion."""
+        return Trajectory(self.problem, self.systems, pieces, periodic, mirror, first)
+
+    def rest(self, x0: float = 0.0, v0: float = 0.0, tau: float = 0.0) -> FloatArray:
+        """Return a start: the first mass at a displacement and velocity from rest, the others at rest."""
+        f, rate = float(self.what.base.at(tau)), float(self.what.base.rate_at(tau))
+        relative = not self.systems[0]["moves"]
+        q, v = (np.full(self.masses, -x if relative else 0.0) for x in (f, rate))
+        q[0] += x0
+        v[0] += v0
+        return self.rest_at(q, v, f)
+
+    def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
+        """Return displacements and velocities (n,) as a state with every contact unloaded; f: of the base then."""
+        system, y = self.systems[0], np.concatenate((q, v, np.zeros(self.size - 2 * self.masses)))
+        first = 2 * self.masses + system["first"]
+        for c in range(self.contacts):
+            y[first[c] : first[c + 1]] = system["row"][c, : self.masses] @ q - system["follow"][c] * f
+        return y
+
+    def put(self, works: Any, y: FloatArray) -> None:
+        """Make a state the one at hand."""
+        n, work = self.masses, works[0]
+        work["q"][:n], work["v"][:n], work["anchor"][: len(y) - 2 * n] = np.split(y, (n, 2 * n))
+
+    def at_hand(self, works: Any) -> FloatArray:
+        """Return the state at hand."""
+        n, work = self.masses, works[0]
+        return np.concatenate((work["q"][:n], work["v"][:n], work["anchor"][: self.size - 2 * n]))
+
+    def carried(
+        self,
+        start: FloatArray,
+        tau: float,
+        span: float,
+        turns: int = 1,
+        pieces: FloatArray = NOTHING,
+        *,
+        derived: bool = False,
+    ) -> tuple[FloatArray, FloatArray, int]:
+        """Return what a state becomes over turns of a span from tau on, its derivative if asked for, and its pieces.
+
+        Pieces are recorded as far as there is space for them; phases of several masses are made as they are met.
+        """
+        works, legs, end, code, made = self.workspace(), record_of(orbit.LEG), np.empty(self.size), MISSING, 0
+        legs[0] = (tau, span, turns, 1.0)
+        while code == MISSING:
+            works[0]["left"] = self.longest
+            code = int(answer.carry_on(self.carrier(works, pieces), legs, start.copy(), end, derived))
+            if code == MISSING:
+                made = self.made(works, made)
+        self.refuse(code)
+        return end, works[0]["jacobian"][: self.size, : self.size].copy(), int(works[0]["count"])
+
+    def recorded(self, start: FloatArray, tau: float, cycles: int, *, first: int = 0, periodic: bool = False) -> Motion:
+        """Return the motion from a state over some cycles, the first of which has the number `first`."""
+        count = self.pieces_in(cycles)
+        while True:
+            pieces = np.empty((min(count, MOST_PIECES), self.width))
+            count = self.carried(start, tau, TURN, cycles, pieces)[2]
+            if count <= len(pieces):
+                return self.motion(pieces[:count].copy(), periodic=periodic, first=first)
+            if count > MOST_PIECES:
+                raise SimulationError(
+                    f"simulate: expected at most {MOST_PIECES} phases; got {count}; do: keep fewer cycles"
+                )
+
+    def solved(
+        self, start: FloatArray | None = None, closed: int = answer.AUTO, left: float = inf, *, waits: bool = False
+    ) -> Solved:
+        """Return the steady state that rest settles on, or the motion from a start.
+
+        `left`: evaluations that the search may take, if those are fewer than its own share; `waits`: the motion from
+        the start is followed at once.
+        """
+        works, legs, numbers = self.workspace(), record_of(orbit.LEG), record_of(NUMBERS)
+        rows, count, made, search = np.empty((1, places.ROW)), PIECES, 0, answer.wait_for if waits else answer.solve
+        while True:
+            pieces = np.empty((count, self.width))
+            ys = np.full((1, self.size), nan) if start is None else start[np.newaxis].copy()
+            search(self.carrier(works, pieces), legs, ys, closed, numbers, rows, float(min(left, self.most)))
+            code = rows[0, places.OUTCOME]
+            if code == places.LACKING:
+                made = self.made(works, made)
+            elif code == places.AWAITED:
+                search = answer.wait_for
+            elif code != places.OVERFULL:
+                kept = pieces[: int(works[0]["count"])]
+                return Solved(rows[0], ys[0], kept, legs[0], float(works[0]["spent"]))
+            else:
+                count = int(works[0]["count"])
+                if count > MOST_PIECES:
+                    raise SimulationError(
+                        f"steady state: expected at most {MOST_PIECES} phases in an orbit; got {count}"
+                    )
+
+    def made(self, works: Any, before: int) -> int:
+        """Make the phase that a run has missed, unless phases are made without end; return how many were made."""
+        if before >= 4 * SLOTS:
+            raise SimulationError(
+                f"structure: phases of {self.masses} masses; expected at most {SLOTS} in a motion; got more; "
+                "do: give its contacts fewer sliders"
+            )
+        make_phase(self.systems, works)
+        return before + 1
+
+    def refuse(self, code: int, motion: str = "") -> None:
+        """Raise the named error of a run that did not come to its end; `motion`: of what."""
+        what = self.what
+        contacts: Sequence[Problem | Contact] = (what,) if isinstance(what, Problem) else what.contacts
+        uneven = [n for n, contact in enumerate(contacts, 1) if contact.parameter("gradient")]
+        if code in (PULLS, STEEP) and uneven:
+            raise SimulationError(
+                f"simulation{motion}: contact {uneven[0]}: gradient; expected 1 + gradient z > 0 on the whole motion,"
+                f" and beta |gradient| < 1; got {contacts[uneven[0] - 1].parameter('gradient'):g}: friction would turn"
+                " into a pull; do: take a smaller gradient"
+            )
+        if code != DONE:
+            why = "more work than allowed" if code == TIRED else "events without end"
+            numbers = ", ".join(f"beta = {contact.beta!r}" for contact in contacts)
+            raise SimulationError(
+                f"simulation{motion}: {why}: r = {what.r!r}, {numbers}; expected at most some hundred phases in a cycle"
+                " and natural period; got more; do: report these numbers"
+            )
+
+    def run(self, *, cycles: int, keep: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0) -> Motion:
+        """Carry the motion over cycles of the drive; the last `keep` cycles are recorded."""
+        y = self.rest(x0, v0, tau0)
+        if cycles > keep:
+            y = self.carried(y, tau0, TURN, cycles - keep)[0]
+        return self.recorded(y, tau0, keep, first=cycles - keep)
+
+    def steady(self, solver: str = "auto", *, meter: Meter | None = None) -> SteadyState:
+        """Return the steady state that rest settles on: see `steady`."""
+        what, many = self.what, isinstance(self.what, Structure)
+        found = self.solved(closed=answer.NEVER_CLOSED if many else CLOSED[solver])
+        code = int(found.row[places.OUTCOME])
+        if meter is not None:
+            meter.take(EXACT_STATE + found.spent / LOOKS)
+        if code == places.CHATTERED:
+            self.refuse(CHATTER)
+        if many and code in (places.PULLING, places.RUNAWAY):
+            self.refuse(PULLS)
+        if solver == "closed-form" and code == places.NOT_FOUND:
+            raise SimulationError(
+                f"steady state: closed form at r = {what.r!r}; expected continuous motion of an undamped mass under a"
+                " pure cosine (2.10); got stops, damping or harmonics; do: use solver 'exact'"
+            )
+        return self.state_of(found)
+
+    def steady_from(self, x0: float, v0: float, looks: float = inf) -> tuple[SteadyState, float]:
+        """Return what the motion from a start at tau = 0 settles on, and what is left of the work allowed."""
+        found = self.solved(self.rest(x0, v0), answer.NEVER_CLOSED, looks, waits=True)
+        return self.state_of(found), looks - found.spent
+
+    def state_of(self, found: Solved) -> SteadyState:
+        """Return what a search has found; of several masses with the numbers of each mass and contact."""
+        what, row, orbit_of = self.what, found.row, None
+        if row[places.OUTCOME] in (places.PERIODIC, places.STUCK):
+            orbit_of = self.motion(found.pieces, periodic=True, mirror=bool(found.leg["sign"] < 0.0))
+        if isinstance(what, Problem):
+            return from_numbers(what, row, orbit_of)
+        if orbit_of is None:  # what has no contacts is linear: without an orbit it is at resonance and undamped
+            state = from_numbers(self.problem, row, None)
+            linear: Outcome = "unbounded" if state.outcome == "not found" and not what.contacts else state.outcome
+            return replace(state, outcome=linear, structure=what)
+        return self.described(found, numbers_of(orbit_of, what))
+
+    def described(self, found: Solved, numbers: dict[str, Any], notes: int = 0) -> SteadyState:
+        """Return a state that was found by the numbers of its motion, with more notes."""
+        row, stuck, taken = found.row, numbers["regime"] == "stuck", numbers["energies"]
+        off, size, weakens = numbers["closure_error"], taken.contact + taken.frame, self.what.weakens
+        multiplier, unawaited, integrated = float(row[places.MULTIPLIER]), bool(row[places.UNAWAITED]), self.most < inf
+        said = {
+            Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(multiplier) < SLOW,
+            Note.REST_STILL_FAR: unawaited,
+            Note.MAY_COEXIST: not stuck and weakens and not unawaited,
+            Note.FEWER_DIGITS: integrated and not stuck and size != 0.0 and off / size > COARSE,
+        }
+        return SteadyState(
+            problem=self.problem,
+            solver="numeric" if integrated else "exact",
+            outcome="stuck" if stuck else "periodic",
+            symmetric=bool(row[places.SYMMETRIC]),
+            period_cycles=found.cycles,
+            floquet_multiplier=multiplier,
+            residual=float(row[places.MISS]),
+            notes=notes | sum(int(note) for note, is_so in said.items() if is_so),
+            structure=self.what if isinstance(self.what, Structure) else None,
+            **numbers,
         )
 
 
@@ -359,106 +512,23 @@ def steady(what: Problem | Structure, solver: str = "auto", *, meter: Meter | No
         Events do not end, or the closed form is asked for where it does not hold; of several masses also: a gradient is
         too steep, or rigid contacts hold a mass twice over.
     """
-    systems, many = system_of(what), isinstance(what, Structure)
-    found = solved(systems, answer.NEVER_CLOSED if many else CLOSED[solver])
-    code = int(found.row[places.OUTCOME])
-    if meter is not None:
-        meter.take(EXACT_STATE + found.spent / LOOKS)
-    if code == places.CHATTERED:
-        _refuse(what, CHATTER)
-    if many and code in (places.PULLING, places.RUNAWAY):
-        _refuse(what, PULLS)
-    if solver == "closed-form" and code == places.NOT_FOUND:
-        raise SimulationError(
-            f"steady state: closed form at r = {what.r!r}; expected continuous motion of an undamped mass under a pure"
-            " cosine (2.10); got stops, damping or harmonics; do: use solver 'exact'"
-        )
-    return _state(what, systems, found)
+    return Flow(what).steady(solver, meter=meter)
 
 
-def steady_from(problem: Problem, x0: float, v0: float, looks: float = inf) -> tuple[SteadyState, float]:
-    """Return what the motion from a start at tau = 0 settles on, and what is left of the evaluations allowed."""
-    systems = system_of(problem)
-    found = solved(systems, answer.NEVER_CLOSED, rest_of(systems, x0, v0), looks)
-    return _state(problem, systems, found), looks - found.spent
-
-
-def _state(what: Problem | Structure, systems: Any, found: Solved) -> SteadyState:
-    """The state of what a search has found; of several masses with the numbers of each mass and contact."""
-    problem, row, orbit_of = what if isinstance(what, Problem) else what.first_contact, found.row, None
-    if row[places.OUTCOME] in (places.PERIODIC, places.STUCK):
-        mirror = bool(found.leg["sign"] < 0.0)
-        orbit_of = Trajectory(problem, systems, found.pieces, periodic=True, mirror=mirror)
-    state = from_numbers(problem, row, orbit_of)
-    if isinstance(what, Problem):
-        return state
-    if orbit_of is None:  # what has no contacts is linear: without an orbit it is at resonance and undamped
-        linear: Outcome = "unbounded" if state.outcome == "not found" and not what.contacts else state.outcome
-        return replace(state, outcome=linear, structure=what)
-    cycles, contacts = float(found.leg["span"] * found.leg["turns"]) / TURN, []
-    for number, contact in enumerate(what.contacts):
-        energy, stuck = (float(found.numbers[name][number]) / cycles for name in ("contact", "stuck"))
-        holds = state.outcome == "stuck" or stuck >= TURN * (1.0 - 1e-12) or energy <= CREEP * contact.beta
-        stops = 0.0 if holds else float(found.numbers["stops"][number]) / cycles
-        named = (contact.mass, contact.against, contact.law.name)
-        contacts.append(ContactNumbers(*named, energy, stops, 1.0 if holds else stuck / TURN))
-    high, low = (np.asarray(found.numbers[name])[: what.masses] for name in ("high", "low"))
-    sizes = 0.5 * (high - low) if cycles >= 1.0 else np.maximum(high, -low)
-    seen = of_contacts(contacts)
-    lasting = Note.FORGETS_SLOWLY * int(1.0 - abs(state.floquet_multiplier or 0.0) < SLOW)
-    return replace(
-        state,
-        outcome="stuck" if seen["regime"] == "stuck" else "periodic",
-        notes=int(lasting | Note.MAY_COEXIST * int(what.weakens)),
-        structure=what,
-        response_amplitudes=tuple(sizes.tolist()),
-        **seen,
-    )
-
-
-def run(
-    what: Problem | Structure, *, cycles: int, keep: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0
-) -> Trajectory:
-    """Carry the motion over cycles of the drive by exact phases; the last `keep` cycles are recorded."""
-    systems, works, legs = system_of(what), workspace(), record_of(orbit.LEG)
-    n, c, harmonics = (int(systems[0][name]) for name in ("masses", "contacts", "harmonics"))
-    works[0]["left"], legs[0]["tau"], legs[0]["span"], legs[0]["sign"] = inf, tau0, TURN, 1.0
-
-    def carried(start: FloatArray, turns: int, pieces: FloatArray) -> FloatArray:
-        """The state after so many cycles, with phases made as they are met."""
-        legs[0]["turns"], end, code, made = turns, start.copy(), MISSING, 0
-        while code == MISSING:
-            code = int(answer.carry_on(orbit.Carrier(systems, works, pieces), legs, start, end, False))
-            if code == MISSING:
-                made = _made(systems, works, made)
-        _refuse(what, code, str(end.tolist()))
-        return end
-
-    y = rest_of(systems, x0, v0, tau0)
-    if cycles > keep:
-        y = carried(y, cycles - keep, np.empty((0, 0)))
-    count = 64 + ceil(8 * keep * (max(1, harmonics) + 1.0 / what.r))
-    while True:
-        pieces = np.empty((min(count, MOST_PIECES), 2 + 2 * n + 3 * c))
-        carried(y, keep, pieces)
-        count = int(works[0]["count"])
-        if count <= len(pieces):
-            problem = what if isinstance(what, Problem) else what.first_contact
-            return Trajectory(problem, systems, pieces[:count].copy(), periodic=False, first=cycles - keep)
+def rows_of(systems: Any) -> FloatArray:
+    """Return the rows (k, ROW) of the steady states of systems of one mass: the same bits as one by one."""
+    rows, sizes, count = np.empty((len(systems), places.ROW)), 2 + int(systems["sliders"].max(initial=0)), PIECES
+    legs, numbers, search, some = record_of(orbit.LEG), record_of(NUMBERS), answer.solve, np.arange(len(systems))
+    while some.size:
+        flow = orbit.Carrier(systems[some], workspace(), np.empty((count, 7)))
+        found = np.empty((len(some), places.ROW))
+        search(flow, legs, np.full((len(some), sizes), nan), answer.AUTO, numbers, found, inf)
+        rows[some] = found
+        awaited = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED)
+        if awaited.size:
+            some, search = awaited, answer.wait_for
+            continue
+        some, count, search = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL), 4 * count, answer.solve
         if count > MOST_PIECES:
-            raise SimulationError(
-                f"simulate: expected at most {MOST_PIECES} phases; got {count}; do: keep fewer cycles"
-            )
-
-
-def rest_of(systems: Any, x0: float = 0.0, v0: float = 0.0, tau: float = 0.0) -> FloatArray:
-    """Return a start: the first mass at a displacement and velocity, the others at rest; every slider relaxed."""
-    system = systems[0]
-    n, h = int(system["masses"]), int(system["harmonics"])
-    y = np.zeros(2 * n + int(system["sliders"]))
-    y[0], y[n] = x0, v0
-    f = float(np.sum(system["lines"][:h] * np.exp(1j * tau * np.arange(1, h + 1))).real)
-    for c in range(int(system["contacts"])):
-        place = float(system["row"][c, :n] @ y[:n] - system["follow"][c] * f)
-        y[2 * n + int(system["first"][c]) : 2 * n + int(system["first"][c + 1])] = place
-    return y
+            raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got more")
+    return rows

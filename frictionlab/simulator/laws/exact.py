@@ -66,6 +66,7 @@ PLACE = Term(
         ),
     ),
     weakens=lambda p: p["gradient"] != 0.0,
+    is_even=lambda p: p["gradient"] == 0.0,
 )
 
 SPEED = Term(
@@ -105,7 +106,8 @@ BREAKAWAY = Term(
         )
         for way in ("up", "down")
     ),
-    weakens=lambda p: max(p["static_ratio_up"], p["static_ratio_down"]) > 1.0,
+    weakens=lambda p: (p["static_ratio_up"] > 1.0) | (p["static_ratio_down"] > 1.0),
+    is_even=lambda p: p["static_ratio_up"] == p["static_ratio_down"],
     limit_of="stribeck",
 )
 

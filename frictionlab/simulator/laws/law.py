@@ -146,7 +146,9 @@ class Term:
     narrow : callable
         The speed within which friction changes; 0 where it does not.
     weakens : callable
-        Whether friction may fall, with speed or along the path: then motions may coexist.
+        Whether friction may fall, with speed or along the path: then motions may coexist; also of arrays of values.
+    is_even : callable
+        Whether friction is the same both ways and at all places; also of arrays of values.
     gives : callable
         Whether the contact may give energy back; r is among the values that it is given.
     breaks : callable
@@ -166,7 +168,8 @@ class Term:
     contact: ContactForce | None = None
     states: int = 0
     narrow: Callable[[Values], float] = lambda _: 0.0
-    weakens: Callable[[Values], bool] = lambda _: False
+    weakens: Callable[[Any], Any] = lambda _: False
+    is_even: Callable[[Any], Any] = lambda _: True
     gives: Callable[[Values], bool] = lambda _: False
     breaks: Callable[[Values], str] = lambda _: ""
     effort: int = 1
@@ -313,7 +316,7 @@ class Friction:
     @property
     def is_even(self) -> bool:
         """Whether friction is the same both ways and at all places."""
-        return self.parameter("gradient") == 0.0 and len(set(self.static_ratios)) == 1
+        return all(term.is_even(self.parameters) for term in self.law.terms)
 
     @property
     def weakens(self) -> bool:

@@ -1,13 +1,9 @@
 """The integrated flow, for contact laws without exact slides: Stribeck, logarithm, Dahl, Bouc-Wen, LuGre, rate-state.
 
-    Problem --steady--> SteadyState (its orbit: a NumericMotion)
-    Problem --run-----> NumericMotion (a motion from initial conditions)
-
-`radau.py` is what is compiled, `flow.py` carries a state and its slopes, and is the motion as the steps that made it,
-`steady.py` looks for what repeats. Imported when such a law is asked for.
+`radau.py` is what is compiled, `flow.py` the flow as Python has it, and its motion as the steps that made it. What
+repeats is looked for by the search of the exact flow. Imported when such a law is asked for.
 """
 
-from frictionlab.simulator.numeric.flow import NumericMotion, warm_up
-from frictionlab.simulator.numeric.steady import RTOL, run, steady, steady_from
+from frictionlab.simulator.numeric.flow import RTOL, Integrated, NumericMotion, steady, warm_up
 
-__all__ = ["RTOL", "NumericMotion", "run", "steady", "steady_from", "warm_up"]
+__all__ = ["RTOL", "Integrated", "NumericMotion", "steady", "warm_up"]

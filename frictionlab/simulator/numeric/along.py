@@ -12,7 +12,7 @@ import numpy as np
 from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.compiled import compiled, inner
-from frictionlab.simulator.numeric.flow import Flow
+from frictionlab.simulator.numeric.flow import Integrated
 from frictionlab.simulator.problem import Problem
 
 STAGE = 1.0 - sqrt(0.5)
@@ -81,8 +81,8 @@ def force_along(problem: Problem, place: FloatArray) -> FloatArray:
     points = times * len(place)
     after = STAGE * 2.0 * pi / points
     motion = np.array([[shifted(place, phase, order, times) for order in (0, 1)] for phase in (0.0, after)])
-    flow = Flow(problem, 1e-9)
-    law, state, force = flow.rubbing[0], np.array([0.0, 1.0]), np.zeros(points)
+    flow = Integrated(problem, 1e-9)
+    law, state, force = flow.law, np.array([0.0, 1.0]), np.zeros(points)
     size = law["scale"][2:4] * (1.0, 1.0 if law["states"][0] > 1 else 0.0)
     grip = np.array([problem.beta, problem.parameter("gradient"), *size, law["states"][0] > 1], np.float64)
     for _ in range(CYCLES):

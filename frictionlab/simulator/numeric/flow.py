@@ -1,7 +1,6 @@
 """The integrated flow of a problem or a structure: it carries a state and its slopes, and records the motion."""
 
-import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, pi, sqrt
 from typing import Any, ClassVar
@@ -10,27 +9,35 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import SimulationError
-from frictionlab.simulator.compiled import callback, numba, record_of
-from frictionlab.simulator.exact.motion import WORK
-from frictionlab.simulator.exact.phase import CONTACTS, DONE, MISSING, PULLS, SLIDERS, STEEP, TIRED, make_phase
-from frictionlab.simulator.exact.solve import feel_acceleration, system_of
-from frictionlab.simulator.laws import TERMS, Friction, Term, formula_of
-from frictionlab.simulator.laws.law import ContactForce
-from frictionlab.simulator.meter import Meter
-from frictionlab.simulator.motion import Motion, Nodes, Timeline
+from frictionlab.errors import SimulationError, UsageError
+from frictionlab.simulator import row as places
+from frictionlab.simulator.compiled import record_of
+from frictionlab.simulator.exact import orbit
+from frictionlab.simulator.exact.flow import compiled_formula
+from frictionlab.simulator.exact.motion import COUNT, WORK
+from frictionlab.simulator.exact.phase import CHATTER, CONTACTS, DONE, PULLS, SLIDERS, STEEP, TIRED, make_phase
+from frictionlab.simulator.exact.solve import NOTHING, TOUCH, Flow, Solved, feel_acceleration
+from frictionlab.simulator.laws import TERMS, Friction, formula_of
+from frictionlab.simulator.meter import STATE, Meter
+from frictionlab.simulator.motion import Motion, Nodes, Timeline, cycles_of
+from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
-from frictionlab.simulator.numeric.radau import COUNT, MATRIX, NODES, WEIGHTS, Stepper
+from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS, Stepper
 from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of
 from frictionlab.simulator.structure import Structure
 
 TURN = 2.0 * pi
 FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
-CAP = 3_000_000  # steps before a run is given up
+MOST, LONGEST = 200_000, 3_000_000  # steps of a search for a steady state, some seconds; and of a run of many cycles
+RTOL = 1e-8
+FINEST, COARSEST = 1e-12, 1e-3
+TIGHTEN, TIGHTER = 0.03, 2  # where the two energies differ by more than the tolerance: how much finer, how many times
+CLOSED, SMALLEST = 1e-9, 1e-15  # and what is always good enough, over the energy and over k Y^2
+REFINING = 14  # periods' steps that an orbit by finer steps takes: it may cost half of what the search may
 STEPS = 256  # of a cycle that are recorded at first
 STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the contact always creeps
 DWELL = 10.0  # a stop lasts at least so many times as long as that speed, over the drive's rate: else it is a turn
-TOUCH = 1e-13  # rad: a shorter stick of a rigid contact is a touch, not a stop
 
 
 def stop_limits(contact: Friction, r: float, rate: float, own_time: float = 1.0) -> tuple[float, float, float]:
@@ -73,7 +80,7 @@ class NumericMotion(Motion):
     timeline: Timeline
     rows: FloatArray
     values: FloatArray
-    flow: "Flow"
+    flow: "Integrated"
     solver: ClassVar[str] = "numeric"
 
     @cached_property
@@ -99,22 +106,12 @@ class NumericMotion(Motion):
         shape, _, index, within = self.timeline.place(tau, None)
         return self._states(index, within).reshape(*shape, self.values.shape[1])
 
-    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
-        """Return x, v of the first mass and the force of the first contact (k,) at times within steps of an index."""
-        q, v, force = self._all(tau, index, within)
-        return q[:, 0], v[:, 0], force[:, 0]
-
-    def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return displacements, velocities (k, n) and forces (k, c) of all masses and contacts: see `Motion.all_at`."""
-        _, local, index, within = self.timeline.place(np.atleast_1d(tau), None)
-        return self._all(local, index, within)
-
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0): as `stop_limits` says.
 
         A periodic motion's stop across its end is listed once, its end beyond it.
         """
-        law = self.flow.structure.contacts[contact]
+        law = self.flow.frame.contacts[contact]
         slow, shortest, ringing = stop_limits(law, self.problem.r, self.flow.drive_rate)
         spans = slow_times(self.times.ravel(), self._seen[1][:, contact].ravel(), slow, ringing)
         if self.timeline.periodic and len(spans) > 1 and spans[0, 0] == self.start and spans[-1, 1] >= self.end - 1e-12:
@@ -122,13 +119,11 @@ class NumericMotion(Motion):
             spans = spans[1:]
         return spans[spans[:, 1] - spans[:, 0] > shortest]
 
-    def _all(
-        self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
+        """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within steps of an index."""
         states, n = self._states(index, within), self.flow.masses
         force = self.flow.observe(self.flow.drive_at(tau[:, None]), self.rows[index], states[:, :, None])[0, ..., 0]
-        q, v = self.flow.from_wall(tau, states[:, :n], states[:, n : 2 * n])
-        return q, v, force
+        return *self.flow.from_wall(tau, states[:, :n], states[:, n : 2 * n]), force
 
     def _states(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
         """The polynomials through the nodes' values (k, size), at times within the steps of an index: barycentric."""
@@ -140,47 +135,38 @@ class NumericMotion(Motion):
         return np.asarray(np.einsum("mi,mki->mk", share, self.values[index]) / share.sum(axis=1)[:, None])
 
 
-class LostError(SimulationError):
-    """From this state the motion cannot be carried on: friction turns negative, or steps become too short."""
+class Integrated(Flow):
+    """The flow of a problem or structure by steps, to a tolerance of each (see `steady`)."""
 
+    most, longest = MOST, LONGEST
 
-class Flow:
-    """The integrated flow of a problem or structure, to a tolerance of each step; steps tried are booked on a meter.
-
-    Its state: displacements and velocities (n,) of the masses, anchors of elastic sliders (s,), inner states of laws.
-    """
-
-    def __init__(self, what: Problem | Structure, rtol: float, *, steps: int = CAP, meter: Meter | None = None) -> None:
-        self.structure = what if isinstance(what, Structure) else Structure.of(what)
-        self.what, self.rtol, self.meter = what, rtol, meter
+    def __init__(self, what: Problem | Structure, rtol: float = RTOL) -> None:
+        if not FINEST <= rtol <= COARSEST:
+            raise UsageError(f"numeric solver: rtol; expected between 1e-12 and 1e-3; got {rtol!r}")
+        frame = what if isinstance(what, Structure) else Structure.of(what)
+        super().__init__(frame)
+        self.what, self.frame, self.rtol, self.works = what, frame, rtol, record_of(WORK)
         self.problem = what if isinstance(what, Problem) else what.first_contact
-        self.systems, self.works, contacts = system_of(self.structure), record_of(WORK), self.structure.contacts
-        system, n = self.systems[0], self.structure.masses
-        self.masses, self.sliders, h = n, int(system["sliders"]), int(system["harmonics"])
-        self.follows = self.structure.follows_base
-        if self.follows:
+        system, n, h = self.systems[0], self.masses, int(self.systems[0]["harmonics"])
+        if frame.follows_base:
             feel_acceleration(self.systems)
             system["lines"][:h] *= -(np.arange(1.0, h + 1.0) ** 2)
         waves = 1j * np.arange(1, h + 1) * system["push"][:n, 1:] + system["push"][:n, :1]
         self._sizes = np.abs(waves * system["lines"][:h])  # (n, h): of the forces on the masses
-        terms = [formula_of(contact) for contact in contacts]
-        self.rubbing = self._rubbing(terms, rtol)
-        padded = [(term or TERMS["coulomb"]).contact for term in terms] + [TERMS["coulomb"].contact] * CONTACTS
-        self.formulas = tuple(map(_compiled, padded[:CONTACTS]))
-        self.steps, size = record_of(radau.STEPS), int(system["sliders"]) - self.sliders + 2 * n
-        self.clock = self.steps.view(np.recarray)[0]
-        self.clock.components, self.clock.most = size, steps
-        self.scale = np.insert(
-            self.rubbing[0]["scale"][:size], 2 * n, np.full(self.sliders, self.rubbing[0]["scale"][0])
-        )
-        self.log = np.zeros((0, 2 + 3 * len(contacts) + COUNT * size))
+        fastest = 1.0 if n == 1 else float(frame.natural_frequencies[-1])
+        self.law = system["law"]
+        self.law["first"] = FIRST * min(frame.r / fastest, 1.0) / h
+        self._set_laws()
+        components = 2 * n + int(system["sliders"]) - self.sliders
+        self.width = 2 + 3 * self.contacts + COUNT * components
 
-    def _rubbing(self, terms: list[Term | None], rtol: float) -> Any:
-        """The laws' numbers; what count as states of their own goes behind the sliders of elastic contacts."""
-        system, n, r, rubbing = self.systems[0], self.masses, self.structure.r, record_of(radau.RUBBING)
-        law, reach = rubbing[0], float(self._sizes.sum(axis=1).max(initial=0.0)) * min(1.0, 1.0 / r**2)
+    def _set_laws(self) -> None:
+        """Write the laws' numbers; what count as states of their own goes behind the sliders of elastic contacts."""
+        system, n, r, law, contacts = self.systems[0], self.masses, self.frame.r, self.law, self.frame.contacts
+        terms, reach = [formula_of(contact) for contact in contacts], self._sizes.sum(axis=1).max(initial=0.0)
+        reach = float(reach) * min(1.0, 1.0 / r**2)
         scale = [reach] * n + [reach / min(1.0, r)] * n
-        for c, (term, contact) in enumerate(zip(terms, self.structure.contacts, strict=True)):
+        for c, (term, contact) in enumerate(zip(terms, contacts, strict=True)):
             law["at"][c], law["states"][c] = len(scale), -1 if term is None else term.states
             law["beta"][c] = contact.beta
             if term is None or term.contact is None:
@@ -195,52 +181,51 @@ class Flow:
         system["sliders"] = self.sliders + len(scale) - 2 * n
         if system["sliders"] > SLIDERS:
             raise SimulationError(f"structure: sliders and states of laws; expected at most {SLIDERS}; got more")
-        law["scale"][: len(scale)], law["force"], law["tolerance"] = scale, reach, rtol
-        return rubbing
+        law["scale"][: len(scale)], law["force"], law["tolerance"] = scale, reach, self.rtol
+        given = [(term or TERMS["coulomb"]).contact for term in terms] + [TERMS["coulomb"].contact] * CONTACTS
+        self.formulas = tuple(compiled_formula(contact) for contact in given[:CONTACTS] if contact)
 
-    @property
-    def _ages(self) -> NDArray[np.int64]:
-        """Where ages stand in a state."""
-        law = self.rubbing[0]
-        return np.asarray(self.sliders + law["at"][law["states"] == 2] + 1)
+    def workspace(self) -> Any:
+        """Return where runs write; phases of its masses stay."""
+        return self.works
 
-    @property
-    def carrier(self) -> Stepper:
-        """What is carried, as the compiled flow takes it."""
-        return Stepper(self.formulas, self.systems, self.works, self.rubbing, self.steps, self.log)
+    def carrier(self, works: Any, pieces: FloatArray) -> orbit.Carrier:
+        """Return what the compiled search and runs take."""
+        return orbit.Carrier(self.systems, works, pieces, self.formulas, radau.INTEGRATOR)
+
+    def pieces_in(self, cycles: int) -> int:
+        """Return how many steps so many cycles are likely to have."""
+        return STEPS * cycles
+
+    def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:  # noqa: ARG002
+        """Return recorded steps as a motion."""
+        begin, length, rows, values = self.recorded_in(pieces)
+        cycle = first + cycles_of(begin, length)
+        for part in (cycle, begin, length):
+            part.setflags(write=False)
+        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), rows, values, self)
+
+    def recorded_in(self, pieces: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return start (m,), length (m,), rows (m, 3 c) and values (m, size, 8) of steps."""
+        cut = 2 + 3 * self.contacts
+        return pieces[:, 0], pieces[:, 1], pieces[:, 2:cut], pieces[:, cut:].reshape(len(pieces), -1, COUNT)
+
+    def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
+        """As of the exact flow; a contact that has an age has its steady one."""
+        y = super().rest_at(q, v, f)
+        y[self.sliders + self.law["at"][self.law["states"] == 2] + 1] = 1.0
+        return y
 
     @property
     def drive_rate(self) -> float:
         """Largest rate of the forces that drive the masses, by the sum of their harmonics."""
         return float((self._sizes @ np.arange(1.0, self._sizes.shape[1] + 1.0)).max())
 
-    @property
-    def signs(self) -> FloatArray:
-        """What the mirror image of a state is multiplied by, component by component: an age by 1, all others by -1."""
-        signs = np.full(len(self.scale), -1.0)
-        signs[self._ages] = 1.0
-        return signs
-
-    def rest_state(self, tau: float = 0.0) -> FloatArray:
-        """Masses at rest with relaxed springs, contacts unloaded; one that has an age has its steady one."""
-        f, rate = float(self.structure.base.at(tau)), float(self.structure.base.rate_at(tau))
-        q, v = (-np.full(self.masses, x) if self.follows else np.zeros(self.masses) for x in (f, rate))
-        return self.rest_at(q, v, f)
-
-    def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
-        """The same at displacements and velocities (n,), what drives being f."""
-        system, state = self.systems[0], np.concatenate((q, v, np.zeros(len(self.scale) - 2 * self.masses)))
-        first = 2 * self.masses + system["first"]
-        for c in range(int(system["contacts"])):
-            state[first[c] : first[c + 1]] = system["row"][c, : self.masses] @ q - system["follow"][c] * f
-        state[self._ages] = 1.0
-        return state
-
     def from_wall(self, tau: FloatArray, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return displacements and velocities (k, n) as they are seen from the wall, at times tau."""
-        if not self.follows:
+        if self.systems[0]["moves"]:
             return q, v
-        base = self.structure.base
+        base = self.frame.base
         return q + base.at(tau)[:, None], v + base.rate_at(tau)[:, None]
 
     def drive_at(self, tau: FloatArray) -> FloatArray:
@@ -254,72 +239,89 @@ class Flow:
 
         `drive` (3, m, k): what drives then, and its first two derivatives.
         """
-        found = np.zeros((2, len(rows), len(self.structure.contacts), values.shape[2]))
+        found = np.zeros((2, len(rows), self.contacts, values.shape[2]))
         given, contacts, states = (np.ascontiguousarray(part) for part in (drive.swapaxes(0, 1), rows, values))
-        while radau.observe(self.carrier, given, contacts, states, found) < len(rows):
+        stepper = Stepper(self.systems, self.works, NOTHING, self.formulas)
+        while radau.observe(stepper, given, contacts, states, found) < len(rows):
             make_phase(self.systems, self.works)
         return found
 
-    def carry(self, state: FloatArray, span: float, *, tau0: float = 0.0) -> FloatArray:
-        """Return the state that another one becomes over a span of time from tau0 on.
-
-        Raises LostError where the motion cannot be carried on, SimulationError where the steps allowed are used up.
-        """
-        self.set_state(state)
-        for begun in np.arange(0.0, span - 1e-9, TURN):
-            self._advance(tau0, float(min(TURN, span - begun)), tangent=False)
-        return self.state()
-
-    def carry_with_tangent(self, state: FloatArray, span: float) -> tuple[FloatArray, FloatArray]:
-        """Return the state that another one becomes from tau = 0 on, and the slopes (n, n) of it over that one.
-
-        Slopes of anchors that have not slipped are 0: they stay wherever they are.
-        """
-        size, n, slopes = len(self.scale), self.masses, np.eye(len(self.scale))
-        slipped = np.ones(size, np.bool_)
-        slipped[2 * n : 2 * n + self.sliders] = False
-        self.set_state(state)
-        for begun in np.arange(0.0, span - 1e-9, TURN):
-            self._advance(0.0, float(min(TURN, span - begun)), tangent=True)
-            slopes = self.works[0]["jacobian"][:size, :size] @ slopes
-            slipped[2 * n : 2 * n + self.sliders] |= self.works[0]["slipped"][: self.sliders] != 0
-        return self.state(), np.asarray(slopes * slipped * slipped[:, None])
-
-    def record(self, state: FloatArray, tau0: float, cycles: int, *, periodic: bool, first: int = 0) -> NumericMotion:
-        """Return the motion over some cycles from a state; `first` is the count of cycles that it begins with."""
-        rows, size = STEPS * cycles, self.log.shape[1]
-        while True:
-            self.log = np.empty((rows, size))
-            self.clock.rows, cuts = 0, [0]
-            self.set_state(state)
-            for _ in range(cycles):
-                self._advance(tau0, TURN, tangent=False)
-                cuts.append(int(self.clock.rows))
-            if cuts[-1] <= rows:
+    def steady(
+        self,
+        _solver: str = "auto",
+        *,
+        meter: Meter | None = None,
+        near: SteadyState | None = None,
+    ) -> SteadyState:
+        """Return the steady state that rest settles on, or a neighbour's branch: see `steady`."""
+        if self._is_unbounded():
+            return SteadyState(self.problem, "numeric", "unbounded")
+        begin, spent = [self.rest()], STATE
+        if near is not None and isinstance(near.orbit, NumericMotion):
+            begin.insert(0, near.orbit.state(0.0))
+        for start in begin:
+            left = inf if meter is None else meter.left - spent
+            found = self.solved(start, left=left, waits=self.what.weakens and start is begin[-1])
+            spent += found.spent
+            if found.row[places.OUTCOME] == places.PERIODIC:
                 break
-            rows = cuts[-1]
-        begin, length, contacts, values = self.recorded()
-        self.log = np.empty((0, size))
-        cycle = first + np.repeat(np.arange(cycles), np.diff(cuts))
-        cycle.setflags(write=False)
-        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), contacts, values, self)
+        if meter is not None:
+            meter.take(spent)
+        return self.state_of(found)
 
-    def recorded(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return start (m,), length (m,), rows (m, 3 c) and values (m, size, 8) of the steps recorded last."""
-        log, cut = self.log[: self.clock.rows].copy(), 2 + 3 * len(self.structure.contacts)
-        log.setflags(write=False)
-        return log[:, 0], log[:, 1], log[:, 2:cut], log[:, cut:].reshape(len(log), -1, COUNT)
+    def state_of(self, found: Solved) -> SteadyState:
+        """Return what a search has found, by finer steps where its two energies differ by more than the tolerance."""
+        code, what, flow = int(found.row[places.OUTCOME]), self.what, self
+        self.refuse({places.CHATTERED: CHATTER, places.RUNAWAY: STEEP, places.PULLING: PULLS}.get(code, DONE))
+        passive, structure = self._passivity(), what if isinstance(what, Structure) else None
+        if code not in (places.PERIODIC, places.STUCK):
+            state = from_numbers(self.problem, found.row, None)
+            return replace(state, solver="numeric", notes=state.notes | passive, structure=structure)
+        for _ in range(TIGHTER + 1):
+            motion: Any = flow.recorded(found.y, float(found.leg["tau"]), found.cycles, periodic=True)
+            numbers = numbers_of(motion, self.frame)
+            off, size = numbers["closure_error"], numbers["energies"].contact + numbers["energies"].frame
+            closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
+            dear = REFINING * len(motion.timeline.tau) > MOST
+            if closed or dear or flow.rtol * TIGHTEN < FINEST:
+                break
+            flow = Integrated(what, flow.rtol * TIGHTEN)
+            better = flow.solved(motion.state(0.0), waits=found.cycles > 1)
+            if (better.row[places.OUTCOME], better.cycles) != (places.PERIODIC, found.cycles):
+                break
+            found = better
+        return flow.described(found, numbers, passive)
 
-    def failure(self, code: int, what: str, most: str) -> SimulationError:
-        """Return the error of a run of what was simulated that ended so; `most`: the steps that it might take."""
-        contacts = self.structure.contacts
+    def _passivity(self) -> int:
+        """Return the note that a contact may give energy back, if it may."""
+        r, contacts = self.frame.r, self.frame.contacts
+        pairs = ((contact.parameters | {"r": r}, term) for contact in contacts for term in contact.law.terms)
+        return int(Note.NOT_PASSIVE) if any(term.gives(values) for values, term in pairs) else 0
+
+    def _is_unbounded(self) -> bool:
+        """Return whether the drive is at resonance, only friction damps, and it is too weak to bound the motion."""
+        frame, law, system = self.frame, self.law, self.systems[0]
+        if frame.masses > 1 or system["damping"][0, 0] or np.any(law["states"] < 0):
+            return False
+        waves = [abs(line) for k, line in enumerate(frame.base.lines.tolist(), 1) if abs(k * frame.r - 1.0) < 1e-12]
+        strength = 0.0  # friction that grows with speed without end bounds every motion
+        for c, contact in enumerate(frame.contacts if waves else ()):
+            own = tuple(law["own"][c].tolist())
+            fast = self.formulas[c](own, 1.0, contact.beta, 0.0, 1e300, 0.0, 1.0)[0] if law["states"][c] == 0 else 0.0
+            strength += max(contact.beta, fast)
+        return any(strength < 0.25 * pi * wave for wave in waves)
+
+    def refuse(self, code: int, motion: str = "") -> None:
+        """Raise the named error of a run that did not come to its end; `motion`: of what."""
+        if code == DONE:
+            return
+        contacts = self.frame.contacts
         said = {
             PULLS: "friction turns negative within the motion; expected at least 0; do: a smaller gradient or"
             " rate_strength",
             STEEP: "friction changes along the path faster than the spring's force; do: a smaller gradient",
-            TIRED: f"expected fewer than {most}; got more: the contact rings, hardly anything damps it, or"
-            " the law is too stiff; do: take the law that this one tends to (a rigid contact for a stiffness without"
-            " end), or loosen rtol",
+            TIRED: "more steps than allowed: the contact rings, hardly anything damps it, or the law is too stiff; do:"
+            " take the law that this one tends to (a rigid contact for a stiffness without end), or loosen rtol",
         }
         stalled = (
             "steps became too short; expected a law that can be integrated; got one too stiff; do: report these"
@@ -328,46 +330,49 @@ class Flow:
         all_breaks = (term.breaks(contact.parameters) for contact in contacts for term in contact.law.terms)
         breaks = next(filter(None, all_breaks), "")
         why = breaks if breaks and code != PULLS else said.get(code, stalled)
-        kind = SimulationError if code == TIRED else LostError
         laws = ", ".join(f"law {contact.law.name}, parameters {contact.parameters}" for contact in contacts)
-        return kind(f"simulation of {what}: {laws}: {why}")
-
-    def state(self) -> FloatArray:
-        """Return the state at hand."""
-        work, n = self.works[0], self.masses
-        return np.concatenate((work["q"][:n], work["v"][:n], work["anchor"][: len(self.scale) - 2 * n]))
-
-    def set_state(self, state: FloatArray) -> None:
-        """Set the state; steps begin as if nothing had gone before."""
-        work, n = self.works[0], self.masses
-        fastest = 1.0 if n == 1 else float(self.structure.natural_frequencies[-1])
-        self.clock.next = FIRST * min(self.structure.r / fastest, 1.0) / self.structure.base.harmonics
-        work["q"][:n], work["v"][:n], work["anchor"][: len(state) - 2 * n] = np.split(state, (n, 2 * n))
-
-    def _advance(self, tau: float, span: float, *, tangent: bool) -> None:
-        """Carry the state, and its slopes, from a phase of the drive over at most a cycle."""
-        before, rows, begin, code = self.clock.tried, self.clock.rows, self.state(), MISSING
-        next_step = self.clock.next
-        while code == MISSING:
-            self.works[0]["tau"] = tau
-            code, _, _ = radau.carry(self.carrier, np.array([tau, tau + span]), np.zeros((0, 4)), 0, 0, tangent)
-            if code == MISSING:  # it has met a phase of several masses for the first time
-                make_phase(self.systems, self.works)
-                self.set_state(begin)
-                self.clock.rows, self.clock.next = rows, next_step
-        if self.meter is not None:
-            self.meter.take(float(self.clock.tried - before))
-        if code != DONE:
-            raise self.failure(code, f"a motion at r = {self.structure.r!r}", f"{self.clock.most} steps")
+        raise SimulationError(f"simulation{motion or f' at r = {self.frame.r!r}'}: {laws}: {why}")
 
 
-@functools.cache
-def _compiled(contact: ContactForce) -> Any:
-    """A law's formula, compiled."""
-    number = numba.float64
-    return callback(contact, numba.types.UniTuple(number, 16)(number[::1], *(number,) * 6))
+def steady(
+    what: Problem | Structure, *, rtol: float = RTOL, near: SteadyState | None = None, meter: Meter | None = None
+) -> SteadyState:
+    """Return the steady state of what has a law without exact slides.
+
+    Parameters
+    ----------
+    what : Problem or Structure
+        What moves, with any laws.
+    rtol : float
+        Tolerance of the polynomial of each step, over the size of each component; 1e-12 to 1e-3. Where the two
+        energies differ by more, steps are made finer, twice at most.
+    near : SteadyState, optional
+        A steady state of this solver of a problem close by: its orbit is where the search starts. Where motions
+        coexist, the answer is then the neighbour's branch, not the one that rest settles on.
+    meter : Meter, optional
+        What a search of many steady states may still spend: this one's steps are taken from it.
+
+    Raises
+    ------
+    SimulationError
+        The law cannot be integrated with these parameters, or friction turns negative on the way.
+    UsageError
+        `rtol` is out of its range.
+    OverspentError
+        Nothing is left on the meter.
+
+    Examples
+    --------
+    >>> from frictionlab.simulator import Problem
+    >>> law = {"static_ratio": 1.2, "stribeck_speed": 0.1}
+    >>> state = steady(Problem(r=0.5, beta=0.4, law="coulomb+stribeck", parameters=law))
+    >>> round(state.energy_per_cycle, 6), state.stops_per_cycle
+    (2.172182, 2.0)
+    """
+    return Integrated(what, rtol).steady(near=near, meter=meter)
 
 
 def warm_up() -> None:
     """Load the compiled flow, or compile it."""
-    Flow(Problem(0.5, 0.4), 1e-6).carry(np.zeros(2), 0.1)
+    flow = Integrated(Problem(0.5, 0.4), 1e-6)
+    flow.solved(flow.rest())

@@ -26,13 +26,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import announce, entry, inner
+from frictionlab.simulator.compiled import announce, callback, entry, inner
 from frictionlab.simulator.exact.flow import (
+    RUN,
     TURN_OF,
     UPWARDS,
-    accelerate,
     after_event,
     begin,
+    come_earlier,
     event_row,
     follow_slip,
     is_rigid,
@@ -44,10 +45,9 @@ from frictionlab.simulator.exact.flow import (
     start_account,
     watches,
 )
-from frictionlab.simulator.exact.motion import place_of
-from frictionlab.simulator.exact.phase import CHATTER, CONTACTS, DONE, MASSES, PULLS, TIRED, slot_of
+from frictionlab.simulator.exact.motion import COUNT, STAGES, place_of
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, TIRED, slot_of
 
-STAGES, COUNT = 7, 8  # stages and nodes of a step
 PEAK = 7e-5  # largest value of the node polynomial on the step
 MOST = 12  # of Newton's steps; two to four are usual
 ROUNDING = 1e-14  # a correction so small is none
@@ -94,65 +94,13 @@ NODES, MATRIX, WEIGHTS, BERNSTEIN, LAST = tableau()
 announce(__name__)
 
 
-INNER = 2 * CONTACTS  # states that the contacts' laws may have
-SIZE, LESS = 2 * MASSES + INNER, MASSES + INNER
-_C = CONTACTS
-
-RUBBING = np.dtype(
-    [
-        ("own", "f8", (_C, 8)),  # parameters of each formula
-        ("beta", "f8", (_C,)),
-        ("gradient", "f8", (_C,)),
-        ("narrow", "f8", (_C,)),  # speed below which friction changes; 0: it does not
-        ("states", "i8", (_C,)),  # states of its own; -1: an elastic contact, which has no formula
-        ("at", "i8", (_C,)),  # the component at which they stand, after displacements and velocities
-        ("scale", "f8", (SIZE,)),  # errors are relative to it and to the component's own size
-        ("force", "f8"),  # and to this, of what a held contact bears
-        ("tolerance", "f8"),
-    ]
-)
-"""The contacts' laws in numbers, and what counts as small of each component; the formulas go beside it."""
-
-STEPS = np.dtype(
-    [
-        ("components", "i8"),  # that are carried: displacements, velocities, inner states
-        ("tried", "i8"),  # steps
-        ("most", "i8"),  # that are allowed
-        ("rows", "i8"),  # that are recorded
-        ("next", "f8"),  # length of the next step
-        ("last", "f8"),  # and of the last one; 0: none to go on from
-        ("fall", "f8"),  # rate of an event's function at the end of the step that is tried
-        ("driven", "f8", (3, COUNT)),  # f, f' and f'' at the nodes of the step that is tried
-        ("values", "f8", (SIZE, COUNT)),  # the last step at its nodes
-        ("trial", "f8", (SIZE, COUNT)),  # the step that is tried
-        ("rate", "f8", (SIZE, COUNT)),
-        ("net", "f8", (MASSES, COUNT)),  # force on each mass but for that of held contacts
-        ("bare", "f8", (MASSES, SIZE, COUNT)),  # its slopes over the state
-        ("slopes", "f8", (LESS, SIZE, COUNT)),  # of the rates of v and of the inner states over the state
-        ("mobile", "f8", (MASSES, MASSES)),  # accelerations by net forces, as held contacts leave them
-        ("moved", "f8", (MASSES,)),  # and by f''
-        ("constant", "f8", (MASSES,)),  # constant forces of springs
-        ("inverse", "f8", (STAGES * LESS, STAGES * LESS)),  # of the stages' equations, q put in
-        ("right", "f8", (SIZE, STAGES)),
-        ("reduced", "f8", (2, STAGES * LESS)),
-        ("exchanged", "i8", (STAGES * LESS,)),
-        ("held", "f8", (_C, COUNT)),  # force of each held contact at the nodes
-        ("watch", "f8", (COUNT,)),  # an event's function at the nodes
-        ("curve", "f8", (2, COUNT)),  # its Bernstein coefficients, and those of a part
-    ]
-)
-"""Where a run writes, beside `WORK`."""
-
-
 class Stepper(NamedTuple):
-    """What carries a motion: formulas of the contacts; records in arrays of length 1; where steps are recorded."""
+    """What carries a motion: records of `SYSTEM` and `WORK` in arrays of length 1, formulas of the contacts."""
 
-    formulas: Any  # one for each contact that there may be
-    systems: Any  # `SYSTEM` and `WORK`, as the exact flow has them
+    systems: Any
     works: Any
-    rubbing: Any
-    steps: Any
-    log: FloatArray  # (steps, 2 + 3 c + 8 size): start, length; side, stiffness, constant force of contacts; values
+    pieces: FloatArray  # (steps, 2 + 3 c + 8 size): start, length; side, stiffness, constant force of contacts; values
+    formulas: Any  # one for each contact that there may be
 
 
 @inner
@@ -185,7 +133,7 @@ def along(system: Any, x: FloatArray, first: int, i: int, c: int, f: float) -> A
 @inner
 def contact_at(flow: Stepper, c: int, side: float, z: float, v: float, w: float, age: float) -> Any:
     """Return what a contact does (`laws.law.Contact`), its dashpot apart."""
-    law = flow.rubbing[0]
+    law = flow.systems[0].law
     return flow.formulas[c](law.own[c], side, law.beta[c] * (1.0 + law.gradient[c] * z), z, v, w, age)
 
 
@@ -201,7 +149,7 @@ def inner_slopes(system: Any, slopes: FloatArray, c: int, at: int, i: int, by_z:
 @inner
 def forces(flow: Stepper, slot: int, first: int, last: int) -> None:
     """Write net forces, and the rates of inner states, with their slopes, at some nodes of the trial step."""
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
     x, bare, net, n = steps.trial, steps.bare, steps.net, system.masses
     for i in range(first, last):
         f, df = steps.driven[0, i], steps.driven[1, i]
@@ -222,7 +170,7 @@ def forces(flow: Stepper, slot: int, first: int, last: int) -> None:
 @inner
 def rub(flow: Stepper, c: int, i: int) -> None:
     """Add what a contact does by its formula at a node."""
-    system, law, steps = flow.systems[0], flow.rubbing[0], flow.steps[0]
+    system, law, steps = flow.systems[0], flow.systems[0].law, flow.works[0].steps
     x, bare, slopes, n = steps.trial, steps.bare, steps.slopes, system.masses
     states, at, rise = law.states[c], law.at[c], law.beta[c] * law.gradient[c]
     w, age = x[at, i] if states > 0 else 0.0, x[at + 1, i] if states > 1 else 0.0
@@ -339,7 +287,7 @@ def solve_stages(steps: Any, h: float, n: int) -> None:
 @inner
 def correct(flow: Stepper, slot: int, h: float, fresh: int) -> float:
     """Correct the stages once by Newton's method; return its size over the scale, or FAILED if there is none."""
-    steps, scale, n, worst = flow.steps[0], flow.rubbing[0].scale, flow.systems[0].masses, 0.0
+    steps, scale, n, worst = flow.works[0].steps, flow.systems[0].law.scale, flow.systems[0].masses, 0.0
     trial, right = steps.trial, steps.right
     forces(flow, slot, 1, COUNT)
     rates(n, steps)
@@ -363,16 +311,16 @@ def correct(flow: Stepper, slot: int, h: float, fresh: int) -> float:
 @inner
 def step(flow: Stepper, slot: int, t: float, h: float) -> bool:
     """Solve one step from the state at t over h, from the guess in `trial`; False if Newton's method fails."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    system, work, steps = flow.systems[0], flow.works[0], flow.works[0].steps
     n = system.masses
-    steps.tried += 1
+    work.left -= 1.0
     for a in range(n):
         steps.trial[a, 0], steps.trial[n + a, 0] = work.q[a], work.v[a]
     first = system.first[system.contacts] - 2 * n  # of inner states, behind the anchors
     for k in range(2 * n, steps.components):
         steps.trial[k, 0] = work.anchor[first + k]
     for i in range(COUNT):
-        drive_at(system, t + NODES[i] * h, steps.driven, i)
+        drive_at(system, t - steps.origin + NODES[i] * h, steps.driven, i)
     before, fresh = FAILED, 1
     for _ in range(MOST):
         now = correct(flow, slot, h, fresh)
@@ -391,7 +339,7 @@ def step(flow: Stepper, slot: int, t: float, h: float) -> bool:
 @inner
 def hold(flow: Stepper, slot: int) -> None:
     """Write the forces of held rigid contacts at the nodes of the trial step."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    system, work, steps = flow.systems[0], flow.works[0], flow.works[0].steps
     count = 0
     for c in range(system.contacts):
         count += 1 if work.kappa[c] == inf else 0
@@ -410,7 +358,7 @@ def hold(flow: Stepper, slot: int) -> None:
 @inner
 def watch(flow: Stepper, c: int, which: int) -> Any:
     """Write an event's function at the nodes of the trial step, positive until then; return what is zero of it."""
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
     n, sign, scale = system.masses, sign_of(work, c, which), law.scale[system.masses]
     threshold = 0.0 if which == TURN_OF else work.upper[c] if which == UPWARDS else work.lower[c]
     for i in range(COUNT):
@@ -429,7 +377,7 @@ def watch(flow: Stepper, c: int, which: int) -> Any:
 @inner
 def carry_tangent(flow: Stepper, h: float) -> None:
     """Carry the derivative of the state by its start, q, v, anchors and inner states, through the step just solved."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    system, work, steps = flow.systems[0], flow.works[0], flow.works[0].steps
     n, sliders, size, right, jacobian = (
         system.masses,
         system.first[system.contacts],
@@ -498,7 +446,7 @@ def error_of(flow: Stepper, slot: int) -> Any:
     v = 0 two nodes are at most nu apart; by how much they are more enters the error by a power, so that the step
     shrinks in proportion.
     """
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
     worst, widest = 0.0, 0.0
     hold(flow, slot)
     for k in range(steps.components):
@@ -557,7 +505,7 @@ def land(flow: Stepper, slot: int, c: int, which: int, t: float, h: float, theta
     The polynomial of a long step may cross zero where the motion does not (just after a release it moves like t^2):
     then the step must be shorter. The length is Newton's, kept between what is too short and what is too long.
     """
-    steps = flow.steps[0]
+    steps = flow.works[0].steps
     steps.values[:] = steps.trial
     length, short, long, left, scale = theta * h, 0.0, h, FAILED, 1.0
     for _ in range(LOOKS):
@@ -585,9 +533,9 @@ def land(flow: Stepper, slot: int, c: int, which: int, t: float, h: float, theta
 @inner
 def record(flow: Stepper, t: float, h: float) -> None:
     """Append the step in `values` to the log, as far as there is space; count it in any case."""
-    work, steps, contacts = flow.works[0], flow.steps[0], flow.systems[0].contacts
-    log, row = flow.log, steps.rows
-    steps.rows += 1
+    work, steps, contacts = flow.works[0], flow.works[0].steps, flow.systems[0].contacts
+    log, row = flow.pieces, work.count
+    work.count += 1
     if row < len(log):
         log[row, 0], log[row, 1] = t, h
         for c in range(contacts):
@@ -607,12 +555,14 @@ def first_event(flow: Stepper, corners: bool) -> tuple[float, int, int]:
     work, share, contact, how = flow.works[0], 2.0, -1, 0
     for c in range(flow.systems[0].contacts):
         for which in range(3):
-            if not watches(work, c, which) or (flow.rubbing[0].states[c] > 0 and not corners):
+            if not watches(work, c, which) or (flow.systems[0].law.states[c] > 0 and not corners):
                 continue
             scale = watch(flow, c, which)
-            theta = first_crossing(flow.steps[0], scale)
+            theta = first_crossing(flow.works[0].steps, scale)
             if which != TURN_OF and is_rigid(flow.systems[0], c) and theta < share and theta < 10.0 * SHORTEST:
-                theta = 0.0 if flow.steps[0].watch[0] <= LOOSE * scale else theta  # it cannot hold from the begin on
+                theta = (
+                    0.0 if flow.works[0].steps.watch[0] <= LOOSE * scale else theta
+                )  # it cannot hold from the begin on
             if theta < share:
                 share, contact, how = theta, c, which
     return share, contact, how
@@ -624,8 +574,8 @@ def advance(flow: Stepper, slot: int, t: float, end: float, tangent: bool, corne
 
     A time beyond `end`: the steps allowed are used up.
     """
-    steps = flow.steps[0]
-    while steps.tried < steps.most:
+    steps = flow.works[0].steps
+    while flow.works[0].left > 0.0:
         h = min(steps.next, end - t)
         if 0.0 < h < 3.0 * steps.last:
             predict(steps, 1.0, h / steps.last)
@@ -663,24 +613,28 @@ def advance(flow: Stepper, slot: int, t: float, end: float, tangent: bool, corne
 
 @inner
 def accept(flow: Stepper, t: float, h: float) -> None:
-    """Make the end of the trial step the state at hand, and record the step."""
-    work, system, steps = flow.works[0], flow.systems[0], flow.steps[0]
+    """Make the end of the trial step the state at hand; count, measure and record the step."""
+    work, system, steps = flow.works[0], flow.systems[0], flow.works[0].steps
     n = system.masses
     steps.values[:] = steps.trial
     for a in range(n):
         work.q[a], work.v[a] = steps.trial[a, STAGES], steps.trial[n + a, STAGES]
+        work.high[a], work.low[a] = max(work.high[a], work.q[a]), min(work.low[a], work.q[a])
+    for c in range(system.contacts):
+        if work.side[c] != 0:
+            begun = along(system, steps.trial, 0, 0, c, steps.driven[0, 0])
+            work.path += abs(along(system, steps.trial, 0, STAGES, c, steps.driven[0, STAGES]) - begun)
     for k in range(2 * n, steps.components):
         work.anchor[system.first[system.contacts] - 2 * n + k] = steps.trial[k, STAGES]
     for order in range(3):
         work.f[order] = steps.driven[order, STAGES]
-    if len(flow.log) > 0:
-        record(flow, t, h)
+    record(flow, t, h)
 
 
 @inner
 def guess(flow: Stepper, h: float) -> None:
     """Write a first guess of the stages without a step before: the state, moving on as it does."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
+    system, work, steps = flow.systems[0], flow.works[0], flow.works[0].steps
     n, first = system.masses, system.first[system.contacts] - 2 * system.masses
     for i in range(1, COUNT):
         for a in range(n):
@@ -695,7 +649,7 @@ def freeze(flow: Stepper) -> bool:
 
     Of a contact at rest that is what it begins to slip with.
     """
-    system, work, law = flow.systems[0], flow.works[0], flow.rubbing[0]
+    system, work, law = flow.systems[0], flow.works[0], flow.systems[0].law
     first = system.first[system.contacts] - 2 * system.masses
     for c in range(system.contacts):
         if law.states[c] < 0:
@@ -715,7 +669,7 @@ def freeze(flow: Stepper) -> bool:
 @inner
 def begin_phase(flow: Stepper, slot: int) -> None:
     """Write what net forces and the base make of accelerations, and the constant forces of springs."""
-    system, work, steps, n = flow.systems[0], flow.works[0], flow.steps[0], flow.systems[0].masses
+    system, work, steps, n = flow.systems[0], flow.works[0], flow.works[0].steps, flow.systems[0].masses
     for a in range(n):
         steps.moved[a], steps.constant[a] = 0.0, 0.0
         for b in range(n):
@@ -729,40 +683,18 @@ def begin_phase(flow: Stepper, slot: int) -> None:
                 steps.moved[a] += by_force * work.phases.bind[slot, c]
                 for b in range(n):
                     steps.mobile[a, b] -= by_force * work.phases.grip[slot, c, b]
-        elif flow.rubbing[0].states[c] < 0:
+        elif flow.systems[0].law.states[c] < 0:
             for a in range(n):
                 steps.constant[a] -= system.row[c, a] * work.offset[c]
 
 
 @inner
-def come_earlier(flow: Stepper, slot: int, c: int, which: int) -> None:
-    """Write by how much an event comes earlier, for each column of the derivative, and accelerations before it."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
-    sliders, size, form = system.first[system.contacts], steps.components, work.form
-    for i in range(sliders):
-        work.slipping[i] = work.slips[i]
-    for k in range(size + sliders):
-        form[k], work.shift[k] = 0.0, 0.0
-    if which == TURN_OF or not is_rigid(system, c):
-        event_row(system, work, slot, c, which)
-    else:
-        form_of_force(flow, slot, c, which)
-    for k in range(size + sliders):
-        if form[k] != 0.0 and steps.fall != 0.0:
-            for b in range(size + sliders):
-                work.shift[b] += form[k] * work.jacobian[k, b] / steps.fall
-    for other in range(system.contacts):
-        set_contact(system, work, other)
-    accelerate(system, work, slot)
-    for a in range(system.masses):
-        work.acceleration[0, a] = work.acceleration[1, a]
-
-
-@inner
 def form_of_force(flow: Stepper, slot: int, c: int, which: int) -> None:
-    """Write the derivative of what a held contact can bear more over the state."""
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    """Write the derivative of what a held contact can bear more over the state, as `event_row` does."""
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
     n, sliders, form, sign = system.masses, system.first[system.contacts], work.form, sign_of(work, c, which)
+    for k in range(2 * n + system.sliders):
+        form[k] = 0.0
     d = contact_at(flow, c, -sign, place_of(system, work.q, c, work.f[0]), 0.0, 0.0, 0.0)
     ratio = system.up[c] if which == UPWARDS else system.down[c]
     for a in range(n):
@@ -780,7 +712,7 @@ def form_of_force(flow: Stepper, slot: int, c: int, which: int) -> None:
 @inner
 def turn_corners(flow: Stepper) -> None:
     """Give contacts with states of their own the side on which they are."""
-    system, work, law = flow.systems[0], flow.works[0], flow.rubbing[0]
+    system, work, law = flow.systems[0], flow.works[0], flow.systems[0].law
     first = system.first[system.contacts] - 2 * system.masses
     for c in range(system.contacts):
         if law.states[c] > 0:
@@ -791,7 +723,7 @@ def turn_corners(flow: Stepper) -> None:
 @inner
 def start(flow: Stepper) -> int:
     """Find which contacts slip in the state at hand and to which side; return the phase's slot, or as `settle`."""
-    system, work, law = flow.systems[0], flow.works[0], flow.rubbing[0]
+    system, work, law = flow.systems[0], flow.works[0], flow.systems[0].law
     first = system.first[system.contacts] - 2 * system.masses
     begin(system, work)
     turn_corners(flow)
@@ -815,16 +747,23 @@ def start(flow: Stepper) -> int:
 @inner
 def after(flow: Stepper, slot: int, c: int, which: int, tangent: bool) -> int:
     """Let the contacts do what they do at an event; return the slot of the next phase, or as `settle`."""
-    system, work, states = flow.systems[0], flow.works[0], flow.rubbing[0].states[c]
+    system, work, states = flow.systems[0], flow.works[0], flow.systems[0].law.states[c]
     if states > 0:  # its law has a corner there, the motion has none
         work.side[c] = -work.side[c]
         if states == 2:
-            work.anchor[system.first[system.contacts] - 2 * system.masses + flow.rubbing[0].at[c]] = 0.0
+            work.anchor[system.first[system.contacts] - 2 * system.masses + flow.systems[0].law.at[c]] = 0.0
         elif system.masses == 1 and system.follow[c] == 0.0:
             work.v[0] = 0.0
         return slot
+    work.signature = (work.signature * 31 + 3 * c + which + 1) % 1000000007
     if tangent:
-        come_earlier(flow, slot, c, which)
+        if which == TURN_OF or not is_rigid(system, c):
+            event_row(system, work, slot, c, which)
+        else:
+            form_of_force(flow, slot, c, which)
+        for other in range(system.contacts):
+            set_contact(system, work, other)
+        come_earlier(system, work, slot, work.steps.fall)
     before = float(work.side[c])
     if which != TURN_OF and is_rigid(system, c):
         for other in range(system.contacts):
@@ -839,13 +778,17 @@ def after(flow: Stepper, slot: int, c: int, which: int, tangent: bool) -> int:
     return slot
 
 
-@inner
-def run(flow: Stepper, span: float, tangent: bool) -> int:
-    """Carry the state over a span of time from `works[0].tau` on, and if asked for its derivative; how it ended."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.steps[0]
-    t, quick, idle = work.tau, 0, 0
+def run(systems: Any, works: Any, pieces: FloatArray, formulas: Any, span: float, tangent: bool, fresh: bool) -> int:
+    """Carry the state over a span of time as the exact flow's `run` does, step by step; return how it ended."""
+    flow, system, work = Stepper(systems, works, pieces, formulas), systems[0], works[0]
+    steps, first, t, quick, idle = work.steps, system.first[system.contacts], work.tau, 0, 0
+    steps.components, steps.origin = 2 * system.masses + system.sliders - first, t if system.harmonics == 0 else 0.0
     end = t + span
-    start_account(system, work, steps.components + system.first[system.contacts] if tangent else 0)
+    if fresh:
+        steps.next = system.law.first
+        start_account(system, work, 2 * system.masses + system.sliders if tangent else 0)
+        for i in range(first, system.sliders):
+            work.slipped[i] = 1
     slot = start(flow)
     while slot >= 0:
         begin_phase(flow, slot)
@@ -866,7 +809,7 @@ def run(flow: Stepper, span: float, tangent: bool) -> int:
             follow_slip(system, work, tangent)
             return DONE
         brief = t - begun < SHORT
-        quick = quick + 1 if brief and flow.rubbing[0].states[c] > 0 else 0
+        quick = quick + 1 if brief and system.law.states[c] > 0 else 0
         idle = idle + 1 if brief else 0
         if idle > IDLE:
             return CHATTER
@@ -875,34 +818,7 @@ def run(flow: Stepper, span: float, tangent: bool) -> int:
     return -slot
 
 
-@entry
-def carry(
-    flow: Stepper, time: FloatArray, cubics: FloatArray, first: int, most: int, tangent: bool
-) -> tuple[int, int, FloatArray]:
-    """Carry the state from a time to another, or along pieces of a sampled base, cubics (n, 4) between these times.
-
-    `first`: the piece to begin with; `most`: steps that may be recorded in a piece. Returns how it ended, the piece to
-    go on with when the log has no more space, and how many steps are recorded when each piece is over. One entry for
-    both: it takes half a minute to compile.
-    """
-    system, work, steps, ends = flow.systems[0], flow.works[0], flow.steps[0], np.zeros(len(cubics))
-    for i in range(first, len(time) - 1):
-        if len(cubics) > 0:
-            if steps.rows + most > len(flow.log):
-                return DONE, i, ends
-            for k in range(4):
-                system.cubic[k] = cubics[i, k]
-            work.tau, steps.tried = 0.0, 0
-        begun = steps.rows
-        code = run(flow, time[i + 1] - time[i], tangent)
-        if len(cubics) == 0:
-            return code, i, ends
-        if code == DONE and steps.rows > min(begun + most, len(flow.log)):
-            code = TIRED
-        if code != DONE:
-            return code, i, ends
-        ends[i] = steps.rows
-    return DONE, len(cubics), ends
+INTEGRATOR = callback(run, RUN)
 
 
 @entry
@@ -912,8 +828,9 @@ def observe(flow: Stepper, base: FloatArray, rows: FloatArray, values: FloatArra
     `rows` (m, 3 c): side, stiffness and constant force of the contacts, as recorded. Returns the row whose phase is to
     be made first, or their number.
     """
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.rubbing[0], flow.steps[0]
+    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
     n, contacts = system.masses, system.contacts
+    steps.components = 2 * n + system.sliders - system.first[contacts]
     for j in range(len(rows)):
         for c in range(contacts):
             work.side[c], work.kappa[c] = int(rows[j, c]), rows[j, contacts + c]

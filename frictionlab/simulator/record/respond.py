@@ -225,7 +225,7 @@ def respond(
         shift = base.motion
     q, v = (np.broadcast_to(np.asarray(start, np.float64), n) for start in (x0, v0))
     is_exact = what.is_exact and solver == "auto"
-    carried = (carry.by_phases if is_exact else carry.by_steps)(frame, base, q - shift[0, 0], v - shift[1, 0])
+    carried = carry.carry(frame, base, q - shift[0, 0], v - shift[1, 0], exact=is_exact)
     friction = float(np.sum(carried.friction - carried.stored))
     return Response(
         what if isinstance(what, Problem) else what.first_contact,
