@@ -158,9 +158,9 @@ def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False)
     (q, lost), *_ = np.linalg.lstsq(np.column_stack([swing[:-1], np.ones(len(swing) - 1)]), swing[1:], rcond=None)
     if lost > 0.0:
         q, lost = float(swing[1:] @ swing[:-1] / (swing[:-1] @ swing[:-1])), 0.0
-    log_q = -math.log(min(max(float(q), 0.1), 1.0))
-    zeta, friction = log_q / math.hypot(math.pi, log_q), -float(lost) / (1.0 + float(q))
-    first = 2.0 * float(swing[0]) / (1.0 + float(q)) + friction
+    q = min(max(float(q), 0.1), 1.0)
+    zeta, friction = -math.log(q) / math.hypot(math.pi, math.log(q)), -float(lost) / (1.0 + q)
+    first = 2.0 * float(swing[0]) / (1.0 + q) + friction
     half_period = float(time[-1] - time[0]) / (len(time) - 1)  # of all: 1 % off is half a cycle after fifty
     slower = float(np.mean(swing**2)) / 16.0 if pendulum else 0.0  # by its swing, the first term of the series
     omega = math.pi / half_period / math.sqrt(1.0 - zeta**2) * (1.0 + slower)

@@ -88,9 +88,11 @@ def _of_lines(layout: Layout) -> Iterator[str]:
     """Of lines that are no harmonics of the drive, and of hum that may stand on one."""
     foreign, hz = layout.foreign, layout.drive.frequency
 
+    def share(amplitude: float) -> str:
+        return f"{100.0 * amplitude / layout.drive.amplitude:.2g} % of the base's amplitude"
+
     def of(line: Line) -> str:
-        share = f"{100.0 * line.amplitude / layout.drive.amplitude:.2g} % of the base's amplitude"
-        return f"at {line.frequency:.5g} Hz, {share}"
+        return f"at {line.frequency:.5g} Hz, {share(line.amplitude)}"
 
     faint = LEAST * layout.drive.amplitude
     for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base)):
@@ -106,10 +108,9 @@ def _of_lines(layout: Layout) -> Iterator[str]:
             " amplitude's error holds it, stops_per_cycle may be wrong by it: drive a little faster"
         )
     if foreign.masked > faint and not foreign.on_harmonics:
-        hidden = Line(0.0, foreign.masked)
         yield (
-            f"response_amplitude: hum of up to{of(hidden).partition(',')[2]} may hide in a harmonic of the drive, and"
-            " is in the uncertainty: drive a little faster or slower"
+            f"response_amplitude: hum of up to {share(foreign.masked)} may hide in a harmonic of the drive, and is in"
+            " the uncertainty: drive a little faster or slower"
         )
     low = next((line for line in (*foreign.mass, *foreign.base) if not line.removed), None)
     if low is not None:

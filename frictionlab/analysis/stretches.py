@@ -160,10 +160,7 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
     if name is None:
         if force is None or abs(float(force.mean())) < 0.8 * math.sqrt(float(np.mean(force**2))):
             return None
-        way, said = (
-            np.arange(len(force)) / (len(force) - 1.0),
-            f"no motion is measured: taken as an even one, in {PARTS} parts",
-        )
+        way, said = np.linspace(0.0, 1.0, len(force)), f"no motion is measured: taken as an even one, in {PARTS} parts"
         direction = np.sign(force.mean(keepdims=True))
     else:
         signal = np.unwrap(measured[name]) if name == "angle" else measured[name]

@@ -160,10 +160,6 @@ class Rig(SceneTable):
             for named in (contact.mass, contact.against):
                 if isinstance(named, int) and named > count:
                     raise ValueError(f"contacts.{number}: expected a mass from 1 to {count}; got {named}")
-        return self
-
-    @model_validator(mode="after")
-    def _agree(self) -> Self:
         given, derived = self.natural_frequency_hz, self._derived_natural_frequency_hz()
         if given and derived and abs(given / derived - 1) > 0.02:
             raise ValueError(
@@ -210,22 +206,16 @@ class Rig(SceneTable):
         >>> Rig(mass_kg=3080.0, natural_frequency_hz=3.13).doubts
         ('rig: mass_kg = 3080: a frame on a bench has 0.01 to 300 kg: is this in g?',)
         """
-        mass, stiffness, derived = (
-            self.first.mass_kg,
-            self.first.stiffness_n_per_m,
-            self._derived_natural_frequency_hz(),
-        )
-        found = []
+        mass, stiffness = self.first.mass_kg, self.first.stiffness_n_per_m
+        found, derived = [], self._derived_natural_frequency_hz()
         if mass is not None and not 0.01 <= mass <= 300.0:
             unit = "g" if mass > 300.0 else "t"
             found.append(f"mass_kg = {mass:g}: a frame on a bench has 0.01 to 300 kg: is this in {unit}?")
         if stiffness is not None and stiffness < 10.0:
             found.append(f"stiffness_n_per_m = {stiffness:g}: a frame has more than 10 N/m: is this in N/mm?")
         if derived is not None and not 0.2 <= derived <= 200.0 and not found:
-            made = (
-                f"mass_kg = {mass:g} and stiffness_n_per_m = {stiffness:g} make a natural frequency of {derived:.3g} Hz"
-            )
-            found.append(f"{made}: is one of them in another unit (g, N/mm)?")
+            both = f"mass_kg = {mass:g} and stiffness_n_per_m = {stiffness:g}"
+            found.append(f"{both} make {derived:.3g} Hz: is one of them in another unit (g, N/mm)?")
         return tuple(f"rig: {sentence}" for sentence in found)
 
 
