@@ -21,7 +21,7 @@ def shifted(cycle: FloatArray, phase: float = 0.0, order: int = 0, times: int = 
 
     Examples
     --------
-    >>> shifted(np.cos(np.arange(8) * np.pi / 4.0), order=1).round(6)[2]
+    >>> round(float(shifted(np.cos(np.arange(8) * np.pi / 4.0), order=1)[2]), 6)
     -1.0
     """
     lines = np.fft.rfft(cycle)
