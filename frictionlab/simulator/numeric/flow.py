@@ -32,6 +32,7 @@ FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first 
 MOST, LONGEST = 200_000, 3_000_000  # steps of a search for a steady state, some seconds; and of a run of many cycles
 RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
+FOLLOWED, BESIDE = 2, 0.1  # cycles that rest is followed where friction weakens; how near an orbit must be then
 TIGHTEN, TIGHTER = 0.03, 2  # where the two energies differ by more than the tolerance: how much finer, how many times
 CLOSED, SMALLEST = 1e-9, 1e-15  # and what is always good enough, over the energy and over k Y^2
 REFINING = 14  # periods' steps that an orbit by finer steps takes: it may cost half of what the search may
@@ -256,18 +257,26 @@ class Integrated(Flow):
         """Return the steady state that rest settles on, or a neighbour's branch: see `steady`."""
         if self._is_unbounded():
             return SteadyState(self.problem, "numeric", "unbounded")
-        begin, spent = [self.rest()], STATE
+        weakens, spent = self.what.weakens, STATE
+        begin = [self.carried(self.rest(), 0.0, TURN, FOLLOWED)[0] if weakens else self.rest()]
         if near is not None and isinstance(near.orbit, NumericMotion):
             begin.insert(0, near.orbit.state(0.0))
-        for start in begin:
-            left = inf if meter is None else meter.left - spent
-            found = self.solved(start, left=left, waits=self.what.weakens and start is begin[-1])
+        for start, waits in [*((start, False) for start in begin), (begin[-1], True)]:
+            found = self.solved(start, left=inf if meter is None else meter.left - spent, waits=waits)
             spent += found.spent
-            if found.row[places.OUTCOME] == places.PERIODIC:
+            is_found = found.row[places.OUTCOME] == places.PERIODIC
+            if is_found and (start is not begin[-1] or not weakens or self._is_beside(found, start)):
                 break
         if meter is not None:
             meter.take(spent)
         return self.state_of(found)
+
+    def _is_beside(self, found: Solved, start: FloatArray) -> bool:
+        """Return whether an orbit is so near to a state that the motion from there settles on it."""
+        size, n = self.law["scale"], 2 * self.masses
+        scale = np.concatenate((size[:n], np.full(self.sliders, size[0]), size[n : self.size - self.sliders]))
+        away = float(np.max(np.abs(found.y - start) / (scale + np.abs(start))))
+        return bool(away < BESIDE and found.leg["tau"] == 0.0)
 
     def state_of(self, found: Solved) -> SteadyState:
         """Return what a search has found, by finer steps where its two energies differ by more than the tolerance."""
