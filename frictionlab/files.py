@@ -141,26 +141,13 @@ def _check_name(path: Path) -> None:
 
 
 def check_regular(path: Path) -> None:
-    """Raise `OSError` for a folder, a pipe or a device, whose reading may never end, or if nothing is there.
-
-    Examples
-    --------
-    >>> check_regular(Path(os.devnull))
-    Traceback (most recent call last):
-    OSError: [Errno 22] a folder, a pipe or a device, not a file: '/dev/null'
-    """
+    """Raise `OSError` for a folder, a pipe or a device, whose reading may never end, or if nothing is there."""
     if not stat.S_ISREG(path.stat().st_mode):
         raise OSError(errno.EINVAL, "a folder, a pipe or a device, not a file", str(path))
 
 
 def identities(path: Path) -> set[object]:
-    """What distinguishes a file: its true path and, where it stands, its number on the disk (links share it).
-
-    Examples
-    --------
-    >>> bool(identities(Path("a/../b.csv")) & identities(Path("b.csv")))
-    True
-    """
+    """What distinguishes a file: its true path and, where it stands, its number on the disk (links share it)."""
     found: set[object] = {os.path.normcase(os.path.realpath(path))}
     if path.exists():
         known = path.stat()

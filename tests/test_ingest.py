@@ -116,7 +116,7 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ([], "no logs: expected LOG"),
+        ([], "got no logs"),
         (["--mass-log", "a.csv"], "expected both --mass-log and --base-log"),
         (["a.csv", "--mass-log", "b.csv", "--base-log", "c.csv"], "either LOG"),
         (["a.csv", "b.csv", "-o", "one.h5"], "expected a folder for 2 logs"),

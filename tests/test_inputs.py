@@ -87,8 +87,10 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.Ca
     assert max(map(len, lines)) <= 80
     law = {"status": "ok", "law": "coulomb+place+speed+breakaway", "verdict": "strained", "friction_coefficient": 0.31}
     judged: Row = {**good, **law, "friction_coefficient_u": 0.03, "friction_force_n": 0.77, "friction_ratio": 0.2}
-    print_tests([judged], COMPARED, "1 of 1 logs")
-    head, line = capsys.readouterr().out.splitlines()[1:]
+    print_tests([judged], COMPARED, "1 of 1 logs, law coulomb+place+speed+breakaway")
+    assert capsys.readouterr().out.splitlines()[1].split()[-3:] == ["[N]", "mu", "verdict"]
+    print_tests([judged, {**judged, "law": "coulomb"}], COMPARED, "2 of 2 logs")
+    head, line, _ = capsys.readouterr().out.splitlines()[1:]
     assert len(line) <= 80
     assert head.split()[-3:] == ["mu", "law", "verdict"]
     assert "coulomb+place+speed+breakaway" in line

@@ -46,8 +46,13 @@ def ingest(
 
     Example: frictionlab ingest logs/*.csv --scene configs/sample_data.toml -o build/recordings
     """
+    if (mass_log is None) != (base_log is None):
+        raise UsageError("one file per sensor: expected both --mass-log and --base-log; got one of them")
+    if (mass_log is None) == (not logs):
+        got = "both" if logs else "no logs"
+        raise UsageError(f"expected either LOG... or --mass-log FILE with --base-log FILE; got {got}")
     scene = work.scene_for(logs[0] if logs else mass_log, settings, ("log",))
-    inputs = _inputs(logs or [], mass_log, base_log)
+    inputs = files_of(logs or [], logs_in) if mass_log is None else [mass_log]
     work.note_not_read(logs or [])
     outputs: Mapping[Path, Path] = {}
     if not dry_run:
@@ -101,17 +106,6 @@ def ingested(
         "evidence": source.evidence,
     }
     return row, {}
-
-
-def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) -> list[Path]:
-    """The logs to read, folders and patterns opened up; of a pair of logs, the mass's stands for both."""
-    if (mass_log is None) != (base_log is None):
-        raise UsageError("one file per sensor: expected both --mass-log and --base-log; got one of them")
-    if mass_log is not None and logs:
-        raise UsageError("expected either LOG... or --mass-log with --base-log; got both: do them one after the other")
-    if mass_log is None and not logs:
-        raise UsageError("no logs: expected LOG..., or --mass-log FILE --base-log FILE")
-    return [mass_log] if mass_log is not None else files_of(logs, logs_in)
 
 
 def _places(inputs: Sequence[Path], output: str | None) -> Mapping[Path, Path]:

@@ -173,6 +173,8 @@ def predict(
 
     Example: frictionlab predict --law-file law_brass.toml --normal-force 4 --base-amplitude 1.8e-3 --r 0.3:0.7:0.1
     """
+    import numpy as np
+
     from frictionlab.verbs.simulating import predict
 
     doubt_amplitude(base_amplitude)
@@ -198,7 +200,9 @@ def predict(
         about = f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base {base}"
         paragraph(f"{about}; each number with its 95 % band")
         print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], PREDICTED)
-        if any(_is_at_an_edge(*number) for test in found.tests for number in test.numbers.values()):
+        bands = np.array([band for test in found.tests for band in test.numbers.values()], dtype=np.float64)
+        value, low, high = bands.T  # nan: not known
+        if np.any((low < high) & (np.minimum(value - low, high - value) < EDGE * (high - low))):
             paragraph(
                 "a value at an edge of its band is that of the law's mean values: what is not known of these (such as a"
                 " gradient of either sign) moves it to one side"
@@ -212,12 +216,6 @@ def predict(
         from frictionlab.figures import plot
 
         plot(found, figure, force=to.force)
-
-
-def _is_at_an_edge(value: float | None, low: float | None, high: float | None) -> bool:
-    if value is None or low is None or high is None or not low < high:
-        return False
-    return min(value - low, high - value) < EDGE * (high - low)
 
 
 def _shown(test: "PredictedTest", name: str) -> Row:

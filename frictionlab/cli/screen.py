@@ -97,8 +97,8 @@ def known(
 
 def _both(unit: str, plain_unit: str, title: str, key: str, factor: Callable[[Row], float | None]) -> list[Shown]:
     """A number in physical units, and beside it dimensionless where those are not known."""
-    plainly = known(f"{title} [{plain_unit}]", key, 6, times=lambda row: 1.0 if factor(row) is None else None)
-    return [known(f"{title} [{unit}]", key, 6, times=factor), replace(plainly, key=key)]
+    plainly = known(f"{title} [{plain_unit}]", key, 7, times=lambda row: 1.0 if factor(row) is None else None)
+    return [known(f"{title} [{unit}]", key, 7, times=factor), replace(plainly, key=key)]
 
 
 def _with_u(row: Row, key: str) -> str:
@@ -124,7 +124,7 @@ def _millimetres(row: Row) -> float | None:
     return 1e3 * base if isinstance(base, float) else None
 
 
-_FIRST = (word("r", RATIO, 7, ".3f"), *_both("mJ", "kY²", "E", ENERGY, _millijoules))
+_FIRST = (word("r", RATIO, 6, ".3f"), *_both("mJ", "kY²", "E", ENERGY, _millijoules))
 MEASURED = (
     *(*_FIRST, *_both("mm", "Y", "X", AMPLITUDE, _millimetres)),
     *(word("stops", STOPS, 4), word("regime", REGIME, 5)),
@@ -183,7 +183,9 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     short = short_names([str(row.get("source")) for row in rows])
     names = [n if k else printable(Path(str(r["source"])).name) for n, r, k in zip(short, rows, known, strict=True)]
     filled = _filled(columns, rows, known)
-    if wide is not None:
+    if wide is None:  # a law that the headline names is no column
+        filled = {c: each for c, each in filled.items() if c.key != "law" or ", law " not in headline}
+    else:
         filled |= _filled(_further(wide, filled), rows, known)
     width, widest = _width() or (WIDTH if wide is None else sys.maxsize), max(map(len, names))
     widths = {c: max(len(c.title), *map(len, texts)) + GAP for c, texts in filled.items()}
@@ -192,35 +194,40 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     first = max(min(widest, width - WIDTH // 2 if wide else width - sum(widths[c] for c in filled)), len("test"))
     typer.echo(_bold(headline))
     cut = [name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}" for name in names]
-    blocks = list(_in_blocks([first, *(widths[c] - GAP for c in filled)], width))
-    for block in blocks:
-        shown = [list(filled)[place - 1] for place in block[1:]]
-        sizes = [first, *(widths[c] - GAP for c in shown)]
-        typer.echo(_bold(_joined(["test", *(c.title for c in shown)], sizes)))
-        for number, row in enumerate(rows):
-            if known[number]:
-                typer.echo(_joined([cut[number], *(filled[c][number] for c in shown)], sizes))
-            elif block is blocks[0]:
-                said = printable(f"{cut[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}")
-                indent = " " * (first + GAP)
-                typer.echo(textwrap.fill(said, width, subsequent_indent=indent, break_on_hyphens=False))
+    lines: list[list[str] | str] = []
+    for number, row in enumerate(rows):
+        said = printable(f"{cut[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}")
+        folded = textwrap.fill(said, width, subsequent_indent=" " * (first + GAP), break_on_hyphens=False)
+        lines.append([f"{cut[number]:<{first}}", *(filled[c][number] for c in filled)] if known[number] else folded)
+    _print_blocks(["test", *(c.title for c in filled)], lines, width)
+
+
+def _print_blocks(heads: Sequence[str], lines: Sequence[Sequence[str] | str], width: int) -> None:
+    """Print lines of cells under their heads, in blocks that fit, each led by the first column; a text as it is."""
+    cells = [heads, *(line for line in lines if not isinstance(line, str))]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    block, blocks = [0], list[list[int]]()  # places of the columns side by side
+    for place in range(1, len(widths)):
+        if len(block) > 1 and sum(widths[p] + GAP for p in (*block, place)) - GAP > width:
+            blocks.append(block)
+            block = [0]
+        block.append(place)
+    blocks.append(block)
+    for shown in blocks:
+        if shown is not blocks[0]:
+            typer.echo()
+        typer.echo(_bold(_joined([heads[p] for p in shown], [widths[p] for p in shown])))
+        for line in lines:
+            if not isinstance(line, str):
+                typer.echo(_joined([line[p] for p in shown], [widths[p] for p in shown]))
+            elif shown is blocks[0]:
+                typer.echo(line)
 
 
 def _filled(columns: Iterable[Shown], rows: Sequence[Row], known: Sequence[bool]) -> dict[Shown, list[str]]:
     """The columns in which something stands, with the text of each row; of one that is not known there is none."""
     texts = {c: [printable(c.text(row)) if k else "" for row, k in zip(rows, known, strict=True)] for c in columns}
     return {c: each for c, each in texts.items() if set(each) - {"", "-"}}
-
-
-def _in_blocks(widths: Sequence[int], width: int) -> Iterator[list[int]]:
-    """Columns of these widths in blocks that fit side by side, each led by the first column; their places."""
-    block = [0]
-    for place in range(1, len(widths)):
-        if len(block) > 1 and sum(widths[p] + GAP for p in (*block, place)) - GAP > width:
-            yield block
-            block = [0]
-        block.append(place)
-    yield block
 
 
 def counted(number: int, noun: str) -> str:
@@ -294,14 +301,9 @@ def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[st
         short = short_names([str(row.get("source")) for row in every])
         every = [{**row, "source": name} if "source" in row else row for row, name in zip(every, short, strict=True)]
     heads = _heads(columns, every)
-    lines = [list(heads.values()), *([_with_u(row, key) for key in heads] for row in every)]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for number, block in enumerate(_in_blocks(widths, _width() or sys.maxsize)):
-        if number:
-            typer.echo()
-        for line in lines:
-            text = _joined([line[place] for place in block], [widths[place] for place in block])
-            typer.echo(_bold(text) if line is lines[0] else text)
+    _print_blocks(
+        list(heads.values()), [[_with_u(row, key) for key in heads] for row in every], _width() or sys.maxsize
+    )
 
 
 def print_budget(row: Row) -> None:

@@ -1,6 +1,6 @@
 """Measured over predicted: a cycle and its loop; what the contact does, the law over it, and the ladder of laws."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
@@ -92,8 +92,10 @@ def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
     ladder = max(2.5, 0.7 + ROW * len(contact.laws))
     with style.drawing(2.9 + ladder, f"{_name(title or contact.source)}: {contact.said}", contact.warnings) as figure:
         [above], [below] = figure.subfigures(2, 1, squeeze=False, height_ratios=(2.9, ladder))
+        label = "load cell" if contact.is_measured else "recovered from the motion"
+        looks = {"label": label, **style.LINES["measured"]}, {"label": contact.law, "color": style.PREDICTED, "lw": 1.0}
         for ax, over_speed in zip(above.subplots(1, 2), (False, True), strict=True):
-            _draw_force(contact, ax, over_speed=over_speed)
+            draw_force(contact, ax, *looks, over_speed=over_speed)
         above.axes[0].legend(loc="center", fontsize=style.SMALL)
         if contact.laws:
             left, misfit, evidence = below.subplots(1, 3, width_ratios=WIDTHS)
@@ -104,21 +106,18 @@ def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
     return figure
 
 
-def _draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> None:
+def draw_force(
+    contact: ContactForce, ax: Axes, measured: Mapping[str, Any], law: Mapping[str, Any], *, over_speed: bool
+) -> None:
     """Force of the contact over displacement or speed: as recovered, no law assumed, and as the law has it.
 
-    In mm and mm/s; in newtons where the stiffness of the frame is known, else over k Y.
+    In mm and mm/s; in newtons where the stiffness of the frame is known, else over k Y. The mappings say how both look.
     """
-    unit = 1e3 * contact.unit_m * (contact.turn if over_speed else 1.0)
-    newtons = 1.0 if contact.unit_n is None else contact.unit_n
-    way = contact.velocity if over_speed else contact.displacement
-    seen, force = unit * style.closed(way), newtons * style.closed(contact.force)
-    label = "load cell" if contact.is_measured else "recovered from the motion"
-    ax.plot(seen, force, label=label, **style.LINES["measured"])
-    law_way = contact.law_velocity if over_speed else contact.law_displacement
-    if law_way is not None and contact.law_force is not None:
-        way, force = unit * style.closed(law_way), newtons * style.closed(contact.law_force)
-        ax.plot(way, force, color=style.PREDICTED, lw=1.0, label=contact.law)
+    size, newtons = 1e3 * contact.unit_m * (contact.turn if over_speed else 1.0), contact.unit_n or 1.0
+    ways = (contact.velocity, contact.law_velocity) if over_speed else (contact.displacement, contact.law_displacement)
+    for way, force, look in zip(ways, (contact.force, contact.law_force), (measured, law), strict=True):
+        if way is not None and force is not None:
+            ax.plot(size * style.closed(way), newtons * style.closed(force), **look)
     ax.set_xlabel("speed of the mass [mm/s]" if over_speed else "displacement of the mass [mm]")
     ax.set_ylabel("force of the contact, n / kY" if contact.unit_n is None else "force of the contact [N]")
 

@@ -17,7 +17,7 @@ from frictionlab.campaign.friction import FrictionFit, Verdict
 from frictionlab.campaign.ranking import CRITERIA, Drift
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.figures import style
-from frictionlab.figures.judged import draw_evidence
+from frictionlab.figures.judged import draw_evidence, draw_force
 
 NAME = 24  # letters of a name in a line
 SHOWN = 16  # laws of a ladder
@@ -101,19 +101,14 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     loops = [loop for loop in campaign.loops if loop.material == material]
     loops.sort(key=lambda loop: (round(loop.r, 2), loop.normal_force_n))
     tried = sorted((law for law in campaign.laws if law.material == material), key=lambda law: -law.log_evidence)
-    unit = "N" if campaign.scene.rig.stiffness is not None else "k Y"
     law = None if campaign.joint is None else campaign.joint.law(material)
     with style.drawing(title=f"{material}: {'no law' if law is None else law.name}") as figure:
         axes = style.panels(figure, 3 if tried else 2, across=3)
-        ways = {"displacement": "displacement [mm]", "velocity": "speed [mm/s]"}
-        for ax, (way, label) in zip(axes, ways.items(), strict=False):
+        for ax, over_speed in zip(axes[:2], (False, True), strict=True):
             for colour, loop in zip(style.PALETTE, loops, strict=False):
-                name, c = f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}", loop.contact
-                size = 1e3 * c.unit_m * (c.turn if way == "velocity" else 1.0)
-                for of, look in (("", {"color": colour, "label": name, "lw": 2.0, "alpha": 0.5}), ("law_", OF_LAW)):
-                    place, force = size * getattr(c, of + way), (c.unit_n or 1.0) * getattr(c, f"{of}force")
-                    ax.plot(style.closed(place), style.closed(force), **look)
-            ax.set(xlabel=label, ylabel=f"friction force [{unit}]")
+                name = f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}"
+                seen = {"color": colour, "label": name, "lw": 2.0, "alpha": 0.5}
+                draw_force(loop.contact, ax, seen, OF_LAW, over_speed=over_speed)
         axes[0].legend(fontsize=style.SMALL, loc="center", frameon=True, framealpha=0.9)
         if tried:
             shown = [law for n, law in enumerate(tried) if n < SHOWN or law.required or law.law == "coulomb"]

@@ -146,8 +146,7 @@ def shades(count: int) -> list[str]:
 def plain_numbers(axis: Axis) -> None:
     """Number the decades of a logarithmic axis in plain text, or 1, 2, 5 of each where it has less than two.
 
-    By default each number is set as mathematics, and eight ticks a decade are as dear as those with a number: a fifth
-    of the time.
+    matplotlib's own labels, set as mathematics, and its eight ticks a decade take a fifth of the time of a figure.
     """
     low, high = sorted(axis.get_view_interval())
     few = 0.0 < high < 100.0 * low

@@ -45,24 +45,11 @@ Stamp = Mapping[str, object]
 class Batch:
     """A plan of what is to be done: all logs, and those of them whose results are not up to date.
 
-    Attributes
-    ----------
-    logs : tuple of Path
-        All logs, in order.
-    due : tuple of Path
-        Those that are new, have changed, or lack a result.
-    scene : Scene
-        What it is done with.
-    folder : Path
-        Holds ``recordings/NAME.h5``, ``measurements/NAME.jsonl`` and, where they are compared,
-        ``comparisons/NAME.jsonl`` and ``figures/NAME.measurement.png``, ``figures/NAME.comparison.png``; in ``made/``
-        what each was made of.
-    compares : bool
-        Whether each measurement is compared with its prediction.
-    law : str or None
-        Of the comparisons, in place of the scene's.
-    copies : mapping of Path to Path
-        Logs of a campaign that are left out, for another has the same bytes: it would count twice.
+    ``logs``: all, in order; ``due``: those that are new, have changed, or lack a result; ``folder`` holds
+    ``recordings/NAME.h5``, ``measurements/NAME.jsonl`` and, where they are compared (``compares``, by ``law`` in place
+    of the scene's), ``comparisons/NAME.jsonl``, ``figures/NAME.measurement.png`` and ``figures/NAME.comparison.png``;
+    in ``made/`` what each was made of. ``copies``: logs of a campaign that are left out, each with the one of the same
+    bytes: it would count twice.
     """
 
     logs: tuple[Path, ...]
@@ -288,7 +275,10 @@ def batch(
         raise UsageError(f"no logs in {strange[0]}: there is no such file or folder: {EXPECTED_LOGS}")
     if not found:
         raise UsageError(f"no logs in {', '.join(map(str, places))}: {EXPECTED_LOGS}")
-    copies = {} if compare else copies_among(found)
+    by_facts = sorted(
+        found, key=lambda log: -len(facts_of(scene, log).values)
+    )  # of copies the one that says most counts
+    copies = {} if compare else copies_among(by_facts)
     found = tuple(log for log in found if log not in copies)
     work = Batch(found, found, scene, Path(output), compare, law, names_of(found), copies)
     return work if again else replace(work, due=tuple(log for log in found if not work.is_fresh(log)))

@@ -51,26 +51,24 @@ def evaluate(
     measurements : iterable, str or Path
         A file, or measurements, rows of them (failed ones too) and files that `frictionlab analyze` wrote, mixed;
         comparisons or files of them too: their ``laws`` say which law each material requires.
-    scene : Scene, str, Path or None
+    scene, **settings
         ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold;
-        ``[experiment]`` gives the facts of each test by the name of its source.
+        ``[experiment]`` gives the facts of each test by the name of its source. Keys of the first two may be set.
     folders : iterable of str or Path
         Where recordings are looked for too, beside the measurements and where `frictionlab batch` puts them.
     law : str, optional
         In place of the scene's; "auto" finds the one that the tests of each material require together.
-    workers : int, optional
-        Processes that read the recordings; None takes what the machine has.
-    watch : callable
-        Wraps what is gone through, to show progress.
-    **settings
-        Keys of ``[model]`` and ``[rig]`` that win over the scene's.
+    workers, watch : optional
+        Processes that read the recordings (None: what the machine has); wraps what is gone through, for progress.
 
     Raises
     ------
     UsageError, RecordingError
         A file does not hold measurements, or the law cannot be.
     """
-    known = _under(scene_given(scene, settings, TABLES), law)
+    known = scene_given(scene, settings, TABLES)
+    if law not in (None, AUTO) and law_of(law).name != law_of(known.model.law).name:  # parameters are the other law's
+        known = known.changed(model={"law": law_of(law).name, "parameters": {}})
     rows: list[Row] = []
     places = {Path(folder) for folder in folders}
     for what in [measurements] if isinstance(measurements, (str, PathLike)) else measurements:
@@ -116,13 +114,6 @@ def recordings_beside(table: Path) -> list[Path]:
     """Folders in which the recordings of a table of measurements may stand: its own, and where `batch` puts them."""
     here = table.parent
     return [here, *(place for place in (here / "recordings", here.parent / "recordings") if place.is_dir())]
-
-
-def _under(scene: Scene, law: str | None) -> Scene:
-    """The scene with another law; what it holds of its own law's parameters is none of the other's."""
-    if law is None or law == AUTO or law_of(law).name == law_of(scene.model.law).name:
-        return scene
-    return scene.changed(model={"law": law_of(law).name, "parameters": {}})
 
 
 def observations_of(

@@ -218,7 +218,6 @@ def compare(
     from frictionlab.inference import AUTO, compare_measurement, compare_record
     from frictionlab.inference.compare import compare_table, judge
     from frictionlab.inference.material_law import MaterialLaw, read_material_law
-    from frictionlab.simulator.meter import OverspentError
 
     known = scene_given(scene, settings, JUDGED)
     if friction_ratio is not None and not 0.0 <= friction_ratio < math.inf:
@@ -249,6 +248,8 @@ def compare(
         return compare_measurement(analyze(what, known), known, law=law, friction_ratio=friction_ratio)
     if isinstance(what, Measurement):
         raise UsageError("compare: the whole record; expected a recording, its file or a log; got a measurement")
+    from frictionlab.simulator.meter import OverspentError
+
     recording = recording_given(what, known)
     try:
         return compare_record(recording, known, law=law, friction_ratio=friction_ratio, fit=fit)

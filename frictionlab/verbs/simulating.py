@@ -40,12 +40,7 @@ def simulate(problem: "Problem | Structure", *, cycles: int | None = None, solve
     cycles : int, optional
         The last of so many cycles from rest, instead of the steady state that is solved for.
     solver : str
-        ``auto``: the closed form where it is valid, else the exact orbit.
-
-    Raises
-    ------
-    SimulationError
-        The problem is outside the solver's domain.
+        ``auto``: the closed form where it is valid, else the exact orbit. SimulationError: outside its domain.
 
     Examples
     --------
@@ -79,18 +74,14 @@ def respond(
     problem : Problem or callable
         The contact law, with r = 1 (time is counted in omega_n t); beta is over k times the largest displacement of the
         base from its first value, Y. A frame of several masses is given as a function of Y [m].
-    scene : Scene, str, Path or None
+    scene, **settings
         ``[rig]`` gives natural frequency, stiffness and, where the problem has none, the frame's damping ratio;
-        ``[log]`` what the log does not say itself.
+        ``[log]`` what the log does not say itself. Keys of both may be set: ``natural_frequency_hz=3.13, unit="mm"``.
     highpass_hz : float, optional
         A base that is given as an acceleration, with a fixed wall: it is integrated twice, without what is slower.
-    **settings
-        Keys of ``[rig]`` and ``[log]`` that win over the scene's: ``natural_frequency_hz=3.13``, ``unit="mm"``.
 
     Raises
     ------
-    UsageError
-        The natural frequency is not known.
     LogError, RecordingError
         The base cannot be read, has a gap or jumps, or is an acceleration and needs `highpass_hz`.
     SimulationError

@@ -46,9 +46,8 @@ def use_one_thread() -> None:
 def keep_freed_memory() -> None:
     """Let the C library keep up to 64 MB that is freed, where it is GNU's.
 
-    A measurement makes and drops arrays of some 100 kB by the hundred. Given back to the system and fetched again each
-    time, they made 400 recordings take 7.3 s instead of 5.0 on two workers, and 15.4 instead of 5.2 on those of Dask,
-    which asks for memory to be given back at once.
+    A measurement makes and drops arrays of some 100 kB by the hundred: given back and fetched again each time, they
+    made 400 recordings take 7.3 s instead of 5.0 on two workers, and 15.4 instead of 5.2 on those of Dask.
     """
     try:
         mallopt = ctypes.CDLL(None).mallopt
