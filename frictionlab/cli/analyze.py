@@ -61,7 +61,8 @@ def analyze(
     rows = work.rows(inputs, partial(_measured, scene=scene, with_series=is_tree), "analyze", places, force=work.force)
     series = {str(number): row["_series"] for number, row in enumerate(rows) if "_series" in row}
     work.write(rows, inputs, scene, MEASUREMENTS, series=series)
-    work.show(rows, MEASUREMENTS, screen.MEASURED, scene, noun="recordings measured")
+    good = work.show(rows, MEASUREMENTS, screen.MEASURED, scene, noun="recordings measured")
+    screen.print_budgets(good if work.budget else ())
     screen.exit_status(rows)
 
 
@@ -107,6 +108,7 @@ def compare_numeric(
     rows = work.rows(inputs, partial(_compared, scene=scene, asked=asked), "compare", places, force=work.force)
     work.write(rows, inputs, scene, COMPARISONS)
     good = work.show(rows, COMPARISONS, screen.COMPARED, scene, noun="recordings compared")
+    screen.print_budgets(good if work.budget else ())
     if work.wide:
         _print_parts(good)
     screen.exit_status(rows)

@@ -299,17 +299,6 @@ class Judged(ManyInputs):
         scene = super().scene_for(first, settings, tables)
         return scene if self.accuracy is None else scene.with_accuracy(self.accuracy)
 
-    def show(
-        self, rows: Sequence[Row], table: "Table", columns: "Sequence[Shown]", scene: "Scene", *, noun: str
-    ) -> list[Row]:
-        """The table, then the budget of each row: cause, standard uncertainty, its share of the combined variance."""
-        good = super().show(rows, table, columns, scene, noun=noun)
-        for row in good if self.budget else ():
-            from frictionlab.cli.screen import print_budget
-
-            print_budget(row)
-        return good
-
 
 MOST_VALUES = 10_000_000
 LARGEST_BASE = 0.2  # m

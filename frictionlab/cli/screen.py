@@ -290,10 +290,8 @@ def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
 
 
 def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str]) -> None:
-    """Print rows as a table of aligned text on stdout; no number is ever cut.
+    """Print rows as a table of aligned text on stdout, in blocks that fit; no number is ever cut.
 
-    What is too wide for the terminal stands in blocks one below the other, each led by the first column. A terminal
-    gets the names of files without their folders.
     ``columns``: a table of the schema, of which those for a screen are shown; or keys in order; or titles by key.
     """
     every = list(rows)
@@ -306,20 +304,20 @@ def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[st
     )
 
 
-def print_budget(row: Row) -> None:
+def print_budgets(rows: Iterable[Row]) -> None:
     """Print what adds how much to the uncertainty of each number of a row, and its share of the combined variance."""
-    budget: Any = row.get("budget") or {}
-    causes = [
-        {"quantity": quantity, "cause": cause, "uncertainty": size, "share": float(f"{100.0 * share:.3g}")}
-        for quantity, sizes in budget.items()
-        for total in [sum(size**2 for size in sizes.values()) or 1.0]
-        for cause, size in sizes.items()
-        for share in [size**2 / total]
-    ]
-    if causes:
-        typer.echo(f"\n{row['source']}: what adds to the uncertainty")
-        heads = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard uncertainty", "share": "share [%]"}
-        print_table(causes, heads)
+    heads = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard uncertainty", "share": "share [%]"}
+    for row in rows:
+        budget: Any = row.get("budget") or {}
+        causes = [
+            {"quantity": name, "cause": cause, "uncertainty": size, "share": float(f"{100.0 * size**2 / total:.3g}")}
+            for name, sizes in budget.items()
+            for total in [sum(size**2 for size in sizes.values()) or 1.0]
+            for cause, size in sizes.items()
+        ]
+        if causes:
+            typer.echo(f"\n{row['source']}: what adds to the uncertainty")
+            print_table(causes, heads)
 
 
 def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> None:

@@ -145,10 +145,7 @@ def _draw_residual(contact: ContactForce, ax: Axes) -> None:
 
 
 def _draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
-    """Misfit and evidence of each law tried, by its number of parameters; the one required is red.
-
-    Evidence is the logarithm of the Bayes factor against the law required.
-    """
+    """Misfit, and log evidence less that of the law required, of each law tried, by its number of parameters."""
     tried = sorted(contact.laws.items(), key=lambda law: (law[1][0], -law[1][1]))
     best = contact.laws[contact.law][2] if contact.law in contact.laws else 0.0
     counts, names = [count for _, (count, _, _) in tried], [name for name, _ in tried]

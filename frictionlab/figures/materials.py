@@ -235,7 +235,7 @@ def _draw_energies(
     The axes show all that was measured; over r, a prediction near resonance may leave them at the top.
     """
     for fit, label, colour, marker in zip(fits, labels, colours, markers, strict=False):
-        rows = [(v, v.energy.value or 0.0, NORMAL * v.trial.mean_se[0] * _times(v)) for v in fit.verdicts]
+        rows = list(map(_energy, fit.verdicts))
         _draw_tests(ax, campaign, rows, colour, marker, label)
         if over_force(campaign):
             known = [(fit.normal_force_n, v.predicted.energy_per_cycle or 0.0) for v in fit.used if v.predicted]
@@ -257,10 +257,10 @@ def at_lag(campaign: Campaign) -> str:
     return "" if lag is None else f", at the lag found ({1e3 * lag:+.3g} ms)"
 
 
-def _times(verdict: Verdict) -> float:
-    """What makes of a test's energy at the lag declared the one at the lag found."""
-    seen = verdict.trial.mean[0]
-    return (verdict.energy.value or 0.0) / seen if seen else 1.0
+def _energy(verdict: Verdict) -> tuple[Verdict, float, float]:
+    """A test's energy at the lag found, and half its 95 % confidence."""
+    energy, seen = verdict.energy.value or 0.0, verdict.trial.mean[0]
+    return verdict, energy, NORMAL * verdict.trial.mean_se[0] * (energy / seen if seen else 1.0)
 
 
 def _draw_tests(

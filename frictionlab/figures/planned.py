@@ -43,10 +43,7 @@ def plan_figure(plan: Plan) -> Figure:
 
 
 def _panels(plan: Plan) -> Iterator[tuple[str, Value, str | None]]:
-    """Title, number and parameter of each panel: of a parameter its uncertainty, that of friction in per cent.
-
-    Of two laws the logarithm of the Bayes factor to expect if one or the other holds.
-    """
+    """Title, number and parameter of each panel: an uncertainty (friction in %), of two laws the log Bayes factor."""
     if plan.against is not None:
         yield f"log Bayes factor if {plan.law} holds", lambda test: test.log_bayes, None
         yield f"log Bayes factor if {plan.against} holds", lambda test: test.log_bayes_against, None
@@ -64,8 +61,7 @@ def _uncertainty(test: PlannedTest, *, name: str) -> float | None:
 def _draw_candidates(plan: Plan, ax: Axes, value_of: Value, name: str | None) -> None:
     """What each candidate alone says, by frequency ratio and normal force; of several at one place the best.
 
-    The smaller an uncertainty the better, and the larger an evidence. Hollow: a test that moves but leaves it unknown;
-    a cross: a test in which the mass stands still, or may; rings: the tests chosen, with their ranks.
+    Hollow: a test that moves but leaves it unknown; a cross: the mass stands still, or may; rings: the tests chosen.
     """
     places: dict[Place, list[tuple[float, PlannedTest]]] = {}
     for test in (*plan.tests, *plan.others):

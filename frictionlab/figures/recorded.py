@@ -115,10 +115,7 @@ def free_vibration_figure(taps: Sequence[FreeVibration], name: str = "") -> Figu
 
 
 def record_figure(record: WholeRecord, title: str = "whole record") -> Figure:
-    """The record, a zoom of its worst periods, energy per cycle measured against predicted, misfit over time.
-
-    Where measured and predicted part is shaded, the zoom framed.
-    """
+    """The record, a zoom of its worst periods (framed), energy, friction and misfit over time; shaded: they part."""
     per = max(1, len(record.time) // max(1, len(record.cycle_nrmse)))
     worst = int(np.argmax(record.cycle_nrmse)) if len(record.cycle_nrmse) else 0
     begin = max(0, min((worst - ZOOM // 2) * per, len(record.time) - ZOOM * per))

@@ -106,10 +106,7 @@ def _sampled(state: "SteadyState") -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def response_figure(answer: "RecordResponse") -> Figure:
-    """Displacements over time with the stops shaded; below, the force of the contact over time and over the way.
-
-    The area of the loop is what friction dissipates.
-    """
+    """Displacements over time, stops shaded; below, the contact's force over time and way (area: dissipated)."""
     part, response = answer.recording, answer.response
     force, time = response.contact_force, part.time
     way = response.place_of(0)

@@ -217,10 +217,7 @@ def _warnings(campaign: Campaign) -> list[str]:
 
 
 def _overview(campaign: Campaign) -> str:
-    """The energy of every test over its frequency ratio, or over the normal force where the ratio is one.
-
-    A point names its test and opens its page.
-    """
+    """The energy of every test over its frequency ratio, or over the normal force; a point opens its test's page."""
     forces, verdicts = over_force(campaign), campaign.verdicts
     found = {t.source: verdicts[t.source].energy if t.source in verdicts else t.means[0] for t in campaign.trials}
     points = [

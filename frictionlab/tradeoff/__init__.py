@@ -214,11 +214,11 @@ def orbit() -> tuple[Motion, float]:
 
 
 @cache
-def recording(rate: float, seed: int, noise: float = NOISE) -> Recording:
+def recording(rate: float, seed: int) -> Recording:
     """One recording of the orbit; noise (rms over Y) and phase its own, so that no sampling grid is favoured."""
     time = np.arange(round(DURATION_S * rate)) / rate
     tau = 2 * math.pi * (DRIVE_HZ * time + np.random.default_rng([seed, round(rate)]).uniform())
-    off = noise * np.random.default_rng([seed, round(rate), 1]).standard_normal((2, len(time)))
+    off = NOISE * np.random.default_rng([seed, round(rate), 1]).standard_normal((2, len(time)))
     mass = orbit()[0].at(np.mod(tau, 2 * math.pi))[0]
     return Recording(time, BASE_M * (mass + off[0]), BASE_M * (np.cos(tau) + off[1]))
 

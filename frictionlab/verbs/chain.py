@@ -117,11 +117,7 @@ class Batch:
         return is_fresh(self._stamp_file(log), self._stamp(log), self.results(log).values())
 
     def _make(self, log: Path) -> Row:
-        """Make all results of a log, put them in place together, and give its row.
-
-        Where a file cannot be written all that stood stays. Where the log itself fails, what an earlier run made of it
-        is removed: it is no longer true.
-        """
+        """Make all results of a log, put them in place together, give its row; of a log that fails none is left."""
         stamp, places, stamp_file = self._stamp(log), self.results(log), self._stamp_file(log)
         for place in (stamp_file, *places.values()):
             make_folder(place.parent)

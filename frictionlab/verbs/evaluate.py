@@ -96,10 +96,7 @@ def evaluate(
 
 
 def _of_comparison(row: Row, scene: Scene, folders: Sequence[Path]) -> Row:
-    """The measurement behind a comparison: of its recording where that is at hand, else what the comparison says.
-
-    Then its base amplitude follows from its force, F = beta k Y.
-    """
+    """The measurement behind a comparison: of its recording, else what the comparison says, Y by its force beta k Y."""
     recording = recording_of(trial_of(row), folders) if row.get("status") != FAILED else None
     if recording is not None:
         with contextlib.suppress(AnalysisError):
@@ -119,10 +116,7 @@ def recordings_beside(table: Path) -> list[Path]:
 def observations_of(
     trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path], workers: int | None = 1
 ) -> dict[str, CycleObservation]:
-    """Return the mean cycle of each short test whose recording is at hand, by source.
-
-    A mass that stands still says nothing of a law, and a long test drifts: both are passed over.
-    """
+    """Return the mean cycle of each short test that moves and whose recording is at hand, by source."""
     wanted = [t for t in trials if not t.failed and not t.is_long and t.regime != "stuck" and t.material]
     tests = {path: trial for trial in wanted if (path := recording_path(trial, folders)) is not None}
     rows = rows_of(list(tests), partial(_observed, scene=scene, tests=tests), workers=workers)
