@@ -95,14 +95,17 @@ def doubts(
         faint = f"the measurement's own error is {100 * observation.floor:.2g} % of the motion"
         yield f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
     if misfit is not None and misfit > EXPLAINED:
-        step = "try --law auto" if ladder is None else "no law that --law auto tried explains it"
+        step = "another may: --law auto" if ladder is None else "no law that --law auto tried explains it"
         if ladder is None and "beta" in observation.held:
             held = f"{observation.held['beta']:g}"
             step = f"the friction ratio is held at {held}: leave out --beta, and beta of [model.parameters], to fit it"
         words = f"does not explain this {what}"
         missed = f"what it misses is {misfit:.2g} times the {of}"
         if verdict == "strained":
-            words, step = f"explains this {what} only with a rig or sensors unlike the scene", "see what is named here"
+            words, step = (
+                f"explains this {what} only with a rig or sensors unlike the scene",
+                "other warnings name which",
+            )
         yield f"verdict: {observation.law.name} {words}: {missed}; {step}"
     for term in observation.law.terms if ladder is not None else ():
         own = [parameters[p.name] for p in term.parameters if p.name not in observation.held and not p.whole]
