@@ -2,9 +2,9 @@
 
 A small change of beta during a period moves the record by its sensitivity dx/dbeta there; the residual shows how large
 it was. The changes are smoothed as a random walk from period to period, whose step is the one that makes the values
-most likely (Kalman's filter; Rauch, Tung and Striebel 1965). Where friction changes by more than a little, the
-record is simulated at several friction ratios. A motion needs some periods to follow (near resonance many): what
-friction did shows so much later.
+most likely (Kalman's filter; Rauch, Tung and Striebel 1965). A motion needs some periods to follow (near resonance
+many): what friction did shows so much later, and is put where it happened. Where friction changes by more than a
+little, the record is simulated at several friction ratios.
 """
 
 import math
@@ -18,6 +18,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.comparison import WholeRecord
 from frictionlab.inference.record import RecordObservation, spread_of
+from frictionlab.simulator.record import BaseRecord, respond
 
 Periods = NDArray[np.intp]
 STEPS = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 41)])  # of the walk, over beta, that are tried
@@ -26,6 +27,7 @@ SMALL = 1e-3  # relative change of beta for its derivative
 LINEAR, UNTOLD = 0.5, 10.0  # times beta: the largest change that is believed, and the error where none is
 SHAKES = 10  # draws of the base's noise, for what it does to single periods
 BAD = 3.0  # times the usual rms of what is left of a period, from which its own counts
+SETTLES = 200  # periods, at most, that a motion is followed after a step of friction
 GRID = (-2.0, -1.0, 0.0, 1.0, 2.0)  # friction ratios simulated where it changes, in rms of its changes
 NOTABLE = 3e-3  # relative rms of the changes from which one derivative does not do
 LEAVES = 2.0  # times the usual misfit of a period at which the prediction has left the measurement
@@ -185,4 +187,29 @@ def friction_over_time(observation: RecordObservation, values: Mapping[str, floa
             near.append(off + changes(observation.data - records[k], steep, periods, count)[0])
         nearest = np.argmin(np.abs(found.values[None, :] - offsets[:, None]), axis=0)
         found = walked(np.array(near)[nearest, np.arange(count)])
-    return replace(found, values=beta + found.values)
+    delay, each = _delay(observation, values, slope), np.arange(count)
+    late = np.maximum(each + delay - (count - 1.0), 0.0)  # what has not shown yet is the last value, less sure
+    earlier, errors = (np.interp(each + delay, each, part) for part in (found.values, found.errors))
+    blurred = found.step**2 * (0.25 * delay + late)  # what changes within the delay shows as its mean
+    return replace(found, values=beta + earlier, errors=np.sqrt(errors**2 + blurred))
+
+
+def _delay(observation: RecordObservation, values: Mapping[str, float], slope: FloatArray) -> float:
+    """Periods by which the motion is late behind friction: how it answers to a step of beta in the record's middle.
+
+    With the share g of the settled answer that each period after the step shows, ``sum (1 - g)``.
+    """
+    here, time = observation.motion(values), observation.time
+    law = observation.problem(values).in_frame_time()
+    if here is None or law.law.kind != "rigid":
+        return 0.0  # an inner state cannot be begun anew
+    k = len(time) // 2
+    base = BaseRecord(here.time[k:], here.base.values[k:], rest=0.0, scale=1.0)
+    stepped = law.with_parameters({"beta": law.beta * (1.0 + SMALL)})
+    there = respond(stepped, base, x0=float(here.displacement[k]), v0=float(here.velocity[k]))
+    step = (there.displacement - here.displacement[k:]) / (SMALL * law.beta)
+    since = ((time[k:] - time[k]) / observation.period).astype(np.intp)
+    shown, weight = changes(step, slope[k:], since, int(since[-1]) + 1)
+    shown = shown[weight > 0.1 * float(np.median(weight))][:SETTLES]
+    settled = np.flatnonzero(np.abs(shown - 1.0) < 0.05)
+    return float(np.clip(np.sum(1.0 - shown[: settled[0] if len(settled) else len(shown)]), 0.0, SETTLES))
