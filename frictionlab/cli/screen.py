@@ -196,7 +196,7 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     cut = [name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}" for name in names]
     lines: list[list[str] | str] = []
     for number, row in enumerate(rows):
-        said = printable(f"{cut[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}")
+        said = printable(f"{names[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}")
         folded = textwrap.fill(said, width, subsequent_indent=" " * (first + GAP), break_on_hyphens=False)
         lines.append([f"{cut[number]:<{first}}", *(filled[c][number] for c in filled)] if known[number] else folded)
     _print_blocks(["test", *(c.title for c in filled)], lines, width)

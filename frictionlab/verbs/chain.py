@@ -217,10 +217,10 @@ def write_stamp(path: Path, stamp: Stamp) -> None:
 
 
 def copies_among(files: Iterable[Path]) -> dict[Path, Path]:
-    """Files that hold the same bytes as one before them, each with that one; only files of one size are read."""
+    """Files that hold the same bytes as one before them, each with that one; empty ones are no copies."""
     sizes: defaultdict[int, list[Path]] = defaultdict(list)
     for path in files:
-        if path.is_file():
+        if path.is_file() and path.stat().st_size:
             sizes[path.stat().st_size].append(path)
     found: dict[Path, Path] = {}
     for alike in sizes.values():
@@ -271,10 +271,11 @@ def batch(
         raise UsageError(f"no logs in {strange[0]}: there is no such file or folder: {EXPECTED_LOGS}")
     if not found:
         raise UsageError(f"no logs in {', '.join(map(str, places))}: {EXPECTED_LOGS}")
-    by_facts = sorted(
-        found, key=lambda log: -len(facts_of(scene, log).values)
-    )  # of copies the one that says most counts
-    copies = {} if compare else copies_among(by_facts)
+    copies: dict[Path, Path] = {}
+    if not compare:  # of copies the one that says most counts, and none is left out that says something else
+        facts = {log: facts_of(scene, log).values.items() for log in found}
+        alike = copies_among(sorted(found, key=lambda log: -len(facts[log])))
+        copies = {copy: log for copy, log in alike.items() if facts[copy] <= facts[log]}
     found = tuple(log for log in found if log not in copies)
     work = Batch(found, found, scene, Path(output), compare, law, names_of(found), copies)
     return work if again else replace(work, due=tuple(log for log in found if not work.is_fresh(log)))
