@@ -11,7 +11,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
-from tests.benchmarks.coverage import Sensors
+from tests.benchmarks.recording_coverage import Sensors
 from tests.inference.contacts import recorded, scene
 
 FloatArray = NDArray[np.float64]

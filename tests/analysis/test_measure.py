@@ -38,7 +38,7 @@ def test_truth_is_found_through_the_laser(r: float, beta: float) -> None:
 
 
 def test_stated_errors_cover_the_truth() -> None:
-    """A smaller version of tests/benchmarks/coverage.py: 150 realisations of a short test."""
+    """A smaller version of tests/benchmarks/recording_coverage.py: 150 realisations of a short test."""
     _, orbit, energy, _ = steady(0.5, 0.4)
     generator = np.random.default_rng(42)
     t = np.arange(0.0, 20.0, 1 / 250)

@@ -19,7 +19,7 @@ from frictionlab.inference.unknowns import Unknown, of_law
 from frictionlab.scene import Infer
 from frictionlab.simulator import Base, Problem
 from frictionlab.simulator.laws import law_of
-from tests.benchmarks.coverage import of_rig
+from tests.benchmarks.recording_coverage import of_rig
 from tests.inference.contacts import BASE_M, recorded, scene
 
 

@@ -1,6 +1,6 @@
 """Do the stated errors of one test hold its truth? Draws of what is declared of sensors and rig, analyzed and compared.
 
-    python -m tests.benchmarks.coverage KIND [DRAWS [FIRST]]    # to results/coverage_KIND.txt; FIRST: seed of the first
+    python -m tests.benchmarks.recording_coverage KIND [DRAWS [FIRST SEED]]    # to results/coverage_KIND.txt
 
 ``noise``: 20 s at 250 Hz through the optoNCDT's noise and step; errors over standard errors. ``rig``: 30 s at 250 Hz,
 each with its own lag, gains, curvature of both sensors, crosstalk either way, natural frequency and frame damping, each
