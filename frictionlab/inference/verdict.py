@@ -102,10 +102,8 @@ def doubts(
         words = f"does not explain this {what}"
         missed = f"what it misses is {misfit:.2g} times the {of}"
         if verdict == "strained":
-            words, step = (
-                f"explains this {what} only with a rig or sensors unlike the scene",
-                "other warnings name which",
-            )
+            words = f"explains this {what} only with a rig or sensors unlike the scene"
+            step = "other warnings name which"
         yield f"verdict: {observation.law.name} {words}: {missed}; {step}"
     for term in observation.law.terms if ladder is not None else ():
         own = [parameters[p.name] for p in term.parameters if p.name not in observation.held and not p.whole]
