@@ -116,6 +116,8 @@ def test_a_notebook_gets_frames_pages_and_figures(
     assert all(fl.plot(result).get_axes() for result in (recording, comparison))
     fl.write_rows([measurement.row()], tmp_path / "m.jsonl")
     assert fl.evaluate(tmp_path / "m.jsonl", SCENE).materials == campaign.materials
+    with pytest.raises(fl.UsageError, match="law: explain finds the law"):
+        fl.explain(recording, SCENE, law="coulomb")
     told = fl.explain(comparison)
     assert told.comparison is comparison
     assert told.text.startswith("steel_N1.25_r0.3.csv: coulomb at r = 0.3")

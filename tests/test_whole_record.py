@@ -357,3 +357,17 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
     mixed = observation.predict(here | {"mass_in_base": 1e-3})
     assert mixed is not None
     assert 1e-5 < float(np.std(mixed - plain)) < 1e-2
+
+
+def test_a_record_without_a_cycle_that_a_law_misses_is_said_to_be_missed() -> None:
+    t = np.arange(6000) / 200.0
+    y = Y * np.sin(2.0 * math.pi * FN * (0.3 + 0.02 * t) * t)
+    truth = Problem(
+        1.0, 0.3, law="coulomb+speed", parameters={"contact_damping_ratio": 0.1, "frame_damping_ratio": 0.01}
+    )
+    x = Y * respond(truth, BaseRecord(2.0 * math.pi * FN * t, y, rest=0.0, scale=Y)).displacement
+    noise = NOISE * np.random.default_rng(3).standard_normal((2, len(t)))
+    recording = Recording(t, x + noise[0], y + noise[1])
+    wrong, right = (fl.compare(recording, SCENE, law=law, fit="whole") for law in ("coulomb", "coulomb+speed"))
+    assert any(said.startswith("verdict: coulomb does not explain this record") for said in wrong.warnings)
+    assert not any("does not explain" in said for said in right.warnings)

@@ -263,6 +263,7 @@ SURE = 5.0  # standard errors
 CLEANER = 0.3  # harmonics of the mass over those of the base: friction makes harmonics, a motor fewer
 HARMONICS = 0.02  # of a base that has some
 NOISIER = 10.0  # noise of a mass that stands, over the base's
+TOO_LARGE, NEAR = 5.0, 0.02  # times the amplitude without friction; of resonance, where the frame's damping bounds it
 STANDS, SLOW = 0.08, 0.05  # of a cycle slower than that share of the highest speed: a cosine is for 3 %
 MOVES = 0.05  # rms of what may stand, over the base's
 OFF, FITS, CLEARER = 0.1, 0.3, 2.0  # what friction leaves of the force where the mass never stops, one over the other
@@ -296,6 +297,12 @@ def _of_the_channels(
             shares = f"harmonics of the base {100.0 * of_b:.2g} %, of the mass {100.0 * of_m:.2g} %"
             cause = f"mass and base look swapped ({shares}): exchange --mass and --base ([log]), or turn one's sign"
         yield f"{ENERGY}: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
+    elif r is not None and not wall_moves and answer.size > TOO_LARGE / max(abs(1.0 - r * r), NEAR):
+        yield (
+            f"response_amplitude: the mass moves {answer.size:.3g} Y at r = {r:.3g}, where the frame without friction"
+            f" would move {1.0 / max(abs(1.0 - r * r), NEAR):.3g} Y: the unit of a column looks wrong (--unit,"
+            " [log.units]), or the natural frequency"
+        )
     elif r is not None and not wall_moves and not answer.is_blurred:
         yield from _relative(mass, base, answer.stuck_fraction, r)
 

@@ -191,7 +191,7 @@ class JointFit:
             value, spread, known = (factor * u.sd * x for x in (off, error, u.known_to))
             parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
             if explained and abs(off) > STRAINED * u.known_to:
-                against = f"is assumed where {u.key} is not declared" if u.assumed else f"{u.key} declares"
+                against = f"is assumed where {u.key}_u is not declared" if u.assumed else f"{u.key} declares"
                 far.append(
                     f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}: declare"
                     f" {to_declare(u.name, u.value(off), scene) or u.key} and measure again"

@@ -82,7 +82,7 @@ def plan(
     if to.as_json:
         for test in listed:
             typer.echo(json_line(test.row()))
-    elif not to.quiet:
+    else:
         _print(found, listed, to.output)
 
 

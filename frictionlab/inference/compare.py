@@ -31,7 +31,7 @@ from frictionlab.inference.observations import (
     refuse_several,
 )
 from frictionlab.inference.over_time import follow
-from frictionlab.inference.posterior import EXPLAINED, Posterior, infer, model_of, posterior_of
+from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of, posterior_of
 from frictionlab.inference.record import RecordObservation, observe_record
 from frictionlab.inference.table import TableObservation, observe_table
 from frictionlab.inference.unknowns import STRAINED, STRONGEST, Unknown
@@ -513,7 +513,13 @@ def _without_cycle(
         f" record, its numbers over Y = {1e3 * observation.unit:.4g} mm, the largest displacement of the base from its"
         " first value, and speeds over omega_n Y"
     )
-    known = (*scene.rig.doubts, *recording.source.warnings, no_cycle, *said, *strained_facts(found, scene))
+    left = observation.nrmse(found.fit.residual())
+    missed = (
+        f"verdict: {observation.law.name} does not explain this record: it leaves {100.0 * left:.2g} % of the motion;"
+        " the errors of its values do not hold what another law (--law) would say"
+    )
+    begun = (no_cycle,) if explains(found.fit, [0]) else (no_cycle, missed)
+    known = (*scene.rig.doubts, *recording.source.warnings, *begun, *said, *strained_facts(found, scene))
     comparison = _comparison(
         found,
         scene,

@@ -270,6 +270,8 @@ def explain(
     from frictionlab.inference.explain import explain as explain_measurement
     from frictionlab.inference.explain import explain_comparison
 
+    if "law" in settings:
+        raise UsageError("law: explain finds the law; expected none; got one: explain(compare(..., law=...)) keeps it")
     known = scene_given(scene, settings, JUDGED)
     if isinstance(what, Comparison):
         return explain_comparison(what)

@@ -88,6 +88,18 @@ def test_channels_that_are_not_what_they_are_called_are_named(case: str, said: s
     assert any(re.search(said, warning) for warning in measure(made.recording, made.scene).warnings)
 
 
+def test_a_mass_that_no_frame_would_move_so_far_is_a_doubt_of_its_unit() -> None:
+    """The base's column is in mm and was taken for um: its amplitude is a thousandth of what it is."""
+    made = quiet(0.3, 0.4, 1e-3, 250.0, 1e-6, seconds=40.0)
+    right, wrong = (
+        measure(replace(made.recording, base_displacement=share * made.recording.base_displacement), made.scene)
+        for share in (1.0, 1e-3)
+    )
+    doubt = "the unit of a column looks wrong"
+    assert any(doubt in warning for warning in wrong.warnings)
+    assert not any(doubt in warning for warning in right.warnings)
+
+
 def test_a_mass_whose_stops_cannot_be_told_is_not_said_to_be_relative(tmp_path: Path) -> None:
     """Steel at 3.2 N and r = 0.05 of the virtual campaign: friction that scatters by 25 % hides how long it stands."""
     test: dict[str, object] = {"material": "steel", "label": "short", "normal_forces_n": [3.2]}
