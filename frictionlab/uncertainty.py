@@ -29,6 +29,7 @@ STATISTICAL = "noise and scatter"
 LINES = "hum and other lines"
 FILTER = "filter of the mass sensor"
 KEYS = (ENERGY, AMPLITUDE, BASE)
+LAG = "sensors.lag_s_u"
 ROUNDING = 1e-12  # below it a share is the rounding of differences
 CUBIC_GAIN = 0.75  # of a cosine's cube, in its fundamental
 NATURAL_FREQUENCY = 0.002  # relative: two publications of one frame say 3.115 and 3.130 Hz
@@ -66,6 +67,11 @@ class Sources:
         """Relative uncertainty of the mass sensor's gain over the base's."""
         return math.hypot(self.mass_gain, self.base_gain)
 
+    @property
+    def lag_is_assumed(self) -> bool:
+        """Whether neither the scene nor, of two logs, their recording says how well the lag is known."""
+        return LAG in self.assumed
+
 
 def sources_of(
     scene: Scene, sampling_rate_hz: float, *, normal_force_n: float | None = None, lag_s_u: float | None = None
@@ -93,7 +99,7 @@ def sources_of(
         base_gain=sensors.gain_error,
         linearity=sensors.linearity,
         measuring_range=scene.log.measuring_range_m,
-        lag=known("sensors.lag_s_u", lag, 0.5 / sampling_rate_hz / math.sqrt(3.0)),
+        lag=known(LAG, lag, 0.5 / sampling_rate_hz / math.sqrt(3.0)),
         crosstalk=sensors.crosstalk,
         natural_frequency=known(
             *("rig.natural_frequency_hz_u", rig.natural_frequency_hz_u, NATURAL_FREQUENCY), over=rig.natural_frequency

@@ -283,6 +283,7 @@ def _of_the_channels(
     noise = math.hypot(noise, of_mass.shared, of_base.shared)
     apart = math.sqrt(max(float(np.var(mass - base)) - noise * noise, 0.0)) / float(np.std(base))
     energy = loop.value or 0.0
+    free = math.inf if r is None or wall_moves else 1.0 / max(abs(1.0 - r * r), NEAR)  # amplitude without friction
     if apart < ALIKE:
         yield (
             f"mass: its channel repeats the base's (to {100.0 * apart:.2g} % of the base's motion): energy, amplitude"
@@ -297,10 +298,10 @@ def _of_the_channels(
             shares = f"harmonics of the base {100.0 * of_b:.2g} %, of the mass {100.0 * of_m:.2g} %"
             cause = f"mass and base look swapped ({shares}): exchange --mass and --base ([log]), or turn one's sign"
         yield f"{ENERGY}: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
-    elif r is not None and not wall_moves and answer.size > TOO_LARGE / max(abs(1.0 - r * r), NEAR):
+    elif answer.size > TOO_LARGE * free:
         yield (
             f"response_amplitude: the mass moves {answer.size:.3g} Y at r = {r:.3g}, where the frame without friction"
-            f" would move {1.0 / max(abs(1.0 - r * r), NEAR):.3g} Y: the unit of a column looks wrong (--unit,"
+            f" would move {free:.3g} Y: the unit of a column looks wrong (--unit,"
             " [log.units]), or the natural frequency"
         )
     elif r is not None and not wall_moves and not answer.is_blurred:

@@ -334,10 +334,8 @@ def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: fl
     if i is not None and cycle is not None and state is not None:
         seen = cycle.shown(state, posterior.values(i))[1]
     elif state is not None and state.orbit is not None and seen is not None:  # a test left out has the same lag
-        first, late = (
-            harmonics_of(mean_cycle(state, LEAST_POINTS), 1)[0],
-            2.0 * math.pi * trial.drive_frequency_hz * late_s,
-        )
+        first = harmonics_of(mean_cycle(state, LEAST_POINTS), 1)[0]
+        late = 2.0 * math.pi * trial.drive_frequency_hz * late_s
         seen += math.pi * float((1j * first * (np.exp(1j * late) - 1.0)).real) if math.isfinite(late) else 0.0
     steep = steep if math.isfinite(steep) else 0.0
     found = Verdict(trial, excluded, predicted=state, seen=seen, elasticity=steep)

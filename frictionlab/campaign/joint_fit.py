@@ -44,6 +44,7 @@ TURNS = (
     "{}: the gradient changes its sign from test to test ({:+.2g} to {:+.2g} per Y): a contact seated anew between"
     " tests has another one; its scatter is in the bands of predictions"
 )
+AT_LAG = ": measurements.csv has energies at the lag declared, figures and pages at the lag found"
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 Seen = CycleObservation | RowObservation
 
@@ -191,27 +192,20 @@ class JointFit:
             value, spread, known = (factor * u.sd * x for x in (off, error, u.known_to))
             parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
             if explained and abs(off) > STRAINED * u.known_to:
-                against = f"is assumed where {u.key}_u is not declared" if u.assumed else f"{u.key} declares"
+                against = f"is assumed where {u.assumed} is not declared" if u.assumed else f"{u.key} declares"
+                declare, lag = to_declare(u.name, u.value(off), scene) or u.key, AT_LAG if u.name == "lag_s" else ""
                 far.append(
                     f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}: declare"
-                    f" {to_declare(u.name, u.value(off), scene) or u.key} and measure again"
-                    + (
-                        ": measurements.csv has energies at the lag declared, figures and pages at the lag found"
-                        if u.name == "lag_s"
-                        else ""
-                    )
+                    f" {declare} and measure again{lag}"
                 )
         return (FOUND.format("; ".join(parts)), *far) if parts and len(self.posterior.tests) > 1 else ()
 
     def seating_notes(self) -> Iterator[str]:
         """Yield whose friction rises along the path in some tests and falls in others, beyond twice its error."""
         for material in self.materials:
-            own = [self.posterior.parameters(i).get("gradient") for i in self.tests(material)]
-            signs = {
-                math.copysign(1.0, e.value) for e in own if e is not None and abs(e.value) > 2.0 * (e.u or math.inf)
-            }
-            values = [e.value for e in own if e is not None]
-            if len(signs) > 1:
+            own = [e for i in self.tests(material) if (e := self.posterior.parameters(i).get("gradient")) is not None]
+            if len({e.value > 0.0 for e in own if abs(e.value) > 2.0 * (e.u or math.inf)}) > 1:
+                values = [e.value for e in own]
                 yield TURNS.format(material, min(values), max(values))
 
 

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 Made = tuple[Row, Mapping[str, object]]
 """The row of an input, and by kind of figure what is drawn of it."""
 SHOWN = (f"{ENERGY}_j", f"{ENERGY}_u", BASE)  # of the measurement, beside its comparison
-LAG = "sensors.lag_s_u"  # what the uncertainties assume of it, where neither scene nor recording declare it
 MOST = 12  # lines of an explanation, where not all are asked for
 PARAMETERS = {
     "parameter": "parameter",
@@ -73,7 +72,7 @@ def _measured(file: Path, *, scene: "Scene", with_series: bool) -> Made:
     from frictionlab.verbs.one_test import analyze
 
     found = analyze(file, scene)
-    row, drawn = {**found.row(), "_lag_is_assumed": LAG in found.sources.assumed}, {"measurement": found}
+    row, drawn = {**found.row(), "_lag_is_assumed": found.sources.lag_is_assumed}, {"measurement": found}
     if not with_series:
         return row, drawn
     series: dict[str, object] = {f.name: np.asarray(getattr(found.series, f.name), float) for f in fields(found.series)}
@@ -128,7 +127,7 @@ def _compared(file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
         measurement = analyze(file, scene)
         found = compare(measurement, scene, **asked)
         shown = {f"_{key}": value for key, value in measurement.row().items() if key in SHOWN}
-        shown["_lag_is_assumed"] = LAG in measurement.sources.assumed
+        shown["_lag_is_assumed"] = measurement.sources.lag_is_assumed
     steady = found if len(found.tau) or found.over_frequency else None
     return {**found.row(), **shown}, {"comparison": steady, "contact": found.contact, "record": found.record}
 

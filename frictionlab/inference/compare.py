@@ -188,7 +188,7 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
             low = max(-STRONGEST, (p.low - mean) / sd)
             own.append(Unknown(p.name, p.words, "test", mean=mean, sd=sd, low=low, law=True))
     tuned = drive / middle.r / (drive / measurement.frequency_ratio) - 1.0
-    lag = law.rig.get("lag_s", 0.0) - scene.sensors.lag_s if "sensors.lag_s_u" in observation.sources.assumed else 0.0
+    lag = law.rig.get("lag_s", 0.0) - scene.sensors.lag_s if observation.sources.lag_is_assumed else 0.0
     own += [Unknown(n, n, mean=v, sd=HELD) for n, v in (("natural_frequency", tuned), ("lag_s", lag))]
     names = {u.name for u in own}
     held = {name: value for name, value in middle.parameters.items() if name not in names}

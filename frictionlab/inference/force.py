@@ -89,7 +89,7 @@ class ForceObservation(OfCycles):
                 Unknown(
                     *(LAG, "lag of the force behind the motion"),
                     sd=UNDECLARED_LAG * lag,
-                    assumed=True,
+                    assumed="time of the force's channel",
                     known_to=1.0 / UNDECLARED_LAG,
                     unit=(1e3, "ms"),
                     key="time of the force's channel",

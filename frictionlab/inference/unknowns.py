@@ -14,7 +14,7 @@ from scipy.special import stdtrit
 
 from frictionlab.scene import Infer
 from frictionlab.simulator.laws import Law, Parameter
-from frictionlab.uncertainty import Sources, bent_gain
+from frictionlab.uncertainty import LAG, Sources, bent_gain
 
 Level = Literal["rig", "material", "test"]
 
@@ -34,8 +34,8 @@ class Unknown:
 
     ``level``: rig, material or test; ``mean``, ``sd``: of the prior; ``scale``: linear or log; ``low``, ``high``:
     bounds of the coordinate; ``unit``: how many of the unit that people read the value 1 is, and its name; ``folded``:
-    whether the prior is the upper half of the normal distribution (what can only be positive); ``assumed``: whether
-    nobody has declared it (a lag, a frame's damping): its prior is then Cauchy's, which falls by ``1 / (1 + c^2 / 2)``;
+    whether the prior is the upper half of the normal distribution (what can only be positive); ``assumed``: the
+    key that nobody has declared (of a lag, a frame's damping): the prior is then Cauchy's, ``1 / (1 + c^2 / 2)``;
     ``known_to``: what is declared or assumed of it, in `sd`; ``law``: whether it is a parameter of the law, and not of
     sensors or rig; ``key``: the scene's key that declares it; ``scatter``: scale of the prior (half-Cauchy) of its
     scatter from test to test, in coordinates, but relative for a linear parameter that is not of the test's level;
@@ -52,7 +52,7 @@ class Unknown:
     high: float = math.inf
     unit: tuple[float, str] = (1.0, "")
     folded: bool = False
-    assumed: bool = False
+    assumed: str = ""
     known_to: float = 1.0
     law: bool = False
     key: str = ""
@@ -168,8 +168,9 @@ def of_rig(
     (in_mass, of_gain), (in_base, _) = bends(amplitude * unit), bends(unit)
     gain = math.hypot(sources.gain, of_gain, sources.linearity * bent_gain(in_base))
     mass, base = cubic_error(in_mass), cubic_error(in_base) if distorted else (0.0, 0.0)
-    declared = "sensors.lag_s_u" not in sources.assumed
-    wider = 1.0 if declared else UNDECLARED_LAG  # a prior with tails where nobody has declared the lag, ...
+    wider = (
+        UNDECLARED_LAG if sources.lag_is_assumed else 1.0
+    )  # a prior with tails where nobody has declared the lag, ...
     frame = held.get("frame_damping_ratio")  # ... or the frame's damping: then up from zero
     mean, damping = frame or 0.0, sources.damping_ratio
     rows = [
@@ -185,11 +186,11 @@ def of_rig(
         ("mass_in_base", "share of the mass's channel in the base's", sources.crosstalk, "sensors.crosstalk"),
     ]
     own: dict[str, dict[str, Any]] = {
-        "lag_s": {"assumed": not declared, "known_to": 1.0 / wider, "unit": (1e3, "ms")},
+        "lag_s": {"assumed": LAG if sources.lag_is_assumed else "", "known_to": 1.0 / wider, "unit": (1e3, "ms")},
         "frame_damping_ratio": {
             "mean": mean,
             "low": max(-STRONGEST, -mean / damping) if damping > 0.0 else 0.0,
-            "assumed": frame is None,
+            "assumed": "rig.damping_ratio" if frame is None else "",
             "folded": mean == 0.0,
         },
     }

@@ -15,11 +15,12 @@ from frictionlab.inference.fit import inside, scatter_scale
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer, model_of, shown_by_scores
 from frictionlab.inference.starts import starting_points
-from frictionlab.inference.unknowns import Unknown, of_law
-from frictionlab.scene import Infer
+from frictionlab.inference.unknowns import Unknown, of_law, of_rig
+from frictionlab.scene import Infer, scene_from_tables
 from frictionlab.simulator import Base, Problem
 from frictionlab.simulator.laws import law_of
-from tests.benchmarks.recording_coverage import of_rig
+from frictionlab.uncertainty import sources_of
+from tests.benchmarks import recording_coverage
 from tests.inference.contacts import BASE_M, recorded, scene
 
 
@@ -100,8 +101,16 @@ def test_the_uncertainty_of_a_slow_test_of_few_cycles_holds_what_sensors_and_rig
     """Eight cycles at r = 0.1: the error was 2 stated ones, for sensors held as known had the errors of fitted ones,
     and neighbouring cycles that share a change of friction counted as independent.
     """
-    scores = [of_rig(0.1, 0.4, seed)["friction ratio"] for seed in range(8)]
+    scores = [recording_coverage.of_rig(0.1, 0.4, seed)["friction ratio"] for seed in range(8)]
     assert 0.6 < math.sqrt(np.mean(np.square(scores))) < 1.5
+
+
+def test_an_assumed_nuisance_names_the_key_that_nobody_has_declared() -> None:
+    said: dict[str, object] = {"sensors": {"lag_s_u": 1e-3}, "rig": {"damping_ratio": 0.01}}
+    nobody = ["sensors.lag_s_u", "rig.damping_ratio"]
+    for tables, held, keys in (({}, {}, nobody), (said, {"frame_damping_ratio": 0.01}, ["", ""])):
+        rig = of_rig(sources_of(scene_from_tables(tables), 250.0), held, amplitude=1.0, unit=1e-3, distorted=False)
+        assert [u.assumed for u in rig if u.name in ("lag_s", "frame_damping_ratio")] == keys
 
 
 def test_a_fit_begins_at_the_lag_that_nobody_has_declared() -> None:
@@ -221,7 +230,7 @@ def test_scores_of_few_tests_show_the_scatter_of_what_they_share_and_no_more() -
 
 def test_a_prior_with_tails_is_a_density_and_its_strain_is_what_it_loses() -> None:
     """Cauchy's distribution by its definition: integral 1, strain by the logarithm, slope by a difference."""
-    c = Unknown("lag_s", "", assumed=True)
+    c = Unknown("lag_s", "", assumed="sensors.lag_s_u")
     peak = math.exp(c.log_peak) / math.sqrt(2.0 * math.pi)
     whole, _ = quad(lambda x: peak * math.exp(-0.5 * c.strain(x) ** 2), -math.inf, math.inf)
     assert whole == pytest.approx(1.0, rel=1e-8)
