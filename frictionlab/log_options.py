@@ -23,7 +23,7 @@ FURTHER = (
     *("mass_acceleration", "base_acceleration"),
 )
 """Options that name the column of a further channel: each is called as the channel is in a recording."""
-_CALIBRATION = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.+?)\s*/\s*(m?V)\s*")
+_CALIBRATION = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,2})?)\s*(\D.*?)\s*/\s*(m?V)\s*", re.ASCII)
 
 
 def _checked(check: Callable[[Any], Any], expected: str, spelled: Callable[[Any], Any] = lambda said: said) -> Any:

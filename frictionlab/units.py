@@ -71,8 +71,10 @@ _LOWER = {
     **{unit.lower(): unit for unit in reversed(_QUANTITY) if unit != "MN"},
     **{unit.lower(): spelled for unit, spelled in _SPELLINGS.items()},
 }
+_EITHER = "NM"  # in capitals: nanometres or newton metres, of no quantity until a column's name says it
+_TORQUE = re.compile(r"torque|moment", re.IGNORECASE)
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\]]*)\]|\((?P<b>[^)]*)\)|\{(?P<c>[^}]*)\}|<(?P<d>[^>]*)>)\s*$")
-_TAIL = re.compile(r"^(?P<name>.*?[^\s/_])\s*(?:\s/\s|/|_| |,\s*)(?P<unit>[^\s/_]+(?:/s(?:\^?2|²)?)?)$")
+_TAIL = re.compile(r"^(?P<name>.*?[^\s/_])\s*(?P<mark>\s/\s|/|_| |,\s*)(?P<unit>[^\s/_]+(?:/s(?:\^?2|²)?)?)$")
 
 
 def known_unit(text: str) -> str:
@@ -85,7 +87,7 @@ def known_unit(text: str) -> str:
     """
     plain = text.strip().strip("[](){}<>").strip().replace("\u03bc", "\u00b5").replace("\u00b5", "u")
     plain = re.sub(r"/sec(?=$|\W)", "/s", plain, flags=re.IGNORECASE)
-    if plain in _QUANTITY:
+    if plain in _QUANTITY or plain == _EITHER:
         return plain
     found = _SPELLINGS.get(plain) or _LOWER.get(plain.lower(), "")
     return found or (plain.lower() if plain.lower() in _OTHER else "")
@@ -109,13 +111,19 @@ def split_unit(text: str) -> tuple[str, str]:
     --------
     >>> [split_unit(t) for t in ("time [s]", "Distance1 (mm)", "x_mm", "Weg / µm", "mass", "laser 2", "t,s")]
     [('time', 's'), ('Distance1', 'mm'), ('x', 'mm'), ('Weg', 'um'), ('mass', ''), ('laser 2', ''), ('t', 's')]
+    >>> [split_unit(text) for text in ("TORQUE [NM]", "friction force / kN", "normal_N", "channel N")]
+    [('TORQUE', 'Nm'), ('friction force', 'kN'), ('normal', 'N'), ('channel N', '')]
     """
     title = text.strip()
     if match := _BRACKETS.match(title):
-        inside = match["a"] or match["b"] or match["c"] or match["d"] or ""
-        return match["name"].strip(), known_unit(inside)
-    if (match := _TAIL.match(title)) and (unit := known_unit(match["unit"])) in {*LENGTH, *TIME}:
-        return match["name"].strip(), unit
+        name, unit = match["name"].strip(), known_unit(match["a"] or match["b"] or match["c"] or match["d"] or "")
+        return name, "Nm" if unit in ("nm", _EITHER) and _TORQUE.search(name) else unit
+    if match := _TAIL.match(title):
+        unit, mark = known_unit(match["unit"]), match["mark"].strip()
+        # a word of one letter behind a space may be a number's name, and "mass_g" is no acceleration
+        marked = unit in _QUANTITY if mark in ("/", ",") else bool(mark) and quantity_of(unit) in ("force", "torque")
+        if unit in {*LENGTH, *TIME} or marked:
+            return match["name"].strip(), unit
     return title, ""
 
 

@@ -51,6 +51,16 @@ def test_channels_are_found_by_name_and_unit_and_kept_in_si(tmp_path: Path) -> N
         np.testing.assert_array_equal(column, found[name])
 
 
+def test_units_in_capitals_and_without_brackets_are_read_and_what_may_be_two_is_asked(tmp_path: Path) -> None:
+    found = read_log(log(tmp_path, **{"TIME [S]": T, "TORQUE [NM]": X, "ANGLE [DEG]": X, "friction force / kN": FORCE}))
+    np.testing.assert_allclose(found.torque, X, atol=1e-8)
+    np.testing.assert_allclose(found.contact_force, 1e3 * FORCE, atol=1e-5)
+    with pytest.raises(LogError, match=r"no column for mass and base: .*in NM, .*: give --mass, --base and --unit"):
+        read_log(log(tmp_path, **{"t [s]": T, "M1 [NM]": X, "M2 [NM]": X}))
+    with pytest.raises(ValueError, match="each with its unit"):
+        LogOptions(units="mass=1.2.3 mm/V")
+
+
 def test_a_log_without_displacements_is_a_recording_that_says_what_it_lacks(tmp_path: Path) -> None:
     path = log(tmp_path, **{"t [s]": T, "Normal [N]": FORCE, "Friction [N]": FORCE, "Position [mm]": X})
     recording = read_log(path)
