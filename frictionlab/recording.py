@@ -172,7 +172,7 @@ class Channel:
         return quantity_named(self.name)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """Channels over time: the displacements of mass and base, and whatever else was measured.
 
@@ -226,7 +226,10 @@ class Recording:
                 object.__delattr__(self, name)
             else:
                 object.__setattr__(self, name, _column(getattr(self, name), name))
-        quality = np.asarray(self.quality, dtype=np.uint8)
+        try:
+            quality = np.asarray(self.quality, dtype=np.uint8)
+        except (OverflowError, ValueError, TypeError) as error:
+            raise RecordingError(f"quality: expected whole numbers from 0 to 255; got {self.quality!r}") from error
         if quality.size == 0:
             quality = np.zeros(len(self.time), np.uint8)
         object.__setattr__(self, "quality", _read_only(quality))
@@ -368,9 +371,11 @@ def _column(values: ArrayLike, name: str) -> NDArray[np.float64]:
 
 
 def _read_only(array: NDArray[T]) -> NDArray[T]:
-    view = array.view()
-    view.flags.writeable = False
-    return view
+    """The array, copied where its owner could still write to it."""
+    if array.flags.writeable:
+        array = array.copy()
+        array.flags.writeable = False
+    return array
 
 
 _LARGEST = 1e12

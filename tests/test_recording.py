@@ -15,7 +15,11 @@ FIFTH = np.arange(100) == 5
 
 
 def test_arrays_cannot_be_changed() -> None:
-    recording = Recording(T, X, X, experiment={"material": "steel"})
+    own = X.copy()
+    recording = Recording(T, own, own, experiment={"material": "steel"})
+    own[5] = np.nan
+    np.testing.assert_array_equal(recording.mass_displacement, X)
+    assert recording == recording and {recording: 1}  # noqa: PT018, PLR0124 - by identity: arrays have no single answer
     with pytest.raises(ValueError, match="read-only"):
         recording.time[0] = 1.0
     with pytest.raises(TypeError, match="does not support item assignment"):
@@ -35,11 +39,12 @@ def test_arrays_cannot_be_changed() -> None:
         ((T, np.where(FIFTH, np.nan, X), X), "mass_displacement: expected finite values; got nan unflagged"),
         ((T, X, np.where(FIFTH, np.inf, X)), "base_displacement: expected finite values; got inf unflagged"),
         ((T, X.reshape(10, 10), X), "expected one dimension"),
+        ((T, X, X, [300] * 100), "quality: expected whole numbers from 0 to 255"),
     ],
 )
-def test_what_breaks_the_rules_is_refused(arrays: tuple[np.ndarray, np.ndarray, np.ndarray], words: str) -> None:
+def test_what_breaks_the_rules_is_refused(arrays: tuple[np.ndarray, ...], words: str) -> None:
     with pytest.raises(RecordingError, match=words):
-        Recording(*arrays)
+        Recording(*arrays)  # type: ignore[arg-type] # three arrays and the quality
 
 
 def test_lines_must_add_up() -> None:

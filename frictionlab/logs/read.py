@@ -313,6 +313,9 @@ def _made(
         evidence=tuple(dict.fromkeys(why)),
     )
     time, mass, base, quality = arrays
+    for array in arrays:
+        if array is not None:
+            array.flags.writeable = False  # handed over: none of them is copied
     try:
         return Recording(time, mass, base, quality, source, channels=tuple(channels))
     except RecordingError as error:
