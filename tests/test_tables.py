@@ -191,6 +191,9 @@ def test_a_table_of_failures_alone_is_ours_and_a_spreadsheet_has_an_end(tmp_path
     assert is_table(tmp_path / "a.jsonl", MEASUREMENTS)
     with pytest.raises(UsageError, match=r"a spreadsheet holds 1048575 rows, not 2000000: write \.csv"):
         check_output(tmp_path / "map.xlsx", STEADY_STATES, rows=2_000_000)
+    with pytest.raises(UsageError, match=r"expected at most 32767 characters in a spreadsheet's cell; got more"):
+        write_rows([{"source": "a", "reason": "x" * 40_000}], tmp_path / "a.xlsx", MEASUREMENTS)
+    assert not (tmp_path / "a.xlsx").exists()
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

@@ -139,9 +139,9 @@ def format_of(path: Path) -> str:
         return ""
 
 
-def storable(words: str) -> str:
-    r"""Text that HDF5 can hold: NUL and lone surrogates are written as ``\x00``, and an attribute has at most 64 kB."""
-    return re.sub("[\x00\ud800-\udfff]", lambda m: m[0].encode("unicode_escape").decode(), words[:_LONGEST_TEXT])
+def storable(words: str, longest: int | None = _LONGEST_TEXT) -> str:
+    r"""Text that HDF5 can hold, NUL and lone surrogates as ``\x00``; an attribute's is cut, for it has 64 kB."""
+    return re.sub("[\x00\ud800-\udfff]", lambda m: m[0].encode("unicode_escape").decode(), words[:longest])
 
 
 def text(value: Any) -> str:
@@ -154,7 +154,7 @@ def write_dataset(group: h5py.Group, name: str, values: Any, **attributes: str) 
     if isinstance(values, np.ndarray):
         dataset = group.create_dataset(name, data=values)
     else:
-        dataset = group.create_dataset(name, data=[storable(v) for v in values], shape=(len(values),), dtype=TEXT)
+        dataset = group.create_dataset(name, data=[storable(v, None) for v in values], shape=(len(values),), dtype=TEXT)
     dataset.attrs.update(attributes)
 
 

@@ -8,6 +8,7 @@ import re
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,14 +34,15 @@ def excel_bytes(rows: Iterable[Row], names: Sequence[str]) -> bytes:
     """An Excel file with one sheet of these rows; `UsageError` where there are more than it holds."""
     import openpyxl
 
+    lines = [[_excel_cell(row.get(name)) for name in names] for row in islice(rows, SHEET_ROWS + 1)]
+    if len(lines) > SHEET_ROWS:
+        raise UsageError(f"expected at most {SHEET_ROWS} rows in a spreadsheet; got more: write .csv")
     book = openpyxl.Workbook(write_only=True)
     book.properties.created = book.properties.modified = datetime(*_EPOCH)  # noqa: DTZ001 (a fixed date, no moment)
     sheet = book.create_sheet("frictionlab")
     sheet.append([_excel_cell(name) for name in names])
-    for number, row in enumerate(rows):
-        if number >= SHEET_ROWS:
-            raise UsageError(f"expected at most {SHEET_ROWS} rows in a spreadsheet; got more: write .csv")
-        sheet.append([_excel_cell(row.get(name)) for name in names])
+    for line in lines:
+        sheet.append(line)
     file, dated = io.BytesIO(), io.BytesIO()
     book.save(file)
     with zipfile.ZipFile(file) as old, zipfile.ZipFile(dated, "w", zipfile.ZIP_DEFLATED) as new:
@@ -56,7 +58,10 @@ def _excel_cell(value: object) -> bool | int | float | str | None:
     single = flat(value)
     if isinstance(single, int) and not isinstance(single, bool) and abs(single) > 1 << 53:
         return str(single)
-    return harmless(single)[:LONGEST_CELL] if isinstance(single, str) else single
+    single = harmless(single) if isinstance(single, str) else single
+    if isinstance(single, str) and len(single) > LONGEST_CELL:
+        raise UsageError(f"expected at most {LONGEST_CELL} characters in a spreadsheet's cell; got more: write .csv")
+    return single
 
 
 def read_excel(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
