@@ -121,11 +121,11 @@ def matched(pattern: str, name: str) -> dict[str, str] | None:
 def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
     """The facts in a log's row of a sheet; the row is found by the log's name, with or without its suffix."""
     where = f"experiment.sheet: {name}"
-    keys, *rows = _rows_of(_sheet_text(folder, name), where)
+    (_, keys), *rows = _rows_of(_sheet_text(folder, name), where)
     if "log" not in keys or len(set(keys)) < len(keys):
         raise SceneError(f"{where}: expected a `log` column and each column once; got {keys}")
     own: dict[int, dict[str, str]] = {}
-    for number, row in enumerate(rows, start=2):
+    for number, row in rows:
         if len(row) != len(keys):
             raise SceneError(f"{where}: row {number}: expected {len(keys)} cells; got {len(row)}")
         facts = dict(zip(keys, row, strict=True))
@@ -162,15 +162,15 @@ def _sheet_text(folder: Path, name: str) -> str:
         raise SceneError(f"experiment.sheet: {name}: cannot be read ({error.strerror})") from error
 
 
-def _rows_of(text: str, where: str) -> list[list[str]]:
-    """The cells of a sheet by rows, its head first; empty rows left out."""
+def _rows_of(text: str, where: str) -> list[tuple[int, list[str]]]:
+    """Number and cells of each row of a sheet, its head first; empty rows left out."""
     separator = max(",;\t", key=text.partition("\n")[0].count)
     reader = csv.reader(io.StringIO(text), delimiter=separator)
     try:
-        rows = [[cell.strip() for cell in row] for row in reader]
+        rows = [(number, [cell.strip() for cell in row]) for number, row in enumerate(reader, start=1)]
     except csv.Error as error:
         raise SceneError(f"{where}: line {reader.line_num}: {error}") from error
-    return [row for row in rows if any(row)] or [[]]
+    return [(number, row) for number, row in rows if any(row)] or [(1, [])]
 
 
 def _number(text: str) -> float:

@@ -196,10 +196,11 @@ def _sweep(folder: Path) -> None:
 def _sync_folder(folder: Path) -> None:
     if WINDOWS:
         return
-    descriptor = os.open(folder, os.O_RDONLY | OPEN_FLAGS)
     try:
-        os.fsync(descriptor)
+        descriptor = os.open(folder, os.O_RDONLY | OPEN_FLAGS)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
     except OSError as error:
         raise OutputError(f"{folder}: the file is written, its folder cannot be synced ({error.strerror})") from error
-    finally:
-        os.close(descriptor)

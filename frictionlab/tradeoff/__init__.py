@@ -97,12 +97,14 @@ def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Run]) 
         for i, trial in enumerate(trials):
             if spent[i] > (WORTH_REPEATING if lap > 1 else FIRST_TWICE):
                 continue
+            collects = gc.isenabled()
             gc.disable()
             start = time.perf_counter()
             try:
                 result = trial.run()
             finally:
-                gc.enable()
+                if collects:
+                    gc.enable()
             seconds = time.perf_counter() - start
             shortest[i], spent[i] = min(shortest[i], seconds), spent[i] + seconds
             if math.isnan(errors[i]):

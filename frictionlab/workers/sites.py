@@ -27,7 +27,10 @@ ANSWER_S = 10.0  # a scheduler that takes longer to answer is not there
 EMPTY_S = 60.0  # a cluster without workers for that long is given up
 COUNT_S = 2.0  # how often workers are counted: they come and go
 VERSION_THERE = "__import__('frictionlab').__version__"  # a builtin function is all that each Python can unpack
-LOST = "its worker died each time, 3 times: out of memory, or a crash in a library"
+LOST = (
+    "its worker died each time, 3 times: out of memory, a crash in a library, or a script that starts workers outside"
+    " `if __name__ == '__main__':`"
+)
 
 
 def hand_out(
