@@ -42,7 +42,8 @@ from frictionlab.simulator.meter import Meter, OverspentError
 
 CHEAP = tried_of("rigid")  # a fraction of a millisecond a steady state
 EXACT = (*CHEAP, *tried_of("elastic"))
-NUMERIC = tried_of("smooth", "inner")  # milliseconds a steady state ...
+SMOOTH, INNER = tried_of("smooth"), tried_of("inner")  # milliseconds a steady state: the first cost less ...
+NUMERIC = (*SMOOTH, *INNER)
 DEAR = tried_of("smooth", "inner", effort=2)  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
@@ -167,16 +168,19 @@ class _Climb:
 
     def onto_numeric(self, bottom: Rung, top: Rung) -> Rung:
         """The best of the laws without exact slides: each alone, beside what the exact ones have, and what it takes."""
-        good = [rung for below in (bottom, top) for rung in self._required(below, NUMERIC, 1)]
-        best = max((top, *good), key=lambda rung: rung.log_evidence)
-        if self.is_noise(best):
-            for name in laws_above(bottom.law, DEAR, 1):
-                self.left_out[name] = f"not tried: a law that costs less, {best.law.name}, leaves nothing but noise"
-        else:
+        best = top
+        for terms in (SMOOTH, INNER):
+            if best is top or not self.is_noise(best):
+                good = [rung for below in (bottom, top) for rung in self._required(below, terms, 1)]
+                best = max((best, *good), key=lambda rung: rung.log_evidence)
+        if not self.is_noise(best):
             alone = self._required(bottom, DEAR, 1)
             worth = tuple(name for name in DEAR if any(rung.law.has(name) for rung in alone))
             both = self._required(top, worth, 1) if top is not bottom else []
             best = max((best, *alone, *both), key=lambda rung: rung.log_evidence)
+        for name in laws_above(bottom.law, (*NUMERIC, *DEAR), 1):
+            if not any(rung.law.name == name for rung in self.rungs):
+                self.left_out[name] = f"not tried: a law that costs less, {best.law.name}, leaves nothing but noise"
         return best if best is top or self.is_noise(best) else self.upward(best, CHEAP)
 
     def against_its_limit(self, top: Rung) -> Rung:
@@ -214,12 +218,13 @@ class _Climb:
         if known is not None:
             return replace(known, required=False)
         law, begin, said = law_of(name), time.perf_counter(), ""
-        made = Rung(law)
-        if law.kind != "rigid" and self.work.left < (self.kept if law.kind == "elastic" else 0.0):
+        made, kept = Rung(law), self.kept if law.kind == "elastic" else 0.0
+        if law.kind != "rigid" and self.work.left < kept:
             said = "not tried: the work of a ladder was used up; give --law to fit it alone"
         else:
             try:
-                made = self._rung(law, below)
+                with self.work.keeping(kept):
+                    made = self._rung(law, below)
             except OverspentError:
                 said = "not fitted to the end: the work of a ladder was used up; give --law to fit it"
             except Exception as fault:  # one law's fault must not end the others

@@ -1,5 +1,8 @@
 """How much work a search over steady states may still do, in units that do not depend on the machine or its load."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from frictionlab.errors import FrictionlabError
 
 STATE = 100.0  # steps of integration that an integrated steady state costs beside its own
@@ -15,6 +18,15 @@ class Meter:
 
     def __init__(self, steps: float) -> None:
         self.left = steps
+
+    @contextmanager
+    def keeping(self, steps: float) -> Iterator[None]:
+        """Within it, so many steps are out of reach: what comes after has them."""
+        self.left -= steps
+        try:
+            yield
+        finally:
+            self.left += steps
 
     def take(self, steps: float) -> None:
         """Book so many steps; OverspentError where no work is left."""

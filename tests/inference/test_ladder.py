@@ -44,7 +44,7 @@ def test_the_law_that_made_a_recording_is_the_one_it_requires(law: str, paramete
 def test_a_law_without_exact_slides_is_found_though_exact_terms_come_near(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stribeck's curve and break-away exclude each other: it is tried alone, not only beside what came near."""
     monkeypatch.setattr(ladder, "EXACT", ladder.CHEAP)  # the dear laws are left out: time
-    monkeypatch.setattr(ladder, "NUMERIC", ("stribeck",))  # it leaves but noise: the dear ones are spared
+    monkeypatch.setattr(ladder, "SMOOTH", ("stribeck",))  # it leaves but noise: what costs more is spared
     truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
     found = compare(recorded(truth, np.random.default_rng(3), seconds=20.0), scene(), law="auto")
     assert found.law == "coulomb+stribeck"
@@ -54,13 +54,16 @@ def test_a_law_without_exact_slides_is_found_though_exact_terms_come_near(monkey
     assert tried >= {"coulomb", "coulomb+speed", "coulomb+breakaway", "coulomb+stribeck"}
     assert not any("lugre" in law or "rate-state" in law for law in tried)
     spared = "not tried: a law that costs less, coulomb+stribeck, leaves nothing but noise"
-    assert f"laws coulomb+lugre, coulomb+rate-state: {spared}" in found.warnings
+    assert (
+        f"laws coulomb+logarithm, coulomb+dahl, coulomb+bouc-wen, coulomb+lugre, coulomb+rate-state: {spared}"
+        in found.warnings
+    )
 
 
 def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try(monkeypatch: pytest.MonkeyPatch) -> None:
     """Work is counted in steps of integration, not in seconds: the same recording gets the same answer anywhere."""
     monkeypatch.setattr(ladder, "EXACT", ("speed",))
-    monkeypatch.setattr(ladder, "NUMERIC", ("logarithm", "stribeck"))
+    monkeypatch.setattr(ladder, "SMOOTH", ("logarithm", "stribeck"))
     monkeypatch.setattr(ladder, "WORK", 2e4)
     truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
     seen = recorded(truth, np.random.default_rng(3), seconds=20.0)
