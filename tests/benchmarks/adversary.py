@@ -32,6 +32,7 @@ STIFFNESS = MASS_KG * (2.0 * math.pi * NATURAL_HZ) ** 2
 FAR = 3.0  # stated uncertainties: an error beyond is counted
 STEP_M, NOISE_M = 7.784e-7, 0.8e-6  # of a sensor
 STEP = 0.01  # of the integrator, at most: its error is 1e-9 of an amplitude
+AHEAD = 1e-6  # over which a limit is differentiated
 
 # What the integrator reads, in this order; a term that is not drawn does nothing.
 NAMES = (
@@ -153,6 +154,11 @@ def _step(
 def _over(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: float) -> float:
     """Positive where the mode has ended."""
     over: float = -mode * s[1]
+    if abs(mode) == 1 and p[5] > 0.0:  # behind a spring the contact slides by less, where its limit grows
+        later = s.copy()
+        later[0] += AHEAD * s[1]
+        grows = _limit(t + AHEAD, later, mode, p, lines, drive) - _limit(t, s, mode, p, lines, drive)
+        over += grows / (AHEAD * p[5])
     if mode == 0:
         push = _pull(t, s, p, lines, drive)
         side = 1.0 if push > 0.0 else -1.0
@@ -173,7 +179,6 @@ def _next_mode(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: 
         return 1 if s[4] > 0.0 else -1
     if p[5] > 0.0:
         s[4] = mode * _limit(t, s, mode, p, lines, drive)
-        s[1] = 0.0
         return 2
     s[1] = 0.0
     if _over(t, s, 0, p, lines, drive) <= 0.0:
