@@ -99,3 +99,12 @@ def test_what_few_samples_a_cycle_leave_of_the_rig_is_in_the_error() -> None:
     """Three harmonics hold no frequency that is 9 % off: it bent the law, 32 % off, explained, 4.4 stated errors."""
     found = fl.compare((draw := drawn(3003, 2, "frequency")).recording(), draw.scene(), law="auto")
     assert found.friction_ratio == pytest.approx(draw.values["beta"], abs=3.0 * (found.friction_ratio_u or 0.0))
+
+
+def test_a_law_that_explains_a_record_too_is_named_though_it_is_not_required() -> None:
+    """Said was that no law tried explains it: break-away, by which it was made, leaves a fifth of Coulomb's misfit."""
+    draw = drawn(9512, 31)
+    found = fl.compare(draw.recording(), draw.scene(), law="auto")
+    assert found.verdict == "misfit"
+    (said,) = (w for w in found.warnings if w.startswith("verdict: "))
+    assert "coulomb+breakaway would, but the evidence does not require so much" in said

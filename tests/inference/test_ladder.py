@@ -74,6 +74,18 @@ def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try(monkeypat
     assert (again.law, again.parameters, again.warnings) == (found.law, found.parameters, found.warnings)
 
 
+def test_elastic_laws_leave_integrated_ones_their_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One fit of a contact that yields used all: Stribeck's curve was not tried on the slow test that it had made."""
+    for name, laws in {"EXACT": ("compliance",), "SMOOTH": ("stribeck",), "INNER": (), "DEAR": ()}.items():
+        monkeypatch.setattr(ladder, name, laws)
+    monkeypatch.setattr(ladder, "WORK", 2e4)
+    truth = Problem(0.3, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
+    found = compare(recorded(truth, np.random.default_rng(3), seconds=12.0), scene(), law="auto")
+    notes = {str(row["law"]): row["note"] for row in found.laws or ()}
+    assert str(notes["coulomb+compliance"]).startswith("not fitted to the end")
+    assert not str(notes["coulomb+stribeck"]).startswith("not tried")
+
+
 def test_a_steady_state_is_booked_by_the_evaluations_that_it_took() -> None:
     """An elastic state at r = 0.09 takes 1.2 ms, booked as 7 it kept integrated laws from being tried there."""
     spent = []
