@@ -69,7 +69,10 @@ class Sources:
 
     @property
     def lag_is_assumed(self) -> bool:
-        """Whether neither the scene nor, of two logs, their recording says how well the lag is known."""
+        """Whether neither the scene nor, of two logs, their recording says how well the lag is known.
+
+        With `lag` the one owner of that fact: unknowns, laws of a material and what is printed as assumed follow it.
+        """
         return LAG in self.assumed
 
 
@@ -99,7 +102,7 @@ def sources_of(
         base_gain=sensors.gain_error,
         linearity=sensors.linearity,
         measuring_range=scene.log.measuring_range_m,
-        lag=known(LAG, lag, 0.5 / sampling_rate_hz / math.sqrt(3.0)),
+        lag=known(LAG, lag, lag_of_samples(sampling_rate_hz)),
         crosstalk=sensors.crosstalk,
         natural_frequency=known(
             *("rig.natural_frequency_hz_u", rig.natural_frequency_hz_u, NATURAL_FREQUENCY), over=rig.natural_frequency
@@ -113,6 +116,11 @@ def sources_of(
         assumed=tuple(assumed),
         infer=scene.infer,
     )
+
+
+def lag_of_samples(sampling_rate_hz: float) -> float:
+    """Standard uncertainty (s) of a lag of up to half a sampling interval either way."""
+    return 0.5 / sampling_rate_hz / math.sqrt(3.0)
 
 
 def combined(shares: Shares) -> float:

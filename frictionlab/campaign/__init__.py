@@ -335,7 +335,7 @@ def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
         "test_friction_ratio_se": verdict.friction_ratio_se,
         "test_friction_ratio_u": verdict.alone.u,
         "test_misfit": verdict.misfit,
-        f"predicted_{schema.ENERGY}": state and state.energy_per_cycle,
+        f"predicted_{schema.ENERGY}": verdict.seen,
         f"predicted_{schema.AMPLITUDE}": state and state.response_amplitude,
         f"predicted_{schema.STOPS}": state and state.stops_per_cycle,
         "energy_residual": verdict.residual,

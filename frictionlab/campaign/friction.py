@@ -14,11 +14,11 @@ import numpy as np
 from scipy.special import stdtrit
 
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
-from frictionlab.campaign.prediction import Model, elasticity, loop_ratio, observe_row, predict
+from frictionlab.campaign.prediction import Model, elasticity, fundamental, loop_ratio, observe_row, predict
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FrictionNames
-from frictionlab.inference.comparison import harmonics_of
-from frictionlab.inference.observations import LEAST_POINTS, CycleObservation, mean_cycle
+from frictionlab.inference.comparison import loop_energy
+from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, ParameterEstimate, infer
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, SteadyState
@@ -95,9 +95,10 @@ class Verdict:
 
     ``alone``: the friction ratio of this test (scatter from test to test not included in its error); ``predicted``: by
     the group's friction; ``seen``: its energy as the sensors show it, with the lag found; ``residual``: measured energy
-    over that, less 1; ``excluded``: why it is left out, or None;
-    ``elasticity``: relative change of the energy over that of the friction ratio; ``misfit``: root of chi-square per
-    number fitted; ``nrmse``, ``floor``: of its cycle, and what noise alone leaves of it, where that was fitted.
+    over that, less 1; ``by_lag``: part of the measured energy that is due to the lag found; ``excluded``: why it is
+    left out, or None; ``elasticity``: relative change of the energy over that of the friction ratio; ``misfit``: root
+    of chi-square per number fitted; ``nrmse``, ``floor``: of its cycle, and what noise alone leaves of it, where that
+    was fitted.
     """
 
     trial: Trial
@@ -105,6 +106,7 @@ class Verdict:
     alone: Estimate = NOT_KNOWN
     predicted: SteadyState | None = None
     seen: float | None = None
+    by_lag: float = 0.0
     elasticity: float = 0.0
     misfit: float | None = None
     nrmse: float | None = None
@@ -120,10 +122,9 @@ class Verdict:
 
     @property
     def energy(self) -> Estimate:
-        """Measured energy (k Y^2) as it is at the lag and gain found, to be held against ``predicted``."""
-        true = None if self.predicted is None else self.predicted.energy_per_cycle
+        """Measured energy (k Y^2) as it is at the lag found, to be held against ``predicted``."""
         energy = self.trial.means[0]
-        return energy.scaled(true / self.seen) if true and self.seen else energy
+        return energy if energy.value is None else replace(energy, value=energy.value - self.by_lag)
 
 
 @dataclass(frozen=True)
@@ -330,15 +331,16 @@ def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: fl
     base = COSINE if cycle is None else cycle.base
     steep, state = elasticity(model, trial.r, own, base), predict(model, trial.r, own, base)
     seen = None if state is None else state.energy_per_cycle
-    late_s = posterior.values(0 if i is None else i).get("lag_s", 0.0) if joint.of_cycles else 0.0
-    if i is not None and cycle is not None and state is not None:
-        seen = cycle.shown(state, posterior.values(i))[1]
-    elif state is not None and state.orbit is not None and seen is not None:  # a test left out has the same lag
-        first = harmonics_of(mean_cycle(state, LEAST_POINTS), 1)[0]
-        late = 2.0 * math.pi * trial.drive_frequency_hz * late_s
-        seen += math.pi * float((1j * first * (np.exp(1j * late) - 1.0)).real) if math.isfinite(late) else 0.0
+    late, by_lag = 2.0 * math.pi * trial.drive_frequency_hz * joint.lag_s, 0.0
+    if i is not None and cycle is not None:
+        by_lag = cycle.energy_by_lag(late)
+        seen = seen if state is None else cycle.shown(state, posterior.values(i))[1]
+    elif joint.lag_s and math.isfinite(late):  # a test left out has the same lag
+        by_lag = trial.mean[0] - loop_energy(fundamental(*trial.mean, trial.r), COSINE.lines, -late)
+        if state is not None and seen is not None:
+            seen = loop_energy(fundamental(seen, state.response_amplitude or 0.0, trial.r), COSINE.lines, late)
     steep = steep if math.isfinite(steep) else 0.0
-    found = Verdict(trial, excluded, predicted=state, seen=seen, elasticity=steep)
+    found = Verdict(trial, excluded, predicted=state, seen=seen, by_lag=by_lag, elasticity=steep)
     if i is None or observation is None:
         try:
             alone = infer([observe_row(trial, model.first, group.sources, own, group.units[source])]).parameters()

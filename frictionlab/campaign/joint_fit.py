@@ -44,7 +44,7 @@ TURNS = (
     "{}: the gradient changes its sign from test to test ({:+.2g} to {:+.2g} per Y): a contact seated anew between"
     " tests has another one; its scatter is in the bands of predictions"
 )
-AT_LAG = ": measurements.csv has energies at the lag declared, figures and pages at the lag found"
+AT_LAG = ": measurements.csv has energies at the lag declared, all else at the lag found"
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 Seen = CycleObservation | RowObservation
 
@@ -77,6 +77,14 @@ class JointFit:
     def of_cycles(self) -> bool:
         """Whether it rests on mean cycles, and not on rows of measurements."""
         return isinstance(self.posterior.observations[0], CycleObservation)
+
+    @property
+    def lag_s(self) -> float:
+        """By how much mean cycles find the base's channel behind, beyond what is declared; 0 where rows were fitted.
+
+        Rows keep the energies of the lag declared, for two numbers of a test hardly show one.
+        """
+        return self.posterior.values(0).get("lag_s", 0.0) if self.of_cycles else 0.0
 
     def tests(self, material: str, normal_force_n: float | None = None) -> list[int]:
         """Return the numbers of a material's tests, under one normal force or all."""

@@ -22,10 +22,10 @@ from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.estimate import Estimate
 from frictionlab.inference.compare import contact_of
-from frictionlab.inference.comparison import ContactForce
+from frictionlab.inference.comparison import ContactForce, loop_energy
 from frictionlab.inference.fit import Model, fit_from, scatter_scale
 from frictionlab.inference.ladder import Ladder
-from frictionlab.inference.observations import CycleObservation, cycle_of, parts
+from frictionlab.inference.observations import CycleObservation, cycle_of, lines_of
 from frictionlab.inference.posterior import Posterior, of_several
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
@@ -40,7 +40,7 @@ MOST_DIRECTIONS = 6  # ... nor are more than these
 HERMITE, OUTER = math.sqrt(3.0), 1.0 / 6.0  # the outer two of three points, in standard deviations, and their weights
 LEVEL = 0.975  # of the upper end of a 95 % band
 SIGNS = (0.0, 0.6, -0.6)  # scatters at which a test's own unknowns begin
-POINTS = 256  # of a cycle
+POINTS = 512  # of a cycle
 ALONE = "no other test of its material is at hand"
 STILL = "by the law of the other tests there is no steady motion here"
 OF_BOTH = (f"predicted_{ENERGY}", f"predicted_{AMPLITUDE}")
@@ -313,7 +313,7 @@ def _predicted(expected: _Expected, lag_s: float) -> LeftOutTest:
         return LeftOutTest(observation.source, observation.material, reason=STILL)
     measured, error = (np.array([getattr(e, part) or 0.0 for e in both]) for part in ("value", "se"))
     offset = measured - seen_in(observation.data, observation)  # a mean of cycles is not the cycle of means
-    measured = offset + seen_in(observation.data, observation, late)
+    measured[0] -= observation.energy_by_lag(late)
     value = seen_in(lines, observation, late)
     middle, variance, scattered = _spread(expected, value, late)
     whole = variance + error**2
@@ -337,16 +337,11 @@ def _predicted(expected: _Expected, lag_s: float) -> LeftOutTest:
 def seen_in(lines: FloatArray, observation: CycleObservation, late: float = 0.0) -> FloatArray:
     """Return energy (k Y^2, eq. 2.18) and amplitude (Y) of a cycle by its harmonics: cosine parts, then sine parts.
 
-    The energy is the area of the base over the mass: ``pi sum_k k (C_k b_k - S_k a_k)``; ``late``: phase (rad) by which
-    the mass is shown ahead, taken off.
+    ``late``: phase (rad) by which the mass is shown ahead, taken off.
     """
-    order, cycle = np.arange(1, len(lines) // 2 + 1), observation.cycle
-    a, b = parts((lines[: len(order)] - 1j * lines[len(order) :]) * np.exp(-1j * late * order)).reshape(2, -1)
-    count = min(len(cycle.base_cosine), len(a))
-    area = cycle.base_cosine[:count] * b[:count] - cycle.base_sine[:count] * a[:count]
-    phase = np.outer(np.linspace(0.0, 2.0 * np.pi, POINTS, endpoint=False), order)
-    x = np.cos(phase) @ a + np.sin(phase) @ b
-    return np.array([math.pi * float(order[:count] @ area), 0.5 * float(np.ptp(x))])
+    cycle, a = observation.cycle, lines_of(lines)
+    x = np.fft.irfft(np.concatenate([[0.0], 0.5 * POINTS * a]), POINTS)
+    return np.array([loop_energy(a, cycle.base_cosine - 1j * cycle.base_sine, -late), 0.5 * float(np.ptp(x))])
 
 
 def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatArray, FloatArray, FloatArray]:

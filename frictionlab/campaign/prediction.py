@@ -12,9 +12,10 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import SimulationError, UsageError
+from frictionlab.inference.comparison import loop_energy
 from frictionlab.inference.observation import Observation, Values, noise_of, simulated
 from frictionlab.inference.observations import law_and_held
 from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
@@ -144,6 +145,11 @@ def loop_ratio(trial: Trial, wall: Wall) -> float:
     return energy / (4.0 * amplitude)
 
 
+def fundamental(energy: float, amplitude: float, r: float) -> ComplexArray:
+    """Return the fundamental (1,) of a motion over a cosine base, by its energy (k Y^2) and amplitude (Y)."""
+    return np.array([complex(_in_phase(energy, amplitude, r), -energy / math.pi)])
+
+
 def _in_phase(energy: float, amplitude: float, r: float) -> float:
     """Part of the motion in phase with the base, Y: it turns its sign at resonance; the other one is E / pi."""
     return math.copysign(math.sqrt(max(amplitude**2 - (energy / math.pi) ** 2, 0.0)), 1.0 - r)
@@ -183,11 +189,11 @@ class RowObservation(Observation):
     def seen(self, motion: SteadyState, values: Values) -> FloatArray:
         """Return energy and amplitude as the sensors show them, over the measured ones (2,).
 
-        A lag turns the cycle, and so moves what is in phase with the base into the loop's area ``pi sum(...)``.
+        A lag turns the cycle, and so moves what is in phase with the base into the loop's area.
         """
         energy, amplitude = motion.energy_per_cycle or 0.0, motion.response_amplitude or 0.0
         gain, late = 1.0 + values.get("gain", 0.0), values.get("lag_s", 0.0) * self.turn if "lag_s" in values else 0.0
-        turned = energy * math.cos(late) - math.pi * _in_phase(energy, amplitude, self.r) * math.sin(late)
+        turned = loop_energy(fundamental(energy, amplitude, self.r), COSINE.lines, late)
         shown = gain * np.array([turned, (1.0 + values.get("crosstalk", 0.0)) * amplitude])
         return np.asarray(shown / self.measured)
 

@@ -246,10 +246,11 @@ def _energy(verdict: Verdict, fit: FrictionFit) -> _Level:
     trial = verdict.trial
     if trial.regime == "stuck":
         return _Level(0.0, 0.0)
-    energy = trial.mean[0]
+    energy, measured = verdict.energy.value or math.nan, trial.mean[0]
     by_sensors, by_gain, _ = trial.systematic
     gain = abs(fit.shares.get("gain", 0.0)) if by_gain is None else by_gain
     late = abs(fit.shares.get("lag_s", 0.0)) if by_sensors is None else math.sqrt(max(by_sensors**2 - gain**2, 0.0))
+    late *= measured / energy
     return _Level(
         energy,
         math.hypot(trial.mean_se[0], (fit.scatter or 0.0) * energy),

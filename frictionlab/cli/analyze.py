@@ -72,7 +72,7 @@ def _measured(file: Path, *, scene: "Scene", with_series: bool) -> Made:
     from frictionlab.verbs.one_test import analyze
 
     found = analyze(file, scene)
-    row, drawn = {**found.row(), "_lag_is_assumed": found.sources.lag_is_assumed}, {"measurement": found}
+    row, drawn = {**found.row(), "_assumed": found.sources.assumed}, {"measurement": found}
     if not with_series:
         return row, drawn
     series: dict[str, object] = {f.name: np.asarray(getattr(found.series, f.name), float) for f in fields(found.series)}
@@ -127,9 +127,9 @@ def _compared(file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
         measurement = analyze(file, scene)
         found = compare(measurement, scene, **asked)
         shown = {f"_{key}": value for key, value in measurement.row().items() if key in SHOWN}
-        shown["_lag_is_assumed"] = measurement.sources.lag_is_assumed
     steady = found if len(found.tau) or found.over_frequency else None
-    return {**found.row(), **shown}, {"comparison": steady, "contact": found.contact, "record": found.record}
+    drawn = {"comparison": steady, "contact": found.contact, "record": found.record}
+    return {**found.row(), **shown, "_assumed": found.assumed}, drawn
 
 
 def _print_parts(rows: Iterable[Row]) -> None:

@@ -283,10 +283,10 @@ def headline(rows: Sequence[Row], noun: str) -> str:
 
 
 def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
-    """What the uncertainties assume that nobody declared: neither the scene nor, of two logs, their recording."""
-    moved = [row.get("nuisances") or {"lag_s": None} for row in good if row.get("lag_is_assumed", True)]
-    lags = any(isinstance(names, Mapping) and "lag_s" in names for names in moved)  # a table over frequency has none
-    return [LAG] if lags and scene.sensors.lag_s_u is None else []
+    """What the uncertainties assume that nobody declared; of rows that do not say so, by the scene alone."""
+    key = "sensors.lag_s_u"
+    known: list[Any] = [row.get("assumed", [key] * (scene.sensors.lag_s_u is None)) for row in good]
+    return [LAG] if any(key in assumed for assumed in known) else []
 
 
 def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str]) -> None:

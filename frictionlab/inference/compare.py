@@ -408,6 +408,7 @@ def _comparison(
         nuisances=found.nuisances(),
         levels=found.levels(),
         accuracy=scene.accuracy,
+        assumed=observation.sources.assumed,
         material=observation.material,
         normal_force_n=observation.normal_force,
         **own,

@@ -149,6 +149,18 @@ def base_lines(base: Base, count: int, late: float) -> ComplexArray:
     return np.asarray(lines * np.exp(1j * late * np.arange(1, count + 1)))
 
 
+def loop_energy(lines: ComplexArray, base: ComplexArray, late: float = 0.0) -> float:
+    """Return the area of the loop (k Y^2, eq. 2.18) of a motion over a base, by harmonics 1 to K of both, over Y.
+
+    ``late``: phase (rad) by which the base's channel is behind: it shows the motion so far ahead. Every energy that a
+    lag changes, or is freed of one (``-late``), is this one; an amplitude does not change.
+    """
+    count = min(len(lines), len(base))
+    order = np.arange(1, count + 1)
+    turned = np.conj(base[:count]) * lines[:count] * np.exp(1j * late * order)
+    return -math.pi * float(order @ turned.imag)
+
+
 def left_for_contact(
     lines: ComplexArray, base: ComplexArray, r: float, mass: FloatArray, stiffness: FloatArray, damping: FloatArray
 ) -> ComplexArray:
@@ -195,7 +207,8 @@ class Comparison(FrictionNames, Result):
     cycle, "strained" if only with sensors or rig unlike what the scene declares.
     ``_se``: standard error with sensors and rig as they are known, ``_u``: with what is not known of them.
     ``parameters``: name -> value with its errors and limits; ``nuisances``: what else the fit moved, name -> value,
-    uncertainty, and what was known before; ``levels``: unknown -> "rig", "material" or "test"; ``budget``: quantity ->
+    uncertainty, and what was known before; ``assumed``: keys of the
+    scene that nobody has declared; ``levels``: unknown -> "rig", "material" or "test"; ``budget``: quantity ->
     source -> standard uncertainty; ``laws``: the ladder in the order climbed (law "auto" alone). ``tau`` (p,) rad from
     the top of the base's fundamental, ``base``, ``measured``, ``predicted`` (p,) in Y stand behind them.
     ``record_nrmse``, ``record_energy_difference``: the same of the whole record (``record``), where it was asked for;
@@ -222,6 +235,7 @@ class Comparison(FrictionNames, Result):
     levels: Mapping[str, str]
     budget: Mapping[str, Mapping[str, float]]
     accuracy: str
+    assumed: tuple[str, ...]
     material: str | None
     normal_force_n: float | None
 

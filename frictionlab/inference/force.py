@@ -36,10 +36,10 @@ from frictionlab.inference.observations import (
     of_test,
 )
 from frictionlab.inference.posterior import Posterior
-from frictionlab.inference.unknowns import STRAINED, UNDECLARED_LAG, Unknown
+from frictionlab.inference.unknowns import STRAINED, Unknown, lag
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law
-from frictionlab.uncertainty import unit_uncertainty
+from frictionlab.uncertainty import lag_of_samples, unit_uncertainty
 
 PARTS = 128  # of a cycle, at most
 FEWEST_PARTS = 8  # that must be clear of stops and turns
@@ -48,6 +48,7 @@ SLOW = 0.01  # ... and the share of its largest
 AROUND = 2.5  # samples beside a stop or turn that have no weight: the force is interpolated between them
 POINTS = 512  # of a cycle at which the law's force is taken, at least
 GAIN, UNIT, LAG = "force_gain", "force_unit", "force_lag_s"
+TIME_OF_FORCE = "time of the force's channel"  # that nobody has declared
 STRANGE = 6.0  # times as far from the median as the usual cycle is no cycle of the same friction
 LEAST = 0.1  # of the white noise that single cycles show, below which no variance is taken
 FREE_UNIT = 1.0  # relative: of k Y where the stiffness is not known
@@ -80,23 +81,12 @@ class ForceObservation(OfCycles):
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of the load cell: its gain, its lag, and the unit of the forces."""
-        lag = 0.5 / math.sqrt(3.0) / self.rate
-        return tuple(
-            u
-            for u in (
-                Unknown(GAIN, "gain of the load cell", sd=self.sources.mass_gain, key="sensors.gain_error"),
-                Unknown(UNIT, "stiffness times base amplitude", sd=self.unit_u, low=-0.9, key="rig.stiffness_n_per_m"),
-                Unknown(
-                    *(LAG, "lag of the force behind the motion"),
-                    sd=UNDECLARED_LAG * lag,
-                    assumed="time of the force's channel",
-                    known_to=1.0 / UNDECLARED_LAG,
-                    unit=(1e3, "ms"),
-                    key="time of the force's channel",
-                ),
-            )
-            if u.sd > 0.0
+        of_force = (
+            Unknown(GAIN, "gain of the load cell", sd=self.sources.mass_gain, key="sensors.gain_error"),
+            Unknown(UNIT, "stiffness times base amplitude", sd=self.unit_u, low=-0.9, key="rig.stiffness_n_per_m"),
+            lag(LAG, "lag of the force behind the motion", lag_of_samples(self.rate), TIME_OF_FORCE, TIME_OF_FORCE),
         )
+        return tuple(u for u in of_force if u.sd > 0.0)
 
     @property
     def said(self) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
-from frictionlab.inference.comparison import AtContact, contact_force, harmonics_of
+from frictionlab.inference.comparison import AtContact, contact_force, harmonics_of, loop_energy
 from frictionlab.inference.observation import (
     BENDS,
     SENSORS,
@@ -255,12 +255,14 @@ class CycleObservation(OfCycles):
         cycle = gain * mean_cycle(state, points, late) + values.get("base_in_mass", 0.0) * np.cos(measured.tau)
         for name, power in BENDS.items():
             cycle = cycle + values.get(name, 0.0) * bends(cycle)[power - 1]
-        if energy is not None and (gain != 1.0 or late != 0.0):  # the loop's area (2.18): the integral of f dx
-            base = state.problem.base
-            count = min(base.harmonics, points // 2 - 1)
-            more = np.conj(base.lines[:count]) * 1j * harmonics_of(cycle - plain, count)
-            energy += math.pi * float(np.sum(np.arange(1, count + 1) * more.real))
+        if energy is not None:
+            energy += loop_energy(harmonics_of(cycle - plain, points // 2 - 1), state.problem.base.lines)
         return in_band(cycle - cycle.mean(), measured.kept), energy, None if amplitude is None else gain * amplitude
+
+    def energy_by_lag(self, late: float) -> float:
+        """Return the part of the measured energy (k Y^2) that is due to a base's channel behind by a phase (rad)."""
+        lines, base = lines_of(self.cycles.mean[: 2 * self.count]), self.cycle.base_cosine - 1j * self.cycle.base_sine
+        return loop_energy(lines, base) - loop_energy(lines, base, -late)
 
     def measured_contact(self, state: SteadyState, late: float) -> AtContact | None:
         """Return the motion of the contact and its force (over k Y) by the measured cycle; None: not measured.
@@ -336,6 +338,12 @@ def cycle_of(test: Any) -> CycleObservation:
 def parts(coefficients: ComplexArray) -> FloatArray:
     """Return cosine and sine parts (..., 2 K) of complex harmonics (..., K)."""
     return np.concatenate([coefficients.real, -coefficients.imag], axis=-1)
+
+
+def lines_of(parts: FloatArray) -> ComplexArray:
+    """Return the complex harmonics (K,) of cosine and sine parts (2 K,)."""
+    cosine, sine = parts.reshape(2, -1)
+    return np.asarray(cosine - 1j * sine)
 
 
 def mean_cycle(state: SteadyState, points: int, late: float = 0.0) -> FloatArray:

@@ -27,7 +27,6 @@ STEP = 1e-4  # of a prior's standard deviation: finite differences
 SEARCH = tuple(np.geomspace(0.02, 2.0, 14).tolist())  # friction ratios to begin from
 LEAST = 1e-6  # of an amplitude, or rad: the error of a number whose error is not stated, before the scatter is known
 CURVE = 200  # points of the predicted curve
-ALONE = 1e12  # Hz: a table has no sampling interval, so no lag that nobody declared
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,7 +188,7 @@ def observe_table(table: FrequencyTable, scene: Scene, law: str | None, facts: M
         r=float(r[middle]),
         unit=unit,
         turn=math.nan if natural is None else 2.0 * math.pi * natural * float(r[middle]),
-        sources=sources_of(scene, ALONE, normal_force_n=None if normal is None else float(normal)),
+        sources=sources_of(scene, math.inf, normal_force_n=None if normal is None else float(normal), lag_s_u=0.0),
         swing=float(np.nanmedian(table.amplitude)) if np.isfinite(table.amplitude).any() else 1.0,
         data=np.concatenate((table.amplitude, table.phase))[there],
         variances=noise**2,

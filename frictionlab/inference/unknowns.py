@@ -168,15 +168,13 @@ def of_rig(
     (in_mass, of_gain), (in_base, _) = bends(amplitude * unit), bends(unit)
     gain = math.hypot(sources.gain, of_gain, sources.linearity * bent_gain(in_base))
     mass, base = cubic_error(in_mass), cubic_error(in_base) if distorted else (0.0, 0.0)
-    wider = (
-        UNDECLARED_LAG if sources.lag_is_assumed else 1.0
-    )  # a prior with tails where nobody has declared the lag, ...
-    frame = held.get("frame_damping_ratio")  # ... or the frame's damping: then up from zero
+    late = lag("lag_s", "lag between the channels", sources.lag, "sensors.lag_s", LAG if sources.lag_is_assumed else "")
+    frame = held.get("frame_damping_ratio")  # where nobody has declared it: up from zero, by a prior with tails
     mean, damping = frame or 0.0, sources.damping_ratio
     rows = [
         ("natural_frequency", "natural frequency", sources.natural_frequency, "rig.natural_frequency_hz"),
         ("gain", "gain of a sensor", gain, "sensors.gain_error"),
-        ("lag_s", "lag between the channels", wider * sources.lag, "sensors.lag_s"),
+        (late.name, late.words, late.sd, late.key),
         ("frame_damping_ratio", "frame's damping", damping, "rig.damping_ratio"),
         ("parabola", "parabola by which the mass's sensor bends the cycle", mass[0], "sensors.linearity"),
         ("cubic", "cubic by which the mass's sensor bends the cycle", mass[1], "sensors.linearity"),
@@ -186,7 +184,7 @@ def of_rig(
         ("mass_in_base", "share of the mass's channel in the base's", sources.crosstalk, "sensors.crosstalk"),
     ]
     own: dict[str, dict[str, Any]] = {
-        "lag_s": {"assumed": LAG if sources.lag_is_assumed else "", "known_to": 1.0 / wider, "unit": (1e3, "ms")},
+        "lag_s": {"assumed": late.assumed, "known_to": late.known_to, "unit": late.unit},
         "frame_damping_ratio": {
             "mean": mean,
             "low": max(-STRONGEST, -mean / damping) if damping > 0.0 else 0.0,
@@ -195,6 +193,15 @@ def of_rig(
         },
     }
     return tuple(Unknown(n, words, sd=sd, key=key, **own.get(n, {})) for n, words, sd, key in rows if sd > SMALLEST)
+
+
+def lag(name: str, words: str, u: float, key: str, assumed: str) -> Unknown:
+    """Return the unknown of a lag between two channels that is known to u [s].
+
+    ``assumed``: the key that nobody has declared; the prior is then wider, with tails.
+    """
+    wider = UNDECLARED_LAG if assumed else 1.0
+    return Unknown(name, words, sd=wider * u, assumed=assumed, known_to=1.0 / wider, unit=(1e3, "ms"), key=key)
 
 
 def factor(unknown: Unknown, law: Law, *, length: float, rate: float, force: float) -> float:

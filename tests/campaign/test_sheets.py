@@ -57,7 +57,12 @@ def test_energies_are_shown_at_the_lag_found_and_a_gradient_of_both_signs_is_sai
         truth.append(steady_state(problem).energy_per_cycle)
     campaign = evaluate_all(rows, scene, folders=[tmp_path])
     assert campaign.lag_found_s == pytest.approx(late, abs=5e-4)
-    assert [campaign.verdicts[str(r["source"])].energy.value for r in rows] == pytest.approx(truth, rel=0.01)
+    shown = [campaign.verdicts[str(r["source"])].energy.value for r in rows]
+    assert shown == pytest.approx(truth, rel=0.01)
+    assert shown == pytest.approx([test.measured_energy_per_cycle for test in campaign.left_out], rel=1e-9)
+    for one in campaign.tables["measurements.csv"]:  # at the lag declared: a prediction beside it is as sensors show it
+        ratio = float(str(one["energy_per_cycle"])) / float(str(one["predicted_energy_per_cycle"]))
+        assert ratio - 1.0 == pytest.approx(one["energy_residual"], abs=1e-12)
     assert abs(float(str(rows[0]["energy_per_cycle"])) / (truth[0] or 0.0) - 1.0) > 0.1
     assert any("the gradient changes its sign from test to test (-0.06" in note for note in campaign.notes)
     assert "measured, at the lag found (+8" in sheet_page(sheets_of(campaign)[0])

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from frictionlab import compare
 from frictionlab.analysis.measurement import measure
 from frictionlab.errors import UsageError
-from frictionlab.inference.comparison import contact_force
+from frictionlab.inference.comparison import contact_force, loop_energy
 from frictionlab.inference.fit import inside, scatter_scale
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer, model_of, shown_by_scores
@@ -37,6 +37,15 @@ def test_the_values_of_a_law_are_found_within_their_errors() -> None:
         assert told["value"] == pytest.approx(value, abs=3.5 * told["u"])
         assert told["u"] < 0.3 * abs(value)
         assert told["lower"] < told["value"] < told["upper"]
+
+
+def test_what_a_lag_does_to_a_loop_is_its_area_with_the_base_shown_late() -> None:
+    rng, tau, late = np.random.default_rng(3), np.linspace(0.0, 2.0 * np.pi, 4001), 0.3
+    mass, base = (rng.normal(size=5) + 1j * rng.normal(size=5) for _ in range(2))
+    shown = [(lines * np.exp(1j * np.outer(tau, np.arange(1, 6)))).real.sum(axis=1) for lines in (mass, base)]
+    behind = (base * np.exp(1j * np.outer(tau - late, np.arange(1, 6)))).real.sum(axis=1)
+    assert loop_energy(mass, base) == pytest.approx(float(np.trapezoid(shown[1], shown[0])), rel=1e-4)
+    assert loop_energy(mass, base, late) == pytest.approx(float(np.trapezoid(behind, shown[0])), rel=1e-4)
 
 
 def test_what_the_scene_declares_of_a_parameter_is_its_prior() -> None:
