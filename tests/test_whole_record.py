@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -268,6 +269,25 @@ def test_a_record_without_a_cycle_is_fitted_as_it_is(kind: str, seconds: float) 
     said = next(w for w in seen.warnings if w.startswith("record: no steady cycle"))
     assert "largest displacement of the base from its first value" in said
     assert "omega_n Y" in said
+
+
+@pytest.mark.parametrize(
+    ("kind", "law"),
+    [
+        ("random", {"law": "coulomb+speed", "parameters": {"contact_damping_ratio": 0.03}}),
+        ("start-up", {"mu": 1.4}),
+    ],
+)
+def test_the_error_of_a_law_that_misses_a_record_holds_what_it_misses(kind: str, law: dict[str, Any]) -> None:
+    """A contact outside the law fitted: the error stated was 3 to 4 times too small."""
+    truth = Problem(1.0, 0.3, frame_damping_ratio=0.01, **law)
+    recording, largest = unsteady(kind, truth, 6.0 if kind == "start-up" else 20.0)
+    seen = fl.compare(recording, SCENE, law="coulomb", fit="whole")
+    own = seen.parameters["beta"]
+    assert abs(own["value"] / (0.3 * Y / largest) - 1.0) > 0.05
+    assert abs(own["value"] - 0.3 * Y / largest) < 2.0 * own["u"]
+    assert seen.budget["friction_ratio"]["the law itself"] > 0.5 * own["u"]
+    assert any("its error holds the difference" in said for said in seen.warnings)
 
 
 def test_a_simulation_under_the_identified_law_is_the_record() -> None:

@@ -17,7 +17,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
-from frictionlab.inference.diagnose import diagnose, strained_facts
+from frictionlab.inference.diagnose import against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.material_law import MaterialLaw
@@ -504,6 +504,8 @@ def _without_cycle(
     record, motion = follow(observation, values, fits_start=False), observation.motion(values)
     if motion is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
+    misses = not explains(found.fit, [0])
+    found, moved_by_law = against_richer(found) if misses or found.strained else (found, [])
     found, amplitude = _over_time(found, record), Estimate(observation.unit, 0.0)
     newtons = friction_of(found, scene, amplitude)
     if observation.unit_u:  # noise of Y changes the number that a force is expressed by, not the force
@@ -517,9 +519,9 @@ def _without_cycle(
     left = observation.nrmse(found.fit.residual())
     missed = (
         f"verdict: {observation.law.name} does not explain this record: it leaves {100.0 * left:.2g} % of the motion;"
-        " the errors of its values do not hold what another law (--law) would say"
+        " --law auto looks for one that does"
     )
-    begun = (no_cycle,) if explains(found.fit, [0]) else (no_cycle, missed)
+    begun = (no_cycle, *([missed] if misses else []), *moved_by_law)
     known = (*scene.rig.doubts, *recording.source.warnings, *begun, *said, *strained_facts(found, scene))
     comparison = _comparison(
         found,

@@ -67,8 +67,8 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     observation = cycle_of(found.tests[0])
     if not found.unknowns:
         return Diagnosis(found, strained, tuple(said))
-    if (strained or not explained) and observation.law.kind == "rigid":
-        found, more = _richer(found)
+    if strained or not explained:
+        found, more = against_richer(found)
         said += more
     causes, enough = _causes(observation), ANSWERS
     if explained and not strained and observation.r <= NEAR_RESONANCE:
@@ -307,14 +307,14 @@ def varied_friction(found: Posterior, tests: Sequence[int]) -> tuple[float, floa
     ``tests``: of one material, fitted together; the ratio is that of the first, what is left the rms of their nrmse.
     None where the law takes no such term, has no motion with it, or misses hardly less (`BETTER`).
     """
-    observation = cycle_of(found.tests[tests[0]])
-    more = [term for term in RICHER if not observation.law.has(term)]
-    if not more or observation.law.kind != "rigid":
+    law = found.law(tests[0])
+    more = [term for term in RICHER if not law.has(term)]
+    if not more or law.kind != "rigid":
         return None
-    richer, values = law_of("+".join((observation.law.name, *more))), found.values(tests[0])
-    free = [cycle_of(found.tests[i]).under(richer).metered(Meter(0.5 * WORK * len(tests))) for i in tests]
+    richer, values = law_of("+".join((law.name, *more))), found.values(tests[0])
+    free = [found.tests[i].observation.under(richer).metered(Meter(0.5 * WORK * len(tests))) for i in tests]
     try:
-        if len(free) > 1:
+        if len(free) > 1 or free[0].shows_rig:
             fit = infer(free, near=values | {"gradient": 0.05}).fit
         else:
             model = model_of(free)
@@ -329,26 +329,25 @@ def varied_friction(found: Posterior, tests: Sequence[int]) -> tuple[float, floa
     return (shared, leaves) if leaves < BETTER * before else None
 
 
-def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
-    """The posterior whose errors hold what place and speed in the law, or the energy of the loop, say instead.
+def against_richer(found: Posterior) -> tuple[Posterior, list[str]]:
+    """Return the posterior of one test whose errors hold what its law misses, and what is to be said of it.
 
-    Friction that a law does not know of moves the friction ratio that it finds, and these show by how much: at the edge
-    of sticking a fit looks certain however wrong it is, and energy over path has no edge.
+    By how much place and speed in the law, or the energy of the motion over its path, would move the friction ratio: at
+    the edge of sticking a fit looks certain however wrong it is, and energy over path has no edge. Only rigid laws are
+    held against these.
     """
-    beta = found.fit.find("beta")
-    if beta is None:
+    beta, observation = found.fit.find("beta"), found.tests[0].observation
+    if beta is None or observation.law.kind != "rigid":
         return found, []
-    observation = cycle_of(found.tests[0])
     own, said, apart, leaves = found.values()["beta"], "", 0.0, 0.0
     varied = varied_friction(found, [0])
     if varied is not None:
         apart, leaves = varied
         said = f"{own:.4g} under this law, {apart:.4g} if friction may vary with place and speed"
-    loop_tells = observation.single and not observation.law.has("speed")
-    if loop_tells and (not apart or leaves > EXPLAINED * observation.floor):
-        energy = observation.loop_friction_ratio
-        if abs(energy - own) > abs(apart - own if apart else 0.0) and abs(energy / own - 1.0) > 0.01:
-            apart, said = energy, f"{own:.4g} under this law, {energy:.4g} by the energy of the loop over its path"
+    if not apart or leaves > EXPLAINED * observation.floor:
+        energy, least = observation.friction_by_energy, abs(apart - own) if apart else 0.0
+        if energy is not None and abs(energy - own) > max(least, 0.01 * own):
+            apart, said = energy, f"{own:.4g} under this law, {energy:.4g} by the energy taken in over the path"
     if not apart:
         return found, []
     shift = np.zeros(len(found.unknowns))

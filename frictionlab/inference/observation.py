@@ -132,6 +132,11 @@ class Observation(ABC):
         """What is not known of the law."""
         return of_law(self.law, self.held, self.sources.infer)
 
+    @property
+    def friction_by_energy(self) -> float | None:
+        """Friction ratio as energy over the path slid, which needs no law but Coulomb's; None: not known."""
+        return None
+
     @abstractmethod
     def motion(self, values: Values, near: Any = None) -> Any:
         """Return the simulated motion, before the sensors; None where there is none. ``near``: one to begin from."""

@@ -307,6 +307,11 @@ class CycleObservation(OfCycles):
         """Friction ratio as energy over the path slid, eq. (2.23)."""
         return self.loop_energy / float(np.abs(np.diff(self.slid, append=self.slid[:1])).sum())
 
+    @property
+    def friction_by_energy(self) -> float | None:
+        """Friction ratio as energy over the path slid; None of several masses, or with a dashpot."""
+        return self.loop_friction_ratio if self.single and not self.law.has("speed") else None
+
     def gain_and_phase(self, first: complex, values: Values) -> tuple[float, float]:
         """Return gain, and phase (rad of the drive) by which a cycle is shown; ``first``: its first harmonic, over Y.
 

@@ -155,6 +155,23 @@ class RecordObservation(Observation):
                 shown = shown + values[name] * self.swing * place**power
         return np.asarray(shown)
 
+    @property
+    def friction_by_energy(self) -> float | None:
+        """Friction ratio as energy over the path slid, from the first sample to the last, the rig as it is known.
+
+        What the base puts in, ``int y dx``, less what spring and mass hold at the end and the frame's dashpot takes.
+        None for a wall that moves, or with a dashpot at the contact.
+        """
+        if self.wall != "fixed" or self.law.has("speed"):
+            return None
+        time, penalty = self._turn_of_frame({}) * self.time, best_penalty(self.data, self.noise)
+        x = self.data - self.start["offset"] if not penalty else spline(self.data - self.start["offset"], penalty)
+        speed, rate = np.gradient(x, time), np.gradient(self.base, time)
+        taken = 2.0 * self.held.get("frame_damping_ratio", 0.0) * (speed - rate) * speed
+        stored = 0.5 * float(x[-1] ** 2 - x[0] ** 2 + speed[-1] ** 2 - speed[0] ** 2)
+        path = float(np.abs(np.diff(x)).sum())
+        return (float(np.trapezoid(self.base * speed - taken, time)) - stored) / path if path else None
+
     def shaken(self, values: Values, runs: int) -> FloatArray:
         """Return changes (runs, n) of the record by what is left in the base of its sensor's noise."""
         here, rng, changes = self.predict(values), np.random.default_rng(runs), []

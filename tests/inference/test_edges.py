@@ -24,7 +24,7 @@ def test_a_fit_at_the_edge_of_sticking_is_not_sure_beside_a_misfit(
     found = compare(seen, scene(model={"static_ratio": static}))
     assert found.verdict == "misfit"
     assert found.friction_ratio == pytest.approx(beta, abs=1.5 * (found.friction_ratio_u or 0.0))
-    assert any("by the energy of the loop over its path" in w for w in found.warnings)
+    assert any("by the energy taken in over the path" in w for w in found.warnings)
 
 
 @pytest.mark.parametrize(("r", "damping"), [(0.4, 0.0), (1.05, 0.0055)])
