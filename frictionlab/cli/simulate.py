@@ -105,7 +105,7 @@ def simulate(
         raise UsageError(f"--all: expected neither --cycles nor --solver; got {', '.join(given[:1] + given[2:])}")
     if known and _is_frame(known):
         amplitude = rubbing.base_amplitude or known.plan.base_amplitudes_m[0]
-        frame = _structure(rubbing, known, given)(r, amplitude)
+        frame = _structure(rubbing, known, [option for option in given if option != "--all"])(r, amplitude)
         _settle(frame, Units(amplitude, known.rig.stiffness), to, every=every, solver=solver, cycles=cycles)
         return
     _settle(*_posed(r, rubbing, known), to, every=every, solver=solver, cycles=cycles)
@@ -200,7 +200,7 @@ def _settle(
     problem: "Problem | Structure", units: Units | None, to: Results, *, every: bool, solver: Any, cycles: int | None
 ) -> None:
     """Solve the steady state, run some cycles from rest, or find all states: one row each, the most visited first."""
-    from frictionlab.simulator import Problem, coexisting
+    from frictionlab.simulator import coexisting
     from frictionlab.simulator.state import KEYS
     from frictionlab.verbs.simulating import simulate
 
@@ -210,7 +210,7 @@ def _settle(
         if every and is_tree:
             raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
     figure, start = to.figure("motion"), time.perf_counter()
-    found = coexisting(problem) if every and isinstance(problem, Problem) else ()
+    found = coexisting(problem) if every else ()
     states: list[SteadyState] = [each.state for each in found] or [simulate(problem, cycles=cycles, solver=solver)]
     seconds = time.perf_counter() - start
     rows: list[Row] = [{**dict.fromkeys(KEYS), "wall_s": seconds, **state.row()} for state in states]

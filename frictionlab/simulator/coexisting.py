@@ -3,19 +3,22 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from frictionlab.errors import UsageError
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.solve import flow_of, steady_state
 from frictionlab.simulator.state import SteadyState
+from frictionlab.simulator.structure import Structure
 from frictionlab.simulator.sweep import warm_up
 
 SAME = 1e-6  # orbits whose energy and amplitude differ by less, over the largest, are one (mirror images are)
-STARTS, NUMERIC_STARTS = 200, 50  # where slides are exact, and where each takes a tenth of a second
+STARTS, FEWER = 200, 50  # of one mass with exact slides, and where each takes a tenth of a second
 WORTH_COMPILING = 20  # starts
+MOST = 64  # rounds that find a golden ratio, the root of x^(d + 1) = x + 1, to rounding
 LOOKS = 2e8  # at slides, from all rigid starts together: some 20 s; what is left of the starts then is "not found"
 OF_REST = Note.REST_STILL_FAR | Note.MAY_COEXIST | Note.MAY_GO_ON
-GOLDEN = (0.7548776662466927, 0.5698402909980532)  # steps of the plane's golden ratio: even, and the same every time
 
 
 @dataclass(frozen=True)
@@ -27,15 +30,15 @@ class Attractor:
     state : SteadyState
         "periodic", "stuck" (rest anywhere), or "not found": the motion has not repeated within the cycles waited for.
     share : float
-        Share of the starts, 0 to 1: displacements and velocities spread evenly over twice the reach of the motion from
-        rest (at least Y and omega Y).
+        Share of the starts, 0 to 1: displacements and velocities of the masses spread evenly over twice the reach of
+        the motion from rest (at least Y and omega Y).
     """
 
     state: SteadyState
     share: float
 
 
-def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attractor, ...]:
+def coexisting(problem: Problem | Structure, *, starts: int | None = None) -> tuple[Attractor, ...]:
     """Return the steady states that motions from many starts settle on, the most visited one first.
 
     Where friction neither falls from rest nor with speed, nor varies along the path, there is one and no search is
@@ -43,11 +46,11 @@ def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attracto
 
     Parameters
     ----------
-    problem : Problem
-        With any contact law.
+    problem : Problem or Structure
+        With any contact laws.
     starts : int, optional
-        Number of starts (200 where slides are exact, else 50); a basin of share s is missed with probability
-        (1 - s)^starts.
+        Number of starts (200 of one mass where slides are exact, else 50); a basin of share s is missed with
+        probability (1 - s)^starts.
 
     Raises
     ------
@@ -63,7 +66,7 @@ def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attracto
     [3]
     """
     if starts is None:
-        starts = STARTS if problem.law.is_exact else NUMERIC_STARTS
+        starts = STARTS if isinstance(problem, Problem) and problem.is_exact else FEWER
     if starts < 1:
         raise UsageError(f"all steady states: starts; expected at least 1; got {starts}")
     first = steady_state(problem)
@@ -81,15 +84,18 @@ def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attracto
     return tuple(Attractor(state, count / starts) for state, (_, count) in zip(alone, groups, strict=True))
 
 
-def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[SteadyState]:
-    """What the motion from each start settles on."""
-    reach = 2.0 * max(1.0, first.response_amplitude or 0.0)
-    places = [tuple(reach * (2.0 * ((0.5 + step * number) % 1.0) - 1.0) for step in GOLDEN) for number in range(starts)]
-    if not problem.law.is_exact and starts >= WORTH_COMPILING:
-        warm_up(problem.law.name)
-    flow, looks = flow_of(problem), LOOKS  # for all starts together
-    for x, v in places:
-        state, looks = flow.steady_from(x, v, looks)
+def _settled(problem: Problem | Structure, first: SteadyState, starts: int) -> Iterator[SteadyState]:
+    """What the motion from each start settles on: starts step by the golden ratio of their space, evenly."""
+    if not problem.is_exact and starts >= WORTH_COMPILING:
+        warm_up(first.problem.law.name)
+    flow, looks, golden = flow_of(problem), LOOKS, 1.5  # looks: for all starts together
+    size = 2 * flow.masses
+    for _ in range(MOST):
+        golden = (1.0 + golden) ** (1.0 / (size + 1))
+    reach = 2.0 * np.maximum(1.0, first.response_amplitudes or (first.response_amplitude or 0.0,))
+    for number in range(starts):
+        shares = 2.0 * ((0.5 + number * golden ** -np.arange(1.0, size + 1.0)) % 1.0) - 1.0
+        state, looks = flow.steady_from(reach * shares[: size // 2], reach * shares[size // 2 :], looks)
         yield state
 
 
@@ -99,5 +105,6 @@ def _is_same(one: SteadyState, other: SteadyState) -> bool:
         return False
     if one.outcome != "periodic":
         return True
-    pairs = ((one.energy_per_cycle, other.energy_per_cycle), (one.response_amplitude, other.response_amplitude))
+    pairs = [(one.energy_per_cycle, other.energy_per_cycle), (one.response_amplitude, other.response_amplitude)]
+    pairs += zip(one.response_amplitudes, other.response_amplitudes, strict=True)
     return all(abs((a or 0.0) - (b or 0.0)) <= SAME * max(abs(a or 0.0), abs(b or 0.0)) for a, b in pairs)

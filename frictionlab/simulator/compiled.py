@@ -10,7 +10,6 @@ import importlib
 import logging
 import os
 import tempfile
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -18,6 +17,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 numba: Any = importlib.import_module("numba")  # its types are none that a formula in numbers could name
+llvm: Any = importlib.import_module("llvmlite.ir")
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -54,6 +54,7 @@ def _prepared(folder: Path) -> bool:
 
 FOLDER = _machine_code_folder()
 _ANNOUNCED: set[Path] = set()
+_CALLED: list[Any] = []  # functions called by their address
 OPTIONS = {"cache": _prepared(FOLDER), "error_model": "numpy"}
 
 
@@ -91,9 +92,7 @@ def entry(function: Function) -> Function:
     @functools.wraps(function)
     def called(*arguments: Any) -> Any:
         if not made:
-            with warnings.catch_warnings():  # a tuple of formulas: numba calls their type experimental
-                warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
-                made.append(dispatcher.compile(tuple(numba.typeof(argument) for argument in arguments)))
+            made.append(dispatcher.compile(tuple(numba.typeof(argument) for argument in arguments)))
         return made[0](*arguments)
 
     return cast("Function", called)
@@ -105,9 +104,34 @@ def record_of(kind: np.dtype[Any], count: int = 1) -> Any:
     return array.view(np.recarray) if numba.config.DISABLE_JIT else array  # fields as attributes in plain Python too
 
 
-def callback(function: Callable[..., Any], signature: Any) -> Any:
-    """Compile a function at once, to be handed to compiled ones: all of one signature are of one type for them."""
-    return _kept(numba.cfunc(signature, **OPTIONS), function)
+@functools.cache
+def address_of(function: Callable[..., Any], signature: Any) -> int:
+    """Compile a function at once and return its address, by which compiled ones call it; in plain Python its number."""
+    _CALLED.append(_kept(numba.cfunc(signature, **OPTIONS), function))
+    return len(_CALLED) - 1 if numba.config.DISABLE_JIT else int(_CALLED[-1].address)
+
+
+def caller(signature: Any) -> Any:
+    """Return what calls, from compiled code, a function of a signature: of its address and a tuple of arguments.
+
+    An address in a record costs nothing at a call from Python, where a function's type is looked up each time.
+    """
+    if numba.config.DISABLE_JIT:
+        return lambda address, arguments: _CALLED[address](*arguments)
+
+    def typed(_typing: Any, address: Any, arguments: Any) -> Any:
+        def lowered(context: Any, builder: Any, called: Any, values: Any) -> Any:
+            kinds = [context.get_value_type(kind) for kind in signature.args]
+            kind = llvm.FunctionType(context.get_value_type(signature.return_type), kinds).as_pointer()
+            parts = zip(
+                numba.core.cgutils.unpack_tuple(builder, values[1]), called.args[1], signature.args, strict=True
+            )
+            given = [context.cast(builder, value, own, wanted) for value, own, wanted in parts]
+            return builder.call(builder.inttoptr(values[0], kind), given)
+
+        return signature.return_type(address, arguments), lowered
+
+    return numba.extending.intrinsic(typed)
 
 
 def _kept(decorate: Callable[[Any], Any], function: Any) -> Any:

@@ -2,9 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from itertools import pairwise
-from math import ceil
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,12 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.structure import Structure
 
 TURN = 2.0 * np.pi
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
-PANEL = 0.5  # of the shortest of natural and drive's time scale: far below rounding between events
-SECANTS = 8  # to a turn of the motion: its time to 1e-9 of a step, its place to rounding
 
 
 @dataclass(frozen=True)
@@ -96,16 +90,6 @@ class Timeline:
         return local, turns
 
 
-class Nodes(NamedTuple):
-    """A motion where integrals are taken: times (k,), weights, displacements and velocities (k, n), forces (k, c)."""
-
-    tau: FloatArray
-    weight: FloatArray
-    q: FloatArray
-    v: FloatArray
-    force: FloatArray
-
-
 class Motion(ABC):
     """A motion of one problem, made of phases: evaluated anywhere between its start and its end, or ever if periodic.
 
@@ -115,10 +99,13 @@ class Motion(ABC):
         What moves; of several masses, as the first contact has it.
     timeline : Timeline
         When its phases are.
+    sums : record of `exact.account.NUMBERS`
+        What it does in all: energies, ways, ranges.
     """
 
     problem: Problem
     timeline: Timeline
+    sums: Any
     solver: ClassVar[str]
 
     @property
@@ -138,16 +125,6 @@ class Motion(ABC):
         """
 
     @property
-    def nodes(self) -> Nodes:
-        """Where integrals over the motion are taken: Gauss-Legendre's, in panels cut where phases begin."""
-        longest = PANEL * min(self.problem.r, 1.0 / self.problem.base.harmonics)
-        marks = np.unique(np.append(self.timeline.begins, self.end))
-        cuts = [np.linspace(a, b, ceil((b - a) / longest) + 1)[:-1] for a, b in pairwise(marks)]
-        half = 0.5 * np.diff(np.concatenate((*cuts, [self.end])))
-        tau = ((np.concatenate(cuts) + half)[:, None] + half[:, None] * NODES).ravel()
-        return Nodes(tau, (half[:, None] * WEIGHTS).ravel(), *self.all_at(tau))
-
-    @property
     def start(self) -> float:
         """Begin of the motion, rad."""
         return self.timeline.start
@@ -156,23 +133,6 @@ class Motion(ABC):
     def end(self) -> float:
         """End of the motion (or of its first period), rad."""
         return self.timeline.end
-
-    def range_of(self, mass: int = 0) -> tuple[float, float]:
-        """Least and largest displacement of a mass (from 0)."""
-        nodes, ends = self.nodes, self.all_at((self.start, self.end))[1][:, mass]
-        times = np.concatenate(([self.start], nodes.tau, [self.end]))
-        rates = np.concatenate((ends[:1], nodes.v[:, mass], ends[1:]))
-        turns = np.flatnonzero(rates[:-1] * rates[1:] < 0.0)
-        one, other = (times[turns], rates[turns]), (times[turns + 1], rates[turns + 1])
-        for _ in range(SECANTS if len(turns) else 0):  # Illinois: x is stationary there, so few steps do
-            middle = other[0] - other[1] * (other[0] - one[0]) / (other[1] - one[1])
-            rate = self.all_at(middle)[1][:, mass]
-            passed = rate * other[1] < 0.0
-            one = np.where(passed, other[0], one[0]), np.where(passed, other[1], 0.5 * one[1])
-            other = middle, rate
-        q = self.all_at(np.concatenate((self.timeline.begins, [self.end], other[0])))[0]
-        x = np.concatenate((nodes.q[:, mass], q[:, mass]))
-        return float(x.min()), float(x.max())
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
         """Return displacement x and velocity x' of the mass at any times, to rounding.
@@ -260,22 +220,3 @@ class Energies(NamedTuple):
     loop: float | None
     contact: float
     frame: float
-
-
-def energies_of(motion: Motion, frame: Structure) -> tuple[Energies, FloatArray, float]:
-    """Return the energies of a motion per cycle, what each contact takes (c,), and what goes in less what is taken."""
-    nodes, base, contacts = motion.nodes, frame.base, frame.contacts
-    f, rate = base.at(nodes.tau), base.rate_at(nodes.tau)
-    follows = np.array([float(contact.against == "base") for contact in contacts])
-    rows = np.array([frame.row(contact) for contact in contacts]).reshape(-1, frame.masses)
-    drag = frame.r * (nodes.v - rate[:, None]) @ frame.damping  # on the masses, by the frame's dashpots
-    pull = -(nodes.q @ frame.stiffness + drag).sum(axis=1)  # on the base; and f, whose work is nothing in a cycle
-    weight = nodes.weight / round((motion.end - motion.start) / TURN)
-    taken = weight @ (nodes.force * (nodes.v @ rows.T - np.outer(rate, follows)))
-    put_in = float(weight @ ((pull - nodes.force @ follows) * rate))
-    lost = float(weight @ np.sum(drag * (nodes.v - rate[:, None]), axis=1))
-    loop, contact = float(weight @ (f * nodes.v[:, 0])), float(taken.sum())
-    alone = frame.masses == 1 and not follows.any() and not frame.damping.any()
-    if motion.timeline.periodic and alone:
-        loop = contact  # it encloses what is taken
-    return Energies(loop, contact, lost), taken, abs(put_in - contact - lost)

@@ -8,7 +8,7 @@ import numpy as np
 
 from frictionlab.schema import AMPLITUDE, ENERGY, STOPS, value_of
 from frictionlab.simulator import row as places
-from frictionlab.simulator.motion import Energies, Motion, energies_of
+from frictionlab.simulator.motion import Energies, Motion
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.structure import Structure
@@ -255,24 +255,27 @@ def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
 
     `response_amplitudes` and `contacts` are of all masses and contacts, the others of the first ones.
     """
-    energies, taken, gap = energies_of(motion, frame)
-    ranges, contacts = [motion.range_of(mass) for mass in range(frame.masses)], []
-    for number, contact in enumerate(frame.contacts):
+    sums, cycles, contacts = motion.sums, round((motion.end - motion.start) / (2.0 * pi)), []
+    taken = sums["contact"][: len(frame.contacts)] / cycles
+    loop, contact, lost = float(sums["loop"]) / cycles, float(taken.sum()), float(sums["frame"]) / cycles
+    follows = any(known.against == "base" for known in frame.contacts)
+    if motion.timeline.periodic and frame.masses == 1 and not follows and not frame.damping.any():
+        loop = contact  # it encloses what is taken
+    for number, known in enumerate(frame.contacts):
         stops = motion.stops_of(number)
         at_begin = stops[:1, 0] <= motion.start + 1e-12
         is_fresh = motion.timeline.periodic and not np.any(stops[-1:, 1] >= motion.end - 1e-12)
         begun = len(stops) - (0 if is_fresh else int(np.count_nonzero(at_begin)))
         stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (motion.end - motion.start)
-        holds = stuck > 1.0 - 1e-12 or taken[number] <= CREEP * contact.beta
-        named = (contact.mass, contact.against, contact.law.name, float(taken[number]))
-        cycles = round((motion.end - motion.start) / (2.0 * pi))
+        holds = stuck > 1.0 - 1e-12 or taken[number] <= CREEP * known.beta
+        named = (known.mass, known.against, known.law.name, float(taken[number]))
         contacts.append(ContactNumbers(*named, *((0.0, 1.0) if holds else (begun / cycles, stuck))))
-    amplitudes = tuple(0.5 * (high - low) for low, high in ranges)
-    sticks = any(contact.stops_per_cycle or contact.stuck_fraction == 1.0 for contact in contacts)
-    is_stuck = bool(contacts) and all(contact.stuck_fraction == 1.0 for contact in contacts)
+    amplitudes = tuple((0.5 * (sums["high"] - sums["low"])[: frame.masses]).tolist())
+    sticks = any(each.stops_per_cycle or each.stuck_fraction == 1.0 for each in contacts)
+    is_stuck = bool(contacts) and all(each.stuck_fraction == 1.0 for each in contacts)
     return {
-        "energies": energies,
-        "closure_error": gap,
+        "energies": Energies(loop, contact, lost),
+        "closure_error": abs(float(sums["gap"])) / cycles,
         "response_amplitude": amplitudes[0],
         "response_amplitudes": amplitudes,
         "orbit": motion,

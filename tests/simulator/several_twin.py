@@ -5,7 +5,7 @@ call; which contacts hold after an event is tried out one by one.
 """
 
 from itertools import product
-from math import cos, inf, pi, sin
+from math import cos, floor, inf, pi, sin
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ class Twin:
         self.modes = [0] * len(structure.contacts)
         self.anchors = np.zeros(len(structure.contacts))
         self.stops, self.stuck = 0, 0.0  # of the first contact
+        self.method, self.passed = "DOP853", []  # states at whole radians
 
     @classmethod
     def of_one(cls, problem: Problem) -> "Twin":
@@ -142,14 +143,15 @@ class Twin:
             self.modes[i] = int(np.sign(speed)) if slips else 0
         self.settle(tau, z, resting)
         while tau < span:
-            ahead = min(span, tau + 1.0)
+            ahead = min(span, floor(tau) + 1.0)
             step: Any = solve_ivp(
-                self.slope, (tau, ahead), z, "DOP853", rtol=RTOL, atol=1e-14, max_step=0.05, dense_output=True
+                self.slope, (tau, ahead), z, self.method, rtol=RTOL, atol=1e-14, max_step=0.05, dense_output=True
             )
             end, which = self.first(step, self.events(), tau, ahead)
             self.stuck += end - tau if self.modes[0] == 0 else 0.0
             z, tau = step.sol(end), end
             if which is None:
+                self.passed.append(z)
                 continue
             i, side, _ = which
             slid = self.modes[0] != 0

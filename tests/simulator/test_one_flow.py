@@ -77,7 +77,7 @@ def test_the_derivative_of_a_run_is_its_difference_quotient(systems: Any) -> Non
         legs[0], end, code = (tau, span, 1, 1.0), np.empty(size), MISSING
         works[0]["left"] = np.inf
         while code == MISSING:
-            code = answer.carry_on(orbit.Carrier(systems, works, np.empty((0, 0))), legs, start.copy(), end, True)
+            code = answer.carry_on(systems, works, np.empty((0, 0)), legs, start.copy(), end, True)
             if code == MISSING:
                 make_phase(systems, works)
         assert code == DONE

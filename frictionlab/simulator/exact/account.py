@@ -12,7 +12,7 @@ from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import callback, entry, inner
+from frictionlab.simulator.compiled import address_of, caller, entry, inner
 from frictionlab.simulator.exact.motion import (
     WORK,
     base_at_time,
@@ -103,7 +103,7 @@ def rate_at(system: Any, work: Any, slot: int, t: float) -> float:
 @inner
 def integrate(system: Any, work: Any, slot: int, length: float, numbers: Any) -> None:
     """Add what flows in the phase at hand, by Gauss and Legendre's rule in panels, exact to rounding."""
-    n, t = system.masses, 0.0
+    t = 0.0
     while t < length:
         reach, rule = rate_at(system, work, slot, t) * (length - t), 0
         while rule < len(PANELS) - 1 and reach >= PANELS[rule]:
@@ -113,26 +113,38 @@ def integrate(system: Any, work: Any, slot: int, length: float, numbers: Any) ->
         t = length if reach < PANELS[-1] else t + 2.0 * half
         for k in range(COUNTS[rule]):
             modes_at(system, work, slot, middle + half * NODES[rule, k])
-            weight, f, rate = half * WEIGHTS[rule, k], work.f[0], work.f[1]
             for c in range(system.contacts):
-                force = 0.0
-                if system.dashpot[c] != 0.0:
-                    speed = place_of(system, work.now_v, c, rate)
-                    force = system.dashpot[c] * speed
-                    numbers.dashpot[c] += weight * force * speed
-                    numbers.contact[c] += weight * force * speed
-                if system.follow[c] != 0.0:  # what rubs against the base works on the mass beyond its own slip
-                    numbers.gap -= weight * (contact_force(system, work, slot, c) - force) * rate
-            for a in range(n):
-                drive, drag, thick = system.push[a, 0] * f + system.push[a, 1] * rate, 0.0, 0.0
-                for b in range(n):
-                    if system.damping[a, b] != 0.0:
-                        drag += system.damping[a, b] * work.now_v[b]
-                        thick += of_frame(system, a, b) * (work.now_v[b] - system.moves * rate)
-                numbers.gap += weight * (drive - drag) * work.now_v[a]
-                numbers.input += weight * drive * work.now_v[a]
-                numbers.frame += weight * thick * (work.now_v[a] - system.moves * rate)
-            numbers.loop += weight * f * work.now_v[0]
+                if system.follow[c] != 0.0:
+                    speed = place_of(system, work.now_v, c, work.f[1])
+                    work.force[c] = contact_force(system, work, slot, c) - system.dashpot[c] * speed
+            add_flows(system, work, half * WEIGHTS[rule, k], work.f[0], numbers)
+
+
+@inner
+def add_flows(system: Any, work: Any, weight: float, y: float, numbers: Any) -> None:
+    """Add what flows at a moment, times a weight, but for friction; y: displacement of the base.
+
+    Of the moment `now_q`, `now_v` and `f` are written, and `force` of contacts that follow the base, without dashpots.
+    """
+    n, f, rate = system.masses, work.f[0], work.f[1]
+    for c in range(system.contacts):
+        if system.dashpot[c] != 0.0:
+            speed = place_of(system, work.now_v, c, rate)
+            lost = weight * system.dashpot[c] * speed * speed
+            numbers.dashpot[c] += lost
+            numbers.contact[c] += lost
+        if system.follow[c] != 0.0:  # what rubs against the base works on the mass beyond its own slip
+            numbers.gap -= weight * work.force[c] * rate
+    for a in range(n):
+        drive, drag, thick = system.push[a, 0] * f + system.push[a, 1] * rate, 0.0, 0.0
+        for b in range(n):
+            if system.damping[a, b] != 0.0:
+                drag += system.damping[a, b] * work.now_v[b]
+                thick += of_frame(system, a, b) * (work.now_v[b] - system.moves * rate)
+        numbers.gap += weight * (drive - drag) * work.now_v[a]
+        numbers.input += weight * drive * work.now_v[a]
+        numbers.frame += weight * thick * (work.now_v[a] - system.moves * rate)
+    numbers.loop += weight * y * work.now_v[0]
 
 
 @inner
@@ -213,21 +225,26 @@ def evaluate_all(
     evaluate(systems[0], works[0], pieces, index, within, found)
 
 
-def account(systems: Any, works: Any, pieces: FloatArray, begin: int, count: int, sums: Any) -> int:
+@inner
+def clear(system: Any, numbers: Any) -> None:
+    """Begin new sums."""
+    numbers.gap = numbers.input = numbers.loop = numbers.frame = 0.0
+    for a in range(system.masses):
+        numbers.high[a], numbers.low[a] = -np.inf, np.inf
+    for c in range(system.contacts):
+        numbers.contact[c] = numbers.dashpot[c] = numbers.path[c] = numbers.stuck[c] = 0.0
+        numbers.stops[c] = 0
+
+
+def account(system: Any, work: Any, pieces: FloatArray, begin: int, count: int, numbers: Any) -> int:
     """Write what a motion does in recorded pieces from one to before another, as NUMBERS; return the latter's number.
 
     From the first piece on sums are new, else they go on. Under a sampled base, whose cubic is about the begin of the
     piece, ranges and stops are left out. Called by its address.
     """
-    system, work, numbers = systems[0], works[0], sums[0]
     first = 2 + 2 * system.masses + 2 * system.contacts
     if begin == 0:
-        numbers.gap = numbers.input = numbers.loop = numbers.frame = 0.0
-        for a in range(system.masses):
-            numbers.high[a], numbers.low[a] = -np.inf, np.inf
-        for c in range(system.contacts):
-            numbers.contact[c] = numbers.dashpot[c] = numbers.path[c] = numbers.stuck[c] = 0.0
-            numbers.stops[c] = 0
+        clear(system, numbers)
     for k in range(begin, count):
         length, slot = pieces[k, 1], enter(system, work, pieces, k)
         if slot < 0:
@@ -251,13 +268,14 @@ def account(systems: Any, works: Any, pieces: FloatArray, begin: int, count: int
     return count
 
 
-ACCOUNT = callback(
-    account,
-    types.int64(
-        *(types.Array(from_dtype(kind), 1, "C") for kind in (SYSTEM, WORK)),
-        types.Array(types.float64, 2, "C"),
-        types.int64,
-        types.int64,
-        types.Array(from_dtype(NUMBERS), 1, "C"),
-    ),
+SIGNATURE = types.int64(
+    *(from_dtype(SYSTEM), from_dtype(WORK), types.Array(types.float64, 2, "C")),
+    *(types.int64, types.int64, from_dtype(NUMBERS)),
 )
+ACCOUNT, call_account = address_of(account, SIGNATURE), caller(SIGNATURE)
+
+
+@entry
+def account_all(systems: Any, works: Any, pieces: FloatArray, sums: Any) -> int:
+    """Account for all recorded pieces, or steps, of records that stand in arrays of length 1; return how many."""
+    return call_account(systems[0].account, (systems[0], works[0], pieces, 0, len(pieces), sums[0]))

@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import compiled, entry, inner
-from frictionlab.simulator.exact.account import enter
-from frictionlab.simulator.exact.flow import TURN_OF, is_rigid, move_cubic
+from frictionlab.simulator.exact.account import call_account, enter
+from frictionlab.simulator.exact.flow import TURN_OF, Carrier, call_run, is_rigid, move_cubic
 from frictionlab.simulator.exact.motion import base_at_time, contact_force, modes_at, place_of
 from frictionlab.simulator.exact.orbit import (
     ALMOST,
     TURN,
-    Carrier,
     carry,
     copy,
     distance,
@@ -150,7 +149,7 @@ def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
     Under plain dry friction it does wherever a place holds the mass: the distance to a motion at rest never grows. It
     may need endlessly many ever smaller slides, and ends at the edge of the places then; elsewhere such slides show it.
     """
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     if system.masses != 1 or system.contacts != 1 or not is_rigid(system, 0):
         return False
     work.kappa[0] = inf
@@ -243,7 +242,7 @@ def fill_starts(system: Any, work: Any, starts: FloatArray) -> None:
 @inner
 def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
     """Write Den Hartog's motion as an orbit; return whether it is one: a straight way between two turns, no stop."""
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     if not is_plain(system) or system.harmonics != 1 or system.limit[0] == 0.0:
         return False
     drive = abs(system.lines[0]) * (system.inertia[0, 0] if system.follow[0] != 0.0 else 1.0)
@@ -274,7 +273,7 @@ def simple(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, 
 
     Where searches may begin is written to starts.
     """
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     alone = bool(system.alone)
     if is_integrated(system):
         return AWAITED
@@ -300,7 +299,7 @@ def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, row: FloatArray
 
     AWAITED: orbits may coexist, and the motion from rest is to be followed: `wait`.
     """
-    system, work, alone, smooth = flow.systems[0], flow.works[0], bool(flow.systems[0].alone), True
+    system, work, alone, smooth = flow.system, flow.work, bool(flow.system.alone), True
     for c in range(system.contacts):
         smooth = smooth and ((system.up[c] == 1.0 and system.down[c] == 1.0) or is_integrated(system))
     if not smooth:
@@ -321,9 +320,9 @@ def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, row: FloatArray
 @inner
 def wait(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
     """Find the orbit that the motion from a start settles on, from rest where `y[0]` is not a number; an outcome."""
-    system, starts = flow.systems[0], np.empty((3, len(y)))
+    system, starts = flow.system, np.empty((3, len(y)))
     if not is_integrated(system):
-        fill_starts(system, flow.works[0], starts)
+        fill_starts(system, flow.work, starts)
     if isnan(y[0]):
         copy(starts[0], y)
     row[places.MISS], outcome = settle_from(flow, leg, y, starts[2], 2 if system.mirrored else 1)
@@ -333,7 +332,7 @@ def wait(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
 @inner
 def is_symmetric(flow: Any, leg: Any, y: FloatArray, image: FloatArray) -> bool:
     """Return whether an orbit is its own mirror image half a cycle later; the run last carried is that of the orbit."""
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     if leg.sign < 0.0 or leg.turns != 1 or not system.mirrored:
         return leg.sign < 0.0
     n, extent, miss = system.masses, size_of(system, work, y), 0.0
@@ -376,7 +375,7 @@ def fill_energies(system: Any, leg: Any, held: bool, numbers: Any, row: FloatArr
 @inner
 def begin_row(flow: Any, leg: Any, row: FloatArray) -> float:
     """Empty a row; return the evaluations that a search may take, which are written as those left."""
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     if system.masses == 1:
         work.phases.count, work.phases.next = 0, 0
     work.left = min(work.left, system.harmonics * (LOOKS + CYCLES * 10.0 / system.r))
@@ -390,7 +389,7 @@ def begin_row(flow: Any, leg: Any, row: FloatArray) -> float:
 @inner
 def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: Any, row: FloatArray) -> None:
     """Fill the row of what was found with so many evaluations given; an orbit is that of the run last carried."""
-    system, work, image = flow.systems[0], flow.works[0], np.empty(len(y))
+    system, work, image = flow.system, flow.work, np.empty(len(y))
     outcome = LACKING if work.phases.missing else COSTLY if work.left < 0.0 else found
     work.spent, work.left = given - (work.left if work.left < inf else work.spent), inf
     row[places.OUTCOME] = float(outcome)
@@ -411,62 +410,84 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
         row[places.OUTCOME] = LACKING if work.phases.missing else OVERFULL
         return
     held = (work.path == 0.0 or outcome == STUCK) and system.contacts > 0
-    flow.account(flow.systems, flow.works, flow.pieces, 0, work.count, sums)
-    fill_energies(system, leg, held, sums[0], row)
+    call_account(system.account, (system, work, flow.pieces, 0, work.count, sums))
+    fill_energies(system, leg, held, sums, row)
 
 
 @inner
 def name_solver(flow: Any, leg: Any, closed: int, row: FloatArray) -> None:
     """Name the solver of an orbit that is Den Hartog's, from one turn to the next without a stop."""
-    system, straight = flow.systems[0], flow.works[0].signature == 1 + TURN_OF and leg.sign < 0.0
+    system, straight = flow.system, flow.work.signature == 1 + TURN_OF and leg.sign < 0.0
     if closed != NEVER_CLOSED and row[places.OUTCOME] == PERIODIC and straight and is_plain(system) and system.limit[0]:
         row[places.SOLVER] = places.CLOSED_FORM if system.harmonics == 1 else places.EXACT
 
 
 @entry
-def solve(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, rows: FloatArray, left: float) -> None:
-    """Fill the rows (k, ROW) of the steady states that rest settles on, of the systems of a flow, each by itself.
+def solve(
+    systems: Any,
+    works: Any,
+    pieces: FloatArray,
+    legs: Any,
+    ys: FloatArray,
+    closed: int,
+    sums: Any,
+    rows: FloatArray,
+    left: float,
+) -> None:
+    """Fill the rows (k, ROW) of the steady states that rest settles on, of systems, each by itself.
 
     Starts of the orbits are written to `ys` (k, size); leg, pieces and sums (NUMBERS) are the last one's. A row whose
     outcome is AWAITED is `wait_for`'s. `left`: evaluations that each may take, if those are fewer than its own share.
     """
     leg, starts = legs[0], np.empty((3, ys.shape[1]))
     for k in range(len(rows)):
-        one = Carrier(flow.systems[k : k + 1], flow.works, flow.pieces, flow.formulas, flow.run, flow.account)
-        flow.works[0].left = left
+        one, works[0].left = Carrier(systems[k], works[0], pieces), left
         given = begin_row(one, leg, rows[k])
         found = simple(one, leg, starts, ys[k], closed, rows[k])
         if found == AWAITED:
-            if is_integrated(one.systems[0]):
+            if is_integrated(one.system):
                 copy(ys[k], starts[0])
                 found = shot(one, leg, starts[:1], ys[k], rows[k])
             else:
-                found = shot(one, leg, starts[: 3 if one.systems[0].sliders else 2], ys[k], rows[k])
-        end_row(one, leg, ys[k], found, given, sums, rows[k])
+                found = shot(one, leg, starts[: 3 if one.system.sliders else 2], ys[k], rows[k])
+        end_row(one, leg, ys[k], found, given, sums[0], rows[k])
         name_solver(one, leg, closed, rows[k])
 
 
 @entry
-def wait_for(flow: Carrier, legs: Any, ys: FloatArray, closed: int, sums: Any, rows: FloatArray, left: float) -> None:
+def wait_for(
+    systems: Any,
+    works: Any,
+    pieces: FloatArray,
+    legs: Any,
+    ys: FloatArray,
+    closed: int,
+    sums: Any,
+    rows: FloatArray,
+    left: float,
+) -> None:
     """As `solve`, of what the motions from starts settle on, or, where `ys` is not a number, from rest."""
     leg = legs[0]
     for k in range(len(rows)):
-        one = Carrier(flow.systems[k : k + 1], flow.works, flow.pieces, flow.formulas, flow.run, flow.account)
-        flow.works[0].left = left
+        one, works[0].left = Carrier(systems[k], works[0], pieces), left
         given = begin_row(one, leg, rows[k])
-        end_row(one, leg, ys[k], wait(one, leg, ys[k], rows[k]), given, sums, rows[k])
+        end_row(one, leg, ys[k], wait(one, leg, ys[k], rows[k]), given, sums[0], rows[k])
         name_solver(one, leg, closed, rows[k])
 
 
 @entry
-def carry_on(flow: Carrier, legs: Any, y: FloatArray, image: FloatArray, derived: bool) -> int:
+def carry_on(
+    systems: Any, works: Any, pieces: FloatArray, legs: Any, y: FloatArray, image: FloatArray, derived: bool
+) -> int:
     """Carry a state over a leg; return how that ended. Its pieces are recorded."""
-    return carry(flow, legs[0], y, image, derived)
+    return carry(Carrier(systems[0], works[0], pieces), legs[0], y, image, derived)
 
 
 @entry
 def travel(
-    flow: Carrier,
+    systems: Any,
+    works: Any,
+    pieces: FloatArray,
     time: FloatArray,
     cubics: FloatArray,
     sums: Any,
@@ -477,30 +498,31 @@ def travel(
     """Carry the state at hand along sampled times (n,); return the piece that it did not come through, and why.
 
     `cubics` (n - 1, 4): what drives the masses, in the time from each sample on; `sums`: what the motion does;
-    `found` (n, 2 n + c): displacements, velocities and contacts' forces at the samples; `marks` (n,): pieces recorded
-    until then; `left`: evaluations, or steps, between samples. Sums and forces are of the exact flow alone.
+    `found` (n, 2 n + c): displacements, velocities and contacts' forces at the samples, of the exact flow; `marks`
+    (n,): pieces recorded until then; `left`: evaluations, or steps, between samples.
     """
-    system, work = flow.systems[0], flow.works[0]
+    system, work = systems[0], works[0]
     n = system.masses
     for i in range(len(time) - 1):
         copy(cubics[i], system.cubic)
         work.tau, work.left = time[i], left
-        code = flow.run(flow.systems, flow.works, flow.pieces, flow.formulas, time[i + 1] - time[i], False, i == 0)
+        code = call_run(system.run, (system, work, pieces, time[i + 1] - time[i], False, i == 0))
         if code != DONE:
             return i, code
         marks[i + 1] = work.count
         if is_integrated(system):
+            call_account(system.account, (system, work, pieces, marks[i], min(work.count, len(pieces)), sums[0]))
             continue
         base_at_time(system, work)
         sample(system, work, slot_of(system, work.phases, work.kappa), work.q, work.v, found[i + 1])
-        for k in range(marks[i], min(work.count, len(flow.pieces))):
+        for k in range(marks[i], min(work.count, len(pieces))):
             copy(cubics[i], system.cubic)
-            move_cubic(system.cubic, flow.pieces[k, 0] - time[i])
+            move_cubic(system.cubic, pieces[k, 0] - time[i])
             if k == 0:
-                slot = enter(system, work, flow.pieces, 0)
+                slot = enter(system, work, pieces, 0)
                 modes_at(system, work, slot, 0.0)
                 sample(system, work, slot, work.q, work.v, found[0])
-            flow.account(flow.systems, flow.works, flow.pieces, k, k + 1, sums)
+            call_account(system.account, (system, work, pieces, k, k + 1, sums[0]))
         for a in range(n):
             work.q[a], work.v[a] = found[i + 1, a], found[i + 1, n + a]
     return len(time) - 1, DONE

@@ -5,14 +5,13 @@ the third give a step that is proven free of zeros, ``g + g' h + g'' h^2 / 2 - M
 steps converges to the zero. At each event the derivative of the state jumps by a saltation matrix.
 """
 
-import functools
 from math import inf, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba import from_dtype
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import callback, inner, numba
+from frictionlab.simulator.compiled import address_of, caller, inner, numba
 from frictionlab.simulator.exact.motion import (
     WORK,
     base_at_time,
@@ -26,9 +25,7 @@ from frictionlab.simulator.exact.motion import (
     modulus,
     place_of,
 )
-from frictionlab.simulator.exact.phase import CHATTER, CONTACTS, DONE, PULLS, SYSTEM, TIRED, slot_of
-from frictionlab.simulator.laws.exact import coulomb
-from frictionlab.simulator.laws.law import ContactForce
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SYSTEM, TIRED, slot_of
 
 TURN_OF, UPWARDS, DOWNWARDS = 0, 1, 2  # what ends a phase: slip of a contact, or what it holds up or down
 WINDOW = 8.0  # over the fastest rate: derivatives are bounded over so long at first
@@ -603,14 +600,13 @@ def carry_jacobian(system: Any, work: Any) -> None:
             jacobian[a, b] = total
 
 
-def run(systems: Any, works: Any, pieces: FloatArray, _laws: Any, span: float, tangent: bool, fresh: bool) -> int:
+def run(system: Any, work: Any, pieces: FloatArray, span: float, tangent: bool, fresh: bool) -> int:
     """Carry the state over a span (rad); return how that ended. The anchors of what slips follow their contact.
 
-    The state is in `works[0]`: `tau`, `q`, `v`, `anchor`; afterwards it is the end's. With `tangent` the derivative of
+    The state is in `work`: `tau`, `q`, `v`, `anchor`; afterwards it is the end's. With `tangent` the derivative of
     the end by the start is in `jacobian`. One that is not `fresh` goes on where the last run ended. It is called by its
     address: that keeps its code out of its callers.
     """
-    system, work = systems[0], works[0]
     work.until = work.tau + span
     if fresh:
         start_account(system, work, 2 * system.masses + system.sliders if tangent else 0)
@@ -650,20 +646,16 @@ def run(systems: Any, works: Any, pieces: FloatArray, _laws: Any, span: float, t
 types = numba.types
 FORMULA = types.UniTuple(types.float64, 16)(types.float64[::1], *(types.float64,) * 6)
 RUN = types.int64(
-    *(types.Array(from_dtype(kind), 1, "C") for kind in (SYSTEM, WORK)),
-    types.Array(types.float64, 2, "C"),
-    types.UniTuple(types.FunctionType(FORMULA), CONTACTS),
-    types.float64,
-    *(types.boolean, types.boolean),
+    *(from_dtype(SYSTEM), from_dtype(WORK), types.Array(types.float64, 2, "C")),
+    *(types.float64, types.boolean, types.boolean),
 )
-"""What a law's formula and what a flow's run are for compiled functions: one type for all: one search serves."""
+"""What a law's formula and what a flow's run are for compiled functions: one search serves all that have an address."""
+RUNNER, call_run, call_formula = address_of(run, RUN), caller(RUN), caller(FORMULA)
 
 
-@functools.cache
-def compiled_formula(contact: ContactForce) -> Any:
-    """Return a law's formula, compiled."""
-    return callback(contact, FORMULA)
+class Carrier(NamedTuple):
+    """What carries a motion: what is carried, where it writes."""
 
-
-RUNNER = callback(run, RUN)
-LAWLESS = (compiled_formula(coulomb),) * CONTACTS  # formulas of the exact flow, which asks for none
+    system: Any  # a record of SYSTEM
+    work: Any  # of WORK
+    pieces: FloatArray  # what is recorded

@@ -8,15 +8,14 @@ as those one period before, motions beside it draw nearer, and the orbit that Ne
 """
 
 from math import exp, inf, log, pi, sqrt
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import inner
-from frictionlab.simulator.exact.account import ACCOUNT
-from frictionlab.simulator.exact.flow import LAWLESS, RUNNER
+from frictionlab.simulator.exact.flow import call_run
 from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED
 from frictionlab.simulator.row import (
     CHATTERED,
@@ -50,17 +49,6 @@ EAGER = 64  # maps after each of which that is looked for; later after every eig
 
 LEG = np.dtype([("tau", "f8"), ("span", "f8"), ("turns", "i8"), ("sign", "f8")])
 """The map whose fixed point is an orbit: turns times a span from tau on, the end multiplied by sign."""
-
-
-class Carrier(NamedTuple):
-    """What carries a motion: what is carried, where it writes, its laws, and the addresses of `run` and `account`."""
-
-    systems: Any  # records of SYSTEM, the first is carried
-    works: Any  # one record of WORK
-    pieces: FloatArray
-    formulas: Any = LAWLESS
-    run: Any = RUNNER
-    account: Any = ACCOUNT
 
 
 @inner
@@ -104,13 +92,13 @@ def mirror_sign(system: Any, leg: Any, k: int) -> float:
 @inner
 def carry(flow: Any, leg: Any, y: FloatArray, image: FloatArray, tangent: bool) -> int:
     """Write the image of a state under the map of a leg; return how the run ended."""
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     n = system.masses
     put(system, work, y, leg.tau)
     code = DONE
     for turn in range(leg.turns):
         work.tau = leg.tau
-        code = flow.run(flow.systems, flow.works, flow.pieces, flow.formulas, leg.span, tangent, turn == 0)
+        code = call_run(system.run, (system, work, flow.pieces, leg.span, tangent, turn == 0))
         if code != DONE:
             return code
     write_image(system, work, leg, image)
@@ -240,7 +228,7 @@ def shoot(flow: Any, leg: Any, y: FloatArray, patience: float) -> tuple[float, i
     Newton's steps are shortened until the miss shrinks; where none helps, the map itself is applied: once, then twice,
     and so on, as often as patience allows. The run last carried is that from the state.
     """
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     image, turns = np.empty(len(y)), 1
     code = carry(flow, leg, y, image, True)
     miss = distance(system, y, image)
@@ -270,7 +258,7 @@ def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float) 
 
     ROUNDED: what is left is rounding, and the run last carried is that from the state; infinite: no share helps.
     """
-    system, work, size = flow.systems[0], flow.works[0], len(y)
+    system, work, size = flow.system, flow.work, len(y)
     target, trial, ahead = np.empty(size), np.empty(size), np.empty(size)
     extent = size_of(system, work, y)
     if not newton_target(system, work, leg, y, image, target):
@@ -349,7 +337,7 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
     The map has a kink where a contact comes to rest just at the section, and Newton's method may stall there: then the
     section is shifted.
     """
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     image, miss, code, rubs = np.empty(len(y)), inf, DONE, False
     for c in range(system.contacts):
         rubs = rubs or system.limit[c] > 0.0
@@ -375,7 +363,7 @@ def continued(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
     Where stops are about to vanish Newton's method converges only from the side on which the mass stops: more friction
     is on that side.
     """
-    system = flow.systems[0]
+    system = flow.system
     more = 0.03
     limit = system.limit[0]
     leg.tau = 0.0
@@ -397,7 +385,7 @@ def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
     both pass the same events over a period, and the map is nearly linear between them: what it brings the motion nearer
     by is more than twice what it departs from its derivative.
     """
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     size = len(y)
     image, later, target, ahead, orbit = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     code = carry(flow, leg, y, later, True)
@@ -462,7 +450,7 @@ def whole(leg: Any, maps: int, each: int) -> None:
 @inner
 def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
     """Shorten a leg to the fewest cycles after which the orbit already repeats; return its miss."""
-    system, work = flow.systems[0], flow.works[0]
+    system, work = flow.system, flow.work
     image, turns = np.empty(len(y)), leg.turns
     for part in range(1, turns):
         if turns % part == 0:
@@ -484,7 +472,7 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: in
     nearer. PARTING: motions beside it move apart, and the miss is their growth in a cycle. UPCOMING: a stable orbit is
     near, but the motion was not seen to settle on it; `forced`: the motion without friction.
     """
-    system, work, size = flow.systems[0], flow.works[0], len(y)
+    system, work, size = flow.system, flow.work, len(y)
     most = (LONGEST_ELASTIC if system.sliders else LONGEST) * each
     keep = 2 * most + 1
     past, passed, grown = np.zeros((keep, size)), np.zeros(keep, np.int64), np.zeros(keep)
@@ -522,7 +510,7 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: in
 @inner
 def any_stable(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: int) -> tuple[float, int]:
     """Find a stable orbit of few cycles to which Newton's method comes from a state or the forced motion, afar."""
-    system, work, orbit = flow.systems[0], flow.works[0], y.copy()
+    system, work, orbit = flow.system, flow.work, y.copy()
     if not is_integrated(system):  # the last search has no limit: what was left before it says what was spent
         work.spent, work.left = work.left, inf
     for attempt in range(2 if is_integrated(system) else 3):

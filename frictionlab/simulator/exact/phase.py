@@ -32,6 +32,7 @@ _N, _C, _D, _S, _H, _P = MASSES, CONTACTS, MODES, SLIDERS, HARMONICS, SLOTS
 
 LAW = np.dtype(
     [
+        ("formula", "i8", (_C,)),  # addresses
         ("own", "f8", (_C, 8)),  # parameters of each formula
         ("beta", "f8", (_C,)),
         ("gradient", "f8", (_C,)),
@@ -48,6 +49,8 @@ LAW = np.dtype(
 
 SYSTEM = np.dtype(
     [
+        ("run", "i8"),  # address of what carries it: `flow.run`, or that of steps
+        ("account", "i8"),  # address of `account.account`
         ("masses", "i8"),
         ("contacts", "i8"),
         ("sliders", "i8"),

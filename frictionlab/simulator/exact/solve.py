@@ -8,14 +8,15 @@ from math import ceil, inf, nan, pi
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import announce, record_of
 from frictionlab.simulator.exact import answer, orbit
-from frictionlab.simulator.exact.account import NUMBERS, evaluate_all
+from frictionlab.simulator.exact.account import ACCOUNT, NUMBERS, account_all, evaluate_all
+from frictionlab.simulator.exact.flow import RUNNER
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import (
     CHATTER,
@@ -164,6 +165,7 @@ def feel_acceleration(systems: Any) -> None:
 def _set_base(systems: Any, base: Base) -> None:
     _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
     systems["harmonics"], systems["moves"] = base.harmonics, 1.0
+    systems["run"], systems["account"] = RUNNER, ACCOUNT
     systems["lines"][:, : base.harmonics] = base.lines
 
 
@@ -224,6 +226,11 @@ class Trajectory(Motion):
         """Number of masses."""
         return int(self.systems[0]["masses"])
 
+    @cached_property
+    def sums(self) -> Any:
+        """What it does in all, a record of NUMBERS."""
+        return accounted(self.systems, workspace(), self.rows.copy())
+
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
         column = 2 + 2 * self.masses + 2 * int(self.systems[0]["contacts"]) + contact
@@ -239,6 +246,14 @@ class Trajectory(Motion):
             make_phase(self.systems, works)
             evaluate_all(self.systems, works, self.rows, numbers, within, found)
         return found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
+
+
+def accounted(systems: Any, works: Any, pieces: FloatArray) -> Any:
+    """Return what recorded pieces, or steps, do in all: a record of NUMBERS."""
+    sums = record_of(NUMBERS)
+    while account_all(systems, works, pieces, sums) < len(pieces):
+        make_phase(systems, works)
+    return sums[0]
 
 
 class Solved(NamedTuple):
@@ -294,25 +309,25 @@ class Flow:
         """Return where runs write."""
         return workspace()
 
-    def carrier(self, works: Any, pieces: FloatArray) -> orbit.Carrier:
-        """Return what the compiled search and runs take."""
-        return orbit.Carrier(self.systems, works, pieces)
-
     def pieces_in(self, cycles: int) -> int:
         """Return how many pieces so many cycles are likely to have."""
         return 64 + ceil(8 * cycles * (max(1, int(self.systems[0]["harmonics"])) + 1.0 / self.what.r))
+
+    def accounted(self, pieces: FloatArray) -> Any:
+        """Return what recorded pieces do in all."""
+        return accounted(self.systems, self.workspace(), pieces)
 
     def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:
         """Return recorded pieces as a motion."""
         return Trajectory(self.problem, self.systems, pieces, periodic, mirror, first)
 
-    def rest(self, x0: float = 0.0, v0: float = 0.0, tau: float = 0.0) -> FloatArray:
-        """Return a start: the first mass at a displacement and velocity from rest, the others at rest."""
+    def rest(self, x0: ArrayLike = 0.0, v0: ArrayLike = 0.0, tau: float = 0.0) -> FloatArray:
+        """Return a start: the first mass, or the first ones, at a displacement and velocity, the others at rest."""
         f, rate = float(self.what.base.at(tau)), float(self.what.base.rate_at(tau))
         relative = not self.systems[0]["moves"]
         q, v = (np.full(self.masses, -x if relative else 0.0) for x in (f, rate))
-        q[0] += x0
-        v[0] += v0
+        q[: np.size(x0)] += x0
+        v[: np.size(v0)] += v0
         return self.rest_at(q, v, f)
 
     def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
@@ -351,7 +366,7 @@ class Flow:
         legs[0] = (tau, span, turns, 1.0)
         while code == MISSING:
             works[0]["left"] = self.longest
-            code = int(answer.carry_on(self.carrier(works, pieces), legs, start.copy(), end, derived))
+            code = int(answer.carry_on(self.systems, works, pieces, legs, start.copy(), end, derived))
             if code == MISSING:
                 made = self.made(works, made)
         self.refuse(code)
@@ -383,7 +398,7 @@ class Flow:
         while True:
             pieces = np.empty((count, self.width))
             ys = np.full((1, self.size), nan) if start is None else start[np.newaxis].copy()
-            search(self.carrier(works, pieces), legs, ys, closed, numbers, rows, float(min(left, self.most)))
+            search(self.systems, works, pieces, legs, ys, closed, numbers, rows, float(min(left, self.most)))
             code = rows[0, places.OUTCOME]
             if code == places.LACKING:
                 made = self.made(works, made)
@@ -453,7 +468,7 @@ class Flow:
             )
         return self.state_of(found)
 
-    def steady_from(self, x0: float, v0: float, looks: float = inf) -> tuple[SteadyState, float]:
+    def steady_from(self, x0: ArrayLike, v0: ArrayLike, looks: float = inf) -> tuple[SteadyState, float]:
         """Return what the motion from a start at tau = 0 settles on, and what is left of the work allowed."""
         found = self.solved(self.rest(x0, v0), answer.NEVER_CLOSED, looks, waits=True)
         return self.state_of(found), looks - found.spent
@@ -520,9 +535,9 @@ def rows_of(systems: Any) -> FloatArray:
     rows, sizes, count = np.empty((len(systems), places.ROW)), 2 + int(systems["sliders"].max(initial=0)), PIECES
     legs, numbers, search, some = record_of(orbit.LEG), record_of(NUMBERS), answer.solve, np.arange(len(systems))
     while some.size:
-        flow = orbit.Carrier(systems[some], workspace(), np.empty((count, 7)))
         found = np.empty((len(some), places.ROW))
-        search(flow, legs, np.full((len(some), sizes), nan), answer.AUTO, numbers, found, inf)
+        pieces, ys = np.empty((count, 7)), np.full((len(some), sizes), nan)
+        search(systems[some], workspace(), pieces, legs, ys, answer.AUTO, numbers, found, inf)
         rows[some] = found
         awaited = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED)
         if awaited.size:

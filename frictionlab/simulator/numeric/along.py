@@ -5,13 +5,13 @@ Steps are those of the two-stage diagonally implicit Runge-Kutta method of order
 """
 
 from math import isfinite, pi, sqrt
-from typing import Any
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.compiled import compiled, inner
+from frictionlab.simulator.exact.flow import call_formula
 from frictionlab.simulator.numeric.flow import Integrated
 from frictionlab.simulator.problem import Problem
 
@@ -23,14 +23,14 @@ CYCLES = 40  # after which it must
 
 
 @compiled
-def solve_stage(law: Any, own: FloatArray, grip: FloatArray, motion: FloatArray, state: FloatArray, h: float) -> bool:
+def solve_stage(law: int, own: FloatArray, grip: FloatArray, motion: FloatArray, state: FloatArray, h: float) -> bool:
     """Make a state (2,), in which a step of h is begun, its end, at a place and speed; False where none is found.
 
     `grip`: friction ratio, gradient, sizes of the two states, and 1 where the second is an age.
     """
     w, age, z, v = state[0], state[1], motion[0], motion[1]
     for _ in range(MOST):
-        c = law(own, side_of(grip, v, w), grip[0] * (1.0 + grip[1] * z), z, v, w, age)
+        c = call_formula(law, (own, side_of(grip, v, w), grip[0] * (1.0 + grip[1] * z), z, v, w, age))
         off, late = w - state[0] - h * c[6], age - state[1] - h * c[11]
         a, b, d, e = 1.0 - h * c[9], -h * c[10], -h * c[14], 1.0 - h * c[15]
         whole = a * e - b * d
@@ -52,13 +52,14 @@ def side_of(grip: FloatArray, v: float, w: float) -> float:
 
 @compiled
 def carry_along(
-    law: Any, own: FloatArray, grip: FloatArray, motion: FloatArray, state: FloatArray, force: FloatArray
+    law: int, own: FloatArray, grip: FloatArray, motion: FloatArray, state: FloatArray, force: FloatArray
 ) -> bool:
     """Carry the state (2,) once round a motion (p, 2, 2): place and speed at the points, and a stage after them."""
     h, begun, stage = 2.0 * pi / len(motion), np.zeros(2), np.zeros(2)
     for i in range(len(motion)):
         (z, v), j = motion[i, 0], (i + 1) % len(motion)
-        force[i] = law(own, side_of(grip, v, state[0]), grip[0] * (1.0 + grip[1] * z), z, v, state[0], state[1])[0]
+        friction, side = grip[0] * (1.0 + grip[1] * z), side_of(grip, v, state[0])
+        force[i] = call_formula(law, (own, side, friction, z, v, state[0], state[1]))[0]
         stage[:] = state
         if not solve_stage(law, own, grip, motion[i, 1], stage, STAGE * h):
             return False
@@ -87,7 +88,7 @@ def force_along(problem: Problem, place: FloatArray) -> FloatArray:
     grip = np.array([problem.beta, problem.parameter("gradient"), *size, law["states"][0] > 1], np.float64)
     for _ in range(CYCLES):
         before = state.copy()
-        if not carry_along(flow.formulas[0], law["own"][0], grip, np.moveaxis(motion, 2, 0).copy(), state, force):
+        if not carry_along(int(law["formula"][0]), law["own"][0], grip, np.moveaxis(motion, 2, 0).copy(), state, force):
             break
         if np.all(np.abs(state - before) <= SAME * (np.abs(state) + size)):
             return force[::times]

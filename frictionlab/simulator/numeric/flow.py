@@ -11,18 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import row as places
-from frictionlab.simulator.compiled import record_of
-from frictionlab.simulator.exact import orbit
-from frictionlab.simulator.exact.flow import compiled_formula
+from frictionlab.simulator.compiled import address_of, record_of
+from frictionlab.simulator.exact.flow import FORMULA
 from frictionlab.simulator.exact.motion import COUNT, WORK
-from frictionlab.simulator.exact.phase import CHATTER, CONTACTS, DONE, PULLS, SLIDERS, STEEP, TIRED, make_phase
-from frictionlab.simulator.exact.solve import NOTHING, TOUCH, Flow, Solved, feel_acceleration
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STEEP, TIRED, make_phase
+from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, feel_acceleration
 from frictionlab.simulator.laws import TERMS, Friction, formula_of
 from frictionlab.simulator.meter import STATE, Meter
-from frictionlab.simulator.motion import Motion, Nodes, Timeline, cycles_of
+from frictionlab.simulator.motion import Motion, Timeline, cycles_of
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
-from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS, Stepper
+from frictionlab.simulator.numeric.radau import NODES, WEIGHTS
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of
 from frictionlab.simulator.structure import Structure
@@ -73,14 +72,16 @@ def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> 
 class NumericMotion(Motion):
     """A motion as steps: displacements, velocities and inner states (m, size, 8) at the nodes of each.
 
-    `rows` (m, 3 c): of each contact side (0: it holds), stiffness and constant force of its springs. `flow`: what
-    moves, with its laws' formulas. Displacements are relative to the base where contacts follow it.
+    `rows` (m, 3 c): of each contact side (0: it holds), stiffness and constant force of its springs; `slip` (m, c, 8):
+    its speed of slip, or direction. Displacements are relative to the base where contacts of its `flow` follow it.
     """
 
     problem: Problem
     timeline: Timeline
     rows: FloatArray
     values: FloatArray
+    slip: FloatArray
+    sums: Any
     flow: "Integrated"
     solver: ClassVar[str] = "numeric"
 
@@ -88,19 +89,6 @@ class NumericMotion(Motion):
     def times(self) -> FloatArray:
         """Times of all nodes, rad, shape (m, 8)."""
         return np.asarray(self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES)
-
-    @cached_property
-    def _seen(self) -> FloatArray:
-        """Force and slip of each contact at all nodes (2, m, c, 8)."""
-        return self.flow.observe(self.flow.drive_at(self.times), self.rows, self.values)
-
-    @property
-    def nodes(self) -> Nodes:
-        """Those of the steps, where the motion is known without interpolation."""
-        n, tau, weight = self.flow.masses, self.times[:, 1:].ravel(), self.timeline.duration[:, None] * MATRIX[-1]
-        parts = (self.values[:, :n], self.values[:, n : 2 * n], self._seen[0])
-        q, v, force = (part[..., 1:].swapaxes(1, 2).reshape(len(tau), part.shape[1]) for part in parts)
-        return Nodes(tau, weight.ravel(), *self.flow.from_wall(tau, q, v), force)
 
     def state(self, tau: ArrayLike) -> FloatArray:
         """Return displacements, velocities and inner states, as the flow has them, at times tau, shape (..., size)."""
@@ -114,7 +102,7 @@ class NumericMotion(Motion):
         """
         law = self.flow.frame.contacts[contact]
         slow, shortest, ringing = stop_limits(law, self.problem.r, self.flow.drive_rate)
-        spans = slow_times(self.times.ravel(), self._seen[1][:, contact].ravel(), slow, ringing)
+        spans = slow_times(self.times.ravel(), self.slip[:, contact].ravel(), slow, ringing)
         if self.timeline.periodic and len(spans) > 1 and spans[0, 0] == self.start and spans[-1, 1] >= self.end - 1e-12:
             spans[-1, 1] = spans[0, 1] + self.end - self.start
             spans = spans[1:]
@@ -123,7 +111,7 @@ class NumericMotion(Motion):
     def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
         """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within steps of an index."""
         states, n = self._states(index, within), self.flow.masses
-        force = self.flow.observe(self.flow.drive_at(tau[:, None]), self.rows[index], states[:, :, None])[0, ..., 0]
+        force = self.flow.observe(self.flow.drive_at(tau), self.rows[index], states)
         return *self.flow.from_wall(tau, states[:, :n], states[:, n : 2 * n]), force
 
     def _states(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
@@ -159,7 +147,7 @@ class Integrated(Flow):
         self.law["first"] = FIRST * min(frame.r / fastest, 1.0) / h
         self._set_laws()
         components = 2 * n + int(system["sliders"]) - self.sliders
-        self.width = 2 + 3 * self.contacts + COUNT * components
+        self.width = 2 + 3 * self.contacts + COUNT * (components + 2 * self.contacts)
 
     def _set_laws(self) -> None:
         """Write the laws' numbers; what count as states of their own goes behind the sliders of elastic contacts."""
@@ -183,16 +171,13 @@ class Integrated(Flow):
         if system["sliders"] > SLIDERS:
             raise SimulationError(f"structure: sliders and states of laws; expected at most {SLIDERS}; got more")
         law["scale"][: len(scale)], law["force"], law["tolerance"] = scale, reach, self.rtol
-        given = [(term or TERMS["coulomb"]).contact for term in terms] + [TERMS["coulomb"].contact] * CONTACTS
-        self.formulas = tuple(compiled_formula(contact) for contact in given[:CONTACTS] if contact)
+        system["run"], system["account"] = radau.INTEGRATOR, radau.ACCOUNT
+        self.formulas: list[Any] = [(term or TERMS["coulomb"]).contact for term in terms]
+        law["formula"][: len(terms)] = [address_of(contact, FORMULA) for contact in self.formulas]
 
     def workspace(self) -> Any:
         """Return where runs write; phases of its masses stay."""
         return self.works
-
-    def carrier(self, works: Any, pieces: FloatArray) -> orbit.Carrier:
-        """Return what the compiled search and runs take."""
-        return orbit.Carrier(self.systems, works, pieces, self.formulas, radau.INTEGRATOR)
 
     def pieces_in(self, cycles: int) -> int:
         """Return how many steps so many cycles are likely to have."""
@@ -200,16 +185,18 @@ class Integrated(Flow):
 
     def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:  # noqa: ARG002
         """Return recorded steps as a motion."""
-        begin, length, rows, values = self.recorded_in(pieces)
+        sums = self.accounted(pieces)
+        begin, length, rows, values, seen = self.recorded_in(pieces)
         cycle = first + cycles_of(begin, length)
         for part in (cycle, begin, length):
             part.setflags(write=False)
-        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), rows, values, self)
+        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), rows, values, seen[1], sums, self)
 
-    def recorded_in(self, pieces: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return start (m,), length (m,), rows (m, 3 c) and values (m, size, 8) of steps."""
-        cut = 2 + 3 * self.contacts
-        return pieces[:, 0], pieces[:, 1], pieces[:, 2:cut], pieces[:, cut:].reshape(len(pieces), -1, COUNT)
+    def recorded_in(self, pieces: FloatArray) -> tuple[FloatArray, ...]:
+        """Return start (m,), length (m,), rows (m, 3 c), values (m, size, 8), force and slip (2, m, c, 8) of steps."""
+        first, last, many = 2 + 3 * self.contacts, self.width - 2 * COUNT * self.contacts, len(pieces)
+        seen = pieces[:, last:].reshape(many, 2, self.contacts, COUNT).swapaxes(0, 1)
+        return pieces[:, 0], pieces[:, 1], pieces[:, 2:first], pieces[:, first:last].reshape(many, -1, COUNT), seen
 
     def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
         """As of the exact flow; a contact that has an age has its steady one."""
@@ -230,20 +217,16 @@ class Integrated(Flow):
         return q + base.at(tau)[:, None], v + base.rate_at(tau)[:, None]
 
     def drive_at(self, tau: FloatArray) -> FloatArray:
-        """Return what drives, and its first two derivatives (3, ...), at times."""
+        """Return what drives, and its first two derivatives (k, 3), at times (k,)."""
         turns = 1j * np.arange(1, int(self.systems[0]["harmonics"]) + 1)
         waves = self.systems[0]["lines"][: len(turns)] * np.exp(tau[..., None] * turns)
-        return np.stack([(waves * turns**order).sum(axis=-1).real for order in range(3)])
+        return np.stack([(waves * turns**order).sum(axis=-1).real for order in range(3)], axis=-1)
 
     def observe(self, drive: FloatArray, rows: FloatArray, values: FloatArray) -> FloatArray:
-        """Return force and slip of the contacts (2, m, c, k) in states (m, size, k) within steps.
-
-        `drive` (3, m, k): what drives then, and its first two derivatives.
-        """
-        found = np.zeros((2, len(rows), self.contacts, values.shape[2]))
-        given, contacts, states = (np.ascontiguousarray(part) for part in (drive.swapaxes(0, 1), rows, values))
-        stepper = Stepper(self.systems, self.works, NOTHING, self.formulas)
-        while radau.observe(stepper, given, contacts, states, found) < len(rows):
+        """Return forces of the contacts (m, c) in states (m, size) within steps; drive as `drive_at` has it then."""
+        found = np.zeros((len(rows), self.contacts))
+        given, contacts, states = (np.ascontiguousarray(part) for part in (drive, rows, values))
+        while radau.observe(self.systems, self.works, given, contacts, states, found) < len(rows):
             make_phase(self.systems, self.works)
         return found
 

@@ -20,19 +20,22 @@ E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, sections IV
 """
 
 from math import comb, cos, inf, isfinite, sin
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import announce, callback, entry, inner
+from frictionlab.simulator.compiled import address_of, announce, entry, inner
+from frictionlab.simulator.exact.account import SIGNATURE, add_flows, clear
 from frictionlab.simulator.exact.flow import (
     RUN,
     TURN_OF,
     UPWARDS,
+    Carrier,
     after_event,
     begin,
+    call_formula,
     come_earlier,
     event_row,
     follow_slip,
@@ -61,6 +64,7 @@ LOOSE = 1e-12  # and what is taken for it after all looks
 LOOKS = 10  # for the end of a phase
 SHORTEST_TRY = 1e-10  # rad: a step so short crosses zero where its polynomial does
 SAFETY, SHRINK, GROW = 0.85, 0.2, 4.0  # of a step's length
+SECANTS = 8  # to a turn of a mass: its time to 1e-9 of a step, its place to rounding
 IDLE = 50  # events in a row at one moment that no motion has
 
 
@@ -94,15 +98,6 @@ NODES, MATRIX, WEIGHTS, BERNSTEIN, LAST = tableau()
 announce(__name__)
 
 
-class Stepper(NamedTuple):
-    """What carries a motion: records of `SYSTEM` and `WORK` in arrays of length 1, formulas of the contacts."""
-
-    systems: Any
-    works: Any
-    pieces: FloatArray  # (steps, 2 + 3 c + 8 size): start, length; side, stiffness, constant force of contacts; values
-    formulas: Any  # one for each contact that there may be
-
-
 @inner
 def drive_at(system: Any, t: float, base: FloatArray, i: int) -> None:
     """Write the base's displacement and its first two derivatives at a time into a column."""
@@ -131,10 +126,10 @@ def along(system: Any, x: FloatArray, first: int, i: int, c: int, f: float) -> A
 
 
 @inner
-def contact_at(flow: Stepper, c: int, side: float, z: float, v: float, w: float, age: float) -> Any:
+def contact_at(flow: Carrier, c: int, side: float, z: float, v: float, w: float, age: float) -> Any:
     """Return what a contact does (`laws.law.Contact`), its dashpot apart."""
-    law = flow.systems[0].law
-    return flow.formulas[c](law.own[c], side, law.beta[c] * (1.0 + law.gradient[c] * z), z, v, w, age)
+    law = flow.system.law
+    return call_formula(law.formula[c], (law.own[c], side, law.beta[c] * (1.0 + law.gradient[c] * z), z, v, w, age))
 
 
 @inner
@@ -147,9 +142,9 @@ def inner_slopes(system: Any, slopes: FloatArray, c: int, at: int, i: int, by_z:
 
 
 @inner
-def forces(flow: Stepper, slot: int, first: int, last: int) -> None:
+def forces(flow: Carrier, slot: int, first: int, last: int) -> None:
     """Write net forces, and the rates of inner states, with their slopes, at some nodes of the trial step."""
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
+    system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
     x, bare, net, n = steps.trial, steps.bare, steps.net, system.masses
     for i in range(first, last):
         f, df = steps.driven[0, i], steps.driven[1, i]
@@ -168,14 +163,15 @@ def forces(flow: Stepper, slot: int, first: int, last: int) -> None:
 
 
 @inner
-def rub(flow: Stepper, c: int, i: int) -> None:
+def rub(flow: Carrier, c: int, i: int) -> None:
     """Add what a contact does by its formula at a node."""
-    system, law, steps = flow.systems[0], flow.systems[0].law, flow.works[0].steps
+    system, law, steps = flow.system, flow.system.law, flow.work.steps
     x, bare, slopes, n = steps.trial, steps.bare, steps.slopes, system.masses
     states, at, rise = law.states[c], law.at[c], law.beta[c] * law.gradient[c]
     w, age = x[at, i] if states > 0 else 0.0, x[at + 1, i] if states > 1 else 0.0
     z, v = along(system, x, 0, i, c, steps.driven[0, i]), along(system, x, n, i, c, steps.driven[1, i])
-    d = flow.formulas[c](law.own[c], float(flow.works[0].side[c]), law.beta[c] + rise * z, z, v, w, age)
+    side = float(flow.work.side[c])
+    d = call_formula(law.formula[c], (law.own[c], side, law.beta[c] + rise * z, z, v, w, age))
     for a in range(n):
         share = system.row[c, a]
         if share != 0.0:
@@ -285,9 +281,9 @@ def solve_stages(steps: Any, h: float, n: int) -> None:
 
 
 @inner
-def correct(flow: Stepper, slot: int, h: float, fresh: int) -> float:
+def correct(flow: Carrier, slot: int, h: float, fresh: int) -> float:
     """Correct the stages once by Newton's method; return its size over the scale, or FAILED if there is none."""
-    steps, scale, n, worst = flow.works[0].steps, flow.systems[0].law.scale, flow.systems[0].masses, 0.0
+    steps, scale, n, worst = flow.work.steps, flow.system.law.scale, flow.system.masses, 0.0
     trial, right = steps.trial, steps.right
     forces(flow, slot, 1, COUNT)
     rates(n, steps)
@@ -309,9 +305,9 @@ def correct(flow: Stepper, slot: int, h: float, fresh: int) -> float:
 
 
 @inner
-def step(flow: Stepper, slot: int, t: float, h: float) -> bool:
+def step(flow: Carrier, slot: int, t: float, h: float) -> bool:
     """Solve one step from the state at t over h, from the guess in `trial`; False if Newton's method fails."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.works[0].steps
+    system, work, steps = flow.system, flow.work, flow.work.steps
     n = system.masses
     work.left -= 1.0
     for a in range(n):
@@ -337,9 +333,9 @@ def step(flow: Stepper, slot: int, t: float, h: float) -> bool:
 
 
 @inner
-def hold(flow: Stepper, slot: int) -> None:
+def hold(flow: Carrier, slot: int) -> None:
     """Write the forces of held rigid contacts at the nodes of the trial step."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.works[0].steps
+    system, work, steps = flow.system, flow.work, flow.work.steps
     count = 0
     for c in range(system.contacts):
         count += 1 if work.kappa[c] == inf else 0
@@ -349,16 +345,23 @@ def hold(flow: Stepper, slot: int) -> None:
     for c in range(system.contacts):
         if work.kappa[c] == inf:
             for i in range(COUNT):
-                total = -work.phases.bind[slot, c] * steps.driven[2, i]
-                for b in range(system.masses):
-                    total += work.phases.grip[slot, c, b] * steps.net[b, i]
-                steps.held[c, i] = total
+                steps.held[c, i] = held_at(flow, slot, c, i)
 
 
 @inner
-def watch(flow: Stepper, c: int, which: int) -> Any:
+def held_at(flow: Carrier, slot: int, c: int, i: int) -> float:
+    """Return the force of a held rigid contact at a node for which `forces` was called."""
+    phases, steps = flow.work.phases, flow.work.steps
+    total = -phases.bind[slot, c] * steps.driven[2, i]
+    for b in range(flow.system.masses):
+        total += phases.grip[slot, c, b] * steps.net[b, i]
+    return total
+
+
+@inner
+def watch(flow: Carrier, c: int, which: int) -> Any:
     """Write an event's function at the nodes of the trial step, positive until then; return what is zero of it."""
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
+    system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
     n, sign, scale = system.masses, sign_of(work, c, which), law.scale[system.masses]
     threshold = 0.0 if which == TURN_OF else work.upper[c] if which == UPWARDS else work.lower[c]
     for i in range(COUNT):
@@ -375,9 +378,9 @@ def watch(flow: Stepper, c: int, which: int) -> Any:
 
 
 @inner
-def carry_tangent(flow: Stepper, h: float) -> None:
+def carry_tangent(flow: Carrier, h: float) -> None:
     """Carry the derivative of the state by its start, q, v, anchors and inner states, through the step just solved."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.works[0].steps
+    system, work, steps = flow.system, flow.work, flow.work.steps
     n, sliders, size, right, jacobian = (
         system.masses,
         system.first[system.contacts],
@@ -407,25 +410,24 @@ def carry_tangent(flow: Stepper, h: float) -> None:
 
 
 @inner
+def between(values: FloatArray, theta: float) -> float:
+    """Return the polynomial through values at the nodes at a share of the step: barycentric."""
+    total, below = 0.0, 0.0
+    for j in range(COUNT):
+        gap = theta - NODES[j]
+        if gap == 0.0:
+            return float(values[j])
+        total += WEIGHTS[j] / gap * values[j]
+        below += WEIGHTS[j] / gap
+    return float(total / below)
+
+
+@inner
 def predict(steps: Any, offset: float, ratio: float) -> None:
     """Write a first guess of the stages: the last step's polynomial, at shares offset + ratio * node of that step."""
-    size = steps.components
-    for i in range(1, COUNT):
-        theta, below = offset + ratio * NODES[i], 0.0
-        for k in range(size):
-            steps.trial[k, i] = 0.0
-        for j in range(COUNT):
-            gap = theta - NODES[j]
-            if gap == 0.0:
-                below = 1.0
-                for k in range(size):
-                    steps.trial[k, i] = steps.values[k, j]
-                break
-            below += WEIGHTS[j] / gap
-            for k in range(size):
-                steps.trial[k, i] += WEIGHTS[j] / gap * steps.values[k, j]
-        for k in range(size):
-            steps.trial[k, i] /= below
+    for k in range(steps.components):
+        for i in range(1, COUNT):
+            steps.trial[k, i] = between(steps.values[k], offset + ratio * NODES[i])
 
 
 @inner
@@ -439,14 +441,14 @@ def top_of(values: FloatArray, scale: float) -> Any:
 
 
 @inner
-def error_of(flow: Stepper, slot: int) -> Any:
+def error_of(flow: Carrier, slot: int) -> Any:
     """Return the size of the trial step's error over the tolerance; more than 1 if it is too long.
 
     A Stribeck curve that falls within nu may stand between two nodes unseen, and the polynomial looks perfect. So near
     v = 0 two nodes are at most nu apart; by how much they are more enters the error by a power, so that the step
     shrinks in proportion.
     """
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
+    system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
     worst, widest = 0.0, 0.0
     hold(flow, slot)
     for k in range(steps.components):
@@ -499,13 +501,13 @@ def first_crossing(steps: Any, scale: float) -> float:
 
 
 @inner
-def land(flow: Stepper, slot: int, c: int, which: int, t: float, h: float, theta: float) -> float:
+def land(flow: Carrier, slot: int, c: int, which: int, t: float, h: float, theta: float) -> float:
     """Make the trial step again so that it ends at an event; return its length, or -1 if there is none.
 
     The polynomial of a long step may cross zero where the motion does not (just after a release it moves like t^2):
     then the step must be shorter. The length is Newton's, kept between what is too short and what is too long.
     """
-    steps = flow.works[0].steps
+    steps = flow.work.steps
     steps.values[:] = steps.trial
     length, short, long, left, scale = theta * h, 0.0, h, FAILED, 1.0
     for _ in range(LOOKS):
@@ -531,9 +533,9 @@ def land(flow: Stepper, slot: int, c: int, which: int, t: float, h: float, theta
 
 
 @inner
-def record(flow: Stepper, t: float, h: float) -> None:
+def record(flow: Carrier, t: float, h: float) -> None:
     """Append the step in `values` to the log, as far as there is space; count it in any case."""
-    work, steps, contacts = flow.works[0], flow.works[0].steps, flow.systems[0].contacts
+    work, steps, contacts = flow.work, flow.work.steps, flow.system.contacts
     log, row = flow.pieces, work.count
     work.count += 1
     if row < len(log):
@@ -547,35 +549,33 @@ def record(flow: Stepper, t: float, h: float) -> None:
 
 
 @inner
-def first_event(flow: Stepper, corners: bool) -> tuple[float, int, int]:
+def first_event(flow: Carrier, corners: bool) -> tuple[float, int, int]:
     """Return the share of the trial step at which a phase ends, by which contact and how; (2, -1, 0): it does not.
 
     Without `corners` those of contacts with states of their own are not looked for.
     """
-    work, share, contact, how = flow.works[0], 2.0, -1, 0
-    for c in range(flow.systems[0].contacts):
+    work, share, contact, how = flow.work, 2.0, -1, 0
+    for c in range(flow.system.contacts):
         for which in range(3):
-            if not watches(work, c, which) or (flow.systems[0].law.states[c] > 0 and not corners):
+            if not watches(work, c, which) or (flow.system.law.states[c] > 0 and not corners):
                 continue
             scale = watch(flow, c, which)
-            theta = first_crossing(flow.works[0].steps, scale)
-            if which != TURN_OF and is_rigid(flow.systems[0], c) and theta < share and theta < 10.0 * SHORTEST:
-                theta = (
-                    0.0 if flow.works[0].steps.watch[0] <= LOOSE * scale else theta
-                )  # it cannot hold from the begin on
+            theta = first_crossing(flow.work.steps, scale)
+            if which != TURN_OF and is_rigid(flow.system, c) and theta < share and theta < 10.0 * SHORTEST:
+                theta = 0.0 if flow.work.steps.watch[0] <= LOOSE * scale else theta  # it cannot hold from the begin on
             if theta < share:
                 share, contact, how = theta, c, which
     return share, contact, how
 
 
 @inner
-def advance(flow: Stepper, slot: int, t: float, end: float, tangent: bool, corners: bool) -> tuple[float, int, int]:
+def advance(flow: Carrier, slot: int, t: float, end: float, tangent: bool, corners: bool) -> tuple[float, int, int]:
     """Take one step from t, up to `end` at most: the time reached, and by which contact the phase ends and how (-1).
 
     A time beyond `end`: the steps allowed are used up.
     """
-    steps = flow.works[0].steps
-    while flow.works[0].left > 0.0:
+    steps = flow.work.steps
+    while flow.work.left > 0.0:
         h = min(steps.next, end - t)
         if 0.0 < h < 3.0 * steps.last:
             predict(steps, 1.0, h / steps.last)
@@ -612,9 +612,9 @@ def advance(flow: Stepper, slot: int, t: float, end: float, tangent: bool, corne
 
 
 @inner
-def accept(flow: Stepper, t: float, h: float) -> None:
+def accept(flow: Carrier, t: float, h: float) -> None:
     """Make the end of the trial step the state at hand; count, measure and record the step."""
-    work, system, steps = flow.works[0], flow.systems[0], flow.works[0].steps
+    work, system, steps = flow.work, flow.system, flow.work.steps
     n = system.masses
     steps.values[:] = steps.trial
     for a in range(n):
@@ -632,9 +632,9 @@ def accept(flow: Stepper, t: float, h: float) -> None:
 
 
 @inner
-def guess(flow: Stepper, h: float) -> None:
+def guess(flow: Carrier, h: float) -> None:
     """Write a first guess of the stages without a step before: the state, moving on as it does."""
-    system, work, steps = flow.systems[0], flow.works[0], flow.works[0].steps
+    system, work, steps = flow.system, flow.work, flow.work.steps
     n, first = system.masses, system.first[system.contacts] - 2 * system.masses
     for i in range(1, COUNT):
         for a in range(n):
@@ -644,12 +644,12 @@ def guess(flow: Stepper, h: float) -> None:
 
 
 @inner
-def freeze(flow: Stepper) -> bool:
+def freeze(flow: Carrier) -> bool:
     """Make friction what it is at this moment, as the exact flow's; False where it is negative.
 
     Of a contact at rest that is what it begins to slip with.
     """
-    system, work, law = flow.systems[0], flow.works[0], flow.systems[0].law
+    system, work, law = flow.system, flow.work, flow.system.law
     first = system.first[system.contacts] - 2 * system.masses
     for c in range(system.contacts):
         if law.states[c] < 0:
@@ -667,9 +667,9 @@ def freeze(flow: Stepper) -> bool:
 
 
 @inner
-def begin_phase(flow: Stepper, slot: int) -> None:
+def begin_phase(flow: Carrier, slot: int) -> None:
     """Write what net forces and the base make of accelerations, and the constant forces of springs."""
-    system, work, steps, n = flow.systems[0], flow.works[0], flow.works[0].steps, flow.systems[0].masses
+    system, work, steps, n = flow.system, flow.work, flow.work.steps, flow.system.masses
     for a in range(n):
         steps.moved[a], steps.constant[a] = 0.0, 0.0
         for b in range(n):
@@ -683,15 +683,15 @@ def begin_phase(flow: Stepper, slot: int) -> None:
                 steps.moved[a] += by_force * work.phases.bind[slot, c]
                 for b in range(n):
                     steps.mobile[a, b] -= by_force * work.phases.grip[slot, c, b]
-        elif flow.systems[0].law.states[c] < 0:
+        elif flow.system.law.states[c] < 0:
             for a in range(n):
                 steps.constant[a] -= system.row[c, a] * work.offset[c]
 
 
 @inner
-def form_of_force(flow: Stepper, slot: int, c: int, which: int) -> None:
+def form_of_force(flow: Carrier, slot: int, c: int, which: int) -> None:
     """Write the derivative of what a held contact can bear more over the state, as `event_row` does."""
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
+    system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
     n, sliders, form, sign = system.masses, system.first[system.contacts], work.form, sign_of(work, c, which)
     for k in range(2 * n + system.sliders):
         form[k] = 0.0
@@ -710,9 +710,9 @@ def form_of_force(flow: Stepper, slot: int, c: int, which: int) -> None:
 
 
 @inner
-def turn_corners(flow: Stepper) -> None:
+def turn_corners(flow: Carrier) -> None:
     """Give contacts with states of their own the side on which they are."""
-    system, work, law = flow.systems[0], flow.works[0], flow.systems[0].law
+    system, work, law = flow.system, flow.work, flow.system.law
     first = system.first[system.contacts] - 2 * system.masses
     for c in range(system.contacts):
         if law.states[c] > 0:
@@ -721,9 +721,9 @@ def turn_corners(flow: Stepper) -> None:
 
 
 @inner
-def start(flow: Stepper) -> int:
+def start(flow: Carrier) -> int:
     """Find which contacts slip in the state at hand and to which side; return the phase's slot, or as `settle`."""
-    system, work, law = flow.systems[0], flow.works[0], flow.systems[0].law
+    system, work, law = flow.system, flow.work, flow.system.law
     first = system.first[system.contacts] - 2 * system.masses
     begin(system, work)
     turn_corners(flow)
@@ -745,13 +745,13 @@ def start(flow: Stepper) -> int:
 
 
 @inner
-def after(flow: Stepper, slot: int, c: int, which: int, tangent: bool) -> int:
+def after(flow: Carrier, slot: int, c: int, which: int, tangent: bool) -> int:
     """Let the contacts do what they do at an event; return the slot of the next phase, or as `settle`."""
-    system, work, states = flow.systems[0], flow.works[0], flow.systems[0].law.states[c]
+    system, work, states = flow.system, flow.work, flow.system.law.states[c]
     if states > 0:  # its law has a corner there, the motion has none
         work.side[c] = -work.side[c]
         if states == 2:
-            work.anchor[system.first[system.contacts] - 2 * system.masses + flow.systems[0].law.at[c]] = 0.0
+            work.anchor[system.first[system.contacts] - 2 * system.masses + flow.system.law.at[c]] = 0.0
         elif system.masses == 1 and system.follow[c] == 0.0:
             work.v[0] = 0.0
         return slot
@@ -778,9 +778,13 @@ def after(flow: Stepper, slot: int, c: int, which: int, tangent: bool) -> int:
     return slot
 
 
-def run(systems: Any, works: Any, pieces: FloatArray, formulas: Any, span: float, tangent: bool, fresh: bool) -> int:
-    """Carry the state over a span of time as the exact flow's `run` does, step by step; return how it ended."""
-    flow, system, work = Stepper(systems, works, pieces, formulas), systems[0], works[0]
+def run(system: Any, work: Any, pieces: FloatArray, span: float, tangent: bool, fresh: bool) -> int:
+    """Carry the state over a span of time as the exact flow's `run` does, step by step; return how it ended.
+
+    Recorded is of each step (2 + 3 c + 8 size + 16 c): start, length; side, stiffness, constant force of contacts;
+    values at the nodes, and space for what `account` writes.
+    """
+    flow = Carrier(system, work, pieces)
     steps, first, t, quick, idle = work.steps, system.first[system.contacts], work.tau, 0, 0
     steps.components, steps.origin = 2 * system.masses + system.sliders - first, t if system.harmonics == 0 else 0.0
     end = t + span
@@ -818,51 +822,138 @@ def run(systems: Any, works: Any, pieces: FloatArray, formulas: Any, span: float
     return -slot
 
 
-INTEGRATOR = callback(run, RUN)
+@inner
+def seen_at(flow: Carrier, slot: int, c: int, i: int) -> tuple[float, float]:
+    """Return force and slip of a contact at a node for which `forces` was called.
+
+    Slip is its speed where the contact creeps, else its direction.
+    """
+    system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
+    z = along(system, steps.trial, 0, i, c, steps.driven[0, i])
+    v, side = along(system, steps.trial, system.masses, i, c, steps.driven[1, i]), float(work.side[c])
+    if work.kappa[c] == inf:
+        return held_at(flow, slot, c, i), side
+    if law.states[c] < 0:
+        return work.kappa[c] * z + work.offset[c] + system.dashpot[c] * v, side
+    w = steps.trial[law.at[c], i] if law.states[c] > 0 else 0.0
+    age = steps.trial[law.at[c] + 1, i] if law.states[c] > 1 else 0.0
+    d = contact_at(flow, c, side, z, v, w, age)
+    return d[0] + system.dashpot[c] * v, d[5]
+
+
+@inner
+def enter(flow: Carrier, row: FloatArray) -> int:
+    """Make what was recorded of the contacts (3 c) the phase at hand; return its slot."""
+    system, work, contacts = flow.system, flow.work, flow.system.contacts
+    work.steps.components = 2 * system.masses + system.sliders - system.first[contacts]
+    for c in range(contacts):
+        work.side[c], work.kappa[c], work.offset[c] = int(row[c]), row[contacts + c], row[2 * contacts + c]
+    slot = slot_of(system, work.phases, work.kappa)
+    if slot >= 0:
+        begin_phase(flow, slot)
+    return slot
+
+
+@inner
+def shown_at(system: Any, t: float) -> tuple[float, float]:
+    """Return what displacements and velocities relative to a base whose acceleration drives differ by from absolute."""
+    y, rate = 0.0, 0.0
+    for m in range(system.harmonics if system.moves == 0.0 else 0):
+        k, line = m + 1.0, system.lines[m]
+        c, s = cos(k * t), sin(k * t)
+        y -= (line.real * c - line.imag * s) / (k * k)
+        rate += (line.real * s + line.imag * c) / k
+    return y, rate
+
+
+@inner
+def shown(flow: Carrier, begin: float, h: float, theta: float, a: int, numbers: Any) -> float:
+    """Return a mass's velocity at a share of a step, and widen its range by where it is then."""
+    steps = flow.work.steps
+    y, rate = shown_at(flow.system, begin + theta * h)
+    place = between(steps.trial[a], theta) + y
+    numbers.high[a], numbers.low[a] = max(numbers.high[a], place), min(numbers.low[a], place)
+    return between(steps.trial[flow.system.masses + a], theta) + rate
+
+
+@inner
+def widen(flow: Carrier, begin: float, h: float, a: int, numbers: Any) -> None:
+    """Widen the range of a mass by a step: at its nodes, and where it turns between two (Illinois' method)."""
+    before = shown(flow, begin, h, 0.0, a, numbers)
+    for i in range(1, COUNT):
+        rate = shown(flow, begin, h, NODES[i], a, numbers)
+        one, other, slope, end = NODES[i - 1], NODES[i], before, rate
+        for _ in range(SECANTS if before * rate < 0.0 else 0):
+            theta = other - end * (other - one) / (end - slope)
+            now = shown(flow, begin, h, theta, a, numbers)
+            one, slope = (other, end) if now * end < 0.0 else (one, 0.5 * slope)
+            other, end = theta, now
+            if end == 0.0:
+                break
+        before = rate
+
+
+def account(system: Any, work: Any, pieces: FloatArray, begin: int, count: int, numbers: Any) -> int:
+    """Account for recorded steps by the rule of their nodes, as `exact.account.account` does for pieces.
+
+    What contacts do at the nodes is written behind each step's values (2 c 8): force, slip. Stops are left out.
+    """
+    flow, steps, n, contacts = Carrier(system, work, pieces), work.steps, system.masses, system.contacts
+    width = pieces.shape[1]
+    if begin == 0:
+        clear(system, numbers)
+    for k in range(begin, count):
+        slot, t, h = enter(flow, pieces[k, 2:]), pieces[k, 0] - steps.origin, pieces[k, 1]
+        if slot < 0:
+            return k
+        for i in range(COUNT):
+            drive_at(system, t + NODES[i] * h, steps.driven, i)
+            for j in range(steps.components):
+                steps.trial[j, i] = pieces[k, 2 + 3 * contacts + COUNT * j + i]
+        forces(flow, slot, 0, COUNT)
+        for i in range(COUNT):
+            weight = h * MATRIX[STAGES - 1, i - 1] if i > 0 else 0.0
+            for c in range(contacts):
+                force, slip = seen_at(flow, slot, c, i)
+                at, speed = (
+                    width - COUNT * (2 * contacts - c) + i,
+                    along(system, steps.trial, n, i, c, steps.driven[1, i]),
+                )
+                pieces[k, at], pieces[k, at + COUNT * contacts] = force, slip
+                work.force[c] = force - system.dashpot[c] * speed
+                numbers.contact[c] += weight * work.force[c] * speed
+                numbers.gap -= weight * work.force[c] * speed
+                numbers.path[c] += weight * abs(slip if system.law.states[c] > 0 else slip * speed)
+            work.f[0], work.f[1] = steps.driven[0, i], steps.driven[1, i]
+            for a in range(n):
+                work.now_q[a], work.now_v[a] = steps.trial[a, i], steps.trial[n + a, i]
+            y = work.f[0] if system.moves != 0.0 else shown_at(system, t + NODES[i] * h)[0]
+            add_flows(system, work, weight, y, numbers)
+        for a in range(n if system.harmonics > 0 else 0):
+            widen(flow, t, h, a, numbers)
+    return count
+
+
+INTEGRATOR, ACCOUNT = address_of(run, RUN), address_of(account, SIGNATURE)
 
 
 @entry
-def observe(flow: Stepper, base: FloatArray, rows: FloatArray, values: FloatArray, found: FloatArray) -> int:
-    """Write force and slip of the contacts (2, m, c, k) in states (m, size, k) of steps; base (m, 3, k) then.
+def observe(systems: Any, works: Any, base: FloatArray, rows: FloatArray, values: FloatArray, found: FloatArray) -> int:
+    """Write forces of the contacts (m, c) in states (m, size) within steps; base (m, 3) then.
 
     `rows` (m, 3 c): side, stiffness and constant force of the contacts, as recorded. Returns the row whose phase is to
     be made first, or their number.
     """
-    system, work, law, steps = flow.systems[0], flow.works[0], flow.systems[0].law, flow.works[0].steps
-    n, contacts = system.masses, system.contacts
-    steps.components = 2 * n + system.sliders - system.first[contacts]
+    flow, steps = Carrier(systems[0], works[0], found), works[0].steps
     for j in range(len(rows)):
-        for c in range(contacts):
-            work.side[c], work.kappa[c] = int(rows[j, c]), rows[j, contacts + c]
-            work.offset[c] = rows[j, 2 * contacts + c]
-        slot = slot_of(system, work.phases, work.kappa)
+        slot = enter(flow, rows[j])
         if slot < 0:
             return j
-        begin_phase(flow, slot)
-        for i in range(values.shape[2]):
-            for k in range(steps.components):
-                steps.trial[k, 0] = values[j, k, i]
-            for order in range(3):
-                steps.driven[order, 0] = base[j, order, i]
-            forces(flow, slot, 0, 1)
-            for c in range(contacts):
-                z, v = (
-                    along(system, steps.trial, 0, 0, c, base[j, 0, i]),
-                    along(system, steps.trial, n, 0, c, base[j, 1, i]),
-                )
-                force, slip, at = system.dashpot[c] * v, float(work.side[c]), law.at[c]
-                if work.kappa[c] == inf:
-                    force = -work.phases.bind[slot, c] * base[j, 2, i]
-                    for b in range(n):
-                        force += work.phases.grip[slot, c, b] * steps.net[b, 0]
-                elif law.states[c] < 0:
-                    force += work.kappa[c] * z + work.offset[c]
-                else:
-                    w, age = (
-                        steps.trial[at, 0] if law.states[c] > 0 else 0.0,
-                        steps.trial[at + 1, 0] if law.states[c] > 1 else 0.0,
-                    )
-                    d = contact_at(flow, c, slip, z, v, w, age)
-                    force, slip = force + d[0], d[5]
-                found[0, j, c, i], found[1, j, c, i] = force, slip
+        for k in range(steps.components):
+            steps.trial[k, 0] = values[j, k]
+        for order in range(3):
+            steps.driven[order, 0] = base[j, order]
+        forces(flow, slot, 0, 1)
+        for c in range(flow.system.contacts):
+            found[j, c] = seen_at(flow, slot, c, 0)[0]
     return len(rows)

@@ -1,7 +1,4 @@
-"""A sampled base motion under any laws, by either flow: what is carried between samples, and accounted for.
-
-The exact flow accounts for its pieces itself; of steps energies are integrals by Gauss-Radau's rule.
-"""
+"""A sampled base motion under any laws, by either flow: what is carried between samples, and accounted for."""
 
 from collections.abc import Iterator
 from math import ceil, inf
@@ -63,9 +60,12 @@ def carry(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, e
         law["force"], law["first"] = size, LONGEST
     system["harmonics"], found = 0, np.zeros((len(time), 2 * n + contacts))
     passed = _passed(flow, time, cubics, flow.rest_at(q, v, float(cubics[0, 0])), found)
-    account: Any = _of_pieces if exact else _of_steps
-    sums, seen = zip(*(account(flow, *part) for part in passed), strict=True)
-    friction, dashpots, lost, paths, put_in, gap = (np.sum(part, axis=0) for part in zip(*sums, strict=True))
+    nodes_of: Any = _nodes_of_pieces if exact else _nodes_of_steps
+    sums, seen = zip(*((sums, nodes_of(flow, *part)) for *part, sums in passed), strict=True)
+    put_in, gap, lost = (sum(float(part[name]) for part in sums) for name in ("input", "gap", "frame"))
+    work_done, dashpots, paths = (
+        sum(part[name][:contacts] for part in sums) for name in ("contact", "dashpot", "path")
+    )
     nodes, events = np.concatenate(seen, axis=-1), []  # time, slip and place of contacts; of pieces length, too
     for c, contact in enumerate(frame.contacts):
         if exact:
@@ -82,7 +82,7 @@ def carry(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, e
     for c, contact in enumerate(frame.contacts):
         if system["law"]["states"][c] > 0:  # its force at rest is the spring's
             stored[c] = _bent(flow, c, contact)
-    return Carried(*(found[::parts], events, friction, dashpots, float(lost), paths, stored, float(put_in), float(gap)))
+    return Carried(found[::parts], events, work_done - dashpots, dashpots, lost, paths, stored, put_in, gap)
 
 
 def _passed(
@@ -98,7 +98,7 @@ def _passed(
         flow.put(works, state)
         part, whole = slice(done, done + CHUNK), slice(done, done + CHUNK + 1)
         pieces, marks, sums = np.empty((count, flow.width)), np.zeros(len(time[whole]), np.int64), record_of(NUMBERS)
-        reached, code = travel(flow.carrier(works, pieces), time[whole], cubics[part], sums, found[whole], marks, left)
+        reached, code = travel(flow.systems, works, pieces, time[whole], cubics[part], sums, found[whole], marks, left)
         if code == MISSING:
             made = flow.made(works, made)
         elif code != DONE:
@@ -112,59 +112,36 @@ def _passed(
             done += len(marks) - 1
 
 
-def _of_pieces(
-    flow: Flow, pieces: FloatArray, since: FloatArray, cubics: FloatArray, _marks: Any, _found: Any, sums: Any
-) -> tuple[Any, ...]:
-    """Account for exact pieces: what is summed, as `Carried` has it, and begin, length, side, place (4, c, m)."""
+def _nodes_of_pieces(
+    flow: Flow, pieces: FloatArray, since: FloatArray, cubics: FloatArray, _marks: Any, _found: Any
+) -> FloatArray:
+    """Return begin, length, side and place of contacts (4, c, m) of exact pieces."""
     n, contacts, system = flow.masses, flow.contacts, flow.systems[0]
     begin, length, side = pieces[:, 0], pieces[:, 1], pieces[:, 2 + 2 * n + 2 * contacts :].T
     f = derivatives_of(cubics, begin - since)[0]
     place = system["row"][:contacts, :n] @ pieces[:, 2 : 2 + n].T - np.outer(system["follow"][:contacts], f)
-    contact, dashpot, path = (sums[name][:contacts].copy() for name in ("contact", "dashpot", "path"))
-    numbers = contact - dashpot, dashpot, float(sums["frame"]), path, float(sums["input"]), float(sums["gap"])
-    return numbers, np.stack((*(np.broadcast_to(x, side.shape) for x in (begin, length)), side, place))
+    return np.stack((*(np.broadcast_to(x, side.shape) for x in (begin, length)), side, place))
 
 
-def _of_steps(
+def _nodes_of_steps(
     flow: Integrated,
     pieces: FloatArray,
     since: FloatArray,
     cubics: FloatArray,
     marks: NDArray[np.int64],
     found: FloatArray,
-    _sums: Any,
-) -> tuple[Any, ...]:
-    """Account for steps: what is summed, as `Carried` has it, and time, slip and place of contacts (3, c, 8 m).
-
-    Writes displacements, velocities and forces at samples.
-    """
-    system, n, contacts = flow.systems[0], flow.masses, flow.contacts
-    begin, length, rows, values = flow.recorded_in(pieces)
-    times = begin[:, None] + np.outer(length, radau.NODES)
-    f = derivatives_of(cubics, (times - since[:, None]).T).swapaxes(1, 2)
-    seen = flow.observe(f[:3], rows, values)
-    whole = np.concatenate((values[:, : 2 * n], seen[0]), axis=1)
+) -> FloatArray:
+    """Return time, slip and place of contacts (3, c, 8 m) at the nodes of steps; write what is at samples."""
+    n, contacts, system = flow.masses, flow.contacts, flow.systems[0]
+    begin, length, _, values, (force, slip) = flow.recorded_in(pieces)
+    whole = np.concatenate((values[:, : 2 * n], force), axis=1)
     found[0], found[1:] = whole[0, :, 0], whole[marks[1:] - 1, :, -1]
-    weights, row = length[:, None] * np.append(0.0, radau.MATRIX[-1]), system["row"][:contacts, :n]
-    dashpot, follow = system["dashpot"][:contacts, None, None], system["follow"][:contacts, None, None]
-    q, speed = (np.moveaxis(values[:, k : k + n], 1, 0) for k in (0, n))
-    place, slip = np.tensordot(row, q, 1) - follow * f[0], np.tensordot(row, speed, 1) - follow * f[1]
-    force, damping = np.moveaxis(seen[0], 1, 0) - dashpot * slip, system["damping"][:n, :n]
-    own = damping - row.T @ (dashpot[:, :, 0] * row)
-    legs = speed - float(system["moves"]) * f[1]
-    drive = np.tensordot(system["push"][:n], f[:2], 1)
-
-    def integral(one: FloatArray, other: FloatArray) -> Any:
-        return np.sum(weights * one * other, axis=(-2, -1))
-
-    friction, taken = integral(force, slip), integral(dashpot * slip, slip)
-    lost, put_in = float(np.sum(integral(np.tensordot(own, legs, 1), legs))), float(np.sum(integral(drive, speed)))
-    thick, pulled = np.sum(integral(np.tensordot(damping, speed, 1), speed)), np.sum(integral(follow * force, f[1]))
-    slips = np.moveaxis(seen[1], 1, 0)
-    creeps = flow.law["states"][:contacts, None, None] > 0
-    paths = integral(np.abs(np.where(creeps, slips, slips * slip)), np.ones_like(slip))
-    nodes = np.stack((np.broadcast_to(times, slips.shape), slips, place)).reshape(3, contacts, -1)
-    return (friction, taken, lost, paths, put_in, put_in - float(thick + np.sum(friction) + pulled)), nodes
+    times = begin[:, None] + np.outer(length, radau.NODES)
+    f = derivatives_of(cubics, (times - since[:, None]).T)[0].T
+    place = np.tensordot(system["row"][:contacts, :n], np.moveaxis(values[:, :n], 1, 0), 1)
+    place -= system["follow"][:contacts, None, None] * f
+    slips = np.moveaxis(slip, 1, 0)
+    return np.stack((np.broadcast_to(times, slips.shape), slips, place)).reshape(3, contacts, -1)
 
 
 def _bent(flow: Any, c: int, contact: Contact) -> float:
