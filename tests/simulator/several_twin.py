@@ -30,7 +30,8 @@ class Twin:
         self.modes = [0] * len(structure.contacts)
         self.anchors = np.zeros(len(structure.contacts))
         self.stops, self.stuck = 0, 0.0  # of the first contact
-        self.method, self.passed = "DOP853", []  # states at whole radians
+        self.method: Any = "DOP853"
+        self.passed: list[Floats] = []  # states at whole radians
 
     @classmethod
     def of_one(cls, problem: Problem) -> "Twin":

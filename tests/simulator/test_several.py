@@ -12,13 +12,13 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import ParameterError, SimulationError
-from frictionlab.simulator import Base, Contact, Problem, Structure, simulate, steady_state
+from frictionlab.simulator import Base, Contact, Problem, Structure, coexisting, simulate, steady_state
 from frictionlab.simulator.exact.solve import Trajectory
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.numeric import steady as integrated
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.simulator.numeric_oracle import LAWS, rates
-from tests.simulator.several_twin import cycles_from_rest
+from tests.simulator.several_twin import Twin, cycles_from_rest
 from tests.simulator.test_record import some_base
 
 
@@ -62,6 +62,23 @@ def test_without_contacts_it_is_the_linear_response() -> None:
     assert found.response_amplitudes == pytest.approx(np.abs(driven), rel=1e-12)
     assert found.energy_per_cycle == pytest.approx(-math.pi * driven[0].imag, rel=1e-11)
     assert found.closure_error == pytest.approx(0.0, abs=1e-10)
+
+
+def test_motions_of_a_frame_coexist_and_each_repeats_in_the_twin() -> None:
+    sticky = rubs("coulomb+breakaway", 1, beta=0.2, static_ratio_up=3.0, static_ratio_down=3.0)
+    frame = Structure.of_storeys(0.38, [1.0, 0.1], [1.0, 1.0], [0.005, 0.005], [sticky])
+    found = [attractor.state for attractor in coexisting(frame, starts=12)]
+    assert {state.period_cycles for state in found} == {1, 3}
+    for state in found:
+        assert state.orbit is not None
+        assert abs(state.floquet_multiplier or 2.0) < 1.0
+        start = np.concatenate([values[0] for values in state.orbit.all_at([0.0])[:2]])
+        end, taken = start, 0.0
+        for _ in range(state.period_cycles or 0):
+            end, more = np.split(Twin(frame).run(end, 2.0 * math.pi), [4])
+            taken += more[1] / (state.period_cycles or 1)
+        assert end == pytest.approx(start, abs=1e-9)
+        assert state.contact_energy_per_cycle == pytest.approx(taken, abs=1e-9)
 
 
 UNEVEN = {"static_ratio_up": 1.3, "static_ratio_down": 1.1}

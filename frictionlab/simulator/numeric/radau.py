@@ -355,7 +355,7 @@ def held_at(flow: Carrier, slot: int, c: int, i: int) -> float:
     total = -phases.bind[slot, c] * steps.driven[2, i]
     for b in range(flow.system.masses):
         total += phases.grip[slot, c, b] * steps.net[b, i]
-    return total
+    return float(total)
 
 
 @inner
