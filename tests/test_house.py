@@ -55,7 +55,7 @@ MAY_IMPORT = {
     for own, _, allowed in (line.partition(":") for line in re.split(r"\n(?! )", PLAN.strip()))
 }
 # what a module of analysis other than measurement and stretches may import beside its neighbours
-KERNELS = {"uncertainty", "errors", "estimate", "schema"}
+KERNELS = {"uncertainty", "errors", "estimate", "schema", "sampling"}
 HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich", "asyncio", "filelock")
 OWNERS = {
     "distributed": {"workers"},

@@ -32,6 +32,7 @@ _ONE_SIDED = 1.645  # 95 % of a normal distribution lie below its mean and so ma
 
 _NAMES = ("start", "swing", "rest", "omega", "zeta", "friction", "cubic")
 _SMALL = 1e-4  # share of the spring's force by the cubic term, from which its fit starts
+ALONE = np.ones(1)  # the shape of a single mass
 _STEPS = 16  # of a half-cycle
 _MOST_HALF_CYCLES = 20_000
 _SIGNIFICANT = 4.0  # standard errors of the cubic term, from which it is kept
@@ -215,16 +216,19 @@ def _solve(
 
     found = least_squares(left, np.zeros(len(names)), method="lm")
     fitted = trial(found.x)
-    error = _errors(-np.asarray(found.jac), found.fun, time, fitted) * unit
+    error = decay_errors(-np.asarray(found.jac), found.fun, time, fitted) * unit
     se = Decay(**(dict.fromkeys(_NAMES, 0.0) | dict(zip(names, error.tolist(), strict=True))))
     return fitted, se, found.fun * size
 
 
-def _errors(jacobian: FloatArray, residual: FloatArray, time: FloatArray, decay: Decay) -> FloatArray:
+def decay_errors(
+    jacobian: FloatArray, residual: FloatArray, time: FloatArray, decay: Decay, shape: FloatArray = ALONE
+) -> FloatArray:
     """Standard error of each parameter: of white residuals or of jackknives, if larger, and of friction that wanders.
 
     Runs of neighbouring half-cycles are left out whole, from single ones to a sixth of the decay, so that damping of
-    another kind widens the error as much as it moves the result.
+    another kind widens the error as much as it moves the result. ``jacobian`` (n, p), ``residual`` (n,), ``time`` (n,)
+    s, ascending; ``shape`` (m,): how far each of m masses, whose samples take turns, moves in the decay.
     """
     # number of each sample's half-cycle; a few samples at either end belong to the half-cycle beside them
     number = np.unique(np.floor((time - decay.start) / decay.half_period), return_inverse=True)[1]
@@ -241,8 +245,10 @@ def _errors(jacobian: FloatArray, residual: FloatArray, time: FloatArray, decay:
     angle = math.pi / decay.half_period * (time - decay.start)
     fade = np.exp(-decay.zeta * decay.omega * np.mod(time - decay.start, decay.half_period))
     kept = math.exp(-decay.zeta * decay.omega * decay.half_period)
-    for shape in (np.cos(angle), np.sin(angle)):  # what a push at a turning point adds: amplitude, phase
-        variance = variance + _wandering(jacobian, residual, number, shape * fade, kept)
+    masses = np.tile(shape, len(residual) // len(shape))
+    along = np.repeat(residual.reshape(-1, len(shape)) @ shape / float(shape @ shape), len(shape)) * masses
+    for push in (np.cos(angle), np.sin(angle)):  # what one at a turning point adds: amplitude, phase
+        variance = variance + _wandering(jacobian, along, number, push * fade * masses, kept, len(shape))
     return np.asarray(np.sqrt(variance))
 
 
@@ -259,7 +265,12 @@ def _jackknife(jacobian: FloatArray, residual: FloatArray, group: NDArray[np.int
 
 
 def _wandering(
-    jacobian: FloatArray, residual: FloatArray, half_cycle: NDArray[np.intp], shape: FloatArray, kept: float
+    jacobian: FloatArray,
+    residual: FloatArray,
+    half_cycle: NDArray[np.intp],
+    shape: FloatArray,
+    kept: float,
+    masses: int,
 ) -> FloatArray:
     """Variance of each parameter from what changes at random at each turning point and stays in all later cycles.
 
@@ -270,7 +281,7 @@ def _wandering(
     power = np.bincount(half_cycle, shape * shape, count)
     amplitude = np.bincount(half_cycle, shape * residual, count) / power
     inside = residual - amplitude[half_cycle] * shape
-    noise = float(inside @ inside) / max(1, len(residual) - count) / power
+    noise = float(inside @ inside) / max(1, len(residual) // masses - count) / power
     step = amplitude[1:] - kept * amplitude[:-1]
     freedom = max(1, len(step) - 3)
     scatter = max(0.0, float(step @ step - np.sum(noise[1:] + kept * kept * noise[:-1])) / freedom)

@@ -7,19 +7,20 @@ that only two numbers a mode are searched for. Friction of the frame is no part 
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks
 
-from frictionlab.analysis.decay import DecayFit, first_guess, fit_decay
-from frictionlab.analysis.signals import EVEN, stray, white_noise
+from frictionlab.analysis.decay import Decay, DecayFit, decay_errors, first_guess, fit_decay
+from frictionlab.analysis.signals import evenly, white_noise
 from frictionlab.analysis.spectrum import amplitude_spectrum, without_hum
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Average, Estimate, average
+from frictionlab.sampling import sampling_interval
 
 _PER_HALF_CYCLE = 40  # samples that a fit needs; more are averaged
 _ODD = 0.02  # rms left over the first swing: of another kind than viscous and Coulomb
@@ -103,24 +104,29 @@ def free_vibrations(
     >>> print(f"{tap.natural_frequency_hz:.3f} {tap.damping_ratio:.4f} {tap.friction_m < 1e-9}")
     3.000 0.0100 True
     """
-    step = (time[-1] - time[0]) / max(len(time) - 1, 1)
-    if stray(time, step) < EVEN:
-        displacement = without_hum(displacement, step)
-        base = None if base is None else without_hum(base, step)
-    found = []
+    time, (displacement, *others) = _without_hum(time, [displacement] if base is None else [displacement, base])
+    base = others[0] if others else None
+    found, refused = list[FreeVibration](), list[str]()
     for tap in find_taps(time, displacement):
         when, height = tap
         inside, share = (time >= when[0]) & (time <= when[-1]), 0.0
         if base is not None and np.count_nonzero(inside) > 1:
             share = math.sqrt(2.0) * float(np.std(base[inside])) / float(_swings(tap)[0])
         if share > _DRIVEN:
-            raise AnalysisError(
-                f"free vibration: a driven motion: the base moves by {share:.0%} of the mass's swing: expected a base"
-                " at rest: hold it, tap the mass, record until it rests"
+            refused.append(
+                f"a driven motion: the base moves by {share:.0%} of the mass's swing: expected a base at rest: hold it,"
+                " tap the mass, record until it rests"
             )
+            continue
         guess = first_guess(when, height, pendulum=pendulum)
         t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
         fit = fit_decay(t, seen, guess)
+        if fit.misfit > _NO_DECAY:
+            refused.append(
+                f"viscous and friction damping leave {fit.misfit:.0%} of the first swing: expected a mass that swings"
+                " freely: displace it, let go, touch nothing"
+            )
+            continue
         decay, se = fit.decay, fit.se
         found.append(
             FreeVibration(
@@ -146,13 +152,22 @@ def free_vibrations(
                 fitted=seen - fit.residual,
             )
         )
-    good = tuple(tap for tap in found if tap.misfit <= _NO_DECAY)
-    if not good:
-        raise AnalysisError(
-            f"free vibration: viscous and friction damping leave {min(t.misfit for t in found):.0%} of the first swing:"
-            " expected a mass that swings freely: displace it, let go, touch nothing"
-        )
-    return good
+    if not found:
+        raise AnalysisError(f"free vibration: {refused[0]}")
+    found[0] = replace(found[0], warnings=(*(f"another tap is left out: {why}" for why in refused), *found[0].warnings))
+    return tuple(found)
+
+
+def _without_hum(time: FloatArray, signals: Iterable[FloatArray]) -> tuple[FloatArray, list[FloatArray]]:
+    """Signals (n,) on an even clock where stamps stray, hum taken out, and their stamps; holes stay holes."""
+    step = sampling_interval(time)
+    even, strays = evenly(time, step, {str(k): signal for k, signal in enumerate(signals)})
+    cleaned = [without_hum(signal, step) for signal in even.values()]
+    if not strays:
+        return time, cleaned
+    there = np.unique(np.rint((time - time[0]) / step).astype(np.intp))
+    there = there[there < len(cleaned[0])]
+    return time[0] + step * there, [signal[there] for signal in cleaned]
 
 
 def _thinned(time: FloatArray, x: FloatArray, half_period: float, rest: float) -> tuple[FloatArray, FloatArray]:
@@ -352,7 +367,7 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     Parameters
     ----------
     time : (n,) array
-        s, evenly spaced.
+        s, increasing.
     displacements : (m, n) array
         Of each mass, m, from mass 1 up; may begin before the release.
 
@@ -369,8 +384,8 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     >>> [(round(m.natural_frequency_hz, 3), [round(s, 3) for s in m.shape]) for m in found]
     [(1.91, [0.6, 1.0]), (4.934, [1.0, -0.6])]
     """
-    step = float(time[-1] - time[0]) / (len(time) - 1)
-    signals = np.array([without_hum(x, step) for x in displacements])
+    time, cleaned = _without_hum(time, displacements)
+    step, signals = sampling_interval(time), np.array(cleaned)
     about = signals - np.median(signals[:, -max(1, len(time) // 10) :], axis=1)[:, None]
     size = np.abs(about).max(axis=0)
     first = int(np.argmax(size))
@@ -403,19 +418,24 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     start = np.array([value for f in guess for value in (f, DAMPING)])
     found = least_squares(left, start, x_scale=np.array([value for f in guess for value in (0.01 * f, DAMPING)]))
     share, *_ = np.linalg.lstsq(columns(found.x), x.T, rcond=None)
-    slopes = np.asarray(found.jac)
     misfit = float(np.std(found.fun)) * float(size[first]) / float(np.std(x))
     if misfit > ODD:
         raise AnalysisError(
             f"free vibration: {len(x)} damped modes leave {100.0 * misfit:.2g} % of the motion: expected a free decay"
             " of as many masses as there are columns: displace, let go, touch nothing"
         )
-    variance = float(found.fun @ found.fun) / max(1, len(found.fun) - len(start))
-    error = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)) * variance)
     each = share[: len(guess)] - 1j * share[len(guess) : -1]  # complex amplitudes (mode, mass)
     largest = np.take_along_axis(each, np.abs(each).argmax(axis=1)[:, None], axis=1)
-    numbers = np.stack([found.x, error], axis=1).reshape(-1, 4)
     shapes = (each / largest).real
+    rules = [  # that of a free decay, by the half-cycles of each mode
+        decay_errors(
+            *(np.asarray(found.jac), np.asarray(found.fun), np.repeat(t, len(x))),
+            Decay(0.0, 1.0, 0.0, 2.0 * math.pi * f, zeta, 0.0),
+            shape,
+        )
+        for (f, zeta), shape in zip(found.x.reshape(-1, 2).tolist(), shapes, strict=True)
+    ]
+    numbers = np.stack([found.x, np.max(rules, axis=0)], axis=1).reshape(-1, 4)
     return tuple(
         Mode(f, f_se, zeta, zeta_se, tuple(shape))
         for (f, f_se, zeta, zeta_se), shape in zip(numbers.tolist(), shapes.tolist(), strict=True)

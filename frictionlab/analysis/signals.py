@@ -25,6 +25,7 @@ from frictionlab.errors import AnalysisError
 
 EVEN = 0.02  # of a step: stamps that stray no further from an even clock are even
 COARSE_STEPS = 4  # different steps of stamps that are merely written coarsely
+COINCIDE, HOLE = 0.2, 2.5  # steps between two stamps: noise makes a spline swing over fewer, a motion over more
 MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are
 
 
@@ -65,7 +66,9 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
     """Signals (n,) of stamps [s] on an even clock, and how far the stamps strayed from it (0: nothing was changed).
 
     Stamps within 2 % of a step of an even clock count as even, and so do stamps that are merely written coarsely (few
-    different steps, none missing). Anything else is interpolated linearly.
+    different steps, none missing). Anything else is interpolated by a cubic spline (a straight line takes 1 to 4 % of a
+    motion of 10 samples a cycle, the spline less than 0.1 %), across missing samples by a straight line. Of stamps that
+    nearly coincide the first counts.
 
     Raises
     ------
@@ -84,7 +87,16 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
         )
     even, passed = np.arange(time[0], time[-1] + 1e-9 * step, step), time - time[0]
     strays = float(np.max(np.abs(passed - step * np.rint(passed / step)))) / step
-    return {name: np.interp(even, time, values) for name, values in signals.items()}, max(strays, EVEN)
+    from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - half a second that only stray stamps need
+
+    apart = np.flatnonzero(np.diff(time, prepend=-math.inf) > COINCIDE * step)
+    measured = np.stack([values[apart] for values in signals.values()], axis=1)
+    spline = make_interp_spline(time[apart], measured, k=min(3, len(apart) - 1))
+    rows, next_one = np.ascontiguousarray(spline(even).T), np.searchsorted(time, even).clip(1, len(time) - 1)
+    hole = time[next_one] - time[next_one - 1] > HOLE * step
+    for row, values in zip(rows, signals.values(), strict=True):
+        row[hole] = np.interp(even[hole], time, values)
+    return dict(zip(signals, rows, strict=True)), max(strays, EVEN)
 
 
 # The sensor ----------------------------------------------------------------------------------------------------------
@@ -113,8 +125,11 @@ def white_noise(signal: FloatArray) -> float:
 
 def sensor_step(signal: FloatArray) -> float:
     """Smallest step of a sensor's values, rounding in the text merged; 0 when they are not quantised."""
-    levels = np.unique(signal[:20_000])
-    if len(levels) < 2 or len(levels) > 0.9 * min(len(signal), 20_000):
+    some = signal  # else blocks from all of it: a record may begin at rest
+    if len(signal) > 20_000:
+        some = np.concatenate([signal[k : k + 1000] for k in np.linspace(0, len(signal) - 1000, 20).astype(np.intp)])
+    levels = np.unique(some)
+    if len(levels) < 2 or len(levels) > 0.9 * len(some):
         return 0.0
     gaps = np.diff(levels)
     real = gaps[gaps > 0.1 * np.median(gaps)]

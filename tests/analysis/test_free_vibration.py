@@ -118,3 +118,20 @@ def test_a_pendulum_of_large_angles() -> None:
     assert tap.natural_frequency_hz == pytest.approx(4.0 / (2 * math.pi), rel=2e-4)
     assert abs(tap.friction_m - 0.004) < 3 * (tap.friction_m_se or 0.0)
     assert tap.damping_ratio == pytest.approx(0.002, rel=0.05)
+
+
+def test_hum_is_taken_out_under_a_clock_that_jitters() -> None:
+    """It was left in where stamps stray: "this is a driven motion"."""
+    t = T + np.random.default_rng(3).uniform(-0.1, 0.1, len(T)) / RATE
+    x = Decay(0.0, 5e-3, 0.0, OMEGA, 0.01, 0.0).at(t) + 20e-6 * np.sin(100 * math.pi * t)
+    (tap,) = free_vibrations(t, x)
+    assert tap.damping_ratio == pytest.approx(0.01, rel=1e-3)
+
+
+def test_a_tap_with_a_bumped_base_is_left_out_and_the_others_stay() -> None:
+    x = seen(np.concatenate([decaying(0.01), decaying(0.01), decaying(0.01)]))
+    t = clock(x)
+    bumped = np.where((t > 25.0) & (t < 35.0), 1e-3 * np.sin(OMEGA * t), 0.0)
+    taps = free_vibrations(t, x, bumped)
+    assert [round(tap.start_s) for tap in taps] == [0, 50]
+    assert "another tap is left out: a driven motion: the base moves by" in taps[0].warnings[0]

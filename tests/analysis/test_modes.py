@@ -45,6 +45,18 @@ def test_frequencies_damping_and_shapes_are_those_of_the_frame() -> None:
         assert mode.natural_frequency_hz_se < 1e-4 * frequency
 
 
+def test_errors_of_modes_hold_damping_that_wanders() -> None:
+    """White residuals alone made them 23 to 50 times too small."""
+    t, rng, scores = np.arange(0.0, 20.0, 0.005), np.random.default_rng(5), []
+    for _ in range(8):
+        slow, fast = (
+            np.exp(-0.01 * w * t + 2e-3 * np.cumsum(rng.standard_normal(len(t)))) * np.cos(w * t) for w in (12.0, 31.0)
+        )
+        found = modes(t, 1e-3 * np.array([0.6 * slow + fast, slow - 0.6 * fast]))
+        scores += [(mode.damping_ratio - 0.01) / mode.damping_ratio_se for mode in found]
+    assert 0.5 < math.sqrt(float(np.mean(np.square(scores)))) < 2.0
+
+
 def test_one_mode_in_two_columns_is_refused() -> None:
     t = np.arange(0.0, 20.0, 0.005)
     x = np.exp(-0.2 * t) * np.cos(20.0 * t)

@@ -106,3 +106,9 @@ def test_unflagged_jumps_are_refused_by_size() -> None:
     t[1000:] += 1.7e9
     with pytest.raises(AnalysisError, match=r"jump from 3.996 to 1.7e\+09 s, unflagged: 2000 samples would become"):
         evenly(t, 0.004, {"mass": t})
+
+
+def test_a_sensor_at_rest_for_long_has_the_step_of_its_motion() -> None:
+    """Only the first 20,000 samples were looked at: 0 was found."""
+    signal = np.concatenate([np.zeros(20_000), np.round(1e3 * np.sin(np.arange(20_000) * 0.01))])
+    assert sensor_step(signal) == 1.0
