@@ -76,7 +76,7 @@ class Estimate:
 
     def with_relative(self, share: float) -> "Estimate":
         """The same number, its uncertainty of its standard error and a share of itself."""
-        return self if self.value is None else self.with_u(math.hypot(self.se or 0.0, share * self.value))
+        return self if self.value is None or self.se is None else self.with_u(math.hypot(self.se, share * self.value))
 
     def __str__(self) -> str:
         if self.value is None:

@@ -78,19 +78,21 @@ def in_band(cycle: FloatArray, share: FloatArray) -> FloatArray:
     return np.asarray(np.fft.irfft(np.fft.rfft(cycle) * np.concatenate([[1.0], share]), len(cycle)))
 
 
-def cut_away(cycle: FloatArray, drive: float, channel: SensorChannel, *, friction: float, r: float) -> float:
+def cut_away(cycle: FloatArray, drive: float, channel: SensorChannel, *, friction: float, r: float | None) -> float:
     """Return how much of the amplitude (Y) of a restored mean cycle (p,) its channel's filter may have cut away.
 
     The larger of what a filter of half the cut-off would cut away, and the third harmonic of a mass that slides:
-    friction of a ratio ``friction`` has one of ``4 friction / (3 pi)`` kY, answered by ``1 / |1 - 9 r^2|``. In 80 tests
-    with cut-offs of 0.6 to 2 natural frequencies the error was at most 1.4 times the combined uncertainty (rms 0.52).
+    friction of a ratio ``friction`` has one of ``4 friction / (3 pi)`` kY, answered by ``1 / |1 - 9 r^2|`` (of an r
+    that is not known: at resonance). In 80 tests with cut-offs of 0.6 to 2 natural frequencies the error was at most
+    1.4 times the combined uncertainty (rms 0.52).
     """
     lines = np.fft.rfft(cycle)
     share = kept(np.arange(0.0, len(lines)) * (NARROWER * drive), channel)
     share[:2] = 1.0
     narrower = 0.5 * abs(float(np.ptp(np.fft.irfft(lines * share, len(cycle))) - np.ptp(cycle)))
     lost = 1.0 - float(kept(np.array([3.0 * drive]), channel)[0])
-    return max(narrower, lost * 4.0 * friction / (3.0 * math.pi) / max(abs(1.0 - 9.0 * r * r), LEAST_GAIN))
+    stiff = 0.0 if r is None else abs(1.0 - 9.0 * r * r)
+    return max(narrower, lost * 4.0 * friction / (3.0 * math.pi) / max(stiff, LEAST_GAIN))
 
 
 def check_drive(drive: float, channels: tuple[SensorChannel, SensorChannel]) -> None:
@@ -173,10 +175,9 @@ def gain_kept(penalty: float) -> float:
 
 HIGH_PASS = 8  # of the high-pass: |H| = 1 / (1 + (f_c / f)^8), without a shift of phase
 AROUND = 6.0  # periods of the slowest motion kept: so much rest is put before and after the record
+DOUBTFUL = 2.5  # periods of it at either end: the high-pass rings there, 0.3 % of a motion is left after them
 SLOWEST = 0.2  # of the strongest line: slower motions are not integrated
 FORCES = ("contact_force", "torque")
-KEPT = (*FORCES, "normal_force", "mass_velocity")
-"""Channels that are measured beside the displacements."""
 
 
 def _transfer(f: FloatArray, highpass_hz: float, times: int) -> FloatArray:
@@ -212,7 +213,7 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     slowest = SLOWEST * spectrum.strongest_tone(spectrum.amplitude_spectrum(signal, step)).frequency
     moved, _, said = integrated(signal, rate, slowest, times=times)
     words = f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: {said}"
-    return moved, [words], min(round(rate / slowest), len(signal) // 4)
+    return moved, [words], min(round(DOUBTFUL * rate / slowest), len(signal) // 4)
 
 
 def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: int = 2) -> tuple[FloatArray, float, str]:
@@ -220,8 +221,8 @@ def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: in
 
     Mean and straight line are taken off first; then each frequency is divided by ``2 pi i f`` once (a velocity) or
     twice (an acceleration) and multiplied by the high-pass. What a record holds before its start and after its end is
-    not known: rest is put there, and the first and last period of the slowest motion kept are doubtful. With it the
-    rms [m] that the sensor's noise makes of it, and both in words.
+    not known: rest is put there, and some periods of the slowest motion kept are doubtful at either end. With it
+    the rms [m] that the sensor's noise makes of it, and both in words.
     """
     n, around = len(signal), math.ceil(AROUND * rate / highpass_hz)
     padded = np.pad(line(np.arange(n, dtype=np.float64), signal)[1], around)
@@ -232,8 +233,8 @@ def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: in
     u = math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(_transfer(f, highpass_hz, times) ** 2, f)))
     share = 100.0 * u / max(float(np.std(moved)), 1e-300)
     said = (
-        f"what moves slower than {highpass_hz:.3g} Hz, drift and offset are gone, {1.0 / highpass_hz:.3g} s at either"
-        f" end are doubtful, and its sensor's noise makes {1e6 * u:.3g} um rms of displacement ({share:.2g} % of it)"
+        f"what moves slower than {highpass_hz:.3g} Hz, drift and offset are gone, {DOUBTFUL / highpass_hz:.3g} s at"
+        f" either end are doubtful, and its sensor's noise makes {1e6 * u:.3g} um rms of displacement ({share:.2g} %)"
     )
     return moved, u, said
 

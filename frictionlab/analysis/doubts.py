@@ -88,18 +88,22 @@ def _of_lines(layout: Layout) -> Iterator[str]:
     """Of lines that are no harmonics of the drive, and of hum that may stand on one."""
     foreign, hz = layout.foreign, layout.drive.frequency
 
-    def share(amplitude: float) -> str:
-        return f"{100.0 * amplitude / layout.drive.amplitude:.2g} % of the base's amplitude"
+    def share(amplitude: float, of_base: str = "amplitude") -> str:
+        return f"{100.0 * amplitude / layout.drive.amplitude:.2g} % of the base's {of_base}"
 
-    def of(line: Line) -> str:
-        return f"at {line.frequency:.5g} Hz, {share(line.amplitude)}"
+    def of(line: Line, of_base: str = "amplitude") -> str:
+        return f"at {line.frequency:.5g} Hz, {share(line.amplitude, of_base)}"
 
     faint = LEAST * layout.drive.amplitude
-    for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base)):
+    for role, found, size in (
+        ("response_amplitude", foreign.mass, "amplitude"),
+        ("base_amplitude_m", foreign.base, "amplitude"),
+        ("stops_per_cycle", foreign.velocity, "speed"),
+    ):
         for line in found[:MANY]:
             if line.removed and line.amplitude > faint:
                 origin = mains_of(line) or "no harmonic of the drive"
-                yield f"{role}: a line {of(line)}, {origin}, is taken out: look for its source"
+                yield f"{role}: a line {of(line, size)}, {origin}, is taken out: look for its source"
     for line in foreign.on_harmonics[:MANY]:
         hum = mains_of(line)
         yield (

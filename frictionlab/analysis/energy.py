@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
     from frictionlab.analysis.response import Response
 
-FEW = 8  # cycles that show their own scatter; fewer take that of all
+FEW = 8  # cycles that show their own scatter; fewer take that of all ...
+STEADY = 0.1  # ... about a line where this share of the variance is left by it: a step is no drift
 CLEAR = 2.0  # deviations by which scatter must exceed what noise explains
 MOST_SINGLE = 400  # of the single cycles that are kept
 
@@ -64,17 +65,21 @@ def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_
 def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: float = 0.0) -> Estimate:
     """Mean of a per-cycle series (n,) over the cycles used, with its standard error; a steady drift is no scatter.
 
-    ``noise``: standard error of one value from sensor noise alone, below which none is stated; ``shared``: what all
-    cycles have in common.
+    ``noise``: standard error of one value from sensor noise alone, below which none is stated (0: not known, and then
+    fewer than three cycles have no error); ``shared``: what all cycles have in common.
     """
-    part, drift = values[used], steadiness.growth(values)
+    part, n, drift = values[used], len(values), steadiness.growth(values)
     mean = float(part.mean())
-    some = part if len(part) >= FEW else values
+    level = values - drift * float(values.mean()) * np.linspace(-0.5, 0.5, n)
+    some = part if len(part) >= FEW else level if level.var() < STEADY * values.var() else values
+    if len(some) <= 2 and not noise:
+        return Estimate(mean)
+    drift *= (len(part) - 1) / max(n - 1, 1)  # within the cycles used
     square = noise * noise / len(part)
     if len(some) > 2 and float(some.var(ddof=1)) > noise * noise * (1.0 + CLEAR * math.sqrt(2.0 / (len(some) - 1))):
         alone = float(some.var(ddof=1)) / len(part)
         square = max(alone if len(part) == 1 else variance_of_mean(some) * len(some) / len(part), square)
-    return Estimate(mean, math.hypot(math.sqrt(square), shared, drift * mean / math.sqrt(12.0)))
+    return Estimate(mean, math.hypot(math.sqrt(square), shared, steadiness.OF_A_RAMP * drift * mean))
 
 
 @dataclass(frozen=True)

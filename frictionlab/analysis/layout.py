@@ -17,6 +17,7 @@ from frictionlab.errors import AnalysisError
 FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
 FINE_SAMPLES = 24  # a cycle; between fewer a cubic takes from the third harmonic
+VELOCITY = "mass_velocity"
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
 RESOLVED = 3.0  # resolution cells between a line and a harmonic, in a window that parts them
 ROUNDS = 0.1  # of a sensor's step: a line below it may be rounding
@@ -44,7 +45,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Foreign:
-    """Lines that are no harmonics of the drive, by channel (m).
+    """Lines that are no harmonics of the drive, by channel (m); of a measured ``velocity`` over the drive's (rad/s).
 
     ``faintest``: amplitude of the faintest line that would be found in the mass's channel above the frame's reach (m);
     ``on_harmonics``: harmonics of the mass that stand out of those beside them; ``masked``: amplitude of hum that a
@@ -53,6 +54,7 @@ class Foreign:
 
     mass: tuple[Line, ...] = ()
     base: tuple[Line, ...] = ()
+    velocity: tuple[Line, ...] = ()
     faintest: float = 0.0
     on_harmonics: tuple[Line, ...] = ()
     masked: float = 0.0
@@ -65,7 +67,8 @@ class Layout:
     ``mass``, ``base`` (n, p): x/Y and y/Y about their means over all cycles, from the base's rise through zero on;
     ``time`` (n,), ``end`` (n,): when each cycle starts and ends [s];
     ``blocks``: which cycles follow each other without a gap; ``samples``: samples used of a cycle; ``of_mass``,
-    ``of_base``: the sensors, over Y; ``offset``: mean of x over all cycles [m];
+    ``of_base``: the sensors, over Y (of a measured velocity ``of_velocity``, over omega Y); ``offset``: mean of x over
+    all cycles [m];
     ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive; ``foreign``: lines between
     the drive's harmonics, the high ones taken out;
     ``base_wander`` (p,): what the base's slow wander adds to its mean cycle; ``more``: name -> cycles (n, p) of further
@@ -87,6 +90,7 @@ class Layout:
     foreign: Foreign
     base_wander: FloatArray
     more: Mapping[str, FloatArray]
+    of_velocity: Sensor | None = None
 
     @property
     def left(self) -> float:
@@ -129,10 +133,13 @@ def lay_out(
     mass = _folded([s.mass for s in stretches], cuts, points)
     edges = np.cumsum([0, *(len(c) for c in cuts)]).tolist()
     blocks = tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
-    of_mass, of_base = (
-        Sensor.of(signal, float(np.ptp(rows.mean(axis=0))), 1.0 / cut.frequency)
-        for signal, rows in ((longest.mass, mass), (longest.base, base))
-    )
+    more = {name: _folded([s.more[name] for s in stretches], cuts, points) for name in longest.more}
+
+    def sensor(signal: FloatArray, rows: FloatArray) -> Sensor:
+        return Sensor.of(signal, float(np.ptp(rows.mean(axis=0))), 1.0 / cut.frequency)
+
+    of_mass, of_base = sensor(longest.mass, mass), sensor(longest.base, base)
+    of_velocity = sensor(longest.more[VELOCITY], more[VELOCITY]) if VELOCITY in more else None
     drive, wander = _drive(base, blocks, cut, longest.step, of_base)
     unit, offset = drive.amplitude, float(mass.mean())
     mass -= offset  # in place: a second copy of a long recording would be dear
@@ -154,7 +161,8 @@ def lay_out(
         base_spectrum=base_lines,
         foreign=foreign,
         base_wander=(wander - wander.mean()) / unit,
-        more={name: _folded([s.more[name] for s in stretches], cuts, points) for name in longest.more},
+        more=more,
+        of_velocity=of_velocity and of_velocity.over(2.0 * math.pi * drive.frequency * unit),
     )
 
 
@@ -172,9 +180,19 @@ def _cleaned(
     base_lines = base_lines.up_to(SHOWN * drive.frequency)  # the rest of a long recording's is dear
     mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
     mass = _lines_of(longest.mass, mass_lines, drive)
-    foreign = Foreign(mass, base, spectrum.faintest(mass_lines, drive), *spectrum.on_harmonics(mass_lines, drive, mass))
+    velocity: tuple[Line, ...] = ()
+    if VELOCITY in longest.more:
+        speed = longest.more[VELOCITY] / (2.0 * math.pi * drive.frequency)
+        velocity = _lines_of(speed, spectrum.amplitude_spectrum(speed, longest.step, padding=1), drive)
+    faintest = spectrum.faintest(mass_lines, drive)
+    foreign = Foreign(mass, base, velocity, faintest, *spectrum.on_harmonics(mass_lines, drive, mass))
     stretches = [
-        replace(s, mass=_without(s.mass, s.step, mass, c), base=_without(s.base, s.step, base, c))
+        replace(
+            s,
+            mass=_without(s.mass, s.step, mass, c),
+            base=_without(s.base, s.step, base, c),
+            more={n: _without(v, s.step, velocity, c) if n == VELOCITY else v for n, v in s.more.items()},
+        )
         for s, c in zip(stretches, cuts, strict=True)
     ]
     return stretches, cuts, foreign, base_lines, mass_lines.up_to(SHOWN * drive.frequency)
@@ -261,7 +279,7 @@ def _drive(
         frequency=cut.frequency / step,
         frequency_se=cut.frequency_se / step if math.isfinite(cut.frequency_se) else None,
         amplitude=amplitude,
-        amplitude_se=math.hypot(error, growth * amplitude / math.sqrt(12.0)),
+        amplitude_se=math.hypot(error, growth * amplitude * steadiness.OF_A_RAMP),
         harmonics=lines * np.exp(-1j * order * np.angle(lines[0])) / amplitude,
         wander=cut.wander,
         drifts=cut.drifts,

@@ -20,7 +20,7 @@ from frictionlab.analysis.layout import Layout, lay_out
 from frictionlab.analysis.response import Cycle, CycleSeries, Response, Traces, mean_cycle, traces
 from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.steadiness import Trend
-from frictionlab.analysis.stretches import channels_of, even_stretches, is_force
+from frictionlab.analysis.stretches import FEWEST_SAMPLES, channels_of, even_stretches, is_force
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown
@@ -164,7 +164,8 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     0.250000 1.570796 0.5000 continuous
     """
     parts, warnings = even_stretches(recording, scene)
-    found, settled = steadiness.transient(parts[0]) if parts else (0.0, None)
+    begin = float(recording.time[0])
+    found, settled = steadiness.transient(parts, begin)
     transient = found if scene.analysis.transient_s is None else scene.analysis.transient_s
     layout = _laid_out(parts, transient, recording, scene)
     of_mass, of_base = channels_of(scene)
@@ -176,12 +177,12 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     answer = response.response(layout, wall_moves=wall_moves)
     used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
     cycle = mean_cycle(layout, answer, used, of_mass)
-    steady_from = float(recording.time[0]) + (settled or 0.0)
+    steady_from = begin + (settled or 0.0)
     estimates: dict[str, Any] = _estimates(layout, answer, used, steady_from, natural, prescribed=prescribed)
     sources, loop = sources_of_test(recording, scene, rate), estimates["energy"]
     cut, slides = 0.0, abs(loop.value or 0.0) / (4.0 * max(answer.size, 1e-12))
     if not answer.is_stuck:
-        cut = channels.cut_away(cycle.mass_smooth, layout.drive.frequency, of_mass, friction=slides, r=r or 1.0)
+        cut = channels.cut_away(cycle.mass_smooth, layout.drive.frequency, of_mass, friction=slides, r=r)
     budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
     estimates |= {n: estimates[n].with_u(combined(budget[ESTIMATED[n]])) for n in BUDGETED if estimates[n].known}
     friction = energy.by_load_cell(
@@ -271,7 +272,7 @@ def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, A
 def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scene: Scene) -> Layout:
     """The steady cycles; refused where there are none, by what is the cause."""
     begin, how = float(recording.time[0]) + transient, scene.analysis
-    steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= 32]
+    steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= FEWEST_SAMPLES]
     if not steady:
         raise AnalysisError(
             f"analysis: the test is shorter than its transient: expected more than {transient:g} s; got"

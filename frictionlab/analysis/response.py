@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis import channels, energy, stops
 from frictionlab.analysis.cycles import BLOCK, Smoother, chunks, smoothed, smoother
-from frictionlab.analysis.layout import Layout, slow_wander
-from frictionlab.analysis.signals import white_noise
+from frictionlab.analysis.layout import VELOCITY, Layout, slow_wander
+from frictionlab.analysis.steadiness import OF_A_RAMP
 from frictionlab.analysis.stops import Move, Thresholds
 from frictionlab.arrays import ComplexArray, FloatArray
 
@@ -82,9 +82,10 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared)
     x, v = smoothed(slid, sliding, points)
     thresholds = Thresholds.of(sliding.v_noise, sliding.resolution)
-    if "mass_velocity" in layout.more and not wall_moves:
-        rows = layout.more["mass_velocity"] / (2.0 * math.pi * layout.drive.frequency * layout.drive.amplitude)
-        of_speed = smoother(rows, noise=white_noise(rows.ravel()), samples=layout.samples)
+    sensor = layout.of_velocity
+    if sensor is not None and not wall_moves:
+        rows = layout.more[VELOCITY] / (2.0 * math.pi * layout.drive.frequency * layout.drive.amplitude)
+        of_speed = smoother(rows, noise=sensor.noise, samples=layout.samples, shared=sensor.shared)
         v = smoothed(rows, of_speed, points)[0]
         thresholds = Thresholds.of(math.hypot(of_speed.x_noise, of_speed.x_tail), of_speed.resolution)
     found, doubts = stops.stops_of(stops.pauses(v, thresholds.still), thresholds, points)
@@ -105,7 +106,7 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     for some in chunks(n, columns, BLOCK):
         wander = slow_wander(base_means, columns, layout.blocks, some)
         areas[some] = energy.loop_area(layout.mass[some], layout.base[some] - wander)
-    energy_noises = _energy_noises(layout, how, found, float(np.mean(areas)) * layout.drive.growth / math.sqrt(12.0))
+    energy_noises = _energy_noises(layout, how, found, float(np.mean(areas)) * layout.drive.growth * OF_A_RAMP)
     return Response(
         energy=areas,
         amplitude=slide,

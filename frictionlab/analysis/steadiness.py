@@ -4,6 +4,7 @@ How much one cycle differs from the next: the irregularity index of eq. (4.1), a
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,31 +16,38 @@ from frictionlab.arrays import FloatArray, IntArray, runs
 COARSE_POINTS = 64  # of a cycle, to find the transient on
 REPEATS = 0.005  # of the motion: cycles that differ by less repeat
 IRREGULAR = 0.02  # of the cycles after the transient may be farther off
+OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its middle, over the whole change
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
 
-def transient(stretch: Stretch) -> tuple[float, float | None]:
-    """How much to cut from the start of a stretch, and when its motion has settled [s]; None: it has not.
+def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | None]:
+    """Until when to cut, and when the motion of a recording's parts has settled, s from ``begin``; None: it has not.
 
-    Mass and base repeat from cycle to cycle then: cycles of the whole stretch are compared on a coarse grid with the
-    mean of the last quarter; medians of five, so that single irregular cycles are no transient. At most half is cut;
-    what repeats in the last third alone has not settled.
+    Mass and base repeat from cycle to cycle then: cycles of all parts are compared on a coarse grid with the mean of
+    the last quarter; medians of five, so that single irregular cycles are no transient. At most half is cut; what
+    repeats in the last third alone has not settled.
     """
-    if len(stretch.base) < 64 or not float(np.ptp(stretch.base)) > 0.0:
+    longest = max(parts, key=lambda part: len(part.base), default=None)
+    if longest is None or len(longest.base) < 64 or not float(np.ptp(longest.base)) > 0.0:
         return 0.0, 0.0
-    later = spectrum.amplitude_spectrum(stretch.base[len(stretch.base) // 2 :], 1.0)
-    frequency = spectrum.strongest_tone(later).frequency
-    found = cycles.cut(stretch.base, frequency, noise=white_noise(stretch.base))
-    if len(found) < 8:
-        start = 0.0 if len(found) < 4 else float(found.start[1]) * stretch.step
+    later = spectrum.amplitude_spectrum(longest.base[len(longest.base) // 2 :], 1.0)
+    frequency, noise = spectrum.strongest_tone(later).frequency, white_noise(longest.base)
+    cuts = [cycles.cut(part.base, frequency, noise=noise) for part in parts]
+    starts = np.concatenate([p.time + c.start * p.step for p, c in zip(parts, cuts, strict=True)]) - begin
+    n, first, last = len(starts), parts[0].time - begin, parts[-1].time + len(parts[-1].base) * parts[-1].step - begin
+    if n < 8:
+        start = 0.0 if n < 4 else float(starts[1])
         return start, start
     latest = 0
-    for signal in (stretch.mass, stretch.base):
-        rows = cycles.fold(signal, found.start, found.end, COARSE_POINTS)
+    for name in ("mass", "base"):
+        signals = [getattr(part, name) for part in parts]
+        rows = np.concatenate(
+            [cycles.fold(s, c.start, c.end, COARSE_POINTS) for s, c in zip(signals, cuts, strict=True)]
+        )
         rows -= rows.mean()
         tail = rows[-max(4, len(rows) // 4) :]
         final = tail.mean(axis=0)
-        size, noise = max(float(final.std()), 1e-300), white_noise(signal)
+        size, noise = max(float(final.std()), 1e-300), white_noise(getattr(longest, name))
         squares = [np.mean((rows[some] - final) ** 2, axis=1) for some in cycles.chunks(*rows.shape)]
         away = np.sqrt(np.concatenate(squares)) / size  # rms distance of each cycle from the final one
         limit = max(3.0 * float(np.median(away[-len(tail) :])), 6.0 * noise / size, REPEATS)
@@ -47,10 +55,9 @@ def transient(stretch: Stretch) -> tuple[float, float | None]:
         outside = (usual > limit).astype(np.float64)
         share = np.cumsum(outside[::-1])[::-1] / np.arange(len(outside), 0, -1)  # of the cycles from each on
         settled = np.flatnonzero((share <= IRREGULAR) & (outside == 0.0))
-        latest = max(latest, int(settled[0]) if len(settled) else len(found))
-    half = 0.5 * len(stretch.base) * stretch.step
-    start = float(np.append(found.start, math.inf)[latest]) * stretch.step if latest else 0.0
-    return min(half, start), start if 3 * latest <= 2 * len(found) else None
+        latest = max(latest, int(settled[0]) if len(settled) else n)
+    start = float(np.append(starts, math.inf)[latest]) if latest else 0.0
+    return min(0.5 * (first + last), start), start if 3 * latest <= 2 * n else None
 
 
 def growth(series: FloatArray, *, least: float = 1e-3) -> float:

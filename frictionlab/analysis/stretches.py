@@ -21,6 +21,7 @@ from frictionlab.sampling import clock_breaks
 from frictionlab.scene import Scene
 
 MOST_GAPS = 5  # named one by one
+FEWEST_SAMPLES = 32  # of a part
 REVOLUTION = 2.0 * math.pi
 PARTS = 10  # of a straight motion
 BACK = 0.02  # of the way that may be gone backward: what is more is no turning
@@ -34,9 +35,18 @@ NO_METRES = (
 
 
 def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Stretch], list[str]]:
-    """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
+    """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them.
+
+    A part that holds no measurement is left out where another holds one, and said.
+
+    Raises
+    ------
+    AnalysisError
+        No part holds one: no motion is measured; stamps jump; a contact that turns does so at several speeds, or less
+        than two revolutions.
+    """
     step, parts, strays = 1.0 / recording.sampling_rate_hz, list[signals.Stretch](), 0.0
-    of_mass, of_base = channels_of(scene)
+    refused = list[tuple[float, float, AnalysisError]]()
     recording, said = _in_newtons(recording, scene.rig.stiffness)
     warnings = [*recording.source.warnings, *said]
     by_log, by_sensors = recording.source.dialect.get("lag_s"), scene.sensors.lag_s
@@ -45,6 +55,12 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
             f"lag: [log] lag_s has moved the base by {1e3 * by_log:.3g} ms when the log was read, [sensors] lag_s moves"
             f" it by {1e3 * by_sensors:.3g} ms more: {1e3 * (by_log + by_sensors):.3g} ms in all; declare it once"
         )
+    measured = next((c.name for c in recording.channels if c.name in channels.FORCES), None)
+    if measured is not None and channels_of(scene)[0].cutoff is not None:
+        warnings.append(
+            f"{measured}: it is taken as unfiltered, for filter_hz and mass_filter_hz in [sensors] are of the motion:"
+            " a low-pass filter before the load cell's channel makes energy and friction force by it too small"
+        )
     for part in recording.stretches():
         breaks = clock_breaks(part.time, step).tolist()
         warnings += _some(
@@ -52,27 +68,22 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
             f" {part.time[i]:.6g} s: it was set, or the logger paused; no cycle is cut across it"
             for i in breaks
         )
-        for some in (slice(a, b) for a, b in pairwise([0, *breaks, len(part)]) if b - a > 1):
-            measured = {name: values[some] for name, values in part.measured().items()}
-            seen, off = signals.evenly(part.time[some], step, measured)
-            strays, one_way = max(strays, off), False
-            if scene.rig.kind == "prescribed":  # the mass's motion stands in the base's place
-                mass, seen, said, edge, one_way = given_motion(seen, step, scene.rig.radius_m)
-                mass = base = channels.restored(mass, step, of_mass)
-            else:
-                mass, said, edge = channels.displacement(seen, "mass", step)
-                base, of_the_base, other = channels.displacement(seen, "base", step)
-                said, edge = said + of_the_base, max(edge, other)
-                mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
+        for some in (slice(a, b) for a, b in pairwise([0, *breaks, len(part)])):
+            try:
+                stretch, said, off = _even(part, some, step, scene)
+            except AnalysisError as error:
+                refused.append((float(part.time[some][0]), float(part.time[some][-1]), error))
+                continue
+            strays = max(strays, off)
             warnings += [words for words in said if words not in warnings]
-            of_the_mass = ("mass_velocity", *channels.other_masses(seen))
-            more = {name: seen[name] for name in channels.KEPT if name in seen}
-            more |= {name: channels.restored(seen[name], step, of_mass) for name in of_the_mass if name in seen}
-            whole = signals.Stretch(float(part.time[some][0]), step, mass, base, more, one_way)
-            parts.append(whole.part(edge, len(mass) - edge))
+            parts.append(stretch)
+    if refused and not parts:
+        raise max(refused, key=lambda part: part[1] - part[0])[2]
+    warnings += _some(f"gap: the part from {a:.4g} s to {b:.4g} s is left out: {why}" for a, b, why in refused)
     if strays > 0.0:
         warnings.append(
             f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock; values were interpolated"
+            " by a cubic, which from 10 samples a cycle on takes less than 0.1 % of a motion"
         )
     warnings += _some(
         f"gap: no samples from {a:.4g} s to {b:.4g} s; no cycle is cut across it" for a, b in recording.gaps
@@ -81,6 +92,29 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
     if force is not None and not is_force(force):
         warnings.append(f"normal_force_n: expected a number above 0; got {force!r} in the recording: it is not used")
     return parts, warnings
+
+
+def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[signals.Stretch, list[str], float]:
+    """One sound part of a recording: evenly sampled, what is to be said of it, how far its stamps stray (steps)."""
+    time, (of_mass, of_base), one_way = part.time[some], channels_of(scene), False
+    if len(time) < FEWEST_SAMPLES:
+        raise AnalysisError(
+            f"analysis: expected at least {FEWEST_SAMPLES} samples without a gap; got {len(time)}: record longer"
+        )
+    seen, off = signals.evenly(time, step, {name: values[some] for name, values in part.measured().items()})
+    if scene.rig.kind == "prescribed":  # the mass's motion stands in the base's place
+        mass, seen, said, edge, one_way = given_motion(seen, step, scene.rig.radius_m)
+        mass = base = channels.restored(mass, step, of_mass)
+    else:
+        mass, said, edge = channels.displacement(seen, "mass", step)
+        base, of_the_base, other = channels.displacement(seen, "base", step)
+        said, edge = said + of_the_base, max(edge, other)
+        mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
+    of_the_mass = ("mass_velocity", *channels.other_masses(seen))
+    more = {name: seen[name] for name in (*channels.FORCES, "normal_force") if name in seen}
+    more |= {name: channels.restored(seen[name], step, of_mass) for name in of_the_mass if name in seen}
+    whole = signals.Stretch(float(time[0]), step, mass, base, more, one_way)
+    return whole.part(edge, len(mass) - edge), said, off
 
 
 def _in_newtons(recording: Recording, stiffness: float | None) -> tuple[Recording, list[str]]:

@@ -20,7 +20,7 @@ def test_the_transient_ends_where_mass_and_base_repeat(decay: float | None, low:
     rng = np.random.default_rng(1)
     base = 1e-3 * np.cos(2 * np.pi * t) + 1e-6 * rng.standard_normal(len(t))
     free = 0.0 if decay is None else 1e-3 * np.exp(-decay * t) * np.cos(19.7 * t)
-    start, settled = steadiness.transient(Stretch(0.0, 0.004, 1e-3 * np.sin(2 * np.pi * t) + free, base))
+    start, settled = steadiness.transient([Stretch(0.0, 0.004, 1e-3 * np.sin(2 * np.pi * t) + free, base)], 0.0)
     assert low <= start <= high
     assert settled == start
 
@@ -28,13 +28,13 @@ def test_the_transient_ends_where_mass_and_base_repeat(decay: float | None, low:
 def test_a_drive_that_starts_late_is_part_of_the_transient() -> None:
     t = np.arange(0.0, 60.0, 0.004)
     base = np.where(t < 12.0, 0.0, 1e-3 * np.sin(2 * np.pi * t))
-    assert 11.0 < steadiness.transient(Stretch(0.0, 0.004, 0.5 * base, base))[0] < 15.0
+    assert 11.0 < steadiness.transient([Stretch(0.0, 0.004, 0.5 * base, base)], 0.0)[0] < 15.0
 
 
 def test_of_a_motion_that_never_settles_half_is_left() -> None:
     t = np.arange(0.0, 40.0, 0.004)
     base = np.cos(2 * np.pi * t)
-    length, settled = steadiness.transient(Stretch(0.0, 0.004, base * (1 + 0.02 * t), base))
+    length, settled = steadiness.transient([Stretch(0.0, 0.004, base * (1 + 0.02 * t), base)], 0.0)
     assert length == pytest.approx(20.0)
     assert settled is None
 
