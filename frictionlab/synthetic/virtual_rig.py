@@ -17,7 +17,7 @@ from frictionlab.scene.physical import has_several, structure_of, to_physical
 from frictionlab.simulator import Problem, Structure
 from frictionlab.simulator.laws import law_of
 
-MOST_SAMPLES = 100_000_000  # of a log: some 3 GB of text
+MOST_SAMPLES = 20_000_000  # of a log, written from memory: some 4 GB
 
 
 @dataclass(frozen=True)
