@@ -70,13 +70,19 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     if strained or not explained:
         found, more = against_richer(found)
         said += more
-    causes, enough = _causes(observation), ANSWERS
+    causes, enough, play = _causes(observation), ANSWERS, _usual_play(found) if explained else None
     if explained and not strained and observation.r <= NEAR_RESONANCE:
         enough = BY_FAR
         if len(observation.data) >= FEW * len(found.unknowns):
-            causes = tuple(cause for cause in causes if cause.unknown.name in ALWAYS)
+            worth = (*ALWAYS, "play") if play and play.shows and play.moves > _error(found) else ALWAYS
+            causes = tuple(cause for cause in causes if cause.unknown.name in worth)
     found, named, more = _other_causes(found, scene, causes, enough, explained=explained)
-    said += [*more, *(_untold_play(found) if explained and not named else ())]
+    said += more
+    if play and not (named or play.shows) and play.moves > _error(found):
+        said.append(
+            f"friction_ratio: {1e6 * USUAL_PLAY:.0f} um of play in the frame to either side would look like friction"
+            f" here and move the ratio by {play.moves:.2g}; its error of {_error(found):.1g} assumes none"
+        )
     return Diagnosis(found, strained or named, tuple(said), named and not explained)
 
 
@@ -250,35 +256,41 @@ def _starts(model: Model, main: Fit, k: int, cause: Cause) -> Iterator[FloatArra
             yield near
 
 
-def _untold_play(found: Posterior) -> Iterator[str]:
-    """Say what a usual play would do to the friction ratio, where the recording does not distinguish the two.
+def _error(found: Posterior) -> float:
+    return found.parameters()["beta"].u or math.inf
+
+
+class _Play(NamedTuple):
+    """By how much a usual play would move the friction ratio, and whether the recording would show it."""
+
+    moves: float
+    shows: bool
+
+
+def _usual_play(found: Posterior) -> _Play | None:
+    """Return what a usual play would do; None where there is no friction or no motion to see it in.
 
     At low frequency ratios a play p moves the ends of a stop as friction of ``k p`` does. One linear step from the fit:
     what the other unknowns make of the change that such a play brings, and whether the noise would hide the rest.
     """
     observation, beta, values = cycle_of(found.tests[0]), found.fit.find("beta"), found.values()
     if beta is None or observation.wall != "fixed" or not observation.single:
-        return
+        return None
     observation = observation.metered(Meter(WORK))
     sharp = replace(observation, spring_harmonics=SHARP)
     small, times = LITTLE_PLAY / observation.unit, USUAL_PLAY / LITTLE_PLAY
     try:
         plain, played = observation.predict(values), sharp.predict(values | {"play": small})
     except NO_MOTION:
-        return
+        return None
     if plain is None or played is None:
-        return
+        return None
     change, slopes = times * observation.white(played - plain), found.fit.place.slopes[0]
     held = slopes.T @ slopes + np.diag(found.fit.model.holds(found.fit.point))
     pull = slopes.T @ change
     moved = np.linalg.solve(held, pull)
     left = float(change @ change - pull @ moved)  # of the sum of squares
-    moves, error = abs(found.slope(beta) * float(moved[beta])), found.parameters()["beta"].u or math.inf
-    if left < STRAINED**2 and moves > error:
-        yield (
-            f"friction_ratio: {1e6 * USUAL_PLAY:.0f} um of play in the frame to either side would look like friction"
-            f" here and move the ratio by {moves:.2g}; its error of {error:.1g} assumes none"
-        )
+    return _Play(abs(found.slope(beta) * float(moved[beta])), left >= STRAINED**2)
 
 
 def _named(cause: Cause, other: Fit, found: Posterior, scene: Scene) -> str:
