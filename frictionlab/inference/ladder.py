@@ -456,13 +456,18 @@ def told_apart(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posteri
 
     The law given is the simplest that is required; richer ones may be as likely, because a weak term stays unseen. Each
     counts by its evidence over that of the law given, at most once: how far it stands from a value, and how much less
-    sure it is of it, in quadrature.
+    sure it is of it, in quadrature. Between laws of which neither holds the other, a Bayes factor that would not make
+    one required is one of their priors: such a law counts as one of two.
     """
+    terms = {term.name for term in chosen.law.terms}
     index = {u.name: k for k, u in enumerate(found.unknowns) if u.law}
     more, named = np.zeros(len(found.unknowns)), []
     own = np.diag(found.covariance)
     for rung in rungs:
-        share = math.exp(min(0.0, rung.log_evidence - chosen.log_evidence)) if rung.fit is not None else 0.0
+        gain, others = rung.log_evidence - chosen.log_evidence, {term.name for term in rung.law.terms}
+        share = math.exp(min(0.0, gain)) if rung.fit is not None else 0.0
+        if gain > -REQUIRED and not (others <= terms or terms <= others):
+            share = max(share, 0.5)
         other = None if share <= LIKELY or rung.law.name == chosen.law.name else rung.posterior
         if other is None:
             continue
