@@ -201,10 +201,10 @@ class JointFit:
             parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
             if explained and abs(off) > STRAINED * u.known_to:
                 against = f"is assumed where {u.assumed} is not declared" if u.assumed else f"{u.key} declares"
-                declare, lag = to_declare(u.name, u.value(off), scene) or u.key, AT_LAG if u.name == "lag_s" else ""
+                declare = to_declare(u.name, u.value(off), u.sd * error, scene) or f"declare {u.key}"
                 far.append(
-                    f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}: declare"
-                    f" {declare} and measure again{lag}"
+                    f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}: {declare};"
+                    f" then measure again{AT_LAG if u.name == 'lag_s' else ''}"
                 )
         return (FOUND.format("; ".join(parts)), *far) if parts and len(self.posterior.tests) > 1 else ()
 

@@ -91,34 +91,40 @@ def strained_facts(found: Posterior, scene: Scene) -> Iterator[str]:
 
     Of a law that explains the test: any other law finds a lag or a frequency that makes up for what it lacks.
     """
-    values = found.values()
     for k in found.strained:
-        u = found.unknowns[k]
-        if u.name not in values:
+        u, seen = found.unknowns[k], found.nuisances().get(found.unknowns[k].name)
+        if seen is None:
             continue
-        times, declare = abs(float(found.fit.point[k])) / u.known_to, to_declare(u.name, values[u.name], scene)
+        times = abs(float(found.fit.point[k])) / u.known_to
+        declare = to_declare(u.name, seen["value"], seen["u"], scene)
         against = "what is assumed where none is declared: measure it and declare it"
         if not u.assumed:
             against = "its standard uncertainty: check it"
-        moved = u.unit[0] * (values[u.name] - u.mean)
+        moved = u.unit[0] * (seen["value"] - u.mean)
         unit = f" {u.unit[1]}" if u.unit[1] else ""
-        fits = f" ({declare} would fit)" if declare else ""
+        key, fits = ("", f" ({declare})") if declare else (f" ({u.key})", "")
         yield (
-            f"friction_ratio: the fit moved the {u.words} ({u.key}) by {moved:.2g}{unit}, which is {times:.2g} times"
-            f" {against}{fits}"
+            f"friction_ratio: the fit moved the {u.words}{key} by {moved:.2g}{unit}, {times:.2g} times {against}{fits}"
         )
 
 
-def to_declare(name: str, value: float, scene: Scene) -> str:
-    """Return the scene's line that would fit, with key, number and unit; nothing for what no line declares."""
+def to_declare(name: str, value: float, u: float, scene: Scene) -> str:
+    """Return what of a scene would fit, with key, number and unit, and the two lines that declare it.
+
+    ``value``, ``u``: of the unknown, and its standard uncertainty; nothing for what no line declares.
+    """
     frequency = scene.rig.natural_frequency
     if name == "lag_s":
-        return f"sensors.lag_s = {1e3 * (value + scene.sensors.lag_s):+.3g} ms"
-    if name == "natural_frequency" and frequency:
-        return f"rig.natural_frequency_hz = {frequency * (1.0 + value):.4g} Hz"
-    if name == "frame_damping_ratio":
-        return f"rig.damping_ratio = {value:.3g}"
-    return ""
+        value += scene.sensors.lag_s
+        table, key, said = "sensors", name, f"{1e3 * value:+.3g} ms"
+    elif name == "natural_frequency" and frequency:
+        value, u = frequency * (1.0 + value), frequency * u
+        table, key, said = "rig", "natural_frequency_hz", f"{value:.4g} Hz"
+    elif name == "frame_damping_ratio":
+        table, key, said = "rig", "damping_ratio", f"{value:.3g}"
+    else:
+        return ""
+    return f"{table}.{key} = {said} would fit: {key} = {value:.4g} and {key}_u = {u:.2g}"
 
 
 def _causes(observation: CycleObservation) -> tuple[Cause, ...]:
@@ -296,18 +302,19 @@ def _usual_play(found: Posterior) -> _Play | None:
 def _named(cause: Cause, other: Fit, found: Posterior, scene: Scene) -> str:
     """Say which cause answers, its value, and what it makes of the friction ratio."""
     observation = cycle_of(found.tests[0])
-    value = other.values()[cause.unknown.name]
+    k, value = other.find(cause.unknown.name), other.values()[cause.unknown.name]
     frequency = scene.rig.natural_frequency
     if cause.unknown.name == "natural_frequency" and frequency:
-        asks = f"your scene says {frequency:.4g} Hz; this recording asks for {frequency * (1 + value):.4g} Hz"
+        asks = f"{frequency:.4g} Hz is declared; this recording asks for {frequency * (1 + value):.4g} Hz"
     elif cause.unknown.name == "spring_cubic":
         asks = f"this recording asks for {100 * value:+.2g} % of its force at Y by a cubic"
     elif cause.unknown.name == "play":
         asks = f"this recording asks for {1e6 * value * observation.unit:.2g} um to either side"
     else:
         asks = "this recording asks for it"
-    declare = to_declare(cause.unknown.name, value, scene)
-    declared = f"; {declare} would fit" if declare else ""
+    u = 0.0 if k is None else cause.unknown.sd * math.sqrt(float(np.linalg.inv(other.precision)[k, k]))
+    declare = to_declare(cause.unknown.name, value, u, scene)
+    declared = f"; {declare}" if declare else ""
     own, there = found.values().get("beta"), other.values().get("beta")
     moves = "" if own is None or there is None else f"; the friction ratio would be {there:.4g} in place of {own:.4g}"
     return f"rig: {cause.unknown.words}: {asks}{declared}{moves}; its error holds the difference"
