@@ -460,7 +460,7 @@ def _rows(ladder: Ladder | None, found: Posterior, nrmse: float | None) -> tuple
                 "log_evidence": rung.log_evidence if math.isfinite(rung.log_evidence) else None,
                 "response_nrmse": nrmse if chosen else rung.nrmse,
                 "held_out_nrmse": rung.held_out_nrmse,
-                "required": rung.required,
+                "required": chosen,
                 "seconds": rung.seconds,
                 "note": rung.said or None,
             }

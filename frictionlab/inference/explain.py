@@ -13,6 +13,7 @@ import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
+from frictionlab.estimate import Estimate
 from frictionlab.inference.compare import AUTO, compare_measurement
 from frictionlab.inference.comparison import Comparison, ContactForce
 from frictionlab.inference.diagnose import OTHER_CAUSE
@@ -169,7 +170,8 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
     c = about.comparison
     law = law_of(c.law)
     at = "under a given motion" if c.frequency_ratio is None else f"at r = {c.frequency_ratio:.4g}"
-    yield 0, f"{c.source}: {c.law} {at} ({law.words})"
+    head, words = f"{c.source}: {c.law} {at}", f" ({law.words})"
+    yield 0, head + words * (len(head + words) <= WIDTH)
     if c.response_nrmse is None or c.response_floor is None:
         yield 0, "No prediction: this law has no steady state here."
     else:
@@ -181,32 +183,27 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
         joules = "" if about.energy_j is None else f" = {1e3 * about.energy_j:.4g} mJ"
         more = f"predicted {abs(100 * c.energy_difference):.2g} % {'more' if c.energy_difference > 0 else 'less'}"
         yield 3, f"Energy per cycle: {c.energy_per_cycle:.4g} k Y^2{joules} measured, {more}."
+    vague: list[str] = []
     for name, e in c.parameters.items():
         if e["u"] is None:
             continue
-        own, words = with_error(e["value"], e["u"]), law.parameter(name).words
+        own, words = Estimate(e["value"], None, e["u"]), law.parameter(name).words
         if not e["told"]:
             limits = limits_in_words(e["lower"], e["upper"])
-            yield 3, f"  {words}: not determined by this recording ({name} {own}; {limits}, 95 %)"
+            vague.append(f"{name} {limits.replace('at most', '<=').replace('at least', '>=')}")
         elif name in about.physical:
             size, error, unit, words = about.physical[name]
             mu = c.coefficient.value if name == "beta" else None
-            more = "" if mu is None else f"; coefficient {with_error(mu, c.coefficient.u)}"
-            yield 1, f"  {words}: {with_error(size, error)} {unit} ({name} {own}){more}"
+            more = "" if mu is None else f"; coefficient {Estimate(mu, None, c.coefficient.u)}"
+            yield 1, f"  {words}: {Estimate(size, None, error)} {unit} ({name} {own}){more}"
         else:
             yield 1, f"  {words}: {own} ({name})"
+    if vague:
+        yield 2, f"  not determined (95 %): {', '.join(vague)}"
     shares = c.budget.get("friction_ratio", {})
     if shares:
         most = max(shares, key=lambda name: shares[name])
         yield 4, f"What adds most to the error of beta: {SOURCES.get(most, most)}."
-
-
-def with_error(value: float, error: float | None) -> str:
-    """Return a value with its uncertainty, to two digits of that."""
-    if not error or not math.isfinite(error):
-        return f"{value:.4g}"
-    digits = max(0, 1 - math.floor(math.log10(error)))
-    return f"{value:.{digits}f} +- {error:.{digits}f}"
 
 
 def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
@@ -224,8 +221,8 @@ def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
     here = ", ".join(f"{times * size:.2g} {unit} {PARTS[name]}" for name, size in missed(c.contact).items())
     if here:
         yield 6, f"{c.law} misses (rms): {here}."
-    if spare := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:
-        yield 6, f"Tried, not needed: {', '.join(spare)}."
+    if others := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:
+        yield 6, f"Tried, not required: {', '.join(others)}."
     # terms of laws tried, and of those of which a warning says for what other reason they were not, or not to the end
     warned = [said.partition(" ")[2].partition(":")[0] for said in c.warnings if said.startswith(("law ", "laws "))]
     names = [*(str(rung["law"]) for rung in c.laws or ()), *", ".join(warned).split(", ")]

@@ -129,7 +129,7 @@ def climb(
             ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), f"not tried: {why}")
     if accuracy != "fast" and cycles:
         top = ladder.against_its_limit(top)
-    rungs = tuple(replace(r, required=r.required or r.law is top.law) for r in ladder.rungs)
+    rungs = tuple(ladder.rungs)
     if top.fit is not None and observations[0].shows_rig:
         return Ladder(rungs, top, posterior_of(top.fit), ladder.left_out)
     found = ladder.found_again(top)

@@ -64,7 +64,7 @@ def verdict_in_words(nrmse: float | None, misfit: float | None, verdict: Verdict
     if nrmse is None or misfit is None:
         return ": no prediction"
     said = {"explained": "explained", "strained": "strained"}.get(verdict or "", "not explained")
-    return f": {said}, it leaves {100 * nrmse:.2g} % of the {of}, {misfit:.2g} times the error of the measured cycle"
+    return f": {said}, it leaves {100 * nrmse:.2g} % of the {of}, {misfit:.3g} times the error of the measured cycle"
 
 
 def model_words(law: Law, place: str, held: Mapping[str, float], base: str) -> str:
@@ -94,7 +94,7 @@ def doubts(
     beta, law = parameters["beta"], {u.name for u in found.unknowns if u.law}
     if beta.u is not None and beta.u > VAGUE * beta.value:
         yield (
-            f"friction_ratio: known only to {100 * beta.u / beta.value:.2g} %: this test hardly tells it, or the law"
+            f"friction_ratio: known only to {100 * beta.u / beta.value:.0f} %: this test hardly tells it, or the law"
             " does not explain the test; see misfit and --budget"
         )
     for name, e in parameters.items():
@@ -109,7 +109,7 @@ def doubts(
             held = f"{observation.held['beta']:g}"
             step = f"the friction ratio is held at {held}: leave out --beta, and beta of [model.parameters], to fit it"
         words = f"does not explain this {what}"
-        missed = f"what it misses is {misfit:.2g} times the {of}"
+        missed = f"what it misses is {misfit:.3g} times the {of}"
         if verdict == "strained":
             words = f"explains this {what} only with a rig or sensors unlike the scene"
             step = "other warnings name which"
