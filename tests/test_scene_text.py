@@ -138,7 +138,12 @@ def test_a_copy_of_a_log_counts_once_in_a_campaign(run: Run, tmp_path: Path) -> 
     for name in ("a.csv", "steel_N1.25_r0.3.csv"):
         (tmp_path / name).write_bytes(log.read_bytes())
         places.append(tmp_path / name)
-    done = run("batch", *places, "--campaign", "--scene", CONFIGS / "sample_data.toml", "-o", "out")
+    command = ("batch", *places, "--campaign", "--scene", CONFIGS / "sample_data.toml", "-o", "out")
+    done = run(*command)
+    said = done.stdout.splitlines()
+    assert said[2].startswith("material ")
+    assert said[-3].startswith("steel: measured under one normal force only")
+    assert run(*command).stdout.splitlines() == said[2:], "read from its files it says the same"
     assert "note: a.csv is the same as steel_N1.25_r0.3.csv, byte for byte: it is counted once" in done.stderr
     assert [log.name for log in fl.batch(places, compare=False).logs] == ["a.csv"]
 

@@ -90,7 +90,7 @@ def _do(todo: "Batch", work: Inputs) -> screen.Rows:
     quiet = work.as_json or work.quiet
     if todo.due and not quiet:
         typer.echo(f"{', '.join(todo.steps[:-1])} and {todo.steps[-1]}: {len(todo.due)} of {len(todo.logs)} logs")
-    made = todo.run(workers=work.workers, scheduler=work.scheduler)
+    made = todo.each(workers=work.workers, scheduler=work.scheduler)
     if not work.as_json:
         return screen.report_rows(screen.track(made, total=len(todo.due), title="batch", quiet=quiet), as_json=False)
     due = set(todo.due)
@@ -116,12 +116,12 @@ def _show(todo: "Batch", made: screen.Rows, *, wide: bool) -> None:
 
 def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs, *, again: bool) -> None:
     """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since, or ``again``."""
-    from frictionlab.verbs.chain import digest, is_fresh, made_by, write_stamp
+    from frictionlab.verbs.chain import digest, made_by, stamp_at, write_stamp
 
-    stamp = {"rows": digest(rows), "law": law, "scene": made_by(todo.scene)}
+    stamp: Row = {"rows": digest(rows), "law": law, "scene": made_by(todo.scene)}
     report, mark, quiet = todo.folder / "report.html", todo.folder / "made.json", work.quiet or work.as_json
-    result = None
-    if again or not is_fresh(mark, stamp, [report]):
+    made = stamp_at(mark)
+    if again or not report.exists() or made != {**stamp, "said": made.get("said")}:
         _refuse_failures(rows)
         if not quiet:
             typer.echo(f"evaluate the campaign: {len(rows)} tests")
@@ -129,11 +129,10 @@ def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs,
         result = _write_campaign(
             rows, todo.scene, todo.folder, folders=folders, law=law, workers=work.workers, quiet=quiet
         )
-        write_stamp(mark, stamp)
+        made = {**stamp, "said": _said(result)}
+        write_stamp(mark, made)
     if not work.as_json:
-        _print_campaign(todo.folder, None if quiet else result)
-    if not quiet:
-        typer.echo(printable(f"the report is {report}"))
+        _print_campaign(todo.folder, made["said"], quiet=quiet)
 
 
 def campaign(
@@ -175,9 +174,8 @@ def campaign(
     check_folder(output, force=force, inputs=[*paths, *what.files])
     folders = [place for path in paths for place in recordings_beside(path)]
     result = _write_campaign(rows, what, output, folders=folders, law=law, workers=workers, force=force, quiet=quiet)
-    _print_campaign(output, None if quiet else result)
+    _print_campaign(output, _said(result), quiet=quiet)
     if not quiet:
-        typer.echo(printable(f"the report is {output / 'report.html'}"))
         screen.print_warnings(rows, verbose=verbose)
     screen.exit_status(unread)
 
@@ -208,22 +206,28 @@ def _write_campaign(
     return result
 
 
-def _print_campaign(folder: Path, result: "Campaign | None") -> None:
-    """Print friction by material and force; of an evaluation just made who ranks where, and what is doubtful."""
+def _said(result: "Campaign") -> list[str]:
+    """What is said of a campaign below its tables: who ranks where, what of Amontons' law, and what is doubtful."""
+    placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
+    names = {
+        rank.criterion: [f"{r.rank} {r.material}" for r in placed if r.criterion == rank.criterion] for rank in placed
+    }
+    notes = [(f"{fit.material} at {fit.normal_force_n:.4g} N", str(fit.note)) for fit in result.fits if fit.note]
+    doubts = [f"{note} ({', '.join(where)})" for note, where in kinds_of(notes)]
+    doubts += [note for note in result.notes if GRAVE.search(note)]
+    by_criterion = [f"by {criterion}: {', '.join(order)}" for criterion, order in names.items()]
+    return [*by_criterion, *(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)]
+
+
+def _print_campaign(folder: Path, said: Iterable[str], *, quiet: bool) -> None:
+    """Print friction by material and force, and the laws tried; unless ``quiet``, what is said of them."""
     rows = read_rows(folder / "friction.csv", FRICTION)
-    shown = [{c.title: c.text(row).replace("+-", "±") for c in screen.FITTED} for row in rows]
+    shown = [{c.title: c.text(row) for c in screen.FITTED} for row in rows]
     screen.print_table(shown, [column.title for column in screen.FITTED])
     if laws := read_rows(folder / "laws.csv", MATERIAL_LAWS):
         typer.echo()
         screen.print_table(laws, MATERIAL_LAWS)
-    if result is None:
-        return
-    placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
-    for criterion in dict.fromkeys(rank.criterion for rank in placed):
-        names = [f"{rank.rank} {rank.material}" for rank in placed if rank.criterion == criterion]
-        screen.paragraph(f"by {criterion}: {', '.join(names)}", indent="  ")
-    said = [(f"{fit.material} at {fit.normal_force_n:.4g} N", str(fit.note)) for fit in result.fits if fit.note]
-    doubts = [f"{note} ({', '.join(where)})" for note, where in kinds_of(said)]
-    doubts += [note for note in result.notes if GRAVE.search(note)]
-    for sentence in (*(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)):
-        screen.paragraph(sentence, indent="  ")
+    if not quiet:
+        for sentence in said:
+            screen.paragraph(sentence, indent="  ")
+        typer.echo(printable(f"the report is {folder / 'report.html'}"))

@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from frictionlab import __version__
 from frictionlab.errors import OutputError, UsageError
@@ -66,8 +67,13 @@ class Batch:
         """The commands that a log goes through."""
         return ("ingest", "analyze", *(("compare-numeric",) if self.compares else ()))
 
-    def run(self, *, workers: int | None = None, scheduler: str | None = None) -> Iterator[Row]:
-        """Do what is due and yield the row of each such log, in order; one that fails has its reason in its row."""
+    def run(self, *, workers: int | None = None, scheduler: str | None = None) -> list[Row]:
+        """Do what is due; return the rows of all logs, in order; one that fails has its reason in its row."""
+        made = dict(zip(self.due, self.each(workers=workers, scheduler=scheduler), strict=True))
+        return [row for log in self.logs if (row := made.get(log) or self.row(log)) is not None]
+
+    def each(self, *, workers: int | None = None, scheduler: str | None = None) -> Iterator[Row]:
+        """Do what is due and yield the row of each such log as it is done, in order."""
         rows = rows_of(self.due, self._make, workers=workers, scheduler=scheduler)
         for log, row in zip(self.due, rows, strict=True):
             place = self.results(log)["measurement"]
@@ -114,7 +120,8 @@ class Batch:
 
     def is_fresh(self, log: Path) -> bool:
         """Whether the results of a log are there and nothing they were made of has changed."""
-        return is_fresh(self._stamp_file(log), self._stamp(log), self.results(log).values())
+        made = stamp_at(self._stamp_file(log)) == self._stamp(log)
+        return made and all(result.exists() for result in self.results(log).values())
 
     def _make(self, log: Path) -> Row:
         """Make all results of a log, put them in place together, give its row; of a log that fails none is left."""
@@ -202,13 +209,11 @@ def made_by(scene: Scene) -> str:
     return digest(scene.model_dump(mode="json", exclude=NOT_MEASURED_BY))
 
 
-def is_fresh(path: Path, stamp: Stamp, results: Iterable[Path]) -> bool:
-    """Whether all results are there and their stamp at this path says that they were made of the same."""
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False  # no stamp that can be read: its results are made again
-    return bool(found == stamp) and all(result.exists() for result in results)
+def stamp_at(path: Path) -> dict[str, Any]:
+    """The stamp that stands there; an empty one where none can be read, so that its results are made again."""
+    with contextlib.suppress(OSError, ValueError):
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    return {}
 
 
 def write_stamp(path: Path, stamp: Stamp) -> None:
@@ -246,7 +251,7 @@ def batch(
     Parameters
     ----------
     logs : str, Path or iterable of them
-        Logs, or folders of them; without any it is a `UsageError`.
+        Logs, or folders of them.
     scene : Scene, str, Path or None
         A change of it makes all results again, a change of a test's facts those of that test.
     output : str or Path
@@ -259,6 +264,13 @@ def batch(
         Make everything again.
     **settings
         Keys of ``[analysis]``, ``[rig]`` and ``[model]`` that win over the scene's: ``transient_s=5.0``.
+
+    Raises
+    ------
+    SceneError
+        The scene, its sheet or a setting is refused; a log that fails is a row of ``run``, and raises nothing.
+    UsageError
+        There is no log, or no such setting.
     """
     scene = scene_given(scene, settings, SETTINGS)
     places = list(map(Path, [logs] if isinstance(logs, (str, PathLike)) else logs))
