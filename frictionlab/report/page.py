@@ -77,7 +77,7 @@ class Listing(NamedTuple):
 def with_se(value: object, error: object = None) -> str:
     """A number with its error, held together in one line; a dash if it is not known."""
     known = isinstance(value, (int, float)) and math.isfinite(value)
-    return with_error(value, error, sign="±").replace(" ", "\N{NO-BREAK SPACE}") if known else UNKNOWN
+    return with_error(value, error).replace(" ", "\N{NO-BREAK SPACE}") if known else UNKNOWN
 
 
 def listing(table: schema.Table, rows: Iterable[Row], names: Sequence[str]) -> Listing:
@@ -145,7 +145,6 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
             for title, name, table in TABLES
             if tables[f"{name}.csv"]
         ],
-        amontons=[test.verdict for test in campaign.amontons],
         tests=_tests(campaign),
         materials=campaign.materials,
         failures=[(short_name(trial.source), trial.reason) for trial in campaign.failures],
@@ -194,9 +193,9 @@ def _answer(campaign: Campaign, material: str, tables: Mapping[str, Sequence[Row
             unit = f" {row['unit']}" if physical and row.get("unit") else ""
             name = str(row["parameter"]).removesuffix("_ratio") if unit else str(row["parameter"])
             said.append(f"{name.replace('_', ' ')}: {value}{unit}.")
-    if test is not None and test.p is not None:
-        under = "the same under all" if test.holds else "not the same under the"
-        said.append(f"The coefficient is {under} {test.forces} normal forces (Amontons' law, p = {test.p:.2g}).")
+    if test is not None:
+        of_amontons = test.verdict.removeprefix(f"{material}: ")
+        said.append(f"{of_amontons[:1].upper()}{of_amontons[1:]}")
     return material, headline, said
 
 

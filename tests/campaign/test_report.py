@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import html
 import html.parser
 import re
 import shutil
@@ -74,6 +75,8 @@ def test_the_answer_stands_first_and_every_part_is_there(text: str, campaign: Ca
     places = [text.index(head) for head in (*heads, "<h2>Warnings</h2>", "<h2>What was assumed</h2>")]
     assert places == sorted(places)
     assert "coefficient of friction 0.60" in text
+    for material, verdict in ((test.material, test.verdict) for test in campaign.amontons):  # as the screen says it
+        assert html.unescape(text).count(verdict.removeprefix(f"{material}: t")) == 1
     assert text.count("<figure") == len(plates(campaign)) + 1  # and all tests in one chart
     assert "stiffness_n_per_m = 1191.0" in text[places[-1] :]
     assert "frictionlab 0" in text[places[-1] :]
