@@ -19,6 +19,7 @@ from frictionlab.analysis.stops import TURN
 from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate
 from frictionlab.schema import ENERGY
+from frictionlab.units import DOUBTED
 
 FEW_CYCLES = 5
 COARSE = 0.02  # sensor step over the amplitude of the response: what stands still longer than that may be moving
@@ -305,8 +306,7 @@ def _of_the_channels(
     elif answer.size > TOO_LARGE * free:
         yield (
             f"response_amplitude: the mass moves {answer.size:.3g} Y at r = {r:.3g}, where the frame without friction"
-            f" would move {free:.3g} Y: the unit of a column looks wrong (--unit,"
-            " [log.units]), or the natural frequency"
+            f" would move {free:.3g} Y: {DOUBTED} (--unit, [log.units]), or the natural frequency"
         )
     elif r is not None and not wall_moves and not answer.is_blurred:
         yield from _relative(mass, base, answer.stuck_fraction, r)

@@ -15,7 +15,7 @@ from scipy.special import stdtrit
 
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.campaign.prediction import Model, elasticity, fundamental, loop_ratio, observe_row, predict
-from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
+from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial, short_name
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FrictionNames
 from frictionlab.inference.comparison import loop_energy
 from frictionlab.inference.observations import CycleObservation
@@ -23,6 +23,7 @@ from frictionlab.inference.posterior import EXPLAINED, ParameterEstimate, infer
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, SteadyState
 from frictionlab.uncertainty import Sources, sources_of, unit_uncertainty
+from frictionlab.units import DOUBTED
 
 UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand for the test
 ASYMMETRIC = 0.1  # asymmetry above which a symmetric law cannot stand for the test
@@ -39,6 +40,7 @@ SHARED = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests o
 class Reason(Enum):
     """Why a test is left out; the value is the code in ``measurements.csv``, ``sentence`` the words."""
 
+    UNIT = "unit", "its unit looks wrong; see its warnings"
     LONG = "long", "a long test: in drift.csv"
     STUCK = "stuck", "stuck: all it tells is that the friction ratio is 1 / (static over kinetic friction) or more"
     UNSTEADY = "unsteady", "unsteady: irregularity {:.2g} beyond noise and base; one steady state cannot stand for it"
@@ -74,7 +76,7 @@ SOFT = frozenset({Reason.UNSTEADY, Reason.ASYMMETRIC, Reason.UNSETTLED})
 """Such a test is left out for what it is like, and could still say something where there is no other."""
 TRANSIENT = frozenset({Reason.UNSETTLED, Reason.NEAR_RESONANCE})
 """A transient still decays: that is the frame's doing, not the material's."""
-NO_STEADY_CYCLE = frozenset({Reason.LONG, Reason.STUCK, Reason.UNSTEADY, Reason.UNSETTLED})
+NO_STEADY_CYCLE = frozenset({Reason.LONG, Reason.STUCK, Reason.UNSTEADY, Reason.UNSETTLED, Reason.UNIT})
 """Such a test has no steady cycle that a law could be fitted to."""
 BADLY_EXPLAINED = "rests on tests that Coulomb's law explains badly, for there are no others"
 
@@ -114,6 +116,11 @@ class Verdict:
 
     friction_ratio = Flat("alone")
     friction_ratio_se = Flat("alone", "se")
+
+    @property
+    def is_misread(self) -> bool:
+        """Whether its unit is doubted: then its numbers belong to no mean."""
+        return self.excluded is not None and self.excluded.cause is Reason.UNIT
 
     @property
     def residual(self) -> float | None:
@@ -261,6 +268,8 @@ def screen(trials: Sequence[Trial], model: Model, scene: Scene) -> Group:
 
 def _by_its_row(trial: Trial, *, leave_long: bool) -> LeftOut | None:
     """Why a test says nothing of one friction ratio, by what its measurement says."""
+    if any(DOUBTED in said for said in trial.warnings):
+        return Reason.UNIT.because()
     if trial.is_long and leave_long:
         return Reason.LONG.because()
     if trial.regime == "stuck" or not min(trial.mean) > NOTHING:
@@ -373,6 +382,8 @@ def _notes(
         yield "one test only: its scatter from test to test is not known"
     if len(used) < tests:
         yield f"{tests - len(used)} of {tests} tests left out"
+    if misread := [short_name(v.trial.source) for v in verdicts if v.is_misread]:
+        yield f"left out of all means, for {DOUBTED}: {', '.join(misread)}"
     silent = sum(not v.trial.tells_errors for v in used)
     if silent and not missed:
         yield f"{silent} tests tell no standard error: {UNKNOWN_ERROR:.0%} is taken"

@@ -172,7 +172,8 @@ Standing = tuple[Mapping[str, _Level], Callable[[str, str], float], str]
 
 def rank_all(fits: Sequence[FrictionFit], drifts: Sequence[Drift], materials: Sequence[str]) -> tuple[Rank, ...]:
     """Rank all materials by the three criteria, in the contract's order, best first."""
-    tests = [(v, f) for f in fits for v in f.verdicts if not v.trial.is_long and math.isfinite(v.trial.r)]
+    short = [(v, f) for f in fits for v in f.verdicts if not (v.trial.is_long or v.is_misread)]
+    tests = [(v, f) for v, f in short if math.isfinite(v.trial.r)]
     ratios = levels([v.trial.r for v, _ in tests])
     cells: dict[str, dict[Cell, list[tuple[Verdict, FrictionFit]]]] = {m: {} for m in materials}
     for verdict, fit in tests:

@@ -192,12 +192,6 @@ def channel_named(column: LogColumn, *, numbered: bool = True) -> str:
     """The further channel that a column is by its unit and its name; "" if it is none, or that is not clear.
 
     ``numbered``: whether several masses are numbered; then all but the first are further channels.
-
-    Examples
-    --------
-    >>> columns = columns_of(["mass 2 [mm]", "v base [mm/s]", "Normal [uN]", "Friction [N]", "Temp [bar]"], (), 5)
-    >>> [channel_named(column) for column in columns]
-    ['mass_2_displacement', 'base_velocity', 'normal_force', 'contact_force', '']
     """
     quantity, number = quantity_of(column.unit), _mass_number(column)
     if quantity in ("velocity", "acceleration"):

@@ -219,13 +219,6 @@ def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -
     """Make a sheet of what a container holds: named arrays, also in structures, lists of records, several tests.
 
     ``others``: what the file says that it holds, for the message where that is no log.
-
-    Examples
-    --------
-    >>> content = {"run": {"t": np.arange(9), "x": np.ones((9, 1))}, "fs": 250.0}
-    >>> sheet = sheet_of("MATLAB", content, LogOptions())
-    >>> sheet.titles, sheet.facts
-    (('t', 'x'), {'interval_s': 0.004})
     """
     if options.variable is not None:
         content = _part(content, options.variable)
@@ -365,14 +358,7 @@ _SUFFIXES = {
 
 
 def refuse_by_name(first: bytes, name: str) -> None:
-    r"""Raise for a file whose first bytes are those of a kind that is not read.
-
-    Examples
-    --------
-    >>> refuse_by_name(b"RIFF\x24\0\0\0WAVE", "tap.wav")
-    Traceback (most recent call last):
-    frictionlab.errors.LogError: tap.wav: a sound file (WAV, AVI): its samples have no unit of length: export ...
-    """
+    r"""Raise for a file whose first bytes are those of a kind that is not read."""
     if (kind := _SUFFIXES.get(PurePath(name).suffix.lower())) is not None:
         raise LogError(f"{name}: {kind}, not a log")
     for magic, words in _KINDS:

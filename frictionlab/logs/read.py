@@ -19,7 +19,7 @@ from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
 from frictionlab.logs.text import Progress
 from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Source, quantity_named
-from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
+from frictionlab.units import ACCELERATION, DOUBTED, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
 _ACCELERATION = re.compile(
     r"(.*[\W_])?(acc|accel|acceleration|accelerometer|beschleunigung)([\W_\d].*)?", re.IGNORECASE
@@ -242,8 +242,8 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
         by_step = unit_by_step(values, LENGTH[unit])
         if by_step is not None and by_step[0] != unit:
             sensed.warnings.append(
-                f"{role}: the log says {unit}, but its step fits an optoNCDT of {by_step[1] * 1e3:g} mm range read in "
-                f"{by_step[0]}: check the unit, and give --unit {by_step[0]} if so"
+                f"{role}: {DOUBTED}: the log says {unit}, but its values step like those of a laser in {by_step[0]}"
+                f" ({by_step[1] * 1e3:g} mm range): give --unit {by_step[0]}, or, if {unit} is right, measuring_range_m"
             )
     return sensed
 

@@ -95,7 +95,7 @@ def test_a_mass_that_no_frame_would_move_so_far_is_a_doubt_of_its_unit() -> None
         measure(replace(made.recording, base_displacement=share * made.recording.base_displacement), made.scene)
         for share in (1.0, 1e-3)
     )
-    doubt = "the unit of a column looks wrong"
+    doubt = "the unit looks wrong"
     assert any(doubt in warning for warning in wrong.warnings)
     assert not any(doubt in warning for warning in right.warnings)
 

@@ -18,7 +18,8 @@ from frictionlab.inference.posterior import model_of
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.uncertainty import sources_of
-from tests.campaign.fabricate import AMPLITUDE, QUIET, STIFFNESS, known, row
+from frictionlab.units import DOUBTED
+from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, known, row
 from tests.campaign.fabricate import fit_of as fit
 
 FloatArray = NDArray[np.float64]
@@ -204,3 +205,15 @@ def test_a_sentence_begins_with_what_it_is_about(cause: Reason) -> None:
     assert (said.cause, str(said)) == (cause, said.sentence)
     assert cause.value in said.sentence
     assert "{" not in said.sentence
+
+
+def test_a_test_whose_unit_is_doubted_is_in_no_mean_and_named() -> None:
+    tests = [row(m, 1.5, r, mu) for m, mu in (("rubber", 0.9), ("steel", 0.6)) for r in (0.35, 1.4)]
+    wrong = row("steel", 1.5, 0.7, 0.6) | {"source": "wrong.csv", "energy_per_cycle": 99.0, "base_amplitude_m": 1.8}
+    wrong["warnings"] = [f"mass: {DOUBTED}: the log says mm"]
+    scene = scene_from_tables(SCENE)
+    found, right = (evaluate([trial_of(one) for one in some], scene) for some in ([*tests, wrong], tests))
+    assert [f.force for f in found.fits] == [f.force for f in right.fits]
+    assert [(r.material, r.value) for r in found.ranking] == [(r.material, r.value) for r in right.ranking]
+    assert f"left out of all means, for {DOUBTED}: wrong" in found.fits[1].note
+    assert found.verdicts["wrong.csv"].excluded == Reason.UNIT.because()

@@ -235,7 +235,7 @@ def test_stamps_too_coarse_to_tell_samples_apart_are_counted(read: Callable[...,
 def test_the_unit_is_checked_by_the_sensors_step(read: Callable[..., Recording]) -> None:
     lines = table(DATA, "time [s],mass [um],base [um]", ",").splitlines()
     said = " ".join(read(lines).source.warnings)
-    assert "the log says um, but its step fits an optoNCDT of 50 mm range read in mm" in said
+    assert "the unit looks wrong: the log says um, but its values step like those of a laser in mm (50" in said
 
 
 def test_too_much_damage_is_refused(read: Callable[..., Recording]) -> None:
