@@ -44,13 +44,18 @@ _NAMES = {
     "errors": "FrictionlabError AnalysisError LogError OutputError RecordingError SceneError SimulationError"
     " UsageError",
 }
+_INSTEAD = {"campaign": "evaluate, then publish", "compare_numeric": "compare", "read_log": "ingest"}
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> object:
     home = _HOMES.get(name)
     if home is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}: `dir({__name__})` lists its names")
+        from difflib import get_close_matches  # noqa: PLC0415 - the package itself loads nothing
+
+        meant = _INSTEAD.get(name) or ", ".join(get_close_matches(name, _HOMES))
+        hint = f"did you mean {meant}?" if meant else f"`dir({__name__})` lists its names"
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}: {hint}")
     found: object = getattr(import_module(f"{__name__}.{home}"), name)
     globals()[name] = found
     return found

@@ -11,6 +11,7 @@ import pytest
 
 import frictionlab as fl
 from frictionlab.errors import SceneError, UsageError
+from frictionlab.inference.material_law import example_law
 from tests.desk import ROOT, SCENE
 from tests.desk import SAMPLE as LOG
 
@@ -34,8 +35,10 @@ def test_every_public_name_is_there_and_stands_in_the_stub() -> None:
 
 
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
-    with pytest.raises(AttributeError, match="no attribute 'analyse'"):
+    with pytest.raises(AttributeError, match="did you mean analyze"):
         fl.analyse  # type: ignore[attr-defined]  # noqa: B018  # the access is what is tested
+    with pytest.raises(AttributeError, match="did you mean evaluate, then publish"):
+        fl.__getattr__("campaign")
 
 
 def test_ingest_honours_log_and_experiment_of_the_scene(recording: fl.Recording, tmp_path: Path) -> None:
@@ -105,8 +108,10 @@ def test_a_notebook_gets_frames_pages_and_figures(
     campaign = fl.evaluate([measurement], SCENE)
     assert repr(recording) == f"<Recording {LOG.name}: 15000 samples, 60 s at 250 Hz>"
     assert repr(campaign) == "<Campaign: 1 tests, 0 failed, 1 fits of steel>"
-    for result in (measurement, comparison, campaign):
-        assert len(result.to_pandas()) == 1
+    state, states = fl.simulate(fl.Problem(0.5, 0.4)), fl.sweep([0.3, 0.5], [0.2, 0.4])
+    prediction = fl.predict(example_law(), r=0.5, normal_force_n=4.0, draws=5)
+    for result in (measurement, comparison, campaign, state, states, prediction):
+        assert len(result.to_pandas()) == (4 if result is states else 1)
         page = result._repr_html_()
         assert page.startswith("<p>&lt;")
         assert "<table" in page

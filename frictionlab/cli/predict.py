@@ -1,6 +1,5 @@
 """Tests not made: ``frictionlab plan``, which say most; ``predict``, what they would show; ``sweep``, a map of them."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -9,21 +8,18 @@ import typer
 from frictionlab.cli import complain
 from frictionlab.cli.options import Results, doubt_amplitude, named_values, scene_of, values_of
 from frictionlab.cli.screen import count, counted, paragraph, print_table, print_warnings
-from frictionlab.errors import UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTIONS, STEADY_STATES, STOPS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
-    import numpy as np
+    from collections.abc import Sequence
 
     from frictionlab.inference.predictive import PredictedTest
-    from frictionlab.maps import Grid
     from frictionlab.planning.plan import Plan, PlannedTest
 
 DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
 SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
-MOST_AXES = 2  # of a map's figure
 EDGE = 0.15  # of a band: a value nearer to an end than this is at an edge
 SEVERAL = 5  # predictions from which progress is shown
 HEADS = {
@@ -35,6 +31,7 @@ HEADS = {
     "total_min": "lab min",
 }
 PREDICTED = {"r": "r", "amplitude": "amplitude mm", "energy": "energy mJ", "stops": "stops", "regime": "regime"}
+UNSTEADY = {"unsteady": "no steady state"}  # of how many draws, where there are any
 
 
 def plan(
@@ -199,7 +196,8 @@ def predict(
         base = size if first.frequency_ratio is not None else f"at most {size} away from where it begins"
         about = f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base {base}"
         paragraph(f"{about}; each number with its 95 % band")
-        print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], PREDICTED)
+        heads = PREDICTED | (UNSTEADY if any(test.unsteady for test in found.tests) else {})
+        print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], heads)
         bands = np.array([band for test in found.tests for band in test.numbers.values()], dtype=np.float64)
         value, low, high = bands.T  # nan: not known
         if np.any((low < high) & (np.minimum(value - low, high - value) < EDGE * (high - low))):
@@ -228,6 +226,7 @@ def _shown(test: "PredictedTest", name: str) -> Row:
         "energy": in_words(numbers["record_energy_j" if record else f"{ENERGY}_j"]),
         "stops": in_words(numbers["record_stops" if record else STOPS], 1.0),
         "regime": test.regime,
+        "unsteady": f"{100.0 * test.unsteady:.2g} % of draws",
     }
 
 
@@ -265,9 +264,10 @@ def sweep(
     grid = maps.Grid(rs, betas, mus, zetas, wall, law or "coulomb", more)
     check_output(output, STEADY_STATES, force=force, rows=len(grid))
     figure = Results(plot=plot, force=force).figure("map")
-    axes = [name for name, along in grid.axes().items() if len(along) > 1]
-    if figure is not None and len(axes) > MOST_AXES:
-        raise UsageError(f"--plot {plot}: expected one or two axes with several values; got {', '.join(axes)}")
+    if figure is not None:  # before the work
+        from frictionlab.figures.grids import PANELS, check_axes, map_figure
+
+        check_axes(grid)
     steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, force=force)
     tally, drawn = maps.Tally(grid), []
     with count("sweep", quiet=quiet, total=len(grid)) as progress:
@@ -284,21 +284,13 @@ def sweep(
         outcomes = ", ".join(f"{number} {outcome}" for outcome, number in tally.outcomes.most_common())
         typer.echo(f"{len(grid)} steady states ({outcomes}) are in {output}")
     if figure is not None:
-        _draw(grid, drawn, list(tally.sentences()), figure, force=force)
+        import numpy as np
+
+        from frictionlab.figures.style import save
+
+        every = np.concatenate(drawn)
+        found = {key: every[key] for key in ("outcome", *PANELS)}
+        make_folder(figure.parent)
+        save(map_figure(grid, found, list(tally.sentences())), figure, force=force)
     if tally.outcomes[maps.FAILED]:
         raise typer.Exit(1)
-
-
-def _draw(grid: "Grid", records: "Sequence[np.ndarray]", warnings: Sequence[str], place: Path, *, force: bool) -> None:
-    import numpy as np
-
-    from frictionlab.figures.grids import PANELS, map_figure
-    from frictionlab.figures.style import AT_REST, save
-
-    found, every = np.concatenate(records), {name: np.asarray(along) for name, along in grid.axes().items()}
-    axes = {name: along for name, along in every.items() if len(along) > 1} or {"r": every["r"]}
-    found[STOPS][found["outcome"] == b"stuck"] = AT_REST
-    drawn = {key: found[key].reshape([len(along) for along in axes.values()]) for key in PANELS}
-    fixed = [f"{name} = {along[0]:g}" for name, along in every.items() if name not in axes]
-    make_folder(place.parent)
-    save(map_figure(axes, drawn, ", ".join([grid.law, f"wall {grid.wall}", *fixed]), warnings), place, force=force)

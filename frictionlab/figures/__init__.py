@@ -61,6 +61,7 @@ FIGURES = {
     "Comparison": "judged.comparison_figure",
     "ContactForce": "judged.contact_figure",
     "WholeRecord": "recorded.record_figure",
+    "StateMap": "grids.state_map_figure",
     "SteadyState": "simulated.motion_figure",
     "RecordResponse": "simulated.response_figure",
     "Plan": "planned.plan_figure",

@@ -12,19 +12,24 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.trials import Trial, levels, nearest
+from frictionlab.errors import UsageError
 from frictionlab.figures.style import AT_REST, BLUE, MEASURED, VERMILION, StopColours, drawing, panels, plain_numbers
 from frictionlab.schema import AMPLITUDE, ENERGY, STEADY_STATES, STOPS
+from frictionlab.simulator import StateMap
+from frictionlab.simulator.sweep import Grid, named
 
 CLIP = 0.1  # the colour scale ends this far below the maximum, as in Fig. 4.5
 GAP = 1.6  # a step over r = 1 this much wider than its neighbours is a band left out
 FEW = 8  # classes of stops for which a low figure has space
 PANELS = {c.name: c.head for c in STEADY_STATES.columns if c.name in (ENERGY, AMPLITUDE, STOPS)}
 """Columns of a map of steady states -> what they are."""
+MOST_AXES = 2  # of a map's figure
 MANY, MUCH_LARGER = 3, 10.0  # values of an axis, and how much larger the last is, from which it may be logarithmic
 PERCENTILE = 95.0  # percentile where the colours end: a few points at resonance would bleach all others
 Value = Callable[[Verdict], float | None]
@@ -178,18 +183,32 @@ def colour_limit(values: FloatArray) -> float:
     return top - CLIP if top > 2 * CLIP else max(top, 1e-6)
 
 
-def map_figure(
-    axes: Mapping[str, FloatArray], columns: Mapping[str, FloatArray], title: str, warnings: Sequence[str] = ()
-) -> Figure:
+def check_axes(grid: Grid) -> Mapping[str, FloatArray]:
+    """The axes that a map is drawn over, those of several values; `UsageError` where there are more than two."""
+    every = grid.axes()
+    axes = {name: along for name, along in every.items() if len(along) > 1} or {"r": every["r"]}
+    if len(axes) > MOST_AXES:
+        raise UsageError(f"plot: expected one or two axes with several values; got {', '.join(axes)}")
+    return axes
+
+
+def state_map_figure(found: StateMap) -> Figure:
+    """What `frictionlab.sweep` returns, as `map_figure` draws it."""
+    return map_figure(found.grid, named(found.numbers))
+
+
+def map_figure(grid: Grid, columns: Mapping[str, NDArray[Any]], warnings: Sequence[str] = ()) -> Figure:
     """A panel for each of energy, amplitude and stops over one axis or two; left white where there is no steady state.
 
-    ``axes``: name -> its values, going up; ``columns``: key of `PANELS` -> array over the axes in their order, stops of
-    a mass at rest `AT_REST`.
+    ``columns``: ``outcome`` and the keys of `PANELS` -> array (n,) over the points of the grid.
     """
+    axes = check_axes(grid)
+    fixed = [f"{name} = {along[0]:g}" for name, along in grid.axes().items() if name not in axes]
+    at_rest, shape = columns["outcome"].astype(str) == "stuck", [len(along) for along in axes.values()]
     (name, along), *rest = axes.items()
-    with drawing(2.6, title, warnings) as figure:
+    with drawing(2.6, ", ".join([grid.law, f"wall {grid.wall}", *fixed]), warnings) as figure:
         for ax, (key, words) in zip(panels(figure, len(PANELS), across=3), PANELS.items(), strict=True):
-            values = columns[key]
+            values = np.where(at_rest & (key == STOPS), AT_REST, columns[key]).reshape(shape)
             ax.set(title=words, xlabel=name)
             if rest:
                 classes = StopColours(values) if key == STOPS else None

@@ -113,11 +113,5 @@ def _found(campaign: Campaign) -> Iterator[Plate]:
 
 
 def safe(word: str) -> str:
-    """A word of a log as part of a file name.
-
-    Examples
-    --------
-    >>> safe("../Stahl S355 <b>")
-    '.._Stahl_S355__b_'
-    """
+    """A word of a log as part of a file name."""
     return "".join(letter if letter in SAFE else "_" for letter in word)

@@ -211,15 +211,7 @@ def closed(values: FloatArray) -> FloatArray:
 
 
 class StopColours:
-    """Classes of these stops per cycle, up to the largest, with their colours; at rest: `AT_REST`.
-
-    Examples
-    --------
-    >>> StopColours(np.array([0.0, 2.0, AT_REST, np.nan])).names
-    ['at rest', '0', '1', '2']
-    >>> StopColours(np.array([0.0, 131.0])).names[-3:]
-    ['25-40', '41-72', '73-136']
-    """
+    """Classes of these stops per cycle, up to the largest, with their colours; at rest: `AT_REST`."""
 
     def __init__(self, values: FloatArray) -> None:
         known = np.round(values[np.isfinite(values)])

@@ -12,7 +12,7 @@ from frictionlab.base_motion import RecordResponse, respond_to
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.material_law import DETUNING, MaterialLaw
 from frictionlab.recording import Recording
-from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTED, PREDICTED_RECORD, PREDICTIONS, value_of
+from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTED, PREDICTED_RECORD, PREDICTIONS, Result, value_of
 from frictionlab.simulator import steady_state
 
 LOW, HIGH = 0.025, 0.975  # probabilities at the ends of a band
@@ -33,8 +33,9 @@ class Band(NamedTuple):
 class PredictedTest:
     """One test not made; the contract's keys are those of `row`.
 
-    ``numbers``: name -> its band. ``time`` (p,) s of a cycle from the top of the base's motion, or of the whole record;
-    ``displacement`` of the mass with ``displacement_low``, ``displacement_high``, and ``base`` (p,) in m.
+    ``numbers``: name -> its band; ``unsteady``: share of the motions drawn that have no steady state (of a record no
+    motion), and which no band holds. ``time`` (p,) s of a cycle from the top of the base's motion, or of the whole
+    record; ``displacement`` of the mass with ``displacement_low``, ``displacement_high``, and ``base`` (p,) in m.
     """
 
     material: str
@@ -45,6 +46,7 @@ class PredictedTest:
     regime: str | None
     numbers: Mapping[str, Band]
     warnings: tuple[str, ...]
+    unsteady: float
     time: FloatArray
     displacement: FloatArray
     displacement_low: FloatArray
@@ -65,7 +67,7 @@ class PredictedTest:
 
 
 @dataclass(frozen=True)
-class Prediction:
+class Prediction(Result):
     """What a law says of some tests not made, in order of the frequency ratios asked for."""
 
     law: MaterialLaw
@@ -80,9 +82,11 @@ class Prediction:
 
 
 def in_words(band: Band, times: float = 1e3) -> str:
-    """Return a number with its band, in thousandths of its unit."""
+    """Return a number with its band, in thousandths of its unit; alone, where the band has no width."""
     if band.value is None or band.low is None or band.high is None:
         return "not known"
+    if band.low == band.high:
+        return f"{times * band.value:.4g}"
     return f"{times * band.value:.4g} ({times * band.low:.4g} to {times * band.high:.4g})"
 
 
@@ -144,6 +148,7 @@ def predict_tests(
                 regime=best.regime,
                 numbers=numbers,
                 warnings=(*unsolved, *best.warnings, *beyond, *lost),
+                unsteady=1.0 - len(states) / count,
                 time=tau / (2.0 * np.pi * r * law.rig["natural_frequency_hz"]),
                 base=amplitude * best.problem.base.at(tau),
                 **_displacements(amplitude * middle, amplitude * motions),
@@ -212,6 +217,7 @@ def predict_record(
         regime=None,
         numbers={name: band_of(found[0][i], [n[i] for n in found[1:]]) for i, name in enumerate(PREDICTED_RECORD)},
         warnings=(*best.warnings, *law.beyond(normal_force_n=normal_force_n, base_amplitude_m=largest), *lost),
+        unsteady=1.0 - (len(answers) - 1) / draws,
         time=best.recording.time,
         base=best.recording.base_displacement,
         **_displacements(best.recording.mass_displacement, drawn),

@@ -6,7 +6,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from frictionlab.schema import AMPLITUDE, ENERGY, STOPS, value_of
+from frictionlab.schema import AMPLITUDE, ENERGY, STOPS, Result, value_of
 from frictionlab.simulator import row as places
 from frictionlab.simulator.motion import Energies, Motion
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
@@ -63,7 +63,7 @@ class ContactNumbers(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SteadyState:
+class SteadyState(Result):
     """A steady state and what is known about it; numbers that do not exist are None.
 
     Parameters

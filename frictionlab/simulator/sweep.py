@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
-from frictionlab.schema import ENERGY
+from frictionlab.schema import ENERGY, Result
 from frictionlab.simulator import row as places
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.motion import Energies
@@ -135,7 +135,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class StateMap:
+class StateMap(Result):
     """A map of steady states over r, beta, mu, zeta and further parameters of a law.
 
     Parameters
@@ -165,9 +165,9 @@ class StateMap:
         """Return one array per key of the contract over the map: numbers with NaN, texts with "", for what is not."""
         return {key: values.reshape(self.shape) for key, values in named(self.numbers).items()}
 
-    def rows(self) -> Iterator[dict[str, object]]:
-        """Yield the contract's keys of each steady state, the last axis fastest; what does not exist is None."""
-        return table(self.grid.points(range(len(self.grid))), self.grid.family, named(self.numbers))
+    def rows(self) -> list[dict[str, object]]:
+        """Return the contract's keys of each steady state, the last axis fastest; what does not exist is None."""
+        return list(table(self.grid.points(range(len(self.grid))), self.grid.family, named(self.numbers)))
 
 
 def named(numbers: FloatArray) -> dict[str, NDArray[Any]]:

@@ -43,7 +43,7 @@ def test_a_row_of_a_map_says_what_the_steady_state_says(words: str) -> None:
     told = steady_state(Problem(*point, law=law, parameters=parameters))
     r, beta, mu, zeta = point
     states = sweep([r], [beta], [mu], [zeta], law=law, parameters={name: [value] for name, value in parameters.items()})
-    row = next(states.rows())
+    (row,) = states.rows()
     assert any(words in sentence for sentence in told.warnings)
     assert row["warnings"] == list(told.warnings) == list(told.row()["warnings"])  # type: ignore[call-overload]
     for key in ("energy_per_cycle", "residual", "growth_per_cycle"):

@@ -275,9 +275,10 @@ class Law:
         for parameter in self.parameters:
             value = given.get(parameter.name, parameter.default)
             if value is None:
+                low, high = parameter.usual
                 raise ParameterError(
-                    f"law {self.name}: {parameter.name} ({parameter.words}); expected {parameter.domain}; got none; "
-                    f"do: give it, for example --parameter {parameter.name}={parameter.usual[1]:g}"
+                    f"law {self.name}: {parameter.name} ({parameter.words}); expected {parameter.domain}, usually"
+                    f" {low:g} to {high:g}; got none; do: give it, for example --parameter {parameter.name}={high:g}"
                 )
             numbers.append(parameter.checked(value))
         return tuple(numbers)
