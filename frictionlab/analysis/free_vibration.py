@@ -7,7 +7,7 @@ that only two numbers a mode are searched for. Friction of the frame is no part 
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -193,7 +193,7 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
     if fit.decay.cubic:
         share, error = (100.0 * d.cubic * fit.decay.swing**2 for d in (fit.decay, fit.se))
         said.append(
-            f"the spring is not linear: its force at the first swing is {share:+.2g} +- {error:.1g} % off, growing with"
+            f"the spring is not linear: its force at the first swing is {share:+.2g} ± {error:.1g} % off, growing with"
             " the cube: natural frequency, damping and friction are of small swings: test with smaller motions"
         )
     if fit.doubt > _DOUBT:
@@ -231,8 +231,13 @@ def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
     return {name: average([getattr(tap, name) for tap in taps], [error(tap, name) for tap in taps]) for name in names}
 
 
-def scene_snippet(means: dict[str, Average], unit: str = "m") -> str:
+KEPT = {"natural_frequency_hz": 1e-4, "damping_ratio": 0.02}  # relative: what a clock, and a frame mounted again, do
+
+
+def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:
     """The lines of a scene that say what was found, to paste; ``unit``: of the friction, m or rad.
+
+    Frequency and damping of a frame are not the same from day to day: an uncertainty is at least `KEPT` of its number.
 
     Examples
     --------
@@ -240,17 +245,17 @@ def scene_snippet(means: dict[str, Average], unit: str = "m") -> str:
     >>> print(scene_snippet(found | {"friction_m": Average(5e-06, 1e-07, None)}))
     [rig]
     natural_frequency_hz = 3.1261
-    natural_frequency_hz_u = 0.0002
+    natural_frequency_hz_u = 0.00031
     damping_ratio = 0.0055
-    damping_ratio_u = 1e-05
+    damping_ratio_u = 0.00011
     # friction of the frame itself, F/k: 5e-06 m, standard error 1e-07 m
     """
     lines = ["[rig]"]
-    for name in ("natural_frequency_hz", "damping_ratio"):
-        found, digits = means[name], 4
-        if abs(found.mean) > found.se > 0.0:  # two of its error
-            digits = min(12, 2 + math.ceil(math.log10(abs(found.mean) / found.se)))
-        lines += [f"{name} = {found.mean:.{digits}g}", f"{name}_u = {max(found.se, 1e-12):.2g}"]
+    for name, kept in KEPT.items():
+        mean, u = means[name].mean, max(means[name].se, kept * means[name].mean)
+        if mean > 0.0:  # two digits of its uncertainty
+            digits = max(1, 2 + math.ceil(math.log10(mean / u)))
+            lines += [f"{name} = {mean:.{digits}g}", f"{name}_u = {u:.2g}"]
     friction = means["friction_m"]
     lines.append(
         f"# friction of the frame itself, F/k: {friction.mean:.4g} {unit}, standard error {friction.se:.2g} {unit}"

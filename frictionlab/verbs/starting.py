@@ -26,7 +26,6 @@ MOST_READ = 12  # logs that are read; the names of all are
 MOVES = 0.05  # a base that moves more than this share of the mass drives it
 OF_CONTACT = ("contact_force", "torque")  # channels of a tribometer, whose logs have no base
 LATEST = 0.7  # share of a record after which nothing is said to have settled
-KEPT_FREQUENCY, KEPT_DAMPING = 1e-4, 0.02  # relative: what a clock, and a frame mounted again, are off between days
 TOKEN = re.compile(r"([A-Za-z]*?)(\d+(?:[.,]\d+)?)([A-Za-z]*)")
 PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
@@ -180,7 +179,7 @@ def init(
     folder : str or Path
         Made if it is not there.
     force : bool
-        Replace a file of that name; without, it is a `UsageError`.
+        Replace a file of that name.
     everything : bool
         Write every key there is, each with its sentence and default, in place of the ten that most need.
     found : Found, optional
@@ -188,6 +187,13 @@ def init(
     **facts
         What else is known: ``mass_kg=3.08``, ``stiffness_n_per_m``, ``natural_frequency_hz``, ``material``,
         ``normal_force_n``.
+
+    Raises
+    ------
+    UsageError
+        There is a scene already, and ``force`` is not set.
+    OutputError
+        It cannot be written.
     """
     path = Path(folder) / SCENE_NAME
     if path.exists() and not force:
@@ -201,22 +207,20 @@ def init(
 
 def _lines(found: Found, facts: Mapping[str, object]) -> Iterator[str]:
     """A scene of ten keys: those that are known on, the others off."""
+    from frictionlab.analysis.free_vibration import scene_snippet
+
     yield "\n[rig]"
     if found.is_tribometer:
         yield 'kind = "prescribed"  # no log has a base: the motion is given, as on a tribometer'
-    frequency, damping = found.frame.get("natural_frequency_hz"), found.frame.get("damping_ratio")
-    if frequency is not None:
-        yield f"natural_frequency_hz = {frequency.mean:.6g}  # from {', '.join(tap.name for tap in found.taps)}"
-        yield f"natural_frequency_hz_u = {max(frequency.se, KEPT_FREQUENCY * frequency.mean):.2g}"
-        if damping is not None and damping.mean > 0.0:
-            yield f"damping_ratio = {damping.mean:.4g}"
-            yield f"damping_ratio_u = {max(damping.se, KEPT_DAMPING * damping.mean):.2g}"
+    _, *of_taps = scene_snippet(found.frame).splitlines() if found.frame else [""]
+    if of_taps:
+        yield from (f"# from {', '.join(tap.name for tap in found.taps)}:", *of_taps)
     elif not found.is_tribometer:
         yield _key("natural_frequency_hz", facts, "needed: a tap of the frame gives it (frictionlab free-vibration)")
     if not found.is_tribometer:
         yield _key("mass_kg", facts, "this or the stiffness gives newtons and joules")
         yield _key("stiffness_n_per_m", facts, "in place of the mass")
-    if damping is None and not found.is_tribometer:
+    if not (of_taps or found.is_tribometer):
         frame = "of the frame; from a dashpot of c N s/m: c / (2 sqrt(k m)); taps give it"
         yield _key("damping_ratio", facts, frame)
     yield "\n[experiment]"
