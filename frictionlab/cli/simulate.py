@@ -35,6 +35,10 @@ CONTACTS = {
     "stops_per_cycle": "stops",
     "stuck_fraction": "stuck",
 }
+OF_A_DAMPED_FRAME = (
+    "With a damped frame: energy is the area of the loop, what the frame's spring gives the mass; contact energy is"
+    " what spring and dashpot give it together; frame energy is what the dashpot takes itself."
+)
 IN_ALL = {"energy": "energy [kY²]", "peak_force": "peak force [kY]"}  # under a record
 SolverName = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
@@ -241,6 +245,8 @@ def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) 
         paragraph(f"{100.0 * share:.3g} % of the starts: {verdict}" if isinstance(share, float) else verdict)
     for row in rows:
         _print_parts(row, "amplitude of each mass: ", "response_amplitudes", CONTACTS)
+    if any(row.get(f"frame_{ENERGY}") for row in rows):
+        paragraph(OF_A_DAMPED_FRAME)
     if len(rows) == 1 and f"{AMPLITUDE}_m" in rows[0]:
         known = {name: (rows[0].get(key), times, unit) for name, (key, times, unit) in SI.items()}
         said = (f"{name} {times * v:.4g} {unit}" for name, (v, times, unit) in known.items() if isinstance(v, float))
@@ -268,7 +274,12 @@ def _numbers_of(row: Row) -> Row:
     hidden = {"status", "warnings", "response_amplitudes", "peak_displacements", "contacts"}
     hidden |= {k for k, value in row.items() if value is None and (k not in KEYS or k == "growth_per_cycle")}
     hidden |= set() if row.get(f"frame_{ENERGY}") else {f"contact_{ENERGY}", f"frame_{ENERGY}"}
-    return {key: value for key, value in row.items() if key not in hidden}
+    held, found = row.get("parameters"), dict[str, object]()
+    for key, value in row.items():
+        found |= {} if key in hidden else {key: value}
+        if key == "zeta" and isinstance(held, Mapping) and held.get("frame_damping_ratio"):
+            found["frame zeta"] = held["frame_damping_ratio"]
+    return found
 
 
 def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:
