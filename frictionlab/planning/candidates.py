@@ -149,7 +149,7 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Before] 
     if COEFFICIENT in known:
         value = known[COEFFICIENT].value or value
     elif plan.friction_coefficient is None:
-        notes.append(f"plan.friction_coefficient: not given: {value:g} +- {error:g} is assumed")
+        notes.append(f"plan.friction_coefficient: not given: {value:g} ± {error:g} is assumed")
     expected |= {name: known[name].value or 0.0 for name in expected if name in known and name not in held}
     return Laboratory(
         scene, chosen, held, frequency, stiffness, (value, error), known, expected, possible, middle, tuple(notes)
@@ -215,13 +215,6 @@ def measured_before(rows: Sequence[Mapping[str, object]], repeatability: float =
 
     Statistical errors are each test's own, and so is friction that differs from test to test by `repeatability`. What
     is not known of sensors and rig is the same in all tests: more of them do not average it out.
-
-    Examples
-    --------
-    >>> rows = [{"parameters": {"gradient": {"value": 0.02, "u": 0.005, "se": 0.003, "told": True}}}] * 4
-    >>> known = measured_before(rows)["gradient"]
-    >>> round(known.value, 4), round(known.se, 4), round(known.u, 4)
-    (0.02, 0.0015, 0.0043)
     """
     every: dict[str, list[tuple[float, float, float]]] = {}
     for row in rows:

@@ -94,14 +94,17 @@ def _setting(test: PlannedTest) -> tuple[float, ...]:
 
 
 def sheet_rows(plan: Plan, scene: Scene) -> list[dict[str, object]]:
-    """Return the rows of a sheet: the log's name and the facts of each test, in the order to run them."""
-    material = scene.experiment.material or "contact"
+    """Return the rows of a sheet: the log's name and the facts of each test, in the order to run them.
+
+    A material that the scene does not name is an empty cell, to be filled in.
+    """
+    material = scene.experiment.material
     rows: list[dict[str, object]] = []
     for number, test in enumerate(running_order(plan), 1):
-        name = f"{material}_N{test.normal_force_n:g}_r{test.frequency_ratio:g}_Y{1e3 * test.base_amplitude_m:g}mm"
+        name = f"N{test.normal_force_n:g}_r{test.frequency_ratio:g}_Y{1e3 * test.base_amplitude_m:g}mm"
         rows.append(
             {
-                "log": f"{number:02d}_{name}.csv",
+                "log": f"{number:02d}_{material or 'test'}_{name}.csv",
                 "material": material,
                 "normal_force_n": test.normal_force_n,
                 "nominal_frequency_ratio": test.frequency_ratio,

@@ -6,7 +6,7 @@ SceneError or UsageError where its scene or a setting is refused; its docstring 
 
 import contextlib
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -39,8 +39,15 @@ def simulate(problem: "Problem | Structure", *, cycles: int | None = None, solve
         Frequency ratio, contact law and base motion, dimensionless; or several masses with their contacts.
     cycles : int, optional
         The last of so many cycles from rest, instead of the steady state that is solved for.
-    solver : str
-        ``auto``: the closed form where it is valid, else the exact orbit. SimulationError: outside its domain.
+    solver : {"auto", "closed-form", "exact", "numeric", "thesis"}
+        ``auto``: the closed form where it is valid, else the exact orbit.
+
+    Raises
+    ------
+    SimulationError
+        A solver outside its domain, or one that finds no motion.
+    UsageError
+        ``cycles`` of several masses.
 
     Examples
     --------
@@ -130,11 +137,18 @@ def synthesize(
     scene : Scene, str or Path
         Its ``[rig]``, ``[model]`` and ``[synthetic]`` tables say all; the same scene gives the same bytes.
     folder : str or Path
-        Made if it is not there. Synthetic logs of the same names are replaced, measured ones never (`OutputError`).
+        Made if it is not there. Synthetic logs of the same names are replaced, measured ones never.
     progress : callable, optional
         Called with logs written and logs in all.
     **settings
         Keys of ``[synthetic]``, ``[rig]`` and ``[model]`` that win over the scene's: ``seed=1``.
+
+    Raises
+    ------
+    SceneError
+        The scene has no ``[[synthetic.tests]]``, or one that cannot be simulated.
+    OutputError
+        A log of the same name is a measured one, or the folder cannot be written.
     """
     from frictionlab import synthetic
     from frictionlab.verbs.inputs import scene_given
@@ -171,7 +185,7 @@ def plan(
     scene : Scene, str or Path
         ``[plan]``: what the rig can set, its sensors, what is known of the friction coefficient; ``[rig]``;
         ``[model]``: the law and its expected parameters. Forces and frequency ratios that ``[plan]`` does not name are
-        those that the sheet and the names of the logs say. SceneError: a range is empty, or the bounds forbid all.
+        those that the sheet and the names of the logs say.
     law, against : str, optional
         A law in place of the scene's; another law that the tests are to decide against.
     tests, hours : optional
@@ -190,6 +204,13 @@ def plan(
         Called with a sentence where the plan will take minutes, before it does.
     **settings
         Keys of ``[plan]``, ``[model]``, ``[rig]`` and ``[sensors]`` that win over the scene's: ``duration_s=90.0``.
+
+    Raises
+    ------
+    SceneError
+        Natural frequency or stiffness is not known, a range is empty, or the bounds forbid all.
+    UsageError
+        A law or an aim cannot be, no test fits the time, or the sheet exists.
     """
     from frictionlab.planning.candidates import laboratory
     from frictionlab.planning.choose import plan_tests, waiting
@@ -204,7 +225,11 @@ def plan(
         check_output(Path(sheet), force=force, inputs=[*inputs, *known.files])
         if Path(sheet).exists() and not force:
             raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or --force")
-    lab = laboratory(known, law, [*given, *_known_before(inputs, known.experiment.material)])
+    before = [*given, *_known_before(inputs, known.experiment.material)]
+    known = _of_material(known, [one.get("material") if isinstance(one, Mapping) else one.material for one in before])
+    if sheet is not None and known.experiment.material is None:
+        notes.append(f"experiment.material: not given: {sheet} leaves it empty: fill it in")
+    lab = laboratory(known, law, before)
     if say is not None and (time := waiting(lab, against)) is not None:
         say(time)
     found = plan_tests(
@@ -214,6 +239,13 @@ def plan(
     if sheet is not None:
         write_rows(sheet_rows(found, known), Path(sheet), force=True, inputs=inputs)
     return found
+
+
+def _of_material(scene: "Scene", found: Iterable[object]) -> "Scene":
+    """The scene; where it names no material it is that of all tests, if they have one."""
+    names = {name for name in found if name is not None}
+    is_known = scene.experiment.material is not None or len(names) != 1
+    return scene if is_known else scene.changed(experiment={"material": names.pop()})
 
 
 def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
@@ -238,6 +270,7 @@ def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
             scene = scene.changed(plan={key: found})
             where = "the sheet" if experiment.sheet else "the names of the logs"
             notes.append(f"plan.{key}: not given: those of {where} are taken: {', '.join(f'{x:g}' for x in found)}")
+    scene = _of_material(scene, [one.get("material") for one in facts])
     assumed = [f"{key} = {getattr(scene.plan, key)}" for key in ("base_amplitudes_m", "duration_s") if key not in given]
     return scene, [*notes, f"plan: not given, assumed: {', '.join(assumed)}"] if assumed and notes else notes
 
@@ -287,17 +320,24 @@ def predict(
     Parameters
     ----------
     law : MaterialLaw, str or Path
-        A ``law_MATERIAL.toml`` that a campaign wrote; any other file is a `UsageError`.
+        A ``law_MATERIAL.toml`` that a campaign wrote.
     r : float or sequence of float, optional
         Frequency ratios; like the next two, by default the middle of those that were tested.
     normal_force_n, base_amplitude_m : float, optional
+        In N, and in m.
     base_motion : str or Path, optional
-        A recording or a log whose base, from rest, drives the mass, in place of a steady drive; LogError or
-        RecordingError where it cannot be read, or has a gap.
+        A recording or a log whose base, from rest, drives the mass, in place of a steady drive.
     draws : int, optional
         Motions behind each band.
     progress : callable, optional
         Called with tests predicted and tests in all.
+
+    Raises
+    ------
+    UsageError
+        It is no file of a law, a number cannot be, or the law holds for other normal forces only.
+    LogError, RecordingError
+        The base's motion cannot be read, or has a gap.
 
     Examples
     --------

@@ -87,7 +87,8 @@ def test_the_running_order_sets_each_force_once_and_says_it_in_words() -> None:
     assert sum(line.startswith("Set a normal force of") for line in lines) == len(set(forces))
     assert "Hz with 1.8 mm, record 60 s; the mass should swing" in "\n".join(lines)
     logs = [str(row["log"]) for row in sheet_rows(plan, what)]
-    assert logs[0].startswith("01_contact_N")
+    assert logs[0].startswith("01_test_N")
+    assert sheet_rows(plan, what)[0]["material"] is None
     assert len(set(logs)) == 6
 
 
