@@ -42,6 +42,18 @@ def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
         (("simulate", "--r", "0.5", "--beta", "1", "--wall", "left"), "'left' is not one of 'fixed', 'base'"),
         (("sweep", "--r", "0.5", "--beta", "1", "-o", "m.csv", "--workers", "99999"), ", 32 for each core; got 99999"),
         (("show", "none"), "none: there is no such file"),
+        (
+            ("predict", "--law-file", "law.toml", "--normal-force", "400g"),
+            "got '400g', which weighs 3.923 N: give 3.923",
+        ),
+        (
+            ("batch", ".", "-o", "--campaign"),
+            "got '--campaign', which looks like an option: if it is meant, give ./--c",
+        ),
+        (
+            ("sweep", "--r", "1", "--beta", "1", "--law", "coulomb+place", "-o", "m.csv"),
+            "number, usually -0.1 to 0.1; got",
+        ),
         (("analyze", "--colour"), "No such option: --colour"),
         (("analyze",), "Missing argument"),
         (("sweep", "--r", "1:0.5:0.1", "--beta", "0.2", "-o", "m.csv"), "going up, with both ends; got '1:0.5:0.1'"),

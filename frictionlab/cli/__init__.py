@@ -87,22 +87,33 @@ class Command(TyperCommand):
                 " set?"
             )
         if not ctx.resilient_parsing:
-            self._check_numbers(ctx, args)
+            self._check_values(ctx, args)
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
             error.message = _in_words(error)
             raise
 
-    def _check_numbers(self, ctx: Any, args: list[str]) -> None:
-        """Refuse ``1_0`` and digits other than ASCII, which Python reads as numbers."""
+    def _check_values(self, ctx: Any, args: list[str]) -> None:
+        """Refuse ``1_0`` and digits other than ASCII, which Python takes, weights for forces, names like options."""
         given, _, _ = self.make_parser(ctx).parse_args(args=list(args))
         params: list[Any] = self.get_params(ctx)
         for param in params:
-            said, is_option = given.get(param.name), param.param_type_name == "option"
-            is_number = is_option and param.bare_type() in ("int", "float")
-            if is_number and isinstance(said, str) and (not said.isascii() or "_" in said):
-                raise typer.BadParameter(f"expected a number; got {said!r}", ctx=ctx, param=param)
+            said, fault = given.get(param.name), ""
+            if not isinstance(said, str) or param.param_type_name != "option":
+                continue
+            weight = re.fullmatch(r"(\d+(?:\.\d+)?) *(k?g)", said, re.ASCII)
+            if param.name in ("output", "plot") and said.startswith("-"):
+                fault = f"expected a name; got {said!r}, which looks like an option: if it is meant, give ./{said}"
+            elif param.bare_type() in ("int", "float") and (not said.isascii() or "_" in said):
+                fault = f"expected a number; got {said!r}"
+            elif param.name == "normal_force" and weight:
+                from frictionlab.experiment import WEIGHTS
+
+                newtons = float(weight[1]) * WEIGHTS[f"normal_force_{weight[2]}"]
+                fault = f"expected newtons; got {said!r}, which weighs {newtons:.4g} N: give {newtons:.4g}"
+            if fault:
+                raise typer.BadParameter(fault, ctx=ctx, param=param)
 
 
 def _with_force_column(args: list[str]) -> list[str]:
