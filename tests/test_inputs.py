@@ -82,7 +82,7 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.Ca
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert lines[0] == "1 of 2 recordings"
-    assert lines[2].split() == ["steel_250g", "0.320", "4.471", "+-", "0.019", "2", "stuck"]
+    assert lines[2].split() == ["steel_250g", "0.320", "4.471", "±", "0.019", "2", "stuck"]
     assert lines[3].startswith("b\\x1b[31m.csv  failed: empty \\x1b[2J and long")
     assert max(map(len, lines)) <= 80
     law = {"status": "ok", "law": "coulomb+place+speed+breakaway", "verdict": "strained", "friction_coefficient": 0.31}

@@ -38,14 +38,7 @@ T = TypeVar("T")
 
 
 def cell(value: object) -> str:
-    """A value as it stands in a table: six significant digits, a dash for not known.
-
-    Examples
-    --------
-    >>> import math
-    >>> [cell(v) for v in (None, math.nan, 2.12604226639334, 0, True, "steel", ["a", "b"], {"beta": 0.4})]
-    ['-', '-', '2.12604', '0', 'yes', 'steel', 'a; b', 'beta = 0.4']
-    """
+    """A value as it stands in a table: six significant digits, a dash for not known."""
     value = plain(value)
     if value is None:
         return "-"

@@ -139,13 +139,7 @@ class TableOfKeys(NamedTuple):
 
 
 def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) -> Iterator[TableOfKeys]:
-    """All tables of a scene in order, those inside others after them.
-
-    Examples
-    --------
-    >>> [table.head for table in tables_of_keys()][:4]
-    ['[rig]', '[[rig.masses]]', '[[rig.contacts]]', '[experiment]']
-    """
+    """All tables of a scene in order, those inside others after them."""
     for name, field in root.model_fields.items():
         for table in tables_in(field.annotation):
             where = ".".join((*path, name))

@@ -303,13 +303,13 @@ def _size(number: str) -> float:
     return float(number) if _NUMBER.fullmatch(number) else 0.0
 
 
-def with_error(value: object, error: object, times: float = 1.0, *, sign: str = "+-") -> str:
+def with_error(value: object, error: object, times: float = 1.0) -> str:
     """A number with its uncertainty: as many digits as the uncertainty has a right to, two where it begins with 1 or 2.
 
     Examples
     --------
     >>> with_error(4.4712e-3, 2.1e-5, 1e3), with_error(0.7721, 0.0771), with_error(0.35, None), with_error(None, 1.0)
-    ('4.471 +- 0.021', '0.77 +- 0.08', '0.35', '-')
+    ('4.471 ± 0.021', '0.77 ± 0.08', '0.35', '-')
     >>> with_error(-8e-18, 1e-17)
     '0'
     """
@@ -323,4 +323,4 @@ def with_error(value: object, error: object, times: float = 1.0, *, sign: str = 
     digits = max(0, (1 if f"{size:.1e}"[0] in "12" else 0) - place)
     if max(abs(number), size) < ROUNDING:
         return "0"
-    return f"{number:.{digits}f} {sign} {size:.{digits}f}"
+    return f"{number:.{digits}f} ± {size:.{digits}f}"

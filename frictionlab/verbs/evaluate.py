@@ -141,9 +141,21 @@ def publish(
 ) -> Path:
     """Write a campaign's tables, figures and report into a folder, and return the report's path.
 
-    The folder is made if it is not there; ``force``: replace files of these names that are not an earlier campaign's;
-    ``watch``: wraps the figures while they are drawn, to show progress. `OutputError`: the folder cannot be written, or
-    holds other files of these names.
+    Parameters
+    ----------
+    campaign : Campaign
+        What `evaluate` returns.
+    folder : str or Path
+        Made if it is not there.
+    force : bool
+        Replace files of these names that are not an earlier campaign's.
+    watch : callable, optional
+        Wraps the figures while they are drawn, to show progress.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written, or holds other files of these names.
     """
     from frictionlab.campaign import write_tables
     from frictionlab.campaign.files import REPORT, check_folder

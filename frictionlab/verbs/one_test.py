@@ -263,8 +263,15 @@ def explain(
 ) -> "Explanation":
     """Say which contact law a test requires, what it is made of in newtons, and what the next simpler law gets wrong.
 
-    Parameters, settings and errors as of `compare`; a comparison is put into words as it is. Returned is an
-    `Explanation`: ``print(explanation.text)``; its ``comparison`` is that of ``compare(what, scene, law="auto")``.
+    Parameters and settings as of `compare`; a comparison is put into words as it is. Returned is an `Explanation`:
+    ``print(explanation.text)``; its ``comparison`` is that of ``compare(what, scene, law="auto")``.
+
+    Raises
+    ------
+    AnalysisError
+        No measurement can be made, the natural frequency is not known, or a comparison has no steady cycle.
+    UsageError
+        A law is given: explain finds it.
     """
     from frictionlab.inference import Comparison
     from frictionlab.inference.explain import explain as explain_measurement
