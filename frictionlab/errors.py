@@ -49,3 +49,7 @@ class OutputError(FrictionlabError, OSError):
 
 class ClusterError(FrictionlabError, ConnectionError):
     """A cluster does not answer, has no workers, or its workers hold another version of this package."""
+
+
+DOUBTED = "the unit looks wrong"
+"""Stands in each warning that doubts a unit: a campaign leaves such a test out."""

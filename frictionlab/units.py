@@ -16,8 +16,6 @@ LENGTH = {"m": 1.0, "mm": 1e3, "um": 1e6, "nm": 1e9, "cm": 1e2, "in": 1 / 0.0254
 """How many make a metre."""
 TIME = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60.0, "h": 1 / 3600.0}
 """How many make a second."""
-DOUBTED = "the unit looks wrong"
-"""Stands in each warning that doubts a unit; a campaign leaves such a test out."""
 ACCELERATION = {"m/s^2": 1.0, "mm/s^2": 1e3, "cm/s^2": 1e2, "gal": 1e2, "g": 1 / 9.80665, "mg": 1e3 / 9.80665}
 """How many make a metre per second squared."""
 VOLTS = {"V": 1.0, "mV": 1e3, "uV": 1e6}

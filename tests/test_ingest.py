@@ -217,4 +217,4 @@ def test_files_of_numbers_that_are_no_logs_are_named(log: Path) -> None:
     write(log.with_name("more.json"), "{}")
     noted = run(log.parent, "--dry-run")
     assert noted.exit_code == 0
-    assert "note: passed over: more.json: no kind of log that is read: save it as CSV" in noted.stderr
+    assert "note: passed over: more.json: no log by its name: give the file itself, or save it as CSV" in noted.stderr

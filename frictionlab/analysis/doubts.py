@@ -17,9 +17,9 @@ from frictionlab.analysis.response import Response
 from frictionlab.analysis.spectrum import LEAST, Line, mains_of
 from frictionlab.analysis.stops import TURN
 from frictionlab.arrays import FloatArray
+from frictionlab.errors import DOUBTED
 from frictionlab.estimate import Estimate
 from frictionlab.schema import ENERGY
-from frictionlab.units import DOUBTED
 
 FEW_CYCLES = 5
 COARSE = 0.02  # sensor step over the amplitude of the response: what stands still longer than that may be moving

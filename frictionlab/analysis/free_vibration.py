@@ -211,24 +211,18 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
 
 
 def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
-    """Average over taps, one at least, of natural frequency, damping ratio and friction, each with its error.
+    """Average over taps of natural frequency, damping ratio and friction, each with its error; nothing of none.
 
     What is held at 0 counts as 0 with the error that its 95 % limit stands for.
-
-    Raises
-    ------
-    AnalysisError
-        No taps.
     """
-    if not taps:
-        raise AnalysisError("free vibration: expected at least one tap to average over; got none")
 
     def error(tap: FreeVibration, name: str) -> float:
         se = getattr(tap, f"{name}_se")
         return float((getattr(tap, f"{name}_upper") or 0.0) / 1.645 if se is None else se)
 
     names = ("natural_frequency_hz", "damping_ratio", "friction_m")
-    return {name: average([getattr(tap, name) for tap in taps], [error(tap, name) for tap in taps]) for name in names}
+    each = {name: ([getattr(tap, name) for tap in taps], [error(tap, name) for tap in taps]) for name in names if taps}
+    return {name: average(*both) for name, both in each.items()}
 
 
 KEPT = {"natural_frequency_hz": 1e-4, "damping_ratio": 0.02}  # relative: what a clock, and a frame mounted again, do

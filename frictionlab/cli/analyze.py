@@ -17,7 +17,6 @@ from frictionlab.tables.texts import with_error
 from frictionlab.verbs.inputs import files_of, recordings_in
 
 if TYPE_CHECKING:
-    from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.estimate import Average
     from frictionlab.scene import Scene
 
@@ -193,12 +192,14 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
 
     Example: frictionlab free-vibration tap1.csv tap2.csv tap3.csv
     """
+    from frictionlab.analysis.free_vibration import averages
+
     scene = work.scene_for(inputs[0], {}, ())
     paths = files_of(inputs, recordings_in)
     places = work.places(paths, scene, FREE_VIBRATIONS, ("free_vibration",))
     rows = work.rows(paths, partial(_tapped, scene=scene), "free vibration", places, force=work.force, silent=True)
     taps = [tap for row in rows for tap in _each(row.get("_taps"))]
-    means = _means(taps)  # before the first line of --json
+    means = averages(taps)  # before the first line of --json
     if work.as_json:
         over_all = {f"mean_{name}": value for name, value in _numbers(means, spread=True).items()}
         screen.report_rows(({**row, **over_all} if "taps" in row else row for row in rows), as_json=True)
@@ -213,6 +214,7 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
 
 def _tapped(file: Path, *, scene: "Scene") -> Made:
     """The row of an input: the averages over its taps and each of them, or the modes of several masses."""
+    from frictionlab.analysis.free_vibration import averages
     from frictionlab.logs import read_mass_log
     from frictionlab.verbs.one_test import free_vibration, free_vibration_modes, masses_of, recording_given
 
@@ -223,7 +225,7 @@ def _tapped(file: Path, *, scene: "Scene") -> Made:
         first = {key: value for key, value in modes[0].items() if key != "shape"}
         return {**head, "warnings": list(recording.source.warnings), **first, "modes": modes}, {}
     taps = free_vibration(recording, scene)
-    means = _means(taps)
+    means = averages(taps)
     stiffness, normal = scene.rig.stiffness, scene.experiment.normal_force_n
     if taps[0].unit != "m":  # of an angle: a stiffness in N/m makes no newtons of it
         stiffness = None
@@ -242,12 +244,6 @@ def _tapped(file: Path, *, scene: "Scene") -> Made:
         "_taps": taps,
     }
     return row, {"free_vibration": taps}
-
-
-def _means(taps: "Sequence[FreeVibration]") -> "dict[str, Average]":
-    from frictionlab.analysis.free_vibration import averages
-
-    return averages(taps) if taps else {}
 
 
 def _numbers(means: "dict[str, Average]", *, spread: bool = False) -> dict[str, float | None]:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
 SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
-EDGE = 0.15  # of a band: a value nearer to an end than this is at an edge
 SEVERAL = 5  # predictions from which progress is shown
 HEADS = {
     "rank": "test",
@@ -109,12 +108,6 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
             f" after: sum of this test and all better ones, the lesser of both; {DECIDES:g} or more decides"
         )
     paragraph(f"lab min: laboratory time so far; {meaning}")
-    left = {row.get("u(beta)") for row in map(_flat, (listed[0], listed[-1]))}
-    if len(listed) > 1 and len(left - {None}) == len(left) == 1:
-        paragraph(
-            "friction % does not fall: what is left are normal force, stiffness and gains of the sensors, which no"
-            " number of tests knows better: measure them, and declare their _u in the scene"
-        )
     typer.echo("\nIn the laboratory, in the order that saves changes:")
     for line in steps(found):
         paragraph(line, indent="    ")
@@ -170,8 +163,6 @@ def predict(
 
     Example: frictionlab predict --law-file law_brass.toml --normal-force 4 --base-amplitude 1.8e-3 --r 0.3:0.7:0.1
     """
-    import numpy as np
-
     from frictionlab.verbs.simulating import predict
 
     doubt_amplitude(base_amplitude)
@@ -198,13 +189,6 @@ def predict(
         paragraph(f"{about}; each number with its 95 % band")
         heads = PREDICTED | (UNSTEADY if any(test.unsteady for test in found.tests) else {})
         print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], heads)
-        bands = np.array([band for test in found.tests for band in test.numbers.values()], dtype=np.float64)
-        value, low, high = bands.T  # nan: not known
-        if np.any((low < high) & (np.minimum(value - low, high - value) < EDGE * (high - low))):
-            paragraph(
-                "a value at an edge of its band is that of the law's mean values: what is not known of these (such as a"
-                " gradient of either sign) moves it to one side"
-            )
         if not to.quiet:
             warned = ({"source": name, "warnings": t.warnings} for t, name in zip(found.tests, names, strict=True))
             print_warnings(list(warned))

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 WIDTH = 80  # letters in a line, where no terminal says another number
 GAP = 2  # blanks between columns
-LEAST_TEXT = 16  # letters that a text keeps in one line before it is folded
+LEAST_TEXT = 17  # letters that a text keeps in one line before it is folded
 MOST_WARNINGS = 10  # lines
 LAG = (
     "lag_s_u of [sensors] is not declared: half a sampling interval of lag between the channels, either way, is assumed"

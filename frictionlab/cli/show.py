@@ -3,14 +3,13 @@
 import contextlib
 import sys
 from dataclasses import asdict
-from itertools import islice
 from pathlib import Path
 
 import typer
 
 from frictionlab.cli import printable
 from frictionlab.cli.options import Results, scene_of
-from frictionlab.cli.screen import FOUND, WIDTH, count, paragraph, print_table, print_tests, track, warnings_of
+from frictionlab.cli.screen import FOUND, count, paragraph, print_table, print_tests, track, warnings_of
 from frictionlab.errors import FrictionlabError, LogError, UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of
@@ -19,7 +18,6 @@ from frictionlab.tables.texts import kinds_of, names_in_csv
 from frictionlab.verbs.inputs import is_log_name
 
 MOST = 100  # rows on a terminal
-FIRST_LINES = 8  # of a log
 LOOP = (0.3, 0.6)  # frequency and friction ratio of the loop of a law
 TABLES = (".csv", ".jsonl", ".xlsx")
 
@@ -69,7 +67,7 @@ def _show_scene(file: Path) -> None:
 
 
 def _show_log(file: Path) -> None:
-    """What was found in a log, as ``ingest --dry-run`` says it, and its first lines; LogError where it is none."""
+    """What was found in a log, as ``ingest --dry-run`` says it; LogError where it is none."""
     from frictionlab.cli.ingest import ingested, print_evidence
     from frictionlab.scene import find_scene
     from frictionlab.verbs.inputs import scene_given
@@ -77,12 +75,6 @@ def _show_log(file: Path) -> None:
     row, _ = ingested(file, scene=scene_given(find_scene(file)))
     print_tests([row], FOUND, "a log")
     print_evidence([row])
-    with file.open("rb") as lines:
-        head = list(islice(lines, FIRST_LINES))
-    if b"\0" not in b"".join(head):
-        typer.echo(f"\nthe first {len(head)} lines:")
-        for line in head:
-            typer.echo(printable(line.decode("utf-8", "backslashreplace").rstrip()[:WIDTH]))
 
 
 def _show_rows(file: Path) -> None:

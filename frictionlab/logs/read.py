@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import LogError, RecordingError
+from frictionlab.errors import DOUBTED, LogError, RecordingError
 from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
@@ -19,7 +19,7 @@ from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
 from frictionlab.logs.text import Progress
 from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Source, quantity_named
-from frictionlab.units import ACCELERATION, DOUBTED, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
+from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
 _ACCELERATION = re.compile(
     r"(.*[\W_])?(acc|accel|acceleration|accelerometer|beschleunigung)([\W_\d].*)?", re.IGNORECASE

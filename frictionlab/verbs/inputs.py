@@ -94,7 +94,7 @@ def logs_in(folder: Path) -> list[Path]:
 
 def not_read_in(places: Iterable[Path]) -> dict[Path, str]:
     """Files in these folders that seem to hold numbers and cannot be read, each with what to do about it."""
-    reason = "no kind of log that is read: save it as CSV, with columns of time, mass and base, units in the head"
+    reason = "no log by its name: give the file itself, or save it as CSV, with columns of time, mass and base"
     files = [path for place in places if place.is_dir() for path in sorted(place.iterdir())]
     return {path: reason for path in files if path.suffix.lower() in OTHER_DATA}
 

@@ -111,7 +111,7 @@ def look(folder: FilePath) -> Found:
         odd=odd,
         is_tribometer=has_base == {False},
         settled_s=settled,
-        frame=averages(decays) if decays else {},
+        frame=averages(decays),
     )
 
 

@@ -12,13 +12,13 @@ from frictionlab.campaign import evaluate
 from frictionlab.campaign.friction import Reason
 from frictionlab.campaign.prediction import MODEL_FLOOR, RATIO_FLOOR, Model, observe_row
 from frictionlab.campaign.trials import Trial, trial_of
+from frictionlab.errors import DOUBTED
 from frictionlab.estimate import Estimate, scatter_beyond
 from frictionlab.inference.fit import fit_from
 from frictionlab.inference.posterior import model_of
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.uncertainty import sources_of
-from frictionlab.units import DOUBTED
 from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, known, row
 from tests.campaign.fabricate import fit_of as fit
 
