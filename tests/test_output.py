@@ -101,17 +101,11 @@ def test_show_tells_rows_of_a_users_own_table_and_failures(tmp_path: Path) -> No
     assert "`frictionlab ingest --dry-run " in invoke("show", tmp_path / "no.csv").stderr
 
 
-def test_show_says_what_is_in_a_log_and_its_first_lines() -> None:
-    lines = shown(ROOT / "sample_data" / "steel_N1.25_r0.3.csv")
-    assert lines[:2] == [["a", "log"], ["test", "layout", "samples", "rate", "[Hz]", "length", "[s]"]]
-    assert ["time", "[s],mass", "[mm],base", "[mm]"] in lines
-    assert len(lines) < 25
-
-
-def test_show_reads_a_log_in_another_encoding_and_cuts_a_long_table_that_is_none(tmp_path: Path) -> None:
+def test_show_says_what_is_in_a_log_of_any_encoding_and_cuts_a_long_table_that_is_none(tmp_path: Path) -> None:
     rows = "".join(f"{i / 100},{i % 7},{i % 5}\n" for i in range(500))
     (tmp_path / "log.csv").write_bytes(f"time [s],mass [µm],base [µm]\n{rows}".encode("latin-1"))
-    assert shown(tmp_path / "log.csv")[0] == ["a", "log"]
+    lines = shown(tmp_path / "log.csv")
+    assert lines[:2] == [["a", "log"], ["test", "layout", "samples", "rate", "[Hz]", "length", "[s]"]]
     (tmp_path / "mine.csv").write_text("dose,colour\n" + "1,a\n" * 500)
     assert len(shown(tmp_path / "mine.csv")) == 102
 
