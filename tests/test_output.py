@@ -16,7 +16,7 @@ from frictionlab.cli.screen import cell, print_table
 from frictionlab.cli.show import show
 from frictionlab.schema import COMPARISONS, FRICTION, MEASUREMENTS, TABLES, Table
 from frictionlab.tables import Row, write_rows
-from tests.desk import ROOT, invoke
+from tests.desk import invoke
 
 LONG = "build/recordings/a long folder/aramid_N1.25_r0.3.h5"
 MEASURED: Row = {

@@ -243,8 +243,8 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
         if by_step is not None and by_step[0] != unit:
             sensed.warnings.append(
                 f"{role}: {DOUBTED}: the log says {unit}, but its values step like those of a laser in {by_step[0]}"
-                f' ({by_step[1] * 1e3:g} mm range): unit = "{by_step[0]}" in [log] (ingest: --unit {by_step[0]}) reads it'
-                f" so; measuring_range_m says that {unit} is right"
+                f' ({by_step[1] * 1e3:g} mm range): give unit = "{by_step[0]}" in [log] (ingest: --unit), or, if {unit}'
+                " is right, measuring_range_m"
             )
     return sensed
 
