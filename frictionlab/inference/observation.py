@@ -18,7 +18,7 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
-from frictionlab.simulator import COSINE, Base, Problem, SteadyState
+from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.meter import Meter, OverspentError
 from frictionlab.simulator.problem import Wall
@@ -34,13 +34,7 @@ SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion 
 def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> SteadyState | None:
     """Return the steady state of a problem; None where the simulator has none: these values are no candidate."""
     try:
-        if problem.law.is_exact:
-            from frictionlab.simulator.exact import solve as exact  # noqa: PLC0415 - what is not asked for is not loaded
-
-            return exact.steady(problem, meter=meter)
-        from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
-
-        return numeric.steady(problem, near=near, meter=meter if math.isfinite(meter.left) else None)
+        return steady_state(problem, near=near, meter=meter)
     except OverspentError:
         raise
     except NO_MOTION:

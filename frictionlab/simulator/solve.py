@@ -4,6 +4,7 @@ from math import isfinite, pi
 from typing import Any, get_args
 
 from frictionlab.errors import SimulationError, UsageError
+from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Solver, SteadyState, last_of
@@ -20,7 +21,13 @@ LARGEST = 1e100  # initial condition: its square must be a double
 MOST_CYCLES = 10_000_000  # half a minute of compiled work that nothing interrupts
 
 
-def steady_state(problem: Problem | Structure, *, solver: Solver = "auto") -> SteadyState:
+def steady_state(
+    problem: Problem | Structure,
+    *,
+    solver: Solver = "auto",
+    near: SteadyState | None = None,
+    meter: Meter | None = None,
+) -> SteadyState:
     """Return the steady state of a problem, or of a structure of several masses.
 
     The periodic orbit is solved for by shooting with exact phases, half a period where the drive's symmetry allows; the
@@ -33,6 +40,11 @@ def steady_state(problem: Problem | Structure, *, solver: Solver = "auto") -> St
     solver : {"auto", "closed-form", "exact", "numeric", "thesis"}
         "auto" takes the closed form where it is valid, else exact phases where the law has them, else integrates;
         "thesis" waits for 100 cycles from rest with RK45 at its default tolerances (`last_cycle`, `thesis_run`).
+    near : SteadyState, optional
+        Of a law without exact slides: that of a problem close by, at whose orbit the search starts. Where motions
+        coexist, the answer is then the neighbour's branch, not the one that rest settles on.
+    meter : Meter, optional
+        What a search of many steady states may still spend: this one's work is taken from it.
 
     Returns
     -------
@@ -41,9 +53,12 @@ def steady_state(problem: Problem | Structure, *, solver: Solver = "auto") -> St
     Raises
     ------
     SimulationError
-        If events do not end, or the closed form is asked for where it does not hold.
+        If events do not end, friction turns into a pull on the way, the law cannot be integrated, rigid contacts hold a
+        mass twice over, or the closed form is asked for where it does not hold.
     UsageError
         If the solver is not known, or does not know the law.
+    OverspentError
+        Nothing is left on the meter.
 
     Examples
     --------
@@ -54,7 +69,7 @@ def steady_state(problem: Problem | Structure, *, solver: Solver = "auto") -> St
     _check_solver(problem, solver)
     if isinstance(problem, Problem) and solver == "thesis":
         return last_cycle(problem, cycles=100, solver="thesis")
-    state: SteadyState = flow_of(problem, solver).steady(solver)
+    state: SteadyState = flow_of(problem, solver).steady(solver, near=near, meter=meter)
     return state
 
 

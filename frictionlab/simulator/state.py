@@ -6,6 +6,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from frictionlab.arrays import FloatArray
 from frictionlab.schema import AMPLITUDE, ENERGY, STOPS, Result, value_of
 from frictionlab.simulator import row as places
 from frictionlab.simulator.motion import Energies, Motion
@@ -212,22 +213,22 @@ def _cycles(count: int | None) -> str:
     return "cycle" if count == 1 else f"{count} cycles"
 
 
-def from_numbers(problem: Problem, numbers: Any, orbit: Motion | None) -> SteadyState:
+def from_numbers(problem: Problem, row: FloatArray, orbit: Motion | None) -> SteadyState:
     """Turn a row of numbers into a steady state."""
+    numbers: list[float] = row.tolist()  # Python's own are faster one by one
     outcome, said = OUTCOMES[int(numbers[places.OUTCOME])], int(notes_of(asked_of(problem), numbers))
-    miss = float(numbers[places.MISS])
+    miss = numbers[places.MISS]
     if outcome not in ("periodic", "stuck"):
         residual = miss if said & Note.GIVEN_UP and isfinite(miss) else None
         growth = miss if said & Note.PARTS else None
         return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
     moves: Regime = "stick-slip" if numbers[places.STOPS] > 0.0 else "continuous"
-    known: dict[str, Any] = {key: float(numbers[PLACES[key]]) for key in EXACT}
-    loop, contact, frame = (float(numbers[i]) for i in (places.ENERGY, places.CONTACT_ENERGY, places.FRAME_ENERGY))
+    known: dict[str, Any] = {key: numbers[PLACES[key]] for key in EXACT}
     return SteadyState(
         problem=problem,
         solver=SOLVERS[int(numbers[places.SOLVER])],
         outcome=outcome,
-        energies=Energies(loop, contact, frame),
+        energies=Energies(*(numbers[i] for i in (places.ENERGY, places.CONTACT_ENERGY, places.FRAME_ENERGY))),
         regime="stuck" if outcome == "stuck" else moves,
         symmetric=bool(numbers[places.SYMMETRIC]),
         period_cycles=int(numbers[places.PERIOD]),

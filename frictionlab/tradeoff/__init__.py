@@ -25,7 +25,7 @@ from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.schema import ENERGY
 from frictionlab.simulator import Base, Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
-from frictionlab.simulator.numeric import RTOL, steady
+from frictionlab.simulator.numeric import RTOL, Integrated
 
 ROUNDING = 1e-14  # errors below this are all the same: rounding
 BETTER = 0.95  # an error is smaller if it is below this share of the other
@@ -198,9 +198,9 @@ def physics() -> tuple[Setting, ...]:
 def tolerance_of(name: str) -> tuple[Setting, ...]:
     """The integrator's tolerance under a law without exact slides (r = 0.3, beta = 0.6)."""
     problem, truth = CONTACTS[name]
-    steady(problem)  # what loading and compiling costs is no matter of the tolerance
+    steady_state(problem)  # what loading and compiling costs is no matter of the tolerance
     trials = [
-        Run(f"rtol {rtol:.0e}", partial(steady, problem, rtol=rtol), _off(truth), default=rtol == RTOL)
+        Run(f"rtol {rtol:.0e}", Integrated(problem, rtol).steady, _off(truth), default=rtol == RTOL)
         for rtol in (1e-4, 1e-6, 1e-8, 1e-10)
     ]
     return run_trials(f"tolerance, {name}", ENERGY, "scipy's DOP853 at rtol 1e-13 on its own orbit", trials)

@@ -82,17 +82,12 @@ def test_free_swings_lose_four_beta_each_as_coulomb_found() -> None:
     np.testing.assert_allclose(tops, [100.0, 100.0 - 4 * beta, 100.0 - 8 * beta], atol=1e-3)
 
 
-@pytest.mark.parametrize(("x0", "v0"), [(1e150, 0.0), (-1e300, 0.0), (0.0, 1e200), (1e308, 1e308)])
-def test_a_start_whose_square_no_double_holds_is_refused(x0: float, v0: float) -> None:
-    with pytest.raises(SimulationError, match=r"initial conditions; expected finite numbers of size up to 1e\+100"):
-        simulate(Problem(r=0.5, beta=0.4), cycles=2, x0=x0, v0=v0)
-
-
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1e300, 1e150])
 @pytest.mark.parametrize("where", [(1, 0, 0), (0, 1, 0), (0, 0, 1)])
-def test_a_start_that_is_no_number_is_refused(where: tuple[int, int, int], value: float) -> None:
+def test_a_start_that_no_double_holds_squared_is_refused(where: tuple[int, int, int], value: float) -> None:
     x0, v0, tau0 = (value if there else 0.0 for there in where)
-    with pytest.raises(SimulationError, match="initial conditions; expected finite numbers"):
+    tau0 *= math.inf if tau0 else 1.0  # any time is a phase
+    with pytest.raises(SimulationError, match=r"initial conditions; expected finite numbers of size up to 1e\+100"):
         simulate(Problem(r=0.5, beta=0.4), cycles=1, x0=x0, v0=v0, tau0=tau0)
 
 

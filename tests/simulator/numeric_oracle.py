@@ -8,7 +8,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from frictionlab.simulator import Problem
+from frictionlab.simulator import Problem, SteadyState, Structure
+from frictionlab.simulator.numeric import RTOL, Integrated
 
 TURN = 2.0 * pi
 Drive = Callable[[float], float]
@@ -28,6 +29,11 @@ LAWS: dict[str, dict[str, float]] = {
     },
 }
 """One point of each law, that tests and benchmarks share."""
+
+
+def steady(what: Problem | Structure, rtol: float = RTOL, near: SteadyState | None = None) -> SteadyState:
+    """Steady state by steps, also of laws that have exact slides."""
+    return Integrated(what, rtol).steady(near=near)
 
 
 def force_of(problem: Problem) -> Drive:

@@ -108,6 +108,9 @@ def test_all_steady_states_are_told_with_their_shares(tmp_path: Path) -> None:
     assert "100 % of the starts: The motion repeats every cycle" in alone
     for more in (["--cycles", "3"], ["--plot", "x.txt"], ["--solver", "exact"], ["-o", str(tmp_path / "all.h5")]):
         assert run("simulate", "--r", "0.5", "--beta", "0.4", "--all", *more).exit_code == 2
+    scene = Path(__file__).parents[2] / "configs" / "two_storeys.toml"
+    frame = json.loads(run("simulate", "--scene", scene, "--r", "0.4", "--all", "--json").stdout)
+    assert (frame["basin_share"], frame["outcome"], len(frame["response_amplitudes"])) == (1.0, "periodic", 2)
 
 
 def test_people_read_a_verdict() -> None:

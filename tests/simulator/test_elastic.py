@@ -13,7 +13,7 @@ from mpmath import mpf
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
-from frictionlab.simulator.exact.solve import iwan_sliders, steady
+from frictionlab.simulator.exact.solve import iwan_sliders
 from tests.simulator import elastic_twin
 from tests.simulator.phases import phases_of
 
@@ -51,7 +51,7 @@ def error(value: float | None, truth: str) -> float:
 
 @pytest.mark.parametrize("row", REFERENCE, ids=lambda row: row["why"])
 def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, Any]) -> None:
-    state = steady(of_reference(row))
+    state = steady_state(of_reference(row))
     few = (
         1e-9 if "critically" in row["why"] else 1e-11 if row["kappa"] >= 1e9 else 1e-12
     )  # two rates that are one are parted by 1e-10 of zeta
@@ -143,7 +143,7 @@ def test_energies_close_and_the_orbit_repeats(
     more |= {"parameters": {"gradient": gradient}}
     law = "+place"
     problem = iwan(r, beta, kappa, sliders, -0.4, law, **more) if sliders else jenkins(r, beta, kappa, law, **more)
-    state = steady(problem)
+    state = steady_state(problem)
     if state.outcome == "not found":
         assert "gradient" in state.warnings[0]
         return
@@ -186,19 +186,19 @@ def test_more_sliders_come_to_the_backbone_of_the_distribution_as_one_over_n_squ
 )
 def test_a_contact_that_is_strong_enough_never_slips(r: float, kappa: float, limit: float) -> None:
     # held, n = kappa cos(tau) / (1 + kappa - r^2)
-    state = steady(jenkins(r, limit * (1 + 1e-6), kappa))
+    state = steady_state(jenkins(r, limit * (1 + 1e-6), kappa))
     assert state.outcome == "stuck"
     assert state.response_amplitude == pytest.approx(1.0 / abs(1 + kappa - r * r), rel=1e-12)
     assert state.energy_per_cycle == pytest.approx(0.0, abs=1e-12)
     assert state.stuck_fraction == 1.0
     assert "never slips" in state.verdict  # the mass moves as far as the contact yields
     assert state.floquet_multiplier == pytest.approx(1.0, abs=1e-9)  # nothing damps it
-    assert steady(jenkins(r, limit * (1 - 1e-5), kappa)).outcome == "periodic"
+    assert steady_state(jenkins(r, limit * (1 - 1e-5), kappa)).outcome == "periodic"
 
 
 def test_a_held_contact_with_a_residual_force_need_not_slip_under_an_uneven_drive() -> None:
     base = Base((1.0, 0.4))  # the held force has crests of 1.34 and troughs of -0.68
-    state = steady(jenkins(0.3, 1.1, 20.0, base=base))
+    state = steady_state(jenkins(0.3, 1.1, 20.0, base=base))
     assert state.outcome == "stuck"
     assert state.orbit is not None
     tau = np.linspace(0.0, 2 * pi, 400)
@@ -207,23 +207,23 @@ def test_a_held_contact_with_a_residual_force_need_not_slip_under_an_uneven_driv
 
 
 def test_at_the_held_contacts_resonance_it_slips_and_stays_bounded() -> None:
-    state = steady(jenkins(sqrt(1 + 100.0), 0.3, 100.0))
+    state = steady_state(jenkins(sqrt(1 + 100.0), 0.3, 100.0))
     assert state.outcome == "periodic"
     assert (state.energy_per_cycle or 0.0) > 0.0
 
 
 def test_at_the_slipping_masss_resonance_it_grows_without_bound() -> None:
-    assert steady(jenkins(1.0, 0.7, 50.0)).outcome == "unbounded"
-    assert steady(jenkins(1.0, 0.9, 50.0)).outcome == "periodic"
+    assert steady_state(jenkins(1.0, 0.7, 50.0)).outcome == "unbounded"
+    assert steady_state(jenkins(1.0, 0.9, 50.0)).outcome == "periodic"
 
 
 def test_a_gradient_that_makes_friction_a_pull_is_refused_by_name() -> None:
     steep = jenkins(0.9, 0.3, 50.0, "+place", parameters={"gradient": 1.5})
-    assert "gradient" in steady(steep).warnings[0]
+    assert "gradient" in steady_state(steep).warnings[0]
     with pytest.raises(SimulationError, match=r"gradient; expected 1 . gradient z > 0"):
         simulate(steep, cycles=5)
     runaway = jenkins(0.9, 0.3, 50.0, "+place", parameters={"gradient": 4.0})
-    assert "runs away" in steady(runaway).warnings[0]
+    assert "runs away" in steady_state(runaway).warnings[0]
     with pytest.raises(SimulationError, match=r"beta \|gradient\| < 1"):
         simulate(runaway, cycles=1)
 
@@ -232,7 +232,7 @@ def test_a_slider_too_weak_to_be_relaxed_at_the_section_is_not_forced_to_be() ->
     # it was put at its limit instead, half cycle after half cycle, and the search never ended
     problem = iwan(0.08504522830857346, 1.0855186333106606, 92.32785908315341, 2, -0.6933537117352948)
     problem = problem.with_parameters({"frame_damping_ratio": 0.035855970757566274})
-    state, late = steady(problem), last_cycle(problem, cycles=40)
+    state, late = steady_state(problem), last_cycle(problem, cycles=40)
     assert state.outcome == late.outcome == "periodic"
     assert state.energy_per_cycle == pytest.approx(late.energy_per_cycle, rel=1e-8)
 

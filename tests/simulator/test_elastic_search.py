@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionlab.simulator import Base, Problem
+from frictionlab.simulator import Base, Problem, steady_state
 from frictionlab.simulator import simulate as run
-from frictionlab.simulator.exact.solve import Flow, steady
+from frictionlab.simulator.exact.solve import Flow
 
 UP_DOWN = {"static_ratio_up": 1.3, "static_ratio_down": 1.2}
 
@@ -135,7 +135,7 @@ SETTLING = {  # problem, displacement that the motion begins at (at rest on the 
 @pytest.mark.parametrize("why", SETTLING)
 def test_the_steady_state_is_where_the_motion_from_rest_comes(why: str) -> None:
     problem, x0, cycles, period = SETTLING[why]
-    state, late = steady(problem), run(problem, cycles=cycles, keep=1, x0=x0)
+    state, late = steady_state(problem), run(problem, cycles=cycles, keep=1, x0=x0)
     assert state.orbit is not None
     assert state.period_cycles == period
     tau = np.linspace(0.0, 2 * pi, 50)

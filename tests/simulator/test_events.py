@@ -87,5 +87,5 @@ def test_a_release_is_the_first_time_the_pull_passes_the_limit(
 
 
 def test_chatter_is_named_with_its_place() -> None:
-    with pytest.raises(SimulationError, match=r"events without end: r = 0\.5, beta = 0\.4"):
+    with pytest.raises(SimulationError, match=r"r = 0\.5: law .*'beta': 0\.4.*: events without end"):
         Flow(Problem(0.5, 0.4)).refuse(CHATTER)

@@ -19,10 +19,10 @@ from frictionlab.simulator import Base, Problem, laws, steady_state
 from frictionlab.simulator.exact.motion import STAGES
 from frictionlab.simulator.laws.law import STILL, Contact, Parameter, Term
 from frictionlab.simulator.laws.rate_state import rate_state
-from frictionlab.simulator.numeric import Integrated, NumericMotion, steady
+from frictionlab.simulator.numeric import Integrated, NumericMotion
 from frictionlab.simulator.numeric.radau import BERNSTEIN, MATRIX, NODES, WEIGHTS
 from frictionlab.simulator.record import BaseRecord, respond
-from tests.simulator.numeric_oracle import LAWS, along, cycle
+from tests.simulator.numeric_oracle import LAWS, along, cycle, steady
 
 each_law = pytest.mark.parametrize("law", LAWS)
 

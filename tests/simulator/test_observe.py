@@ -55,17 +55,6 @@ def test_what_does_not_exist_is_none() -> None:
     assert seen > 0.0
 
 
-@pytest.mark.parametrize("frame", [0.0, 0.05])
-@pytest.mark.parametrize("wall", ["fixed", "base"])
-def test_quadrature_over_a_motion_agrees_with_the_sum_over_its_phases(wall: Wall, frame: float) -> None:
-    problem = Problem(0.6, 0.3, zeta=0.02, wall=wall, frame_damping_ratio=frame)
-    slow, fast = last_cycle(problem, cycles=40), steady_state(problem)
-    for key in ("energy_per_cycle", "response_amplitude", "stuck_fraction"):
-        assert getattr(slow, key) == pytest.approx(getattr(fast, key), rel=1e-7, abs=1e-9)
-    assert (slow.outcome, slow.stops_per_cycle, slow.regime) == (fast.outcome, fast.stops_per_cycle, fast.regime)
-    assert slow.closure_error == pytest.approx(0.0, abs=1e-9)
-
-
 @pytest.mark.parametrize(
     ("law", "parameters", "solver"),
     [

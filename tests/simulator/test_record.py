@@ -93,28 +93,6 @@ def test_on_the_steady_orbit_it_stays_there(r: float, beta: float, mu: float, ze
     assert seen.energy / 10 == pytest.approx(steady_state(Problem(r, beta, mu, zeta)).energy_per_cycle, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("law", "parameters"),
-    [
-        ("coulomb+compliance+speed", {"stiffness_ratio": 20.0}),
-        ("coulomb+iwan+speed", {"stiffness_ratio": 30.0, "sliders": 5.0, "chi": -0.3}),
-        (
-            "coulomb+compliance+place+breakaway+speed",
-            {"stiffness_ratio": 20.0, "gradient": 0.05, "static_ratio_up": 1.1, "static_ratio_down": 1.2},
-        ),
-    ],
-)
-def test_elastic_contacts_reach_the_steady_state_of_their_own_kernel(law: str, parameters: dict[str, float]) -> None:
-    base = cosine_record(0.5, 20, 200)
-    given = parameters | {"contact_damping_ratio": 0.05}
-    orbit = steady_state(Problem(0.5, 0.4, law=law, parameters=given)).orbit
-    assert orbit is not None
-    last = slice(-201, None)
-    seen = respond(Problem(1.0, 0.4, law=law, parameters=given), base)
-    assert seen.displacement[last] == pytest.approx(orbit.at(0.5 * base.time[last])[0], abs=2e-7)
-    assert seen.contact_force[last] == pytest.approx(orbit.force(0.5 * base.time[last]), abs=2e-7)
-
-
 def test_the_error_falls_with_the_fourth_power_of_the_sampling_interval() -> None:
     def last(points: int) -> np.ndarray:
         return respond(Problem(1.0, 0.4), cosine_record(0.5, 4, points)).displacement[:: points // 25]

@@ -16,7 +16,7 @@ from frictionlab.errors import UsageError
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Problem
-from frictionlab.simulator.numeric import NumericMotion, steady
+from frictionlab.simulator.numeric import Integrated, NumericMotion
 from frictionlab.tradeoff import Setting, marked
 from tests.simulator.numeric_oracle import cycle
 
@@ -52,7 +52,7 @@ def test_the_references_are_the_fifty_digit_orbits(problem: Problem, energy: flo
 def test_the_references_of_numeric_laws_are_another_methods(name: str) -> None:
     """DOP853 carries the orbit over a cycle: back to its start, and with this energy."""
     problem, energy = tradeoff.CONTACTS[name]
-    motion = steady(problem, rtol=1e-12).orbit
+    motion = Integrated(problem, 1e-12).steady().orbit
     assert isinstance(motion, NumericMotion)
     units = [1.0, 1.0, 1.0, problem.beta]  # the twin's age is a force
     size = {"smooth": 2, "inner": 3}[problem.law.kind] + (name == "rate-state")

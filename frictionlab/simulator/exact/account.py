@@ -70,23 +70,26 @@ def enter(system: Any, work: Any, pieces: FloatArray, k: int) -> int:
     return slot
 
 
-@inner
 def evaluate(
     system: Any, work: Any, pieces: FloatArray, index: NDArray[np.int64], within: FloatArray, found: FloatArray
-) -> None:
-    """Write displacements, velocities and contact forces (k, 2 n + c) at times within the pieces of an index."""
+) -> int:
+    """Write displacements, velocities and contact forces (k, 2 n + c) at times within the pieces of an index.
+
+    Returns how many times there are, or the one whose phase is to be made first. Called by its address.
+    """
     n, last, slot = system.masses, -1, 0
     for k in range(len(index)):
         if index[k] != last:
             last = index[k]
             slot = enter(system, work, pieces, last)
             if slot < 0:
-                return
+                return k
         modes_at(system, work, slot, within[k])
         for c in range(system.contacts):
             found[k, 2 * n + c] = contact_force(system, work, slot, c)
         for a in range(n):
             found[k, a], found[k, n + a] = work.now_q[a], work.now_v[a]
+    return len(index)
 
 
 @inner
@@ -217,14 +220,6 @@ def count_stops(pieces: FloatArray, count: int, column: int, c: int, numbers: An
         numbers.stops[c] += 0 if at_begin else 1
 
 
-@entry
-def evaluate_all(
-    systems: Any, works: Any, pieces: FloatArray, index: NDArray[np.int64], within: FloatArray, found: FloatArray
-) -> None:
-    """`evaluate`, of records that stand in arrays of length 1."""
-    evaluate(systems[0], works[0], pieces, index, within, found)
-
-
 @inner
 def clear(system: Any, numbers: Any) -> None:
     """Begin new sums."""
@@ -272,10 +267,28 @@ SIGNATURE = types.int64(
     *(from_dtype(SYSTEM), from_dtype(WORK), types.Array(types.float64, 2, "C")),
     *(types.int64, types.int64, from_dtype(NUMBERS)),
 )
-ACCOUNT, call_account = address_of(account, SIGNATURE), caller(SIGNATURE)
+EVALUATE = types.int64(
+    *(from_dtype(SYSTEM), from_dtype(WORK), types.Array(types.float64, 2, "C", readonly=True)),
+    *(types.int64[::1], types.float64[::1], types.float64[:, ::1]),
+)
+ACCOUNT, call_account, call_evaluate = address_of(account, SIGNATURE), caller(SIGNATURE), caller(EVALUATE)
 
 
 @entry
 def account_all(systems: Any, works: Any, pieces: FloatArray, sums: Any) -> int:
     """Account for all recorded pieces, or steps, of records that stand in arrays of length 1; return how many."""
     return call_account(systems[0].account, (systems[0], works[0], pieces, 0, len(pieces), sums[0]))
+
+
+@entry
+def evaluate_all(
+    address: int,
+    systems: Any,
+    works: Any,
+    pieces: FloatArray,
+    index: NDArray[np.int64],
+    within: FloatArray,
+    found: FloatArray,
+) -> int:
+    """Evaluate pieces, or steps, by the function at an address, of records that stand in arrays of length 1."""
+    return call_evaluate(address, (systems[0], works[0], pieces, index, within, found))

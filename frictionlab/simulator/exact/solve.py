@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import row as places
-from frictionlab.simulator.compiled import announce, record_of
+from frictionlab.simulator.compiled import address_of, announce, record_of
 from frictionlab.simulator.exact import answer, orbit
-from frictionlab.simulator.exact.account import ACCOUNT, NUMBERS, account_all, evaluate_all
+from frictionlab.simulator.exact.account import ACCOUNT, EVALUATE, NUMBERS, account_all, evaluate, evaluate_all
 from frictionlab.simulator.exact.flow import RUNNER
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import (
@@ -49,6 +49,18 @@ PIECES = 512  # recorded at first
 MOST_PIECES = 1 << 22
 CLOSED = {"auto": answer.AUTO, "closed-form": answer.CLOSED_ONLY, "exact": answer.NEVER_CLOSED}
 NOTHING: FloatArray = np.empty((0, 0))
+NEGATIVE = (
+    "friction turns negative within the motion: gradient; expected 1 + gradient z > 0, and beta |gradient| < 1; do: a"
+    " smaller gradient, or rate_strength"
+)
+WHY = {
+    **dict.fromkeys((PULLS, STEEP), NEGATIVE),
+    TIRED: "more steps than allowed: the contact rings, hardly anything damps it, or the law is too stiff; do: take the"
+    " law that this one tends to (a rigid contact for a stiffness without end), or loosen rtol",
+    CHATTER: "events without end, or steps that became too short; expected at most some hundred phases in a cycle and"
+    " natural period; do: report these numbers, or take a law that holds where this one nearly does",
+}
+"""How a run ended that did not come to its end."""
 _OWN = threading.local()
 
 
@@ -239,13 +251,8 @@ class Trajectory(Motion):
 
     def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:  # noqa: ARG002
         """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within pieces of an index."""
-        n, works, numbers = self.masses, workspace(), np.asarray(index, np.int64)
-        found = np.empty((len(index), 2 * n + int(self.systems[0]["contacts"])))
-        evaluate_all(self.systems, works, self.rows, numbers, within, found)
-        while works[0]["phases"]["missing"]:
-            make_phase(self.systems, works)
-            evaluate_all(self.systems, works, self.rows, numbers, within, found)
-        return found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
+        found = evaluated(evaluate, self.systems, workspace(), self.rows, index, within)
+        return tuple(np.split(found, (self.masses, 2 * self.masses), axis=1))
 
 
 def accounted(systems: Any, works: Any, pieces: FloatArray) -> Any:
@@ -254,6 +261,23 @@ def accounted(systems: Any, works: Any, pieces: FloatArray) -> Any:
     while account_all(systems, works, pieces, sums) < len(pieces):
         make_phase(systems, works)
     return sums[0]
+
+
+def evaluated(
+    by: Any,
+    systems: Any,
+    works: Any,
+    pieces: FloatArray,
+    index: NDArray[np.intp],
+    within: FloatArray,
+    more: int = 0,
+) -> FloatArray:
+    """Return displacements, velocities, contacts' forces (k, 2 n + c) and `more` of them, as a function writes them."""
+    system, address, numbers = systems[0], address_of(by, EVALUATE), np.asarray(index, np.int64)
+    found = np.empty((len(index), 2 * int(system["masses"]) + int(system["contacts"]) + more))
+    while evaluate_all(address, systems, works, pieces, numbers, within, found) < len(index):
+        make_phase(systems, works)
+    return found
 
 
 class Solved(NamedTuple):
@@ -428,20 +452,11 @@ class Flow:
         """Raise the named error of a run that did not come to its end; `motion`: of what."""
         what = self.what
         contacts: Sequence[Problem | Contact] = (what,) if isinstance(what, Problem) else what.contacts
-        uneven = [n for n, contact in enumerate(contacts, 1) if contact.parameter("gradient")]
-        if code in (PULLS, STEEP) and uneven:
-            raise SimulationError(
-                f"simulation{motion}: contact {uneven[0]}: gradient; expected 1 + gradient z > 0 on the whole motion,"
-                f" and beta |gradient| < 1; got {contacts[uneven[0] - 1].parameter('gradient'):g}: friction would turn"
-                " into a pull; do: take a smaller gradient"
-            )
         if code != DONE:
-            why = "more work than allowed" if code == TIRED else "events without end"
-            numbers = ", ".join(f"beta = {contact.beta!r}" for contact in contacts)
-            raise SimulationError(
-                f"simulation{motion}: {why}: r = {what.r!r}, {numbers}; expected at most some hundred phases in a cycle"
-                " and natural period; got more; do: report these numbers"
-            )
+            laws = ", ".join(f"law {contact.law.name}, parameters {contact.parameters}" for contact in contacts)
+            breaks = [term.breaks(contact.parameters) for contact in contacts for term in contact.law.terms]
+            why = next(filter(None, breaks if code != PULLS else ()), WHY[code])
+            raise SimulationError(f"simulation{motion or f' at r = {what.r!r}'}: {laws}: {why}")
 
     def run(self, *, cycles: int, keep: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0) -> Motion:
         """Carry the motion over cycles of the drive; the last `keep` cycles are recorded."""
@@ -450,8 +465,14 @@ class Flow:
             y = self.carried(y, tau0, TURN, cycles - keep)[0]
         return self.recorded(y, tau0, keep, first=cycles - keep)
 
-    def steady(self, solver: str = "auto", *, meter: Meter | None = None) -> SteadyState:
-        """Return the steady state that rest settles on: see `steady`."""
+    def steady(
+        self,
+        solver: str = "auto",
+        *,
+        meter: Meter | None = None,
+        near: SteadyState | None = None,  # noqa: ARG002 - searches by exact phases need none
+    ) -> SteadyState:
+        """Return the steady state that rest settles on: see `frictionlab.simulator.steady_state`."""
         what, many = self.what, isinstance(self.what, Structure)
         found = self.solved(closed=answer.NEVER_CLOSED if many else CLOSED[solver])
         code = int(found.row[places.OUTCOME])
@@ -509,25 +530,6 @@ class Flow:
             structure=self.what if isinstance(self.what, Structure) else None,
             **numbers,
         )
-
-
-def steady(what: Problem | Structure, solver: str = "auto", *, meter: Meter | None = None) -> SteadyState:
-    """Return the steady state that rest settles on: the closed form where it is valid, else the exact orbit.
-
-    Parameters
-    ----------
-    what : Problem or Structure
-    solver : {"auto", "closed-form", "exact"}
-    meter : Meter, optional
-        What a search of many steady states may still spend: this one's work is taken from it.
-
-    Raises
-    ------
-    SimulationError
-        Events do not end, or the closed form is asked for where it does not hold; of several masses also: a gradient is
-        too steep, or rigid contacts hold a mass twice over.
-    """
-    return Flow(what).steady(solver, meter=meter)
 
 
 def rows_of(systems: Any) -> FloatArray:

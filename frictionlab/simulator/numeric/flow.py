@@ -14,14 +14,14 @@ from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import address_of, record_of
 from frictionlab.simulator.exact.flow import FORMULA
 from frictionlab.simulator.exact.motion import COUNT, WORK
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STEEP, TIRED, make_phase
-from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, feel_acceleration
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STEEP
+from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, evaluated, feel_acceleration
 from frictionlab.simulator.laws import TERMS, Friction, formula_of
 from frictionlab.simulator.meter import STATE, Meter
 from frictionlab.simulator.motion import Motion, Timeline, cycles_of
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
-from frictionlab.simulator.numeric.radau import NODES, WEIGHTS
+from frictionlab.simulator.numeric.radau import NODES
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of
 from frictionlab.simulator.structure import Structure
@@ -70,16 +70,11 @@ def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> 
 
 @dataclass(frozen=True)
 class NumericMotion(Motion):
-    """A motion as steps: displacements, velocities and inner states (m, size, 8) at the nodes of each.
-
-    `rows` (m, 3 c): of each contact side (0: it holds), stiffness and constant force of its springs; `slip` (m, c, 8):
-    its speed of slip, or direction. Displacements are relative to the base where contacts of its `flow` follow it.
-    """
+    """A motion as steps, recorded as `radau.run` does; `slip` (m, c, 8): of each contact its speed, or direction."""
 
     problem: Problem
     timeline: Timeline
-    rows: FloatArray
-    values: FloatArray
+    pieces: FloatArray
     slip: FloatArray
     sums: Any
     flow: "Integrated"
@@ -93,7 +88,7 @@ class NumericMotion(Motion):
     def state(self, tau: ArrayLike) -> FloatArray:
         """Return displacements, velocities and inner states, as the flow has them, at times tau, shape (..., size)."""
         shape, _, index, within = self.timeline.place(tau, None)
-        return self._states(index, within).reshape(*shape, self.values.shape[1])
+        return self._evaluated(index, within)[3].reshape(*shape, -1)
 
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0): as `stop_limits` says.
@@ -108,24 +103,23 @@ class NumericMotion(Motion):
             spans = spans[1:]
         return spans[spans[:, 1] - spans[:, 0] > shortest]
 
-    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
+    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:  # noqa: ARG002
         """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within steps of an index."""
-        states, n = self._states(index, within), self.flow.masses
-        force = self.flow.observe(self.flow.drive_at(tau), self.rows[index], states)
-        return *self.flow.from_wall(tau, states[:, :n], states[:, n : 2 * n]), force
+        return self._evaluated(index, within)[:3]
 
-    def _states(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
-        """The polynomials through the nodes' values (k, size), at times within the steps of an index: barycentric."""
-        theta = np.clip(within / self.timeline.duration[index], 0.0, 1.0)
-        gap = theta[:, None] - NODES
-        hit = gap == 0.0
-        share = WEIGHTS / np.where(hit, 1.0, gap)
-        share = np.where(hit.any(axis=1)[:, None], hit * 1.0, share)
-        return np.asarray(np.einsum("mi,mki->mk", share, self.values[index]) / share.sum(axis=1)[:, None])
+    def _evaluated(self, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
+        flow, n = self.flow, self.flow.masses
+        size = flow.size - flow.sliders
+        found = evaluated(radau.evaluate, flow.systems, flow.works, self.pieces, index, within, size)
+        return tuple(np.split(found, (n, 2 * n, 2 * n + flow.contacts), axis=1))
 
 
 class Integrated(Flow):
-    """The flow of a problem or structure by steps, to a tolerance of each (see `steady`)."""
+    """The flow of a problem or structure by steps.
+
+    `rtol`: tolerance of the polynomial of each step, over the size of each component; 1e-12 to 1e-3. Where the two
+    energies of a steady state differ by more, steps are made finer, twice at most.
+    """
 
     most, longest = MOST, LONGEST
 
@@ -186,17 +180,17 @@ class Integrated(Flow):
     def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:  # noqa: ARG002
         """Return recorded steps as a motion."""
         sums = self.accounted(pieces)
-        begin, length, rows, values, seen = self.recorded_in(pieces)
+        begin, length, _, (_, slip) = self.recorded_in(pieces)
         cycle = first + cycles_of(begin, length)
         for part in (cycle, begin, length):
             part.setflags(write=False)
-        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), rows, values, seen[1], sums, self)
+        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), pieces, slip, sums, self)
 
     def recorded_in(self, pieces: FloatArray) -> tuple[FloatArray, ...]:
-        """Return start (m,), length (m,), rows (m, 3 c), values (m, size, 8), force and slip (2, m, c, 8) of steps."""
+        """Return start (m,), length (m,), values (m, size, 8), force and slip (2, m, c, 8) of steps."""
         first, last, many = 2 + 3 * self.contacts, self.width - 2 * COUNT * self.contacts, len(pieces)
         seen = pieces[:, last:].reshape(many, 2, self.contacts, COUNT).swapaxes(0, 1)
-        return pieces[:, 0], pieces[:, 1], pieces[:, 2:first], pieces[:, first:last].reshape(many, -1, COUNT), seen
+        return pieces[:, 0], pieces[:, 1], pieces[:, first:last].reshape(many, -1, COUNT), seen
 
     def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
         """As of the exact flow; a contact that has an age has its steady one."""
@@ -209,27 +203,6 @@ class Integrated(Flow):
         """Largest rate of the forces that drive the masses, by the sum of their harmonics."""
         return float((self._sizes @ np.arange(1.0, self._sizes.shape[1] + 1.0)).max())
 
-    def from_wall(self, tau: FloatArray, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return displacements and velocities (k, n) as they are seen from the wall, at times tau."""
-        if self.systems[0]["moves"]:
-            return q, v
-        base = self.frame.base
-        return q + base.at(tau)[:, None], v + base.rate_at(tau)[:, None]
-
-    def drive_at(self, tau: FloatArray) -> FloatArray:
-        """Return what drives, and its first two derivatives (k, 3), at times (k,)."""
-        turns = 1j * np.arange(1, int(self.systems[0]["harmonics"]) + 1)
-        waves = self.systems[0]["lines"][: len(turns)] * np.exp(tau[..., None] * turns)
-        return np.stack([(waves * turns**order).sum(axis=-1).real for order in range(3)], axis=-1)
-
-    def observe(self, drive: FloatArray, rows: FloatArray, values: FloatArray) -> FloatArray:
-        """Return forces of the contacts (m, c) in states (m, size) within steps; drive as `drive_at` has it then."""
-        found = np.zeros((len(rows), self.contacts))
-        given, contacts, states = (np.ascontiguousarray(part) for part in (drive, rows, values))
-        while radau.observe(self.systems, self.works, given, contacts, states, found) < len(rows):
-            make_phase(self.systems, self.works)
-        return found
-
     def steady(
         self,
         _solver: str = "auto",
@@ -237,7 +210,7 @@ class Integrated(Flow):
         meter: Meter | None = None,
         near: SteadyState | None = None,
     ) -> SteadyState:
-        """Return the steady state that rest settles on, or a neighbour's branch: see `steady`."""
+        """Return the steady state that rest settles on, or a neighbour's branch: see `steady_state`."""
         if self._is_unbounded():
             return SteadyState(self.problem, "numeric", "unbounded")
         weakens, spent = self.what.weakens, STATE
@@ -302,66 +275,6 @@ class Integrated(Flow):
             fast = self.formulas[c](own, 1.0, contact.beta, 0.0, 1e300, 0.0, 1.0)[0] if law["states"][c] == 0 else 0.0
             strength += max(contact.beta, fast)
         return any(strength < 0.25 * pi * wave for wave in waves)
-
-    def refuse(self, code: int, motion: str = "") -> None:
-        """Raise the named error of a run that did not come to its end; `motion`: of what."""
-        if code == DONE:
-            return
-        contacts = self.frame.contacts
-        said = {
-            PULLS: "friction turns negative within the motion; expected at least 0; do: a smaller gradient or"
-            " rate_strength",
-            STEEP: "friction changes along the path faster than the spring's force; do: a smaller gradient",
-            TIRED: "more steps than allowed: the contact rings, hardly anything damps it, or the law is too stiff; do:"
-            " take the law that this one tends to (a rigid contact for a stiffness without end), or loosen rtol",
-        }
-        stalled = (
-            "steps became too short; expected a law that can be integrated; got one too stiff; do: report these"
-            " numbers, or take a law that holds where this one nearly does"
-        )
-        all_breaks = (term.breaks(contact.parameters) for contact in contacts for term in contact.law.terms)
-        breaks = next(filter(None, all_breaks), "")
-        why = breaks if breaks and code != PULLS else said.get(code, stalled)
-        laws = ", ".join(f"law {contact.law.name}, parameters {contact.parameters}" for contact in contacts)
-        raise SimulationError(f"simulation{motion or f' at r = {self.frame.r!r}'}: {laws}: {why}")
-
-
-def steady(
-    what: Problem | Structure, *, rtol: float = RTOL, near: SteadyState | None = None, meter: Meter | None = None
-) -> SteadyState:
-    """Return the steady state of what has a law without exact slides.
-
-    Parameters
-    ----------
-    what : Problem or Structure
-        What moves, with any laws.
-    rtol : float
-        Tolerance of the polynomial of each step, over the size of each component; 1e-12 to 1e-3. Where the two
-        energies differ by more, steps are made finer, twice at most.
-    near : SteadyState, optional
-        A steady state of this solver of a problem close by: its orbit is where the search starts. Where motions
-        coexist, the answer is then the neighbour's branch, not the one that rest settles on.
-    meter : Meter, optional
-        What a search of many steady states may still spend: this one's steps are taken from it.
-
-    Raises
-    ------
-    SimulationError
-        The law cannot be integrated with these parameters, or friction turns negative on the way.
-    UsageError
-        `rtol` is out of its range.
-    OverspentError
-        Nothing is left on the meter.
-
-    Examples
-    --------
-    >>> from frictionlab.simulator import Problem
-    >>> law = {"static_ratio": 1.2, "stribeck_speed": 0.1}
-    >>> state = steady(Problem(r=0.5, beta=0.4, law="coulomb+stribeck", parameters=law))
-    >>> round(state.energy_per_cycle, 6), state.stops_per_cycle
-    (2.172182, 2.0)
-    """
-    return Integrated(what, rtol).steady(near=near, meter=meter)
 
 
 def warm_up() -> None:

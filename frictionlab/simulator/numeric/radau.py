@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import address_of, announce, entry, inner
+from frictionlab.simulator.compiled import address_of, announce, inner
 from frictionlab.simulator.exact.account import SIGNATURE, add_flows, clear
 from frictionlab.simulator.exact.flow import (
     RUN,
@@ -937,23 +937,24 @@ def account(system: Any, work: Any, pieces: FloatArray, begin: int, count: int, 
 INTEGRATOR, ACCOUNT = address_of(run, RUN), address_of(account, SIGNATURE)
 
 
-@entry
-def observe(systems: Any, works: Any, base: FloatArray, rows: FloatArray, values: FloatArray, found: FloatArray) -> int:
-    """Write forces of the contacts (m, c) in states (m, size) within steps; base (m, 3) then.
-
-    `rows` (m, 3 c): side, stiffness and constant force of the contacts, as recorded. Returns the row whose phase is to
-    be made first, or their number.
-    """
-    flow, steps = Carrier(systems[0], works[0], found), works[0].steps
-    for j in range(len(rows)):
-        slot = enter(flow, rows[j])
+def evaluate(
+    system: Any, work: Any, pieces: FloatArray, index: NDArray[np.int64], within: FloatArray, found: FloatArray
+) -> int:
+    """Evaluate steps as `exact.account.evaluate` does pieces; behind forces comes the state as the flow has it."""
+    flow, steps, n, contacts = Carrier(system, work, found), work.steps, system.masses, system.contacts
+    for k in range(len(index)):
+        row = pieces[index[k]]
+        slot, t = enter(flow, row[2:]), row[0] + within[k]
         if slot < 0:
-            return j
-        for k in range(steps.components):
-            steps.trial[k, 0] = values[j, k]
-        for order in range(3):
-            steps.driven[order, 0] = base[j, order]
+            return k
+        for j in range(steps.components):
+            values = row[2 + 3 * contacts + COUNT * j :]
+            steps.trial[j, 0] = found[k, 2 * n + contacts + j] = between(values, min(max(within[k] / row[1], 0.0), 1.0))
+        drive_at(system, t, steps.driven, 0)
         forces(flow, slot, 0, 1)
-        for c in range(flow.system.contacts):
-            found[j, c] = seen_at(flow, slot, c, 0)[0]
-    return len(rows)
+        for c in range(contacts):
+            found[k, 2 * n + c] = seen_at(flow, slot, c, 0)[0]
+        y, rate = shown_at(system, t)
+        for a in range(n):
+            found[k, a], found[k, n + a] = steps.trial[a, 0] + y, steps.trial[n + a, 0] + rate
+    return len(index)

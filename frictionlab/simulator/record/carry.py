@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from math import ceil, inf
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,20 +23,6 @@ ALLOWED = 20_000  # steps that may be tried within it
 CHUNK = 20_000  # times between samples that are carried, and accounted for, at once
 
 
-class Carried(NamedTuple):
-    """A motion along a record, relative to the base where every contact is against it: as a flow leaves it."""
-
-    samples: FloatArray  # (k, 2 n + c): displacements, velocities, contacts' forces
-    events: list[FloatArray]  # of each contact, as `Response` has them
-    friction: FloatArray  # (c,): work done on contacts, their dashpots apart
-    dashpots: FloatArray  # (c,): taken by them
-    frame: float  # taken by the frame's dashpots
-    paths: FloatArray  # (c,): ways slipped
-    stored: FloatArray  # (c,): energy in the contacts' springs at the end
-    put_in: float  # work of the forces that drive the masses
-    gap: float  # of the energies
-
-
 def drive_of(base: BaseRecord, parts: int, *, acceleration: bool) -> tuple[FloatArray, FloatArray]:
     """Return times (k + 1,) and cubics (k, 4) of what drives, a sampling interval in so many parts."""
     time, cubics = base.pieces(parts)
@@ -45,8 +31,11 @@ def drive_of(base: BaseRecord, parts: int, *, acceleration: bool) -> tuple[Float
     return np.array(time), cubics  # to be written on, as all arrays are for which the flows are compiled
 
 
-def carry(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, exact: bool) -> Carried:
-    """Let a flow carry the masses through the record from displacements and velocities (n,) on."""
+def carry(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, exact: bool) -> dict[str, Any]:
+    """Return a motion along a record by the names of `Response`, from displacements and velocities (n,) on.
+
+    It is relative to the base where every contact is against it, for so a flow has it.
+    """
     flow: Flow = Flow(frame) if exact else Integrated(frame)
     parts = 1 if exact else ceil(float(np.diff(base.time).max()) / LONGEST)
     time, cubics = drive_of(base, parts, acceleration=frame.follows_base)
@@ -82,7 +71,19 @@ def carry(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, e
     for c, contact in enumerate(frame.contacts):
         if system["law"]["states"][c] > 0:  # its force at rest is the spring's
             stored[c] = _bent(flow, c, contact)
-    return Carried(found[::parts], events, work_done - dashpots, dashpots, lost, paths, stored, put_in, gap)
+    taken, (q, v, force) = work_done - stored, np.split(found[::parts], (n, 2 * n), axis=1)
+    return {
+        "displacements": q,
+        "velocities": v,
+        "contact_forces": force,
+        "contact_events": events,
+        "paths": paths,
+        "energy": float(taken.sum()) + lost,
+        "contact_energies": taken,
+        "energy_input": put_in,
+        "friction_energy": float((taken - dashpots).sum()),
+        "closure_error": abs(gap),
+    }
 
 
 def _passed(
@@ -133,7 +134,7 @@ def _nodes_of_steps(
 ) -> FloatArray:
     """Return time, slip and place of contacts (3, c, 8 m) at the nodes of steps; write what is at samples."""
     n, contacts, system = flow.masses, flow.contacts, flow.systems[0]
-    begin, length, _, values, (force, slip) = flow.recorded_in(pieces)
+    begin, length, values, (force, slip) = flow.recorded_in(pieces)
     whole = np.concatenate((values[:, : 2 * n], force), axis=1)
     found[0], found[1:] = whole[0, :, 0], whole[marks[1:] - 1, :, -1]
     times = begin[:, None] + np.outer(length, radau.NODES)

@@ -220,26 +220,11 @@ def respond(
         )
     from frictionlab.simulator.record import carry  # noqa: PLC0415 - loads the compiler: half a second
 
-    n, contacts, shift = frame.masses, len(frame.contacts), np.zeros((2, len(base.time)))
-    if frame.follows_base:
-        shift = base.motion
-    q, v = (np.broadcast_to(np.asarray(start, np.float64), n) for start in (x0, v0))
+    shift = base.motion if frame.follows_base else np.zeros((2, len(base.time)))
+    q, v = (np.broadcast_to(np.asarray(start, np.float64), frame.masses) for start in (x0, v0))
     is_exact = what.is_exact and solver == "auto"
     carried = carry.carry(frame, base, q - shift[0, 0], v - shift[1, 0], exact=is_exact)
-    friction = float(np.sum(carried.friction - carried.stored))
-    return Response(
-        what if isinstance(what, Problem) else what.first_contact,
-        frame,
-        base,
-        carried.samples[:, :n] + shift[0][:, None],
-        carried.samples[:, n : 2 * n] + shift[1][:, None],
-        carried.samples[:, 2 * n : 2 * n + contacts],
-        carried.events,
-        friction + float(carried.dashpots.sum()) + carried.frame,
-        carried.friction - carried.stored + carried.dashpots,
-        friction,
-        carried.put_in,
-        abs(carried.gap),
-        carried.paths,
-        "exact" if is_exact else "numeric",
-    )
+    for name, moved in zip(("displacements", "velocities"), shift, strict=True):
+        carried[name] += moved[:, None]
+    problem = what if isinstance(what, Problem) else what.first_contact
+    return Response(problem=problem, frame=frame, base=base, solver="exact" if is_exact else "numeric", **carried)
