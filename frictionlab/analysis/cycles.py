@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictionlab.analysis.signals import line, variance_inflation
-from frictionlab.arrays import ComplexArray, FloatArray
+from frictionlab.arrays import ComplexArray, FloatArray, IntArray
 from frictionlab.errors import AnalysisError
 
 FEW_PASSES = 8  # of the phase where there are fewer than three cycles, and the first guess is poor
+MOST_SINGLE = 400  # cycles that show the scatter
 OVERLAP = 0.125  # of a cycle: steps of the phase's window where there are fewer than three cycles
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache
 INTERPOLATED = 733.0 / 945.0
@@ -84,6 +85,11 @@ def fold(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) ->
     for some in chunks(len(start), points, _CHUNK):
         rows[some] = interpolate(signal, start[some, None] + (end[some] - start[some])[:, None] * phase)
     return rows
+
+
+def some_cycles(count: int) -> IntArray:
+    """Numbers of the single cycles that are kept to show the scatter: all, or evenly chosen ones of many."""
+    return np.linspace(0, count - 1, min(count, MOST_SINGLE)).astype(np.intp)
 
 
 def common(signal: FloatArray, found: Cut) -> FloatArray:

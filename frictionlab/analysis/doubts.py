@@ -29,7 +29,7 @@ FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their a
 DISTORTED = 0.05
 USUAL_RATIOS = (0.02, 5.0)
 WHOLE, SAME_SIZE = 0.2, 0.02  # of a sample; of the amplitude: a jump of the clock, not of the motion
-GROWTH, LONG_S = 0.005, 300.0  # relative; longer tests have a trend of their own
+GROWTH = 0.005  # relative
 UNEVEN = TURN * 0.002  # rms wander of the drive's phase, rad
 SAME_COUNT, MIRRORED = 0.05, 0.01  # of a stop; asymmetry of a motion whose halves are alike
 OFTEN = 0.4  # of the cycles: a pause that may be a stop
@@ -43,17 +43,24 @@ def warnings(
     answer: Response,
     settled: float | None,
     transient: float,
-    *,
     loop: Estimate,
+    friction: MeasuredFriction,
+    joules: float | None,
+    taken: float,
+    cut: float,
+    of_mass: SensorChannel,
     r: float | None,
+    *,
     wall_moves: bool,
-    prescribed: bool = False,
+    prescribed: bool,
 ) -> list[str]:
     """Say what a reader of the numbers must know.
 
     ``settled``, ``transient``: when the motion had settled (None: it had not), and where the transient was cut, s from
-    the recording's start; ``loop``: energy per cycle (k Y^2); ``r``: frequency ratio, where known; ``wall_moves``: the
-    wall goes with the base; ``prescribed``: the motion of the mass is given, and stands in the base's place.
+    the recording's start; ``loop``: energy per cycle (k Y^2), of which the frame's dashpot has ``taken`` a part;
+    ``friction``: by the load cell; ``joules``: k Y^2; ``cut``: what the mass's filter cuts away, by
+    `channels.cut_away`; ``r``: frequency ratio, where known; ``wall_moves``: the wall goes with the base;
+    ``prescribed``: the motion of the mass is given, and stands in the base's place.
     """
     said = [*_of_the_drive(layout, r), *_of_lines(layout)]
     if not prescribed:
@@ -61,11 +68,23 @@ def warnings(
     said += _of_the_sampling(layout, answer, prescribed=prescribed)
     if not answer.is_stuck:
         said += (*_of_settling(layout, settled, transient), *_of_changes(layout, answer), *_of_stops(answer))
+    said += _of_the_load_cell(friction, loop, joules, taken)
+    if r is None and not prescribed:
+        said.append(
+            "frequency_ratio: the natural frequency is not known: give natural_frequency_hz in [rig] of the scene or"
+            " --natural-frequency; `frictionlab free-vibration` measures it"
+        )
+    if of_mass.cutoff is not None and cut >= CUT_MATTERS * answer.size:
+        said.append(
+            f"response_amplitude: the mass's low-pass filter ({of_mass.cutoff:.4g} Hz, order {of_mass.order}:"
+            " filter_hz, mass_filter_hz in [sensors]) cuts away the fast part of the motion: stops_per_cycle and regime"
+            f" may be wrong by it, and the amplitude by some {cut:.1g} Y (in its error): record with a higher cut-off"
+        )
     return said
 
 
 def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
-    drive, distortion = layout.drive, float(np.linalg.norm(layout.drive.harmonics[1:]))
+    drive, distortion = layout.drive, layout.drive.distortion
     if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
         yield (
             f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}: check"
@@ -178,8 +197,8 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     share, size = float(np.var(layout.mass.mean(axis=0))) / power, answer.size
     if share < 0.5 and len(layout) >= FEW_CYCLES:
         yield f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with it: check the column"
-    growth = steadiness.growth(answer.amplitude, least=GROWTH)
-    if growth and len(layout) / layout.drive.frequency < LONG_S:
+    growth = steadiness.growth(answer.series.amplitude, least=GROWTH)
+    if growth and layout.duration < steadiness.LONG_S:  # a longer test has a trend
         yield (
             f"response_amplitude: drifts by {100 * growth:+.2g} % from the first cycle to the last: the contact wears,"
             " or the sensor's gain changes: compare --cycles last and all"
@@ -193,14 +212,14 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     rough = noise * math.sqrt(2.0 / rows.shape[1]) / a_sample
     for j in steadiness.jumps(behind, noise=rough, least=0.5).tolist():
         by = float(np.median(behind[j : j + 5]) - np.median(behind[max(0, j - 5) : j]))
-        change = np.ptp(answer.amplitude[max(0, j - 5) : j + 5]) / size
+        change = np.ptp(answer.series.amplitude[max(0, j - 5) : j + 5]) / size
         if abs(by - round(by)) < WHOLE and change < SAME_SIZE:
             when, where = ("earlier", "mass") if by < 0.0 else ("later", "base")
             yield (
                 f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when} than before:"
                 f" some look lost in the {where}'s channel: cut the log there, or give the channels their own times"
             )
-    for name, series in (("amplitude", answer.amplitude), ("mean position", answer.position)):
+    for name, series in (("amplitude", answer.series.amplitude), ("mean position", answer.series.position)):
         found = steadiness.jumps(series / size, noise=answer.amplitude_noise / size).tolist()
         if found:
             times = ", ".join(f"{layout.time[j]:.4g} s" for j in found[:MANY])
@@ -224,37 +243,29 @@ def _of_stops(answer: Response) -> Iterator[str]:
             " stops parted by a slip, or one with a creep or a slow passage"
         )
     count = round(answer.stops_per_cycle)
-    if count % 2 == 1 and abs(answer.stops_per_cycle - count) < SAME_COUNT and answer.asymmetry < MIRRORED:
+    if count % 2 == 1 and abs(answer.stops_per_cycle - count) < SAME_COUNT and (answer.asymmetry or 0.0) < MIRRORED:
         yield (
             f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
-            f" {100.0 * answer.asymmetry:.2g} %) and stops come in pairs: one was not seen, or is none"
+            f" {100.0 * (answer.asymmetry or 0.0):.2g} %) and stops come in pairs: one was not seen, or is none"
         )
-    if np.ptp(answer.stops) > 0.0:
-        yield f"stops_per_cycle: from {answer.stops.min():g} to {answer.stops.max():g} in a cycle; {seen}"
+    each = answer.series.stops
+    if np.ptp(each) > 0.0:
+        yield f"stops_per_cycle: from {each.min():g} to {each.max():g} in a cycle; {seen}"
 
 
-def of_the_filter(cut: float, amplitude: float, channel: SensorChannel) -> Iterator[str]:
-    """Say that the mass's filter cuts what an answer needs, if it does; ``cut``: by `channels.cut_away`, over Y."""
-    if channel.cutoff is not None and cut >= CUT_MATTERS * amplitude:
-        yield (
-            f"response_amplitude: the mass's low-pass filter ({channel.cutoff:.4g} Hz, order {channel.order}:"
-            " filter_hz, mass_filter_hz in [sensors]) cuts away the fast part of the motion: stops_per_cycle and regime"
-            f" may be wrong by it, and the amplitude by some {cut:.1g} Y (in its error): record with a higher cut-off"
-        )
-
-
-def of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float | None, taken: float) -> Iterator[str]:
+def _of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float | None, taken: float) -> Iterator[str]:
     """Say where the loops of force and motion disagree; ``scale``: k Y^2 in J; ``taken``: by the frame's dashpot."""
     if friction.turned:
         yield f"{friction.name}: it counts the other way, for friction against motion is negative: its sign is turned"
-    if scale is None or loop.value is None or not friction.energy.value:
+    by_force = friction.means.force_energy_j
+    if scale is None or loop.value is None or not by_force.value:
         return
     by_motion = (loop.value - taken) * scale
-    apart = friction.energy.value - by_motion
-    u = math.hypot(friction.energy.error or 0.0, (loop.error or 0.0) * scale)
+    apart = by_force.value - by_motion
+    u = math.hypot(by_force.error or 0.0, (loop.error or 0.0) * scale)
     if abs(apart) > max(APART * u, APART_MATTERS * abs(by_motion)):
         yield (
-            f"force_{ENERGY}: the load cell gives {friction.energy.value:.3g} J, the loop of the motion {by_motion:.3g}"
+            f"force_{ENERGY}: the load cell gives {by_force.value:.3g} J, the loop of the motion {by_motion:.3g}"
             f" J, {100.0 * apart / by_motion:+.2g} %: the load cell's gain or place, or stiffness_n_per_m or"
             " damping_ratio in [rig], are off"
         )

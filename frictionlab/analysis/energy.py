@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.analysis import channels, steadiness
+from frictionlab.analysis.cycles import some_cycles
 from frictionlab.analysis.signals import variance_of_mean
 from frictionlab.arrays import FloatArray, shifted
-from frictionlab.estimate import Estimate
+from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.uncertainty import Sources
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 FEW = 8  # cycles that show their own scatter; fewer take that of all ...
 STEADY = 0.1  # ... about a line where this share of the variance is left by it: a step is no drift
 CLEAR = 2.0  # deviations by which scatter must exceed what noise explains
-MOST_SINGLE = 400  # of the single cycles that are kept
 
 
 def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
@@ -95,19 +95,27 @@ class LoadCell:
 
 
 @dataclass(frozen=True)
-class MeasuredFriction:
-    """What the load cell says: energy of a cycle (J), friction force (N), coefficient, the mean cycle of force (p,) N.
+class ByForce:
+    """Means by a load cell: energy of a cycle (k Y^2, and J), friction force (N), coefficient."""
 
-    ``cycle`` starts at tau = 0; ``cell``: single cycles of it, of a force; ``turned``: the cell counts the other way.
+    force_energy: Estimate = NOT_KNOWN
+    force_energy_j: Estimate = NOT_KNOWN
+    measured_force: Estimate = NOT_KNOWN
+    measured_coefficient: Estimate = NOT_KNOWN
+
+
+@dataclass(frozen=True)
+class MeasuredFriction:
+    """What the load cell says: means, and the mean cycle of force (p,) N from tau = 0 on.
+
+    ``cell``: single cycles of it, of a force; ``turned``: the cell counts the other way.
     """
 
-    name: str
-    energy: Estimate
-    force: Estimate
-    coefficient: Estimate
-    cycle: FloatArray
-    cell: LoadCell | None
-    turned: bool
+    name: str = ""
+    means: ByForce = ByForce()
+    cycle: FloatArray | None = None
+    cell: LoadCell | None = None
+    turned: bool = False
 
 
 def by_load_cell(
@@ -115,61 +123,65 @@ def by_load_cell(
     answer: "Response",
     used: slice,
     sources: Sources,
+    joules: float | None,
     *,
     normal_force_n: float | None,
     inertia_kg: float,
     wall_moves: bool,
     has_metres: bool,
-) -> MeasuredFriction | None:
-    """Measure friction by the channel of force or torque; None where there is none.
+) -> MeasuredFriction:
+    """Measure friction by the channel of force or torque, if there is one.
 
-    ``normal_force_n``: of this test, where no channel has it; ``inertia_kg``: mass between sensor and contact.
+    ``joules``: k Y^2; ``normal_force_n``: of this test, where no channel has it; ``inertia_kg``: mass between sensor
+    and contact.
     """
     name = next((name for name in channels.FORCES if name in layout.more), None)
     if name is None or answer.is_stuck:
-        return None
-    unit, points = layout.drive.amplitude, layout.mass.shape[1]
+        return MeasuredFriction()
+    unit, points, is_torque = layout.drive.amplitude, layout.mass.shape[1], name == "torque"
     slid = layout.mass - layout.base if wall_moves else layout.mass
     mean = slid[used].mean(axis=0) if wall_moves else answer.how.cycle(points)[0]
     speed = np.abs(shifted(mean, order=1))
-    way = 2.0 * math.pi * float(speed.mean()) * unit * answer.amplitude / max(answer.size, 1e-300)
-    rows = layout.more[name]
-    each = loop_area(slid * unit, rows)
-    turned = float(each[used].mean()) < 0.0
-    each, rows = (-each, -rows) if turned else (each, rows)
-    gain, u_normal = math.hypot(sources.mass_gain, 1e-9), sources.normal_force
-    normal = np.full(len(rows), math.nan if normal_force_n is None else normal_force_n)
-    if "normal_force" in layout.more:
+    way = 2.0 * math.pi * float(speed.mean()) * unit * answer.series.amplitude / max(answer.size, 1e-300)
+    each, rows = loop_area(slid * unit, layout.more[name]), layout.more[name]
+    if turned := float(each[used].mean()) < 0.0:
+        each, rows = -each, -rows
+    normal, u_normal = np.full(len(rows), normal_force_n or math.nan), sources.normal_force
+    if is_measured := "normal_force" in layout.more:
         normal = np.abs(layout.more["normal_force"] @ speed) / max(float(speed.sum()), 1e-300)
         u_normal = sources.mass_gain
 
     def over(size: FloatArray) -> Estimate:
         """Sum over sum: a cycle in which little moves counts little; its error by what each cycle is off."""
         usual = float(size[used].mean())
-        if name == "torque" or not usual > 0.0:
-            return Estimate()
+        if is_torque or not usual > 0.0:
+            return NOT_KNOWN
         ratio = float(each[used].mean()) / usual
         return mean_over(ratio + (each - ratio * size) / usual, used)
 
-    omega = 2.0 * math.pi * layout.drive.frequency
-    inertia = inertia_kg * omega**2 * unit * shifted(mean, order=2)
+    inertia = inertia_kg * (2.0 * math.pi * layout.drive.frequency) ** 2 * unit * shifted(mean, order=2)
 
     def at_contact(cycles: FloatArray) -> FloatArray:
         """Cycles (..., p) about their means from tau = 0 on, the inertia taken off."""
-        about = cycles - cycles.mean(axis=-1, keepdims=True) - inertia
-        return np.asarray(np.roll(about, -(points // 4), axis=-1))
+        return np.asarray(np.roll(cycles - cycles.mean(axis=-1, keepdims=True) - inertia, -(points // 4), axis=-1))
 
-    some = np.linspace(0, len(rows) - 1, min(len(rows), MOST_SINGLE)).astype(np.intp)
-    pressed = float(normal[used].mean())
-    cell = LoadCell(at_contact(rows[some]), pressed if math.isfinite(pressed) else None, "normal_force" in layout.more)
-    energy = mean_over(each, used) if has_metres or name == "torque" else Estimate()
+    gain, pressed = sources.mass_gain, float(normal[used].mean())
+    energy = mean_over(each, used) if has_metres or is_torque else NOT_KNOWN
+    energy = energy.with_relative(math.sqrt(2.0) * gain)
     return MeasuredFriction(
         name=name,
-        energy=energy.with_relative(math.hypot(gain, sources.mass_gain)),
-        force=over(way).with_relative(gain),
-        coefficient=over(way * normal).with_relative(math.hypot(gain, u_normal)),
+        means=ByForce(
+            energy.over(joules),
+            energy,
+            over(way).with_relative(gain),
+            over(way * normal).with_relative(math.hypot(gain, u_normal)),
+        ),
         cycle=at_contact(rows[used].mean(axis=0)),
-        cell=None if name == "torque" else cell,
+        cell=None
+        if is_torque
+        else LoadCell(
+            at_contact(rows[some_cycles(len(rows))]), pressed if math.isfinite(pressed) else None, is_measured
+        ),
         turned=turned,
     )
 

@@ -42,6 +42,11 @@ class Drive:
     drifts: bool
     growth: float = 0.0
 
+    @property
+    def distortion(self) -> float:
+        """Rms of the harmonics from the second on over the fundamental."""
+        return float(np.linalg.norm(self.harmonics[1:]))
+
 
 @dataclass(frozen=True)
 class Foreign:
@@ -109,6 +114,11 @@ class Layout:
         left = [3.0 / (rate * _window(line, self.drive.frequency)) for line in taken]  # of a Hann window's mean
         unseen = math.hypot(self.foreign.faintest, self.foreign.masked) / self.drive.amplitude / math.sqrt(3.0)
         return math.hypot(unseen, self.of_mass.noise * math.sqrt(sum(left)))
+
+    @property
+    def duration(self) -> float:
+        """From the first cycle's start to the last one's end [s]."""
+        return float(self.end[-1] - self.time[0])
 
     def __len__(self) -> int:
         return len(self.mass)

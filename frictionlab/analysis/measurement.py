@@ -11,11 +11,11 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from frictionlab.analysis import channels, cycles, doubts, energy, response, steadiness
+from frictionlab.analysis import channels, doubts, energy, response, steadiness
+from frictionlab.analysis.energy import ByForce
 from frictionlab.analysis.layout import Layout, lay_out
 from frictionlab.analysis.response import Cycle, CycleSeries, Response, Traces, mean_cycle, traces
 from frictionlab.analysis.signals import Stretch
@@ -23,19 +23,28 @@ from frictionlab.analysis.steadiness import Trend
 from frictionlab.analysis.stretches import FEWEST_SAMPLES, channels_of, even_stretches, is_force
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown, Held
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import window_of
 from frictionlab.schema import AMPLITUDE, ESTIMATED, MEASUREMENTS, RATIO, Result
 from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
 
-NO_NATURAL_FREQUENCY = (
-    "frequency_ratio: the natural frequency is not known: give natural_frequency_hz in [rig] of the scene or"
-    " --natural-frequency; `frictionlab free-vibration` measures it"
-)
-LONG_TEST_S = 300.0  # from this length on a trend of the energy is fitted
-BUDGETED = ("ratio", "base_amplitude", "energy", "amplitude")  # those with a combined uncertainty
+
+@dataclass(frozen=True)
+class Means:
+    """Means over the cycles used, and (``steady_``) over all settled ones, each with its errors.
+
+    ``drive`` Hz; ``ratio``: drive over natural frequency; ``base_amplitude`` m; energies k Y^2, amplitudes Y.
+    """
+
+    drive: Estimate
+    ratio: Estimate
+    base_amplitude: Estimate
+    energy: Estimate
+    amplitude: Estimate
+    steady_energy: Estimate
+    steady_amplitude: Estimate
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,61 +53,64 @@ class Measurement(Result):
 
     Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``); each has flat names too, which
     are the contract's keys: ``energy_per_cycle``, ``energy_per_cycle_se``, ``energy_per_cycle_u``. All of them
-    are described in `frictionlab.schema`.
+    are described in `frictionlab.schema`. They stand in ``means``, ``answer`` (how the mass answers) and ``by_force``,
+    and are attributes of the measurement as well.
 
-    ``drive`` Hz; ``ratio``: drive over natural frequency; ``base_amplitude`` m; ``energy``, ``amplitude`` by the energy
-    rule, ``steady_energy``, ``steady_amplitude`` over all settled cycles; ``energy_trend`` (k Y^2 per hour): long tests
-    only. By a load cell: ``force_energy`` (k Y^2), ``force_energy_j``, ``measured_force`` N, ``measured_coefficient``.
-    ``cycle``, ``series``, ``trend``, ``traces``: what stands behind the numbers.
+    ``energy_trend`` (k Y^2 per hour): long tests only. By a load cell: ``force_energy`` (k Y^2), ``force_energy_j``,
+    ``measured_force`` N, ``measured_coefficient``. ``cycle``, ``series``, ``trend``, ``traces``: what stands behind the
+    numbers.
     """
 
     source: str
-    status: str
-    reason: str | None
     warnings: tuple[str, ...]
     material: str | None
     normal_force_n: float | None
     sampling_rate_hz: float
     duration_s: float
     transient_s: float
-    drive: Estimate
+    settled_s: float | None
     natural_frequency_hz: float | None
-    ratio: Estimate
-    base_amplitude: Estimate
     base_distortion: float
     cycles: int
-    energy: Estimate
-    energy_per_cycle_j: float | None
     energy_rule: str
-    amplitude: Estimate
-    irregularity_index: float | None
-    irregularity_floor: float | None
-    base_irregularity_index: float | None
-    stops_per_cycle: float
-    stuck_fraction: float
-    regime: str
-    asymmetry: float | None
-    energy_input_per_cycle: float
-    energy_trend: Estimate
-    steady_energy: Estimate
-    steady_amplitude: Estimate
-    settled_s: float | None
-    shortest_stop: float
-    smallest_slip: float
+    energy_per_cycle_j: float | None
     mass_noise_m: float
     base_noise_m: float
     accuracy: str
+    means: Means
+    answer: Response
+    by_force: ByForce
     cycle: Cycle
-    series: CycleSeries
     trend: Trend | None
     traces: Traces
-    force_energy: Estimate
-    force_energy_j: Estimate
-    measured_force: Estimate
-    measured_coefficient: Estimate
     budget: Mapping[str, Shares]
     sources: Sources
     slides_one_way: bool = False
+    status: str = "ok"
+    reason: str | None = None
+
+    drive = Held[Estimate]("means")
+    ratio = Held[Estimate]("means")
+    base_amplitude = Held[Estimate]("means")
+    energy = Held[Estimate]("means")
+    amplitude = Held[Estimate]("means")
+    steady_energy = Held[Estimate]("means")
+    steady_amplitude = Held[Estimate]("means")
+    series = Held[CycleSeries]("answer")
+    stops_per_cycle = Held[float]("answer")
+    stuck_fraction = Held[float]("answer")
+    regime = Held[str]("answer")
+    energy_input_per_cycle = Held[float]("answer")
+    asymmetry = Held[float | None]("answer")
+    shortest_stop = Held[float]("answer")
+    smallest_slip = Held[float]("answer")
+    irregularity_index = Held[float | None]("answer")
+    irregularity_floor = Held[float | None]("answer")
+    base_irregularity_index = Held[float | None]("answer")
+    force_energy = Held[Estimate]("by_force")
+    force_energy_j = Held[Estimate]("by_force")
+    measured_force = Held[Estimate]("by_force")
+    measured_coefficient = Held[Estimate]("by_force")
 
     drive_frequency_hz = FlatKnown("drive")
     drive_frequency_hz_se = Flat("drive", "se")
@@ -126,6 +138,11 @@ class Measurement(Result):
     measured_friction_force_n = Flat("measured_force")
     measured_friction_coefficient = Flat("measured_coefficient")
     measured_friction_coefficient_u = Flat("measured_coefficient", "u")
+
+    @property
+    def energy_trend(self) -> Estimate:
+        """Change of the energy, k Y^2 per hour; known of long tests only."""
+        return Estimate(self.trend.slope, self.trend.slope_se).scaled(3600.0) if self.trend else NOT_KNOWN
 
     def row(self) -> dict[str, object]:
         """The numbers alone, in the contract's order: a line of JSON or of a table."""
@@ -163,110 +180,66 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     >>> print(f"{m.frequency_ratio:.6f} {m.energy_per_cycle:.6f} {m.response_amplitude:.4f} {m.regime}")
     0.250000 1.570796 0.5000 continuous
     """
+    begin, prescribed = float(recording.time[0]), scene.rig.kind == "prescribed"
     parts, warnings = even_stretches(recording, scene)
-    begin = float(recording.time[0])
     found, settled = steadiness.transient(parts, begin)
     transient = found if scene.analysis.transient_s is None else scene.analysis.transient_s
     layout = _laid_out(parts, transient, recording, scene)
-    of_mass, of_base = channels_of(scene)
-    channels.check_drive(layout.drive.frequency, (of_mass, of_base))
-    natural, unit = scene.rig.natural_frequency, layout.drive.amplitude
-    wall_moves, prescribed = scene.model.wall == "base", scene.rig.kind == "prescribed"
-    r, rate = layout.drive.frequency / natural if natural else None, 1.0 / parts[0].step
-    joules = scene.rig.stiffness * unit**2 if scene.rig.stiffness else None  # k Y^2
-    answer = response.response(layout, wall_moves=wall_moves)
+    drive, natural, of_mass = layout.drive, scene.rig.natural_frequency, channels_of(scene)[0]
+    channels.check_drive(drive.frequency, channels_of(scene))
+    wall_moves, r = scene.model.wall == "base", drive.frequency / natural if natural else None
+    joules = scene.rig.stiffness * drive.amplitude**2 if scene.rig.stiffness else None  # k Y^2
     used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
+    answer = response.response(layout, used, wall_moves=wall_moves)
     cycle = mean_cycle(layout, answer, used, of_mass)
-    steady_from = begin + (settled or 0.0)
-    estimates: dict[str, Any] = _estimates(layout, answer, used, steady_from, natural, prescribed=prescribed)
-    sources, loop = sources_of_test(recording, scene, rate), estimates["energy"]
-    cut, slides = 0.0, abs(loop.value or 0.0) / (4.0 * max(answer.size, 1e-12))
-    if not answer.is_stuck:
-        cut = channels.cut_away(cycle.mass_smooth, layout.drive.frequency, of_mass, friction=slides, r=r)
-    budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
-    estimates |= {n: estimates[n].with_u(combined(budget[ESTIMATED[n]])) for n in BUDGETED if estimates[n].known}
+    means = _means(layout, answer, used, begin + (settled or 0.0), natural, prescribed=prescribed)
+    sources = sources_of_test(recording, scene, 1.0 / parts[0].step)
+    slides = abs(means.energy.value or 0.0) / (4.0 * max(answer.size, 1e-12))
+    filtered = cycle.mass_smooth, drive.frequency, of_mass
+    cut = 0.0 if answer.is_stuck else channels.cut_away(*filtered, friction=slides, r=r)
+    means, budget = _budgeted(cycle, means, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
     friction = energy.by_load_cell(
-        *(layout, answer, used, sources),
+        *(layout, answer, used, sources, joules),
         normal_force_n=normal_force_of(recording, scene),
         inertia_kg=scene.sensors.force_inertia_kg,
         wall_moves=wall_moves,
         has_metres=scene.rig.radius_m is not None or not channels.is_angular(recording.measured()),
     )
+    taken = energy.taken_by_the_frame(cycle.mass_smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
     warnings += doubts.warnings(
-        layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves, prescribed=prescribed
+        *(layout, answer, settled, transient, means.energy, friction, joules, taken, cut, of_mass, r),
+        wall_moves=wall_moves,
+        prescribed=prescribed,
     )
-    if friction is not None:
-        taken = energy.taken_by_the_frame(cycle.mass_smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
-        warnings += doubts.of_the_load_cell(friction, loop, joules, taken)
-        cycle = replace(cycle, force=friction.cycle, cell=friction.cell)
-        estimates |= {
-            "force_energy": friction.energy.over(joules),
-            "force_energy_j": friction.energy,
-            "measured_force": friction.force,
-            "measured_coefficient": friction.coefficient,
-        }
-    unknown = () if natural or prescribed else (NO_NATURAL_FREQUENCY,)
-    warnings += (*unknown, *doubts.of_the_filter(cut, answer.size, of_mass))
-    is_long = not prescribed and layout.time[-1] - layout.time[0] >= LONG_TEST_S
-    trend = steadiness.trend_of(layout.time, answer.energy) if is_long else None
+    is_short = prescribed or layout.duration < steadiness.LONG_S
+    trend = None if is_short else steadiness.trend_of(layout.time, answer.series.energy)
     return Measurement(
-        **_facts(recording, scene, layout, parts),
-        **_of_the_answer(layout, answer, used),
-        **estimates,
+        source=source_of(recording),
         warnings=(*scene.rig.doubts, *warnings),
+        material=material_of(recording, scene),
+        normal_force_n=normal_force_of(recording, scene),
+        sampling_rate_hz=1.0 / parts[0].step,
+        duration_s=recording.duration_s,
         transient_s=transient,
-        energy_per_cycle_j=loop.scaled(joules).value,
-        energy_trend=Estimate(trend.slope, trend.slope_se).scaled(3600.0) if trend else NOT_KNOWN,
         settled_s=settled,
-        cycle=cycle,
-        sources=sources,
+        natural_frequency_hz=natural,
+        base_distortion=drive.distortion,
+        cycles=len(layout),
+        energy_rule=scene.analysis.cycles,
+        energy_per_cycle_j=means.energy.scaled(joules).value,
+        mass_noise_m=layout.of_mass.noise * drive.amplitude,
+        base_noise_m=layout.of_base.noise * drive.amplitude,
+        accuracy=scene.accuracy,
+        means=means,
+        answer=answer,
+        by_force=friction.means,
+        cycle=replace(cycle, force=friction.cycle, cell=friction.cell),
         trend=trend,
         traces=traces(layout, answer.found, used),
         budget=budget,
+        sources=sources,
+        slides_one_way=any(part.one_way for part in parts),
     )
-
-
-def _facts(recording: Recording, scene: Scene, layout: Layout, parts: list[Stretch]) -> dict[str, Any]:
-    """Fields of a measurement that say which test it is of, and what its sensors are like."""
-    return {
-        "source": source_of(recording),
-        "status": "ok",
-        "reason": None,
-        "material": material_of(recording, scene),
-        "normal_force_n": normal_force_of(recording, scene),
-        "sampling_rate_hz": 1.0 / parts[0].step,
-        "slides_one_way": any(part.one_way for part in parts),
-        "duration_s": recording.duration_s,
-        "natural_frequency_hz": scene.rig.natural_frequency,
-        "base_distortion": float(np.linalg.norm(layout.drive.harmonics[1:])),
-        "cycles": len(layout),
-        "energy_rule": scene.analysis.cycles,
-        "mass_noise_m": layout.of_mass.noise * layout.drive.amplitude,
-        "base_noise_m": layout.of_base.noise * layout.drive.amplitude,
-        "accuracy": scene.accuracy,
-    }
-
-
-def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, Any]:
-    """Fields of a measurement that say how the mass answers, those without an error, and its series."""
-    is_used, still = np.zeros(len(layout), dtype=bool), answer.is_stuck
-    is_used[used] = True
-    noise = layout.of_mass.noise * math.sqrt(cycles.INTERPOLATED)
-    index = None if still else steadiness.irregularity_index(layout.mass, layout.blocks)
-    per_cycle = (answer.energy, answer.amplitude, answer.position, answer.stops, answer.stuck)
-    return {
-        "stops_per_cycle": answer.stops_per_cycle,
-        "stuck_fraction": answer.stuck_fraction,
-        "regime": answer.regime,
-        "shortest_stop": answer.shortest_stop,
-        "smallest_slip": answer.smallest_slip,
-        "irregularity_index": index,
-        "irregularity_floor": None if index is None else steadiness.irregularity_floor(layout.mass, noise),
-        "base_irregularity_index": steadiness.irregularity_index(layout.base, layout.blocks),
-        "asymmetry": None if still else answer.asymmetry,
-        "energy_input_per_cycle": float(energy.energy_input(layout.mass[used]).mean()),
-        "series": CycleSeries(layout.time, is_used, *per_cycle),
-    }
 
 
 def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scene: Scene) -> Layout:
@@ -306,38 +279,40 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
     return slice(first, n)
 
 
-def _estimates(
+def _means(
     layout: Layout, answer: Response, used: slice, steady_from: float, natural: float | None, *, prescribed: bool
-) -> dict[str, Estimate]:
-    """All numbers that have errors, by the names of the measurement's fields; from a time [s] on cycles are steady."""
-    first = int(np.searchsorted(layout.time, steady_from - 1e-9))
-    frequency = Estimate(layout.drive.frequency, layout.drive.frequency_se)
-    found = {
-        "drive": frequency,
-        "ratio": frequency.over(natural),
-        "base_amplitude": Estimate(layout.drive.amplitude, layout.drive.amplitude_se),
-    }
-    for kind, some in (("", used), ("steady_", slice(min(first, len(layout) - 1), len(layout)))):
-        found[f"{kind}energy"] = energy.mean_over(
-            answer.energy, some, noise=answer.energy_noise, shared=answer.energy_shared
-        )
-        mean = energy.mean_over(answer.amplitude, some)
-        found[f"{kind}amplitude"] = Estimate(mean.value, math.hypot(mean.se or 0.0, answer.amplitude_noise))
-    by_force = ("force_energy", "force_energy_j", "measured_force", "measured_coefficient")
-    unknown = (*by_force, "ratio", "energy", "steady_energy") if prescribed else by_force
-    return found | dict.fromkeys(unknown, NOT_KNOWN)  # a mass that drives itself has no loop and no ratio
+) -> Means:
+    """All means with their standard errors; from a time [s] on cycles are steady."""
+    first = min(int(np.searchsorted(layout.time, steady_from - 1e-9)), len(layout) - 1)
+    drive, series = layout.drive, answer.series
+
+    def over(some: slice) -> tuple[Estimate, Estimate]:
+        area = energy.mean_over(series.energy, some, noise=answer.energy_noise, shared=answer.energy_shared)
+        size = energy.mean_over(series.amplitude, some)
+        size = Estimate(size.value, math.hypot(size.se or 0.0, answer.amplitude_noise))
+        return NOT_KNOWN if prescribed else area, size  # a mass that drives itself has no loop and no ratio
+
+    frequency = Estimate(drive.frequency, drive.frequency_se)
+    ratio = NOT_KNOWN if prescribed else frequency.over(natural)
+    base = Estimate(drive.amplitude, drive.amplitude_se)
+    return Means(frequency, ratio, base, *over(used), *over(slice(first, len(layout))))
 
 
-def _budget(
-    cycle: Cycle, estimates: dict[str, Estimate], sources: Sources, layout: Layout, of_filter: Shares
-) -> dict[str, Shares]:
-    """What each source adds to each number, its own scatter first; ``of_filter``: to the amplitude."""
+def _budgeted(
+    cycle: Cycle, means: Means, sources: Sources, layout: Layout, of_filter: Shares
+) -> tuple[Means, dict[str, Shares]]:
+    """The means with combined uncertainties, and what each source adds, scatter first; of the filter to amplitude."""
     turn, unit = 2.0 * math.pi * layout.drive.frequency, layout.drive.amplitude
     found = dict(cycle_budget(cycle.mass_smooth, cycle.base, sources, turn=turn, unit=unit))
-    found[RATIO] = {"natural frequency": (estimates["ratio"].value or 0.0) * sources.natural_frequency}
+    found[RATIO] = {"natural frequency": (means.ratio.value or 0.0) * sources.natural_frequency}
     found[AMPLITUDE] = {**found[AMPLITUDE], LINES: layout.hidden, **of_filter}
-    known = ((ESTIMATED[name], estimates[name]) for name in BUDGETED)
-    return {key: {STATISTICAL: number.se or 0.0, **found[key]} for key, number in known if number.known}
+    whole, budget = dict[str, Estimate](), dict[str, Shares]()
+    for name in ("ratio", "base_amplitude", "energy", "amplitude"):
+        number, key = getattr(means, name), ESTIMATED[name]
+        if number.known:
+            budget[key] = {STATISTICAL: number.se or 0.0, **found[key]}
+            whole[name] = number.with_u(combined(budget[key]))
+    return replace(means, **whole), budget
 
 
 # What a recording, and else its scene, say about a test --------------------------------------------------------------

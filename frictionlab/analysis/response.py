@@ -6,14 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import channels, energy, stops
-from frictionlab.analysis.cycles import BLOCK, Smoother, chunks, smoothed, smoother
+from frictionlab.analysis import channels, energy, steadiness, stops
+from frictionlab.analysis.cycles import BLOCK, INTERPOLATED, Smoother, chunks, smoothed, smoother, some_cycles
 from frictionlab.analysis.layout import VELOCITY, Layout, slow_wander
-from frictionlab.analysis.steadiness import OF_A_RAMP
 from frictionlab.analysis.stops import Move, Thresholds
 from frictionlab.arrays import ComplexArray, FloatArray
 
-MOST_SINGLE, MOST_HARMONICS = 400, 128  # of the single cycles that show the scatter
+MOST_HARMONICS = 128  # of the single cycles that show the scatter
 SHOWN_CYCLES, SHOWN_LOOPS = 6, 30
 SHOWN_POINTS, SHOWN_LINES = 512, 8000  # a cycle, a spectrum
 FEW = 5  # cycles whose mean shows a slip within a stop
@@ -22,32 +21,50 @@ FINE = 512  # points a cycle, at least, on which stops and extremes are looked f
 
 
 @dataclass(frozen=True)
-class Response:
-    """How the mass answers: what is known of each cycle (n,), and of all.
+class CycleSeries:
+    """One value per full steady cycle, arrays (n,): ``time`` of its start [s]; ``used``: by the energy rule.
 
-    ``energy`` (k Y^2), ``amplitude`` (Y), ``position`` (Y), ``stops``, ``stuck`` (fraction): of each cycle; ``found``:
-    each stop; ``energy_noise``, ``amplitude_noise``: standard error of one cycle's value from sensor noise alone;
-    ``energy_shared``: standard error that all cycles have in common; ``stops_per_cycle``, ``stuck_fraction``,
-    ``regime``: over all cycles; ``asymmetry``: rms of the even part of the mean cycle over its rms; ``how``: the
-    smoother of all cycles; ``shortest_stop``: shortest stop that differs from a slow passage, in cycles (1: none
-    can); ``doubtful``: pauses of a cycle that are too short to be sure, and their mean length in cycles;
-    ``smallest_slip``: way (Y) of the smallest slip within a stop of a tenth of a cycle that is seen; ``unclear``: a
-    move within a stop that may part it or not.
+    ``energy`` (k Y^2), ``amplitude`` (Y), ``position``: mean of x/Y in the cycle about the whole mean,
+    ``stops``: stops that begin in the cycle, ``stuck``: fraction of the cycle standing.
     """
 
+    time: FloatArray
+    used: NDArray[np.bool_]
     energy: FloatArray
     amplitude: FloatArray
     position: FloatArray
     stops: FloatArray
     stuck: FloatArray
+
+
+@dataclass(frozen=True)
+class Response:
+    """How the mass answers: what is known of each cycle (n,), and of all.
+
+    ``series``: of each cycle; ``found``: each stop; ``energy_noise``, ``amplitude_noise``: standard error of one
+    cycle's value from sensor noise alone; ``energy_shared``: standard error that all cycles have in common;
+    ``stops_per_cycle``, ``stuck_fraction``, ``regime``: over all cycles; ``energy_input_per_cycle``, eq. (2.16): over
+    those used; ``asymmetry``: rms of the even part of the mean cycle over its rms; ``irregularity_index``,
+    ``irregularity_floor``, ``base_irregularity_index``: eq. (4.1), and what noise alone would give; None where the mass
+    does not move, or of one cycle; ``how``: the smoother of all cycles; ``shortest_stop``: shortest stop that differs
+    from a slow passage, in cycles (1: none can); ``doubtful``: pauses of a cycle that are too short to be sure, and
+    their mean length in cycles; ``smallest_slip``: way (Y) of the smallest slip within a stop of a tenth of a cycle
+    that is seen; ``unclear``: a move within a stop that may part it or not.
+    """
+
+    series: CycleSeries
     found: FloatArray
     energy_noise: float
     energy_shared: float
     amplitude_noise: float
     stops_per_cycle: float
     stuck_fraction: float
+    energy_input_per_cycle: float
     regime: str
-    asymmetry: float
+    asymmetry: float | None
+    irregularity_index: float | None
+    irregularity_floor: float | None
+    base_irregularity_index: float | None
     shortest_stop: float
     doubtful: tuple[float, float]
     smallest_slip: float
@@ -57,7 +74,7 @@ class Response:
     @property
     def size(self) -> float:
         """Usual amplitude of a cycle, Y."""
-        return float(np.median(self.amplitude))
+        return float(np.median(self.series.amplitude))
 
     @property
     def is_blurred(self) -> bool:
@@ -70,8 +87,11 @@ class Response:
         return self.regime == "stuck"
 
 
-def response(layout: Layout, *, wall_moves: bool = False) -> Response:
-    """Measure the mass's answer from steady cycles; a wall that goes with the base: stops are relative to the base."""
+def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Response:
+    """Measure the mass's answer from steady cycles; a wall that goes with the base: stops are relative to the base.
+
+    ``used``: those that the energy rule takes.
+    """
     of_mass, of_base, n = layout.of_mass, layout.of_base, len(layout)
     points, rounding = max(FINE, layout.mass.shape[1]), 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
     how = smoother(layout.mass, noise=of_mass.noise, samples=layout.samples, shared=of_mass.shared)
@@ -100,27 +120,25 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     count, stuck = (np.zeros(n), np.ones(n)) if is_stuck else stops.per_cycle(found, n)
     if wall_moves:  # the mass itself stands nowhere
         slide = whole = half_range(smoothed(layout.mass, how, points)[0])
-    # without the slow wander: a sensor that drifts adds no energy
-    base_means, columns, power = layout.base.mean(axis=1), layout.mass.shape[1], np.abs(how.mean[1:]) ** 2
-    areas = np.empty(n)
-    for some in chunks(n, columns, BLOCK):
-        wander = slow_wander(base_means, columns, layout.blocks, some)
-        areas[some] = energy.loop_area(layout.mass[some], layout.base[some] - wander)
-    energy_noises = _energy_noises(layout, how, found, float(np.mean(areas)) * layout.drive.growth * OF_A_RAMP)
+    areas, power, number = _areas(layout), np.abs(how.mean[1:]) ** 2, np.arange(n)
+    energy_noise, energy_shared = _energy_noises(layout, how, found, float(np.mean(areas)))
+    index = None if is_stuck else steadiness.irregularity_index(layout.mass, layout.blocks)
+    floor = steadiness.irregularity_floor(layout.mass, of_mass.noise * math.sqrt(INTERPOLATED))
+    is_used = (number >= used.start) & (number < used.stop)
     return Response(
-        energy=areas,
-        amplitude=slide,
-        position=layout.mass.mean(axis=1),
-        stops=count,
-        stuck=stuck,
+        series=CycleSeries(layout.time, is_used, areas, slide, layout.mass.mean(axis=1), count, stuck),
         found=found,
-        energy_noise=energy_noises[0],
-        energy_shared=energy_noises[1],
+        energy_noise=energy_noise,
+        energy_shared=energy_shared,
         amplitude_noise=_amplitude_noise(layout, how if wall_moves else sliding, slide, whole),
         stops_per_cycle=float(count.mean()),
         stuck_fraction=float(stuck.mean()),
+        energy_input_per_cycle=float(energy.energy_input(layout.mass[used]).mean()),
         regime="stuck" if is_stuck else "stick-slip" if count.mean() >= 0.5 else "continuous",
-        asymmetry=math.sqrt(float(power[1::2].sum() / max(power.sum(), 1e-300))),
+        asymmetry=None if is_stuck else math.sqrt(float(power[1::2].sum() / max(power.sum(), 1e-300))),
+        irregularity_index=index,
+        irregularity_floor=None if index is None else floor,
+        base_irregularity_index=steadiness.irregularity_index(layout.base, layout.blocks),
         how=how,
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / stops.TURN,
         doubtful=(len(doubts) / n, float(np.mean(doubts)) / stops.TURN if len(doubts) else 0.0),
@@ -142,8 +160,17 @@ def _amplitude_noise(layout: Layout, how: Smoother, levelled: FloatArray, whole:
     )
 
 
-def _energy_noises(layout: Layout, how: Smoother, found: FloatArray, growth: float) -> tuple[float, float]:
-    """Standard errors of energy (k Y^2): of one cycle by white noise, and of all in common; `growth`: of the drive."""
+def _areas(layout: Layout) -> FloatArray:
+    """Areas of the loops (n,), k Y^2, without the slow wander: a sensor that drifts adds no energy."""
+    means, points, areas = layout.base.mean(axis=1), layout.mass.shape[1], np.empty(len(layout))
+    for some in chunks(len(layout), points, BLOCK):
+        wander = slow_wander(means, points, layout.blocks, some)
+        areas[some] = energy.loop_area(layout.mass[some], layout.base[some] - wander)
+    return areas
+
+
+def _energy_noises(layout: Layout, how: Smoother, found: FloatArray, mean: float) -> tuple[float, float]:
+    """Standard errors of energy (k Y^2): of one cycle by white noise, and of all in common; ``mean`` of all."""
     mass, base, base_cycle = layout.of_mass, layout.of_base, layout.base.mean(axis=0)
     white, shared = (
         energy.loop_area_noise(how.cycle(len(base_cycle))[0], base_cycle, *noises, layout.samples)
@@ -151,7 +178,7 @@ def _energy_noises(layout: Layout, how: Smoother, found: FloatArray, growth: flo
     )
     way = np.diff(np.sin(found), axis=0)  # of the base (Y) during each stop: there one error stays
     stays = mass.rounding * math.sqrt(float(np.sum(way * way)) / len(layout))
-    return white, math.hypot(shared, stays, growth)
+    return white, math.hypot(shared, stays, mean * layout.drive.growth * steadiness.OF_A_RAMP)
 
 
 def levelled(x: FloatArray, found: FloatArray, margin: float) -> FloatArray:
@@ -220,23 +247,6 @@ class Cycle:
 
 
 @dataclass(frozen=True)
-class CycleSeries:
-    """One value per full steady cycle, arrays (n,): ``time`` of its start [s]; ``used``: by the energy rule.
-
-    ``energy`` (k Y^2), ``amplitude`` (Y), ``position``: mean of x/Y in the cycle about the whole mean,
-    ``stops``: stops that begin in the cycle, ``stuck``: fraction of the cycle standing.
-    """
-
-    time: FloatArray
-    used: NDArray[np.bool_]
-    energy: FloatArray
-    amplitude: FloatArray
-    position: FloatArray
-    stops: FloatArray
-    stuck: FloatArray
-
-
-@dataclass(frozen=True)
 class Traces:
     """What a figure of the measurement shows; thinned, never computed on.
 
@@ -272,10 +282,8 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
         return np.asarray(mean - mean.mean())
 
     def single(rows: FloatArray) -> ComplexArray:
-        """Harmonics (n, K) of single cycles, at most `MOST_SINGLE`, counted from the top of the base's motion."""
-        if len(rows) > MOST_SINGLE:
-            rows = rows[np.linspace(0, len(rows) - 1, MOST_SINGLE).astype(np.intp)]
-        each = np.fft.rfft(rows, axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / points)
+        """Harmonics (n, K) of some single cycles, counted from the top of the base's motion."""
+        each = np.fft.rfft(rows[some_cycles(len(rows))], axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / points)
         return np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1))
 
     def wander_of(means: FloatArray) -> FloatArray:
@@ -285,7 +293,7 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
     others = [layout.more[name] / layout.drive.amplitude for name in channels.other_masses(layout.more)]
     return Cycle(
         tau=2.0 * math.pi * np.arange(points) / points,
-        mass=mean_of(layout.mass, wander_of(answer.position)),
+        mass=mean_of(layout.mass, wander_of(answer.series.position)),
         base=mean_of(layout.base, layout.base_wander),
         mass_smooth=smooth - smooth.mean(),
         mass_velocity=velocity,

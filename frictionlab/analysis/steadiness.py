@@ -17,6 +17,7 @@ COARSE_POINTS = 64  # of a cycle, to find the transient on
 REPEATS = 0.005  # of the motion: cycles that differ by less repeat
 IRREGULAR = 0.02  # of the cycles after the transient may be farther off
 OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its middle, over the whole change
+LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
 
