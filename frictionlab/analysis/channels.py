@@ -22,7 +22,6 @@ from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError
 
 LEAST_GAIN = 0.3  # a filter is taken back up to here: beyond, noise would grow more than the signal
-NARROWER = 2.0  # times: a cycle through so much narrower a filter shows how much this one may have cut away
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def cut_away(cycle: FloatArray, drive: float, channel: SensorChannel, *, frictio
     1.4 times the combined uncertainty (rms 0.52).
     """
     lines = np.fft.rfft(cycle)
-    share = kept(np.arange(0.0, len(lines)) * (NARROWER * drive), channel)
+    share = kept(np.arange(0.0, len(lines)) * (2.0 * drive), channel)
     share[:2] = 1.0
     narrower = 0.5 * abs(float(np.ptp(np.fft.irfft(lines * share, len(cycle))) - np.ptp(cycle)))
     lost = 1.0 - float(kept(np.array([3.0 * drive]), channel)[0])
@@ -110,8 +109,6 @@ def check_drive(drive: float, channels: tuple[SensorChannel, SensorChannel]) -> 
 
 # Noise taken off -----------------------------------------------------------------------------------------------------
 
-SMOOTHEST, ROUGHEST = 1e10, 1e-3  # penalties between which the best is looked for: beyond, doubles do not do
-COARSE, FINE = 8.0, 2.0  # factors between the penalties tried, first and then beside the best
 ORDER = 4  # of the differences that a spline keeps small
 
 
@@ -137,15 +134,15 @@ def best_penalty(signal: FloatArray, noise: float) -> float:
     def risk(penalty: float) -> float:
         return float(np.mean((signal - spline(signal, penalty)) ** 2)) / noise**2 - 1.0 + 2.0 * gain_kept(penalty)
 
-    least, best, penalty = 1.0, 0.0, SMOOTHEST
-    while penalty > ROUGHEST:
+    least, best, penalty = 1.0, 0.0, 1e10
+    while penalty > 1e-3:  # beyond these two, doubles do not do
         here = risk(penalty)
         if here < least:
             least, best = here, penalty
         elif best:
             break
-        penalty /= COARSE
-    beside = [best * FINE**k for k in (-2, -1, 1, 2)] if best else []
+        penalty /= 8.0
+    beside = [best * 2.0**k for k in (-2, -1, 1, 2)] if best else []
     return min(((least, best), *((risk(p), p) for p in beside)))[1]
 
 
@@ -174,9 +171,7 @@ def gain_kept(penalty: float) -> float:
 # Integration ---------------------------------------------------------------------------------------------------------
 
 HIGH_PASS = 8  # of the high-pass: |H| = 1 / (1 + (f_c / f)^8), without a shift of phase
-AROUND = 6.0  # periods of the slowest motion kept: so much rest is put before and after the record
 DOUBTFUL = 2.5  # periods of it at either end: the high-pass rings there, 0.3 % of a motion is left after them
-SLOWEST = 0.2  # of the strongest line: slower motions are not integrated
 FORCES = ("contact_force", "torque")
 
 
@@ -210,7 +205,7 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     signal, rate, times = measured[name], 1.0 / step, rates[name]
     if times == 0:
         return signal, [], 0
-    slowest = SLOWEST * spectrum.strongest_tone(spectrum.amplitude_spectrum(signal, step)).frequency
+    slowest = 0.2 * spectrum.strongest_tone(spectrum.amplitude_spectrum(signal, step)).frequency
     moved, _, said = integrated(signal, rate, slowest, times=times)
     words = f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: {said}"
     return moved, [words], min(round(DOUBTFUL * rate / slowest), len(signal) // 4)
@@ -224,7 +219,7 @@ def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: in
     not known: rest is put there, and some periods of the slowest motion kept are doubtful at either end. With it
     the rms [m] that the sensor's noise makes of it, and both in words.
     """
-    n, around = len(signal), math.ceil(AROUND * rate / highpass_hz)
+    n, around = len(signal), math.ceil(6.0 * rate / highpass_hz)  # so much rest
     padded = np.pad(line(np.arange(n, dtype=np.float64), signal)[1], around)
     f = np.asarray(np.fft.rfftfreq(len(padded), 1.0 / rate), dtype=np.float64)
     moved = np.fft.irfft(np.fft.rfft(padded) * (-1j) ** times * _transfer(f, highpass_hz, times), len(padded))

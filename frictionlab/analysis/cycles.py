@@ -19,9 +19,7 @@ from frictionlab.analysis.signals import line, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray, IntArray
 from frictionlab.errors import AnalysisError
 
-FEW_PASSES = 8  # of the phase where there are fewer than three cycles, and the first guess is poor
 MOST_SINGLE = 400  # cycles that show the scatter
-OVERLAP = 0.125  # of a cycle: steps of the phase's window where there are fewer than three cycles
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache
 INTERPOLATED = 733.0 / 945.0
 """Mean variance that `interpolate` leaves of unit white noise, over all positions between samples."""
@@ -132,7 +130,7 @@ def cut(base: FloatArray, frequency: float, *, noise: float) -> Cut:
     if not 0.0 < frequency < 0.5:
         raise AnalysisError(f"cycles: expected 0 to 0.5 drive cycles per sample; got {frequency:g}")
     track = _phase_track(base, frequency)
-    for _ in range(1 if track.count > 2 else FEW_PASSES):  # a period that is off lets offset and harmonics leak
+    for _ in range(1 if track.count > 2 else 8):  # a period that is off lets offset and harmonics leak
         frequency += track.slope
         track = _phase_track(base, frequency)
     found = _boundaries(track, frequency + track.slope, noise, len(base))
@@ -169,7 +167,7 @@ def _phase_track(base: FloatArray, frequency: float) -> _Track:
     if count < 1:
         return _Track(0, np.zeros(0), np.zeros(0), 0.0, np.zeros(0), 0.0)
     few = count < 3
-    begins = np.arange(0.0, count - 1 + max(fits - count, 1e-9), OVERLAP) if few else np.arange(float(count))
+    begins = np.arange(0.0, count - 1 + max(fits - count, 1e-9), 0.125) if few else np.arange(float(count))
     start = 1.0 + period * begins
     lines = _fundamentals(base, start, start + period, points_per_cycle(period))
     phase = np.unwrap(np.angle(lines)) / (2.0 * math.pi) - (begins if few else 0.0)
@@ -232,9 +230,6 @@ def _boundaries(track: _Track, frequency: float, noise: float, length: int) -> C
 # Smoothing ------------------------------------------------------------------------------------------------------------
 
 BLOCK = 1 << 18  # points smoothed, or of loops measured, at a time: long recordings fit in memory
-_KEPT_FROM = 1.5  # amplitude over the noise's, about, from which a harmonic stands out
-_MOST_RAISED = 4.0
-_ENOUGH = 32  # harmonics whose median is a floor
 
 
 @dataclass(frozen=True)
@@ -282,15 +277,15 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
             power += np.sum(own.real**2 + own.imag**2, axis=0)
         power = power / (n - 1) / points**2
         top = power[int(0.375 * samples) : int(0.5 * samples)]
-        if len(top) >= _ENOUGH:  # rounding without noise is not quite white
-            floor = min(max(floor, float(np.median(top))), _MOST_RAISED * floor)
+        if len(top) >= 32:  # rounding without noise is not quite white
+            floor = min(max(floor, float(np.median(top))), 4.0 * floor)
         floor += shared * shared / samples
         own_share[1:] = _wiener(power[1:], floor, n - 1)
     k = np.arange(len(lines))
     left = 2.0 * (mean_floor * mean_share**2 + floor * own_share**2)
     left[0] *= 0.5
     highest = max(1, int(np.flatnonzero((mean_share > 0.0) | (own_share > 0.0))[-1]))
-    drowned = _KEPT_FROM * math.sqrt(mean_floor)  # amplitude of the first harmonic given up; the others fall as k^-3
+    drowned = 1.5 * math.sqrt(mean_floor)  # amplitude of the first harmonic given up; the others fall as k^-3
     v_noise = math.hypot(math.sqrt(float((left * k * k).sum())), drowned * math.sqrt(highest**3 / 3.0))
     return Smoother(
         mean=lines * mean_share,

@@ -27,15 +27,11 @@ from scipy.optimize import least_squares
 from frictionlab.analysis.signals import student
 from frictionlab.arrays import FloatArray
 
-_FEWEST_GROUPS = 6
-_ONE_SIDED = 1.645  # 95 % of a normal distribution lie below its mean and so many standard deviations
+ONE_SIDED = 1.645  # 95 % of a normal distribution lie below its mean and so many standard deviations
 
 _NAMES = ("start", "swing", "rest", "omega", "zeta", "friction", "cubic")
-_SMALL = 1e-4  # share of the spring's force by the cubic term, from which its fit starts
 ALONE = np.ones(1)  # the shape of a single mass
 _STEPS = 16  # of a half-cycle
-_MOST_HALF_CYCLES = 20_000
-_SIGNIFICANT = 4.0  # standard errors of the cubic term, from which it is kept
 
 
 @dataclass(frozen=True)
@@ -98,7 +94,7 @@ class Decay:
         """As `at`, of a spring that is not linear: between nodes of the integration a cubic by places and speeds."""
         u, until, step = self.swing, float(time[-1]), math.pi / _STEPS
         nodes = [(self.start, u, 0.0)]
-        for _ in range(_MOST_HALF_CYCLES):
+        for _ in range(20_000):  # half-cycles
             t, side = nodes[-1][0], math.copysign(1.0, u)
             a = abs(u) - self.friction
             if t > until or abs(self._force(u)) <= self.friction or a <= 0.0:
@@ -179,8 +175,8 @@ def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> Decay
     """
     free, free_error, residual = _solve(time, displacement, guess, ("cubic",))
     if not guess.pendulum:
-        bent = _solve(time, displacement, replace(free, cubic=_SMALL / free.swing**2), ())
-        if abs(bent[0].cubic) > _SIGNIFICANT * bent[1].cubic:
+        bent = _solve(time, displacement, replace(free, cubic=1e-4 / free.swing**2), ())
+        if abs(bent[0].cubic) > 4.0 * bent[1].cubic:  # standard errors
             free, free_error, residual = bent
     fitted, error = free, free_error
     straight = () if free.cubic else ("cubic",)
@@ -191,7 +187,7 @@ def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> Decay
         fitted, error, residual = _solve(time, displacement, replace(free, **nothing), (*at_zero, *straight))
         if fitted.zeta >= 0.0 and fitted.friction >= 0.0:
             break
-    limits = {name: max(getattr(free, name), 0.0) + _ONE_SIDED * getattr(free_error, name) for name in at_zero}
+    limits = {name: max(getattr(free, name), 0.0) + ONE_SIDED * getattr(free_error, name) for name in at_zero}
     doubt = max((-getattr(free, name) / getattr(free_error, name) for name in at_zero), default=0.0)
     return DecayFit(fitted, error, at_zero, limits, residual, doubt)
 
@@ -238,7 +234,7 @@ def decay_errors(
     freedom = max(1, len(residual) - jacobian.shape[1])
     variances = [np.diag(np.linalg.inv(jacobian.T @ jacobian)) * float(residual @ residual) / freedom]
     size = 1
-    while count // size >= _FEWEST_GROUPS:
+    while count // size >= 6:
         variances.append(_jackknife(jacobian, residual, np.minimum(number // size, count // size - 1)))
         size *= 2
     variance = np.max(variances, axis=0)

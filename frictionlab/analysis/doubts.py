@@ -12,7 +12,7 @@ from frictionlab.analysis import steadiness
 from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.cycles import first_harmonic
 from frictionlab.analysis.energy import MeasuredFriction
-from frictionlab.analysis.layout import Layout
+from frictionlab.analysis.layout import HARMONICS, Layout
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.spectrum import LEAST, Line, mains_of
 from frictionlab.analysis.stops import TURN
@@ -22,20 +22,9 @@ from frictionlab.estimate import Estimate
 from frictionlab.schema import ENERGY
 
 FEW_CYCLES = 5
-COARSE = 0.02  # sensor step over the amplitude of the response: what stands still longer than that may be moving
 QUIET = 0.01  # rounding that noise does not average away, over the step: a sensor that shows the same in every cycle
-FEW_STEPS = 2.5  # a motion over fewer steps is not distinguished from its sensor's
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
-DISTORTED = 0.05
-USUAL_RATIOS = (0.02, 5.0)
-WHOLE, SAME_SIZE = 0.2, 0.02  # of a sample; of the amplitude: a jump of the clock, not of the motion
-GROWTH = 0.005  # relative
-UNEVEN = TURN * 0.002  # rms wander of the drive's phase, rad
-SAME_COUNT, MIRRORED = 0.05, 0.01  # of a stop; asymmetry of a motion whose halves are alike
-OFTEN = 0.4  # of the cycles: a pause that may be a stop
 MANY = 6  # times named in one sentence
-CUT_MATTERS = 0.002  # of the amplitude: cut away by a filter
-APART, APART_MATTERS = 3.0, 0.02  # combined uncertainties between two energies, and relative: from both on it is said
 
 
 def warnings(
@@ -74,7 +63,7 @@ def warnings(
             "frequency_ratio: the natural frequency is not known: give natural_frequency_hz in [rig] of the scene or"
             " --natural-frequency; `frictionlab free-vibration` measures it"
         )
-    if of_mass.cutoff is not None and cut >= CUT_MATTERS * answer.size:
+    if of_mass.cutoff is not None and cut >= 0.002 * answer.size:
         said.append(
             f"response_amplitude: the mass's low-pass filter ({of_mass.cutoff:.4g} Hz, order {of_mass.order}:"
             " filter_hz, mass_filter_hz in [sensors]) cuts away the fast part of the motion: stops_per_cycle and regime"
@@ -85,14 +74,14 @@ def warnings(
 
 def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
     drive, distortion = layout.drive, layout.drive.distortion
-    if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
+    if r is not None and not 0.02 <= r <= 5.0:
         yield (
-            f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}: check"
+            f"frequency_ratio: {r:.3g} lies outside 0.02 to 5: check"
             " natural_frequency_hz in [rig] (--natural-frequency) and time_unit in [log]"
         )
-    if distortion > DISTORTED:
-        yield f"base_distortion: the base motion's harmonics 2-9 are {100 * distortion:.2g} % of its fundamental"
-    if drive.drifts and drive.wander > UNEVEN:
+    if distortion > 0.05:
+        yield f"base_distortion: harmonics 2-{HARMONICS} of the base are {100 * distortion:.2g} % of its fundamental"
+    if drive.drifts and drive.wander > 0.002 * TURN:
         yield (
             f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a cycle"
             " (rms), and the cycles follow it"
@@ -170,9 +159,9 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
     size = answer.size
     if answer.is_stuck and of_mass.rounding > QUIET * of_mass.step:
         size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
-    if of_mass.step > COARSE * size > QUIET * of_mass.step:
+    if of_mass.step > 0.02 * size > QUIET * of_mass.step:
         step = of_mass.step / size
-        few = ", too coarse to say whether it moves" if FEW_STEPS * step > 2.0 else ""
+        few = ", too coarse to say whether it moves" if 2.5 * step > 2.0 else ""
         yield (
             f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}: stops, stuck"
             " fraction and regime are of its steps, and the energy's error is larger than stated"
@@ -197,7 +186,7 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     share, size = float(np.var(layout.mass.mean(axis=0))) / power, answer.size
     if share < 0.5 and len(layout) >= FEW_CYCLES:
         yield f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with it: check the column"
-    growth = steadiness.growth(answer.series.amplitude, least=GROWTH)
+    growth = steadiness.growth(answer.series.amplitude, least=0.005)
     if growth and layout.duration < steadiness.LONG_S:  # a longer test has a trend
         yield (
             f"response_amplitude: drifts by {100 * growth:+.2g} % from the first cycle to the last: the contact wears,"
@@ -213,7 +202,7 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     for j in steadiness.jumps(behind, noise=rough, least=0.5).tolist():
         by = float(np.median(behind[j : j + 5]) - np.median(behind[max(0, j - 5) : j]))
         change = np.ptp(answer.series.amplitude[max(0, j - 5) : j + 5]) / size
-        if abs(by - round(by)) < WHOLE and change < SAME_SIZE:
+        if abs(by - round(by)) < 0.2 and change < 0.02:  # of the clock, not of the motion
             when, where = ("earlier", "mass") if by < 0.0 else ("later", "base")
             yield (
                 f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when} than before:"
@@ -231,7 +220,7 @@ def _of_stops(answer: Response) -> Iterator[str]:
     """Which may be none or two; one of a motion whose halves mirror each other has a twin."""
     often, length = answer.doubtful
     seen = f"stops are seen from {100.0 * answer.shortest_stop:.2g} % of a cycle on"
-    if often >= OFTEN and not answer.is_blurred:
+    if often >= 0.4 and not answer.is_blurred:
         yield (
             f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %: not"
             f" counted, for {seen}: take a quieter sensor"
@@ -243,7 +232,7 @@ def _of_stops(answer: Response) -> Iterator[str]:
             " stops parted by a slip, or one with a creep or a slow passage"
         )
     count = round(answer.stops_per_cycle)
-    if count % 2 == 1 and abs(answer.stops_per_cycle - count) < SAME_COUNT and (answer.asymmetry or 0.0) < MIRRORED:
+    if count % 2 == 1 and abs(answer.stops_per_cycle - count) < 0.05 and (answer.asymmetry or 0.0) < 0.01:
         yield (
             f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
             f" {100.0 * (answer.asymmetry or 0.0):.2g} %) and stops come in pairs: one was not seen, or is none"
@@ -263,7 +252,7 @@ def _of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float |
     by_motion = (loop.value - taken) * scale
     apart = by_force.value - by_motion
     u = math.hypot(by_force.error or 0.0, (loop.error or 0.0) * scale)
-    if abs(apart) > max(APART * u, APART_MATTERS * abs(by_motion)):
+    if abs(apart) > max(3.0 * u, 0.02 * abs(by_motion)):
         yield (
             f"force_{ENERGY}: the load cell gives {by_force.value:.3g} J, the loop of the motion {by_motion:.3g}"
             f" J, {100.0 * apart / by_motion:+.2g} %: the load cell's gain or place, or stiffness_n_per_m or"
@@ -273,17 +262,7 @@ def _of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float |
 
 # Channels that are not what they are called --------------------------------------------------------------------------
 
-ALIKE = 0.005  # rms of mass minus base over the base's: no frame with a contact follows its base so closely
-GIVES = 0.01  # energy (k Y^2) below minus this is no error of a contact that takes nearly none
-SURE = 5.0  # standard errors
-CLEANER = 0.3  # harmonics of the mass over those of the base: friction makes harmonics, a motor fewer
-HARMONICS = 0.02  # of a base that has some
-NOISIER = 10.0  # noise of a mass that stands, over the base's
-TOO_LARGE, NEAR = 5.0, 0.02  # times the amplitude without friction; of resonance, where the frame's damping bounds it
-STANDS, SLOW = 0.08, 0.05  # of a cycle slower than that share of the highest speed: a cosine is for 3 %
-MOVES = 0.05  # rms of what may stand, over the base's
 OFF, FITS, CLEARER = 0.1, 0.3, 2.0  # what friction leaves of the force where the mass never stops, one over the other
-DETUNED = np.linspace(-0.015, 0.015, 7)  # relative: how far the natural frequency may be from what is known of it
 
 
 def _of_the_channels(
@@ -292,29 +271,29 @@ def _of_the_channels(
     mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
     of_mass, of_base = layout.of_mass, layout.of_base
     if answer.is_stuck:
-        if of_mass.noise >= NOISIER * max(of_base.noise, of_base.step):
+        if of_mass.noise >= 10.0 * max(of_base.noise, of_base.step):
             yield f"mass: its channel holds nothing but noise of {of_mass.noise:.3g} Y rms: check its column (--mass)"
         return
     noise = math.hypot(of_mass.noise, of_base.noise) / math.sqrt(len(layout))
     noise = math.hypot(noise, of_mass.shared, of_base.shared)
     apart = math.sqrt(max(float(np.var(mass - base)) - noise * noise, 0.0)) / float(np.std(base))
     energy = loop.value or 0.0
-    free = math.inf if r is None or wall_moves else 1.0 / max(abs(1.0 - r * r), NEAR)  # amplitude without friction
-    if apart < ALIKE:
+    free = math.inf if r is None or wall_moves else 1.0 / max(abs(1.0 - r * r), 0.02)  # amplitude without friction
+    if apart < 0.005:  # no frame with a contact follows its base so closely
         yield (
             f"mass: its channel repeats the base's (to {100.0 * apart:.2g} % of the base's motion): energy, amplitude"
             " and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
         )
-    elif energy <= -max(SURE * (loop.se or 0.0), GIVES):
-        size = [np.abs(np.fft.rfft(cycle)[1:10]) for cycle in (mass, base)]
+    elif energy <= -max(5.0 * (loop.se or 0.0), 0.01):
+        size = [np.abs(np.fft.rfft(cycle)[1 : HARMONICS + 1]) for cycle in (mass, base)]
         of_m, of_b = (float(np.linalg.norm(lines[1:]) / max(float(lines[0]), 1e-300)) for lines in size)
         swapped = "mass and base are swapped (exchange --mass and --base, [log])"
         cause = f"one of the sensors counts the other way (turn the sign of its column), or {swapped}"
-        if of_b > HARMONICS and of_m < CLEANER * of_b:
+        if of_b > 0.02 and of_m < 0.3 * of_b:  # friction makes harmonics, a motor fewer
             shares = f"harmonics of the base {100.0 * of_b:.2g} %, of the mass {100.0 * of_m:.2g} %"
             cause = f"mass and base look swapped ({shares}): exchange --mass and --base ([log]), or turn one's sign"
         yield f"{ENERGY}: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
-    elif answer.size > TOO_LARGE * free:
+    elif answer.size > 5.0 * free:
         yield (
             f"response_amplitude: the mass moves {answer.size:.3g} Y at r = {r:.3g}, where the frame without friction"
             f" would move {free:.3g} Y: {DOUBTED} (--unit, [log.units]), or the natural frequency"
@@ -328,9 +307,9 @@ def _relative(mass: FloatArray, base: FloatArray, stuck: float, r: float) -> Ite
     own, width = _left(mass, base, r), max(1, len(mass) // 128)
     for word, other in (("+", base + mass), ("-", base - mass)):
         others, speed = _left(other, base, r), np.abs(other[width:] - other[:-width])
-        stands = float(np.mean(speed < SLOW * speed.max())) if np.std(other) > MOVES * np.std(base) else 0.0
+        stands = float(np.mean(speed < 0.05 * speed.max())) if np.std(other) > 0.05 * np.std(base) else 0.0
         why = ""
-        if own > FITS and stands > max(STANDS, 4.0 * stuck):
+        if own > FITS and stands > max(0.08, 4.0 * stuck):  # a cosine for 0.03
             why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
         elif others < FITS and own > max(OFF, CLEARER * others) and stuck == 0.0:
             why = f"mass {word} base fits the equation of motion"
@@ -351,7 +330,8 @@ def _left(mass: FloatArray, base: FloatArray, r: float) -> float:
     kinds = np.sign(speed) * np.array([np.ones(512), place / max(float(np.abs(place).max()), 1e-300)])
     against = np.fft.rfft(kinds)[:, 1:6]
     both = np.concatenate([against.real, against.imag], axis=1)
-    force = f - (1.0 - (r * (1.0 + DETUNED[:, None]) * k) ** 2) * x
+    near = r * (1.0 + np.linspace(-0.015, 0.015, 7)[:, None])  # as far as the natural frequency may be from the known
+    force = f - (1.0 - (near * k) ** 2) * x
     parts = np.concatenate([force.real, force.imag], axis=1)
     share = np.linalg.solve(both @ both.T, both @ parts.T)
     left = np.linalg.norm(parts - share.T @ both, axis=1) / np.linalg.norm(parts, axis=1)
@@ -364,7 +344,6 @@ LEVELS = (0.01, 0.04, 0.16)  # depths below an extreme, as shares of the whole s
 SCALES = {1.0: 2.5, 1 / 4: 2.3, 1 / 16: 2.35}  # of the levels, and the sharpness no motion has
 FINE = {1 / 4: 2.6, 1 / 16: 2.6}  # near enough to the extreme that stops on the way there do not count
 """2 for any motion whose speed passes through zero (2.2 at most for 1,900 motions of the simulator), 4 for a corner."""
-BACK = 0.5  # of the first level: a flank that comes back by more is a motion that rings beside its extreme
 POINTS = 20.0  # of a cycle over the root of the scale; below it the levels lie within a point of the extreme
 
 
@@ -401,6 +380,6 @@ def _sharpness(depth: FloatArray, scale: float) -> float:
         passed.append(float(above + (level - depth[above]) / (depth[above + 1] - depth[above])))
     first, second, third = passed
     flank = depth[int(first) : int(third) + 1]
-    if np.any(np.maximum.accumulate(flank) - flank > BACK * scale * LEVELS[0]):
+    if np.any(np.maximum.accumulate(flank) - flank > 0.5 * scale * LEVELS[0]):  # it rings beside its extreme
         return 0.0
     return (third - second) / max(second - first, 1e-300)

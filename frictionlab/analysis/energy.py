@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from frictionlab.analysis.response import Response
 
 FEW = 8  # cycles that show their own scatter; fewer take that of all ...
-STEADY = 0.1  # ... about a line where this share of the variance is left by it: a step is no drift
-CLEAR = 2.0  # deviations by which scatter must exceed what noise explains
 
 
 def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
@@ -71,12 +69,12 @@ def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: fl
     part, n, drift = values[used], len(values), steadiness.growth(values)
     mean = float(part.mean())
     level = values - drift * float(values.mean()) * np.linspace(-0.5, 0.5, n)
-    some = part if len(part) >= FEW else level if level.var() < STEADY * values.var() else values
+    some = part if len(part) >= FEW else level if level.var() < 0.1 * values.var() else values
     if len(some) <= 2 and not noise:
         return Estimate(mean)
     drift *= (len(part) - 1) / max(n - 1, 1)  # within the cycles used
     square = noise * noise / len(part)
-    if len(some) > 2 and float(some.var(ddof=1)) > noise * noise * (1.0 + CLEAR * math.sqrt(2.0 / (len(some) - 1))):
+    if len(some) > 2 and float(some.var(ddof=1)) > noise * noise * (1.0 + 2.0 * math.sqrt(2.0 / (len(some) - 1))):
         alone = float(some.var(ddof=1)) / len(part)
         square = max(alone if len(part) == 1 else variance_of_mean(some) * len(some) / len(part), square)
     return Estimate(mean, math.hypot(math.sqrt(square), shared, steadiness.OF_A_RAMP * drift * mean))
@@ -166,22 +164,14 @@ def by_load_cell(
         return np.asarray(np.roll(cycles - cycles.mean(axis=-1, keepdims=True) - inertia, -(points // 4), axis=-1))
 
     gain, pressed = sources.mass_gain, float(normal[used].mean())
-    energy = mean_over(each, used) if has_metres or is_torque else NOT_KNOWN
-    energy = energy.with_relative(math.sqrt(2.0) * gain)
+    energy = (mean_over(each, used) if has_metres or is_torque else NOT_KNOWN).with_relative(math.sqrt(2.0) * gain)
+    force, coefficient = over(way).with_relative(gain), over(way * normal).with_relative(math.hypot(gain, u_normal))
+    single = at_contact(rows[some_cycles(len(rows))])
     return MeasuredFriction(
         name=name,
-        means=ByForce(
-            energy.over(joules),
-            energy,
-            over(way).with_relative(gain),
-            over(way * normal).with_relative(math.hypot(gain, u_normal)),
-        ),
+        means=ByForce(energy.over(joules), energy, force, coefficient),
         cycle=at_contact(rows[used].mean(axis=0)),
-        cell=None
-        if is_torque
-        else LoadCell(
-            at_contact(rows[some_cycles(len(rows))]), pressed if math.isfinite(pressed) else None, is_measured
-        ),
+        cell=None if is_torque else LoadCell(single, pressed if math.isfinite(pressed) else None, is_measured),
         turned=turned,
     )
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks
 
-from frictionlab.analysis.decay import Decay, DecayFit, decay_errors, first_guess, fit_decay
+from frictionlab.analysis.decay import ONE_SIDED, Decay, DecayFit, decay_errors, first_guess, fit_decay
 from frictionlab.analysis.signals import evenly, white_noise
 from frictionlab.analysis.spectrum import amplitude_spectrum, without_hum
 from frictionlab.arrays import FloatArray
@@ -22,12 +22,9 @@ from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Average, Estimate, average
 from frictionlab.sampling import sampling_interval
 
-_PER_HALF_CYCLE = 40  # samples that a fit needs; more are averaged
 _ODD = 0.02  # rms left over the first swing: of another kind than viscous and Coulomb
 _NO_DECAY = 0.1  # ... and no free decay at all
 _DRIVEN = 0.05  # base's swing over the mass's
-_NOT_AT_REST = 0.005
-_DOUBT = 3.0  # standard errors below 0
 
 
 @dataclass(frozen=True)
@@ -173,7 +170,7 @@ def _without_hum(time: FloatArray, signals: Iterable[FloatArray]) -> tuple[Float
 def _thinned(time: FloatArray, x: FloatArray, half_period: float, rest: float) -> tuple[FloatArray, FloatArray]:
     """Means of so many neighbours that enough are left; what averaging takes from a sinusoid is given back."""
     step = (time[-1] - time[0]) / (len(time) - 1)
-    size = int(half_period / step / _PER_HALF_CYCLE)
+    size = int(half_period / step / 40)
     if size < 2:
         return time, x
     count = len(time) // size
@@ -185,7 +182,7 @@ def _thinned(time: FloatArray, x: FloatArray, half_period: float, rest: float) -
 
 def _warnings(fit: DecayFit, base_share: float) -> list[str]:
     said = []
-    if base_share > _NOT_AT_REST:
+    if base_share > 0.005:
         said.append(
             f"the base moves by {base_share:.1%} of the mass's swing: hold it still: frequency and damping found here"
             " are of mass and base together"
@@ -196,7 +193,7 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
             f"the spring is not linear: its force at the first swing is {share:+.2g} ± {error:.1g} % off, growing with"
             " the cube: natural frequency, damping and friction are of small swings: test with smaller motions"
         )
-    if fit.doubt > _DOUBT:
+    if fit.doubt > 3.0:  # standard errors
         names = " and ".join("viscous damping" if name == "zeta" else name for name in fit.at_zero)
         said.append(
             f"{names} would come out negative by {fit.doubt:.2g} standard errors and is held at 0: the damping is of "
@@ -218,7 +215,7 @@ def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
 
     def error(tap: FreeVibration, name: str) -> float:
         se = getattr(tap, f"{name}_se")
-        return float((getattr(tap, f"{name}_upper") or 0.0) / 1.645 if se is None else se)
+        return float((getattr(tap, f"{name}_upper") or 0.0) / ONE_SIDED if se is None else se)
 
     names = ("natural_frequency_hz", "damping_ratio", "friction_m")
     each = {name: ([getattr(tap, name) for tap in taps], [error(tap, name) for tap in taps]) for name in names if taps}
@@ -260,11 +257,6 @@ def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:
 # Where a mass swings freely ------------------------------------------------------------------------------------------
 
 LEAST_SWINGS = 6  # half-cycles
-_ABOVE_NOISE = 10.0  # what turns back by less is no turning point
-_RISE = 1.1  # a swing so much larger than the smallest before it begins another tap
-_UNEVEN = 1.5  # a half-cycle so much longer than the one before: the mass had come to rest
-_FALLS_TO = 0.7  # of its first swing, at least, in a free decay
-_LEAST_SHARE = 0.5  # of all half-cycles that belong to free decays
 
 
 def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, ...]:
@@ -276,8 +268,8 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
     swings, wait = _swings(turnings), np.diff(turnings[0])
     begins, smallest = [0], math.inf  # of runs in which no swing rises and the mass never rests
     for number, swing in enumerate(swings.tolist()):
-        rests = number > begins[-1] and wait[number] > _UNEVEN * wait[number - 1]
-        if swing > _RISE * smallest or rests:
+        rests = number > begins[-1] and wait[number] > 1.5 * wait[number - 1]  # it had come to rest
+        if swing > 1.1 * smallest or rests:
             begins.append(number)
             smallest = math.inf
         smallest = min(smallest, swing)
@@ -287,9 +279,9 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
             first = begin + int(np.argmax(swings[begin : end - 1])) + 1
             run = turnings[:, first : end - (end < turnings.shape[1])]
             long += [run] if run.shape[1] > LEAST_SWINGS else []
-    decays = tuple(run for run in long if _swings(run)[-1] <= _FALLS_TO * _swings(run)[0])
+    decays = tuple(run for run in long if _swings(run)[-1] <= 0.7 * _swings(run)[0])
     share = sum(run.shape[1] for run in decays) / max(1, len(swings))
-    if decays and share >= _LEAST_SHARE:
+    if decays and share >= 0.5:
         return decays
     quarter = max(1, len(swings) // 4)
     early, late = (1e3 * float(np.median(some)) if len(some) else 0.0 for some in (swings[:quarter], swings[-quarter:]))
@@ -312,7 +304,7 @@ def _swings(turnings: FloatArray) -> FloatArray:
 def _turning_points(time: FloatArray, x: FloatArray) -> FloatArray:
     """Extremes, refined by parabolas, between which the record moves by ten times its noise: times, heights (2, k)."""
     noise = white_noise(x) if len(x) >= 16 else 0.0
-    least = max(_ABOVE_NOISE * noise, 1e-9 * float(np.ptp(x)))
+    least = max(10.0 * noise, 1e-9 * float(np.ptp(x)))
     bends = np.flatnonzero(np.diff(np.sign(np.diff(x)))) + 1
     at, rising, top, bottom = list[int](), 0, 0, 0
     for here in [0, *bends.tolist(), len(x) - 1]:
@@ -338,11 +330,7 @@ def _turning_points(time: FloatArray, x: FloatArray) -> FloatArray:
 
 # Several masses ------------------------------------------------------------------------------------------------------
 
-FALLEN = 0.02  # of the largest displacement: what is below is not fitted
 DAMPING = 0.01  # ratio from which the fit starts
-PER_PERIOD = 12  # samples of the fastest mode that a fit needs
-CLEAR = 0.01  # of the highest peak of a spectrum: lower ones are no mode
-ODD = 0.1  # rms left over the rms measured: no motion of so many modes
 
 
 @dataclass(frozen=True)
@@ -388,19 +376,19 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     about = signals - np.median(signals[:, -max(1, len(time) // 10) :], axis=1)[:, None]
     size = np.abs(about).max(axis=0)
     first = int(np.argmax(size))
-    last = int(np.flatnonzero(size > FALLEN * size[first])[-1]) + 1
+    last = int(np.flatnonzero(size > 0.02 * size[first])[-1]) + 1
     # the highest peaks, one for each mass, of all spectra together
     spectra = [amplitude_spectrum(row, step) for row in about[:, first:last]]
     power = np.sqrt(np.sum([s.amplitude**2 for s in spectra], axis=0))
     apart = max(1, round(2.0 * spectra[0].resolution / float(spectra[0].frequency[1])))
-    peaks, _ = find_peaks(power, distance=apart, prominence=CLEAR * float(power.max()))
+    peaks, _ = find_peaks(power, distance=apart, prominence=0.01 * float(power.max()))
     if len(peaks) < len(signals):
         raise AnalysisError(
             f"free vibration: expected {len(signals)} modes, one for each mass; got {len(peaks)} clear in the spectrum:"
             " displace the frame in another place, so that all modes move"
         )
     guess = sorted(spectra[0].frequency[peaks[np.argsort(-power[peaks])][: len(signals)]].tolist())
-    thin = max(1, int(1.0 / (max(guess) * PER_PERIOD * step)))
+    thin = max(1, int(1.0 / (max(guess) * 12 * step)))  # samples of its period
     t, x = time[first:last:thin] - time[first], about[:, first:last:thin]
 
     def columns(p: FloatArray) -> FloatArray:
@@ -418,7 +406,7 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     found = least_squares(left, start, x_scale=np.array([value for f in guess for value in (0.01 * f, DAMPING)]))
     share, *_ = np.linalg.lstsq(columns(found.x), x.T, rcond=None)
     misfit = float(np.std(found.fun)) * float(size[first]) / float(np.std(x))
-    if misfit > ODD:
+    if misfit > 0.1:
         raise AnalysisError(
             f"free vibration: {len(x)} damped modes leave {100.0 * misfit:.2g} % of the motion: expected a free decay"
             " of as many masses as there are columns: displace, let go, touch nothing"

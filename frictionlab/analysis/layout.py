@@ -16,11 +16,8 @@ from frictionlab.errors import AnalysisError
 
 FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
-FINE_SAMPLES = 24  # a cycle; between fewer a cubic takes from the third harmonic
 VELOCITY = "mass_velocity"
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
-RESOLVED = 3.0  # resolution cells between a line and a harmonic, in a window that parts them
-ROUNDS = 0.1  # of a sensor's step: a line below it may be rounding
 
 
 @dataclass(frozen=True)
@@ -241,7 +238,7 @@ def _lines_of(signal: FloatArray, lines: Spectrum, drive: DriveLine) -> tuple[Li
     found, faint = spectrum.foreign_lines(lines, drive), spectrum.LEAST * drive.unit
     if all(line.amplitude > faint for line in found):
         return found
-    least = min(faint, ROUNDS * sensor_step(signal))
+    least = min(faint, 0.1 * sensor_step(signal))  # below it a line may be rounding
     return tuple(line for line in found if line.amplitude > least)
 
 
@@ -259,12 +256,12 @@ def _without(signal: FloatArray, step: float, found: tuple[Line, ...], cut: Cut)
 def _window(line: Line, drive: float) -> float:
     """Length of a window [s] that parts a line from the drive's harmonic next to it."""
     beside = abs(line.frequency - round(line.frequency / drive) * drive)
-    return max(SHORTEST_S, RESOLVED / max(beside, 1e-300))
+    return max(SHORTEST_S, 3.0 / max(beside, 1e-300))  # resolution cells
 
 
 def _folded(signals: list[FloatArray], cuts: list[Cut], points: int) -> FloatArray:
     """Cycles of all stretches; few samples of a cycle are interpolated without limit of band first."""
-    times = math.ceil(FINE_SAMPLES * max(c.frequency for c in cuts))
+    times = math.ceil(24 * max(c.frequency for c in cuts))  # between fewer a cubic takes from the third harmonic
     if times > 1:
         signals = [cycles.finer(s, times) for s in signals]
     rows = [cycles.fold(s, c.start * times, c.end * times, points) for s, c in zip(signals, cuts, strict=True)]

@@ -12,11 +12,6 @@ from frictionlab.analysis.layout import VELOCITY, Layout, slow_wander
 from frictionlab.analysis.stops import Move, Thresholds
 from frictionlab.arrays import ComplexArray, FloatArray
 
-MOST_HARMONICS = 128  # of the single cycles that show the scatter
-SHOWN_CYCLES, SHOWN_LOOPS = 6, 30
-SHOWN_POINTS, SHOWN_LINES = 512, 8000  # a cycle, a spectrum
-FEW = 5  # cycles whose mean shows a slip within a stop
-LEVELLED = 0.5  # of the range, which stops of one place each never take away
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
 
 
@@ -111,9 +106,9 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
     found, doubts = stops.stops_of(stops.pauses(v, thresholds.still), thresholds, points)
     whole, slide = half_range(x), half_range(levelled(x, found, sliding.resolution))
     rough, unclear = math.hypot(noise / math.sqrt(n), shared), None
-    if n >= FEW:
+    if n >= 5:  # whose mean shows a slip within a stop
         found, unclear = stops.parted(found, slid.mean(axis=0), noise=rough, dwell=thresholds.dwell, cycles=n)
-    is_blurred = float(np.median(slide)) < LEVELLED * float(np.median(whole))
+    is_blurred = float(np.median(slide)) < 0.5 * float(np.median(whole))
     if is_blurred:  # a threshold above the mass's own speed makes one stop of all
         found, slide, unclear = np.zeros((2, 0)), whole, None
     is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
@@ -283,7 +278,7 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
 
     def single(rows: FloatArray) -> ComplexArray:
         """Harmonics (n, K) of some single cycles, counted from the top of the base's motion."""
-        each = np.fft.rfft(rows[some_cycles(len(rows))], axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / points)
+        each = np.fft.rfft(rows[some_cycles(len(rows))], axis=1)[:, 1 : 128 + 1] * (2.0 / points)
         return np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1))
 
     def wander_of(means: FloatArray) -> FloatArray:
@@ -307,9 +302,9 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
 
 def traces(layout: Layout, found: FloatArray, used: slice) -> Traces:
     """Cut out what a figure shows of the cycles used; ``found`` (2, m): stops, radians of tau."""
-    points, last = layout.mass.shape[1], slice(max(0, used.stop - SHOWN_CYCLES), used.stop)
-    thin = math.ceil(points / SHOWN_POINTS)
-    loops = np.unique(np.linspace(used.start, used.stop - 1, SHOWN_LOOPS).round().astype(np.intp))
+    points, last = layout.mass.shape[1], slice(max(0, used.stop - 6), used.stop)
+    thin = math.ceil(points / 512)
+    loops = np.unique(np.linspace(used.start, used.stop - 1, 30).round().astype(np.intp))
     inside = np.arange(points)[::thin] / points
     time = layout.time[last, None] + (layout.end[last] - layout.time[last])[:, None] * inside
     shown = found.T / (2.0 * math.pi)
@@ -318,7 +313,7 @@ def traces(layout: Layout, found: FloatArray, used: slice) -> Traces:
     closed = [np.concatenate([rows[:, ::thin], rows[:, :1]], axis=1) for rows in cycles]
     spectra = []
     for lines in (layout.mass_spectrum, layout.base_spectrum):  # the highest of a few neighbours: no peak is lost
-        first = np.arange(0, len(lines.frequency), math.ceil(len(lines.frequency) / SHOWN_LINES))
+        first = np.arange(0, len(lines.frequency), math.ceil(len(lines.frequency) / 8000))
         spectra += [lines.frequency[first], np.maximum.reduceat(lines.amplitude, first)]
     return Traces(
         time.ravel(),

@@ -24,9 +24,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 
 EVEN = 0.02  # of a step: stamps that stray no further from an even clock are even
-COARSE_STEPS = 4  # different steps of stamps that are merely written coarsely
 COINCIDE, HOLE = 0.2, 2.5  # steps between two stamps: noise makes a spline swing over fewer, a motion over more
-MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are
 
 
 @dataclass(frozen=True)
@@ -76,9 +74,9 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
         The stamps jump so far that even steps would fill the memory.
     """
     off = stray(time, step)
-    if off < EVEN or (off < 1.0 and len(np.unique(np.rint(np.diff(time) / (1e-3 * step)))) <= COARSE_STEPS):
+    if off < EVEN or (off < 1.0 and len(np.unique(np.rint(np.diff(time) / (1e-3 * step)))) <= 4):
         return signals, 0.0
-    count, most = float(time[-1] - time[0]) / step, max(MOST_EVEN, 20.0 * len(time))
+    count, most = float(time[-1] - time[0]) / step, max(1e6, 20.0 * len(time))
     if count > most:
         at = int(np.argmax(np.diff(time)))
         raise AnalysisError(

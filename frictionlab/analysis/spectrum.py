@@ -127,18 +127,12 @@ def _log_parabola(three: FloatArray) -> tuple[float, float]:
 
 LEAST = 5e-4  # of the base's amplitude: smaller lines change no number by more than its error
 FAINTEST = 1e-4  # the same of lines where no frame follows: of these nothing else may come
-CLEAR = 8.0  # times the median of the neighbourhood; the highest of 4 million bins of white noise is 4.7 times it
-NEIGHBOURS = 60  # resolution cells to either side
+CLEAR_LINE = 8.0  # times the median of the neighbourhood; the highest of 4 million bins of white noise is 4.7 times it
 BESIDE, CLOSE = 5.0, 1.5  # resolution cells that a harmonic of the drive covers; a high one, of which little is left
 HIGH = 8.0  # times the drive: no frame follows there, so that a line is not the mass's motion
 LOW, EVENLY = 2.5, 0.8  # times a decay's own frequency; of the stronger half of the record: lower lines that are hum
-MOVING = 0.1  # of the largest displacement: so far from rest a decay is more than hum
 LEAKS = 4.0  # times what stronger lines leak there
-ORDERS = 60  # of the drive's harmonics that may leak
 MOST = 12  # lines
-MOST_HARMONICS, WIDEST = 400, 64.0  # of the drive that are looked at; bins to either side of one
-OUT = 3.0  # times the highest of the four beside it with odd, or even, numbers like its own
-SAMPLED = 2000  # lines of a spectrum that show its noise
 MAINS = (50.0, 60.0)
 NEAR = 3e-3  # relative: how far mains may be off
 PART = 1 << 15  # samples a line is drawn on at a time
@@ -178,7 +172,7 @@ def foreign_lines(lines: Spectrum, drive: DriveLine) -> tuple[Line, ...]:
     tops = tops[apart & (frequency[tops] > 0.3 * drive.frequency) & ~faint]
     if not len(tops):
         return ()
-    orders = np.arange(1.0, ORDERS)
+    orders = np.arange(1.0, 60.0)  # harmonics that may leak
     place = orders * (drive.frequency / float(frequency[1]))
     wide = 0.5 * lines.cell + 3.0 * spread * place  # a line beside a high harmonic is none of it
     strong = _heights(amplitude, place, np.where(orders <= HIGH, 2.0 * lines.cell + 0.5, wide))
@@ -191,7 +185,7 @@ def foreign_lines(lines: Spectrum, drive: DriveLine) -> tuple[Line, ...]:
         top = int(tops[i])
         near = np.array([abs(frequency[top] - line.frequency) / lines.resolution for line in found])
         leak = leaks[i] + float(np.dot(_leak(near), [line.amplitude for line in found]))
-        if amplitude[top] > max(LEAKS * leak, CLEAR * _around(lines, top)):
+        if amplitude[top] > max(LEAKS * leak, CLEAR_LINE * _around(lines, top)):
             line = _refined(lines, top)
             found.append(replace(line, removed=line.frequency > HIGH * drive.frequency))
     return tuple(found[:MOST])
@@ -206,13 +200,13 @@ def without_hum(signal: FloatArray, step: float) -> FloatArray:
     if len(signal) < 64 or not float(np.ptp(signal)) > 0.0:
         return signal
     about = np.abs(signal - np.median(signal))
-    moves = np.flatnonzero(about > MOVING * about.max())  # where it rests long, hum is more than the motion
+    moves = np.flatnonzero(about > 0.1 * about.max())  # where it rests long, hum is more than the motion
     part = signal[moves[0] : moves[-1] + 1] if moves[-1] - moves[0] >= 64 else signal
     own, lines = strongest_tone(amplitude_spectrum(part, step)).frequency, amplitude_spectrum(signal, step, padding=1)
     halves = [amplitude_spectrum(half, step) for half in np.array_split(signal, 2)]
     tops = _tops(lines.amplitude, max(1, math.ceil(LOW * own / float(lines.frequency[1]))), 0.0)
     for top in tops[np.argsort(-lines.amplitude[tops])][: 4 * MOST].tolist():
-        if lines.amplitude[top] > CLEAR * _around(lines, top):
+        if lines.amplitude[top] > CLEAR_LINE * _around(lines, top):
             line = _refined(lines, top)
             each = [h.amplitude[round(line.frequency / float(h.frequency[1]))] for h in halves]
             if line.frequency > HIGH * own or min(each) > EVENLY * max(each):
@@ -223,8 +217,8 @@ def without_hum(signal: FloatArray, step: float) -> FloatArray:
 def faintest(lines: Spectrum, drive: DriveLine) -> float:
     """Amplitude of the faintest line that would be found where no frame follows, by `foreign_lines`' own rules."""
     high = lines.amplitude[np.searchsorted(lines.frequency, HIGH * drive.frequency) :]
-    noise = float(np.median(high[:: max(1, len(high) // SAMPLED)])) if len(high) else 0.0
-    return max(FAINTEST * drive.unit, CLEAR * noise)
+    noise = float(np.median(high[:: max(1, len(high) // 2000)])) if len(high) else 0.0
+    return max(FAINTEST * drive.unit, CLEAR_LINE * noise)
 
 
 def on_harmonics(lines: Spectrum, drive: DriveLine, found: tuple[Line, ...]) -> tuple[tuple[Line, ...], float]:
@@ -234,14 +228,14 @@ def on_harmonics(lines: Spectrum, drive: DriveLine, found: tuple[Line, ...]) -> 
     a contact that rings; other hum is at most what stands on its harmonic and beside it. ``found``: lines between them.
     """
     hz, bins = drive.frequency, drive.frequency / float(lines.frequency[1])
-    most = min(MOST_HARMONICS, int(lines.frequency[-1] / hz))
+    most = min(400, int(lines.frequency[-1] / hz))
     if most < HIGH:
         return (), 0.0
     order = np.arange(1.0, most + 1.0)
-    reach = np.minimum(CLOSE * lines.cell + 3.0 * drive.spread * order * bins, WIDEST)
+    reach = np.minimum(CLOSE * lines.cell + 3.0 * drive.spread * order * bins, 64.0)
     height = _heights(lines.amplitude, order * bins, np.minimum(reach, 0.45 * bins))
     beside = np.stack([np.roll(height, by) for by in (-4, -2, 2, 4)]).max(axis=0)
-    out = (order > HIGH + 1.0) & (order <= most - 4) & (height > LEAST * drive.unit) & (height > OUT * beside)
+    out = (order > HIGH + 1.0) & (order <= most - 4) & (height > LEAST * drive.unit) & (height > 3.0 * beside)
     to_lines = np.abs(np.array([line.frequency for line in found])[:, None] - order * hz)
     clear = ~np.any(to_lines < BESIDE * lines.resolution, axis=0)
     near = [(k, mains) for mains in MAINS if HIGH < (k := round(mains / hz)) <= most and clear[k - 1]]
@@ -255,8 +249,7 @@ def line_in(signal: FloatArray, step: float, line: Line, length: float) -> Float
     n, angle = len(signal), 2.0 * math.pi * line.frequency * step
     size = max(8, min(n, round(min(length, n * step) / step)))
     starts = np.unique(np.linspace(0, n - size, max(1, math.ceil(4.0 * (n - size) / size) + 1)).round().astype(np.intp))
-    weight = np.hanning(size + 2)[1:-1] * np.exp(-1j * angle * np.arange(size))
-    weight /= np.hanning(size + 2).sum()
+    weight = hann(size) * np.exp(-1j * angle * np.arange(size)) * (2.0 / size)
     bias, mean = weight.sum(), signal.mean()
     level = np.array([np.dot(weight, signal[a : a + size]) - mean * bias for a in starts]) * np.exp(
         -1j * angle * starts
@@ -294,7 +287,7 @@ def _leak(cells: FloatArray) -> FloatArray:
 
 def _around(lines: Spectrum, top: int) -> float:
     """Median of a line's neighbourhood without the line itself."""
-    far, near = round(NEIGHBOURS * lines.cell), round(6 * lines.cell)
+    far, near = round(60 * lines.cell), round(6 * lines.cell)
     before, after = slice(max(0, top - far), max(0, top - near)), slice(top + near + 1, top + far)
     some = np.concatenate([lines.amplitude[before], lines.amplitude[after]])
     return float(np.median(some)) if len(some) else 0.0

@@ -15,7 +15,6 @@ from frictionlab.arrays import FloatArray, IntArray, runs
 
 COARSE_POINTS = 64  # of a cycle, to find the transient on
 REPEATS = 0.005  # of the motion: cycles that differ by less repeat
-IRREGULAR = 0.02  # of the cycles after the transient may be farther off
 OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its middle, over the whole change
 LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
@@ -55,7 +54,7 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
         usual = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(away, 2, mode="edge"), 5), axis=1)
         outside = (usual > limit).astype(np.float64)
         share = np.cumsum(outside[::-1])[::-1] / np.arange(len(outside), 0, -1)  # of the cycles from each on
-        settled = np.flatnonzero((share <= IRREGULAR) & (outside == 0.0))
+        settled = np.flatnonzero((share <= 0.02) & (outside == 0.0))  # of the cycles after it may be farther off
         latest = max(latest, int(settled[0]) if len(settled) else n)
     start = float(np.append(starts, math.inf)[latest]) if latest else 0.0
     return min(0.5 * (first + last), start), start if 3 * latest <= 2 * n else None

@@ -20,13 +20,10 @@ import numpy as np
 from frictionlab.arrays import FloatArray, runs
 
 TURN = 2.0 * math.pi
-DOUBT = 0.3  # of the shortest stop: shorter ones are a slow passage
-CLEAR = 8.0  # way of a slip over the noise of one point of the mean cycle
 FLAT = 0.15  # of the way: how much the mass may move before and after, so that a creep is no slip
 THIN = 4.0  # shortest dwells: a slip beside a shorter stop may be a slow passage
 SEEN = 6.0  # errors of a step in the place of a stop
 MARGIN = 1.0  # shortest dwells at either end of a stop, where the mass may still move
-SHARE = 0.7  # of the stops before and after, which a slip is shorter than
 _LEAVING = 1.0 / (math.sqrt(2.0) - 1.0)  # v = j t^2 / 2: time from the stop to v, over the time from v to 2 v
 
 
@@ -84,7 +81,7 @@ def stops_of(found: FloatArray, how: Thresholds, points: int) -> tuple[FloatArra
     begin, end = 2.0 * found[1] - found[0], found[2] - _LEAVING * (found[3] - found[2])
     each = np.array([begin, end]) * step
     length = each[1] - each[0]
-    doubtful = length[(length < how.dwell) & (length > DOUBT * how.dwell)]
+    doubtful = length[(length < how.dwell) & (length > 0.3 * how.dwell)]  # shorter ones are a slow passage
     return each[:, length >= how.dwell], doubtful
 
 
@@ -167,7 +164,7 @@ def _slip(mean: FloatArray, begin: float, end: float, noise: float, dwell: float
     x = mean[np.arange(first, last + 1) % len(mean)]
     before, after = float(x[:least].mean()), float(x[-least:].mean())
     way = after - before
-    if abs(way) < CLEAR * noise:
+    if abs(way) < 8.0 * noise:  # of a point of the mean cycle
         return None
     reach = least // 2
     width = 2 * reach + 1
@@ -176,7 +173,7 @@ def _slip(mean: FloatArray, begin: float, end: float, noise: float, dwell: float
     leaves = int(np.argmax(share > rough))
     comes = len(x) - int(np.argmax((share < 1.0 - rough)[::-1]))
     shorter = min(leaves, len(x) - comes)
-    if comes - leaves >= SHARE * shorter or shorter < least:
+    if comes - leaves >= 0.7 * shorter or shorter < least:  # a slip is shorter
         return None
     for stop in (x[:leaves], x[comes:]):  # its first and second half are in one place
         half = max(1, len(stop) // 2)

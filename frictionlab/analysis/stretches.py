@@ -24,9 +24,7 @@ MOST_GAPS = 5  # named one by one
 FEWEST_SAMPLES = 32  # of a part
 REVOLUTION = 2.0 * math.pi
 PARTS = 10  # of a straight motion
-BACK = 0.02  # of the way that may be gone backward: what is more is no turning
 EVEN = 0.1  # relative, from cycle to cycle: speeds that differ by more are several tests
-REPEATS = 0.2  # of the power of a motion to and fro, in its strongest line
 ROTATIONS = {"angle": 0, "angular_velocity": 1}
 KNOWN = {**ROTATIONS, "mass_displacement": 0, "mass_velocity": 1}  # by how often they are integrated for the way
 NO_METRES = (
@@ -203,9 +201,9 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
         said = "it turns one way: a cycle is a revolution" if turns else "it slides one way, in ten parts"
         points = np.linspace(0, len(way) - 1, 400).round().astype(np.intp)  # noise of single samples is no way back
         moves = np.diff(way[points])
-        if not way[-1] > 0.0 or -float(moves[moves < 0.0].sum()) > BACK * float(way[-1]):
+        if not way[-1] > 0.0 or -float(moves[moves < 0.0].sum()) > 0.02 * float(way[-1]):
             tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(way, step))
-            if 0.5 * tone.amplitude**2 >= REPEATS * float(np.var(way)):
+            if 0.5 * tone.amplitude**2 >= 0.2 * float(np.var(way)):
                 return None
             moves = np.diff(channels.denoised(way, signals.white_noise(way)), prepend=0.0)
             turns, direction, way = False, np.sign(moves), np.cumsum(np.abs(moves))
