@@ -95,7 +95,13 @@ def cut_away(cycle: FloatArray, drive: float, channel: SensorChannel, *, frictio
 
 
 def check_drive(drive: float, channels: tuple[SensorChannel, SensorChannel]) -> None:
-    """Refuse a channel, of mass or base, whose filter leaves less than `LEAST_GAIN` of the drive (Hz)."""
+    """Refuse a channel, of mass or base, whose filter leaves too little of the drive (Hz).
+
+    Raises
+    ------
+    AnalysisError
+        Less than `LEAST_GAIN` is left.
+    """
     for role, channel in zip(("mass", "base"), channels, strict=True):
         cutoff = channel.cutoff or math.inf
         left = float(np.abs(low_pass(np.array([drive]), cutoff, channel.order))[0])

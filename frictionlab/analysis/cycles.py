@@ -126,6 +126,11 @@ def cut(base: FloatArray, frequency: float, *, noise: float) -> Cut:
 
     ``base`` (m,): of one stretch, evenly sampled; ``frequency``: first guess in cycles per sample, good to a quarter of
     a period over neighbouring cycles; ``noise``: rms of the sensor's white noise, for the standard error.
+
+    Raises
+    ------
+    AnalysisError
+        The first guess is no frequency that samples show.
     """
     if not 0.0 < frequency < 0.5:
         raise AnalysisError(f"cycles: expected 0 to 0.5 drive cycles per sample; got {frequency:g}")

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
     from frictionlab.analysis.response import Response
 
-FEW = 8  # cycles that show their own scatter; fewer take that of all ...
-
 
 def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
     """Area of closed loops, the integral of base d(mass) once round; positive when energy is dissipated.
@@ -68,8 +66,9 @@ def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: fl
     """
     part, n, drift = values[used], len(values), steadiness.growth(values)
     mean = float(part.mean())
+    # a few cycles take the scatter of all, about the line of a drift; what leaves much of the variance is a step
     level = values - drift * float(values.mean()) * np.linspace(-0.5, 0.5, n)
-    some = part if len(part) >= FEW else level if level.var() < 0.1 * values.var() else values
+    some = part if len(part) >= 8 else level if level.var() < 0.1 * values.var() else values
     if len(some) <= 2 and not noise:
         return Estimate(mean)
     drift *= (len(part) - 1) / max(n - 1, 1)  # within the cycles used

@@ -22,10 +22,6 @@ from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Average, Estimate, average
 from frictionlab.sampling import sampling_interval
 
-_ODD = 0.02  # rms left over the first swing: of another kind than viscous and Coulomb
-_NO_DECAY = 0.1  # ... and no free decay at all
-_DRIVEN = 0.05  # base's swing over the mass's
-
 
 @dataclass(frozen=True)
 class FreeVibration:
@@ -109,7 +105,7 @@ def free_vibrations(
         inside, share = (time >= when[0]) & (time <= when[-1]), 0.0
         if base is not None and np.count_nonzero(inside) > 1:
             share = math.sqrt(2.0) * float(np.std(base[inside])) / float(_swings(tap)[0])
-        if share > _DRIVEN:
+        if share > 0.05:
             refused.append(
                 f"a driven motion: the base moves by {share:.0%} of the mass's swing: expected a base at rest: hold it,"
                 " tap the mass, record until it rests"
@@ -118,7 +114,7 @@ def free_vibrations(
         guess = first_guess(when, height, pendulum=pendulum)
         t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
         fit = fit_decay(t, seen, guess)
-        if fit.misfit > _NO_DECAY:
+        if fit.misfit > 0.1:
             refused.append(
                 f"viscous and friction damping leave {fit.misfit:.0%} of the first swing: expected a mass that swings"
                 " freely: displace it, let go, touch nothing"
@@ -199,7 +195,7 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
             f"{names} would come out negative by {fit.doubt:.2g} standard errors and is held at 0: the damping is of "
             "another kind than viscous and Coulomb"
         )
-    if fit.misfit > _ODD:
+    if fit.misfit > 0.02:
         said.append(
             f"viscous and Coulomb damping leave {fit.misfit:.1%} of the first swing unexplained: stiffness or damping"
             " of another kind, or a second mode; its share of the errors is in the bars only as far as it scatters"

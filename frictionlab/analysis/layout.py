@@ -131,6 +131,11 @@ def lay_out(
     """Find the drive in the longest stretch of steady motion and lay all cycles of all stretches under each other.
 
     ``padding``: length of the FFT that finds the drive over that of the stretch; the rest: `cycles.points_per_cycle`.
+
+    Raises
+    ------
+    AnalysisError
+        No drive; no full cycle of it, or fewer than six samples of one.
     """
     at = max(range(len(stretches)), key=lambda i: len(stretches[i].base))
     stretches, cuts, foreign, base_lines, mass_lines = _cleaned(stretches, at, padding)
@@ -193,15 +198,13 @@ def _cleaned(
         velocity = _lines_of(speed, spectrum.amplitude_spectrum(speed, longest.step, padding=1), drive)
     faintest = spectrum.faintest(mass_lines, drive)
     foreign = Foreign(mass, base, velocity, faintest, *spectrum.on_harmonics(mass_lines, drive, mass))
-    stretches = [
-        replace(
-            s,
-            mass=_without(s.mass, s.step, mass, c),
-            base=_without(s.base, s.step, base, c),
-            more={n: _without(v, s.step, velocity, c) if n == VELOCITY else v for n, v in s.more.items()},
-        )
-        for s, c in zip(stretches, cuts, strict=True)
-    ]
+
+    def cleaned(s: Stretch, c: Cut) -> Stretch:
+        speeds = {n: _without(v, s.step, velocity, c) for n, v in s.more.items() if n == VELOCITY}
+        x, y = _without(s.mass, s.step, mass, c), _without(s.base, s.step, base, c)
+        return replace(s, mass=x, base=y, more={**s.more, **speeds})
+
+    stretches = [cleaned(s, c) for s, c in zip(stretches, cuts, strict=True)]
     return stretches, cuts, foreign, base_lines, mass_lines.up_to(SHOWN * drive.frequency)
 
 

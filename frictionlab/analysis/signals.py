@@ -24,7 +24,6 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 
 EVEN = 0.02  # of a step: stamps that stray no further from an even clock are even
-COINCIDE, HOLE = 0.2, 2.5  # steps between two stamps: noise makes a spline swing over fewer, a motion over more
 
 
 @dataclass(frozen=True)
@@ -87,11 +86,11 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
     strays = float(np.max(np.abs(passed - step * np.rint(passed / step)))) / step
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - half a second that only stray stamps need
 
-    apart = np.flatnonzero(np.diff(time, prepend=-math.inf) > COINCIDE * step)
+    apart = np.flatnonzero(np.diff(time, prepend=-math.inf) > 0.2 * step)  # nearer, noise makes a spline swing
     measured = np.stack([values[apart] for values in signals.values()], axis=1)
     spline = make_interp_spline(time[apart], measured, k=min(3, len(apart) - 1))
     rows, next_one = np.ascontiguousarray(spline(even).T), np.searchsorted(time, even).clip(1, len(time) - 1)
-    hole = time[next_one] - time[next_one - 1] > HOLE * step
+    hole = time[next_one] - time[next_one - 1] > 2.5 * step  # farther, a motion does
     for row, values in zip(rows, signals.values(), strict=True):
         row[hole] = np.interp(even[hole], time, values)
     return dict(zip(signals, rows, strict=True)), max(strays, EVEN)

@@ -79,6 +79,11 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
 
     ``padding``: length of the FFT over that of the record (rounded up to one that the FFT likes); less where that is
     longer than `LONGEST`: the lines of such a record are close together as they are.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer than eight samples.
     """
     n = len(signal)
     if n < 8:
@@ -92,7 +97,13 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
 
 
 def strongest_tone(spectrum: Spectrum) -> Line:
-    """Find the strongest line and refine it; lines slower than two periods in the record are not looked for."""
+    """Find the strongest line and refine it; lines slower than two periods in the record are not looked for.
+
+    Raises
+    ------
+    AnalysisError
+        The signal stands still.
+    """
     amplitude = spectrum.amplitude
     first = min(max(1, math.ceil(2.0 * spectrum.cell)), len(amplitude) - 2)
     peak = first + int(np.argmax(amplitude[first:-1]))

@@ -13,8 +13,6 @@ from frictionlab.analysis import cycles, spectrum
 from frictionlab.analysis.signals import Stretch, line, variance_inflation, white_noise
 from frictionlab.arrays import FloatArray, IntArray, runs
 
-COARSE_POINTS = 64  # of a cycle, to find the transient on
-REPEATS = 0.005  # of the motion: cycles that differ by less repeat
 OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its middle, over the whole change
 LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
@@ -41,16 +39,14 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
     latest = 0
     for name in ("mass", "base"):
         signals = [getattr(part, name) for part in parts]
-        rows = np.concatenate(
-            [cycles.fold(s, c.start, c.end, COARSE_POINTS) for s, c in zip(signals, cuts, strict=True)]
-        )
+        rows = np.concatenate([cycles.fold(s, c.start, c.end, 64) for s, c in zip(signals, cuts, strict=True)])
         rows -= rows.mean()
         tail = rows[-max(4, len(rows) // 4) :]
         final = tail.mean(axis=0)
         size, noise = max(float(final.std()), 1e-300), white_noise(getattr(longest, name))
         squares = [np.mean((rows[some] - final) ** 2, axis=1) for some in cycles.chunks(*rows.shape)]
         away = np.sqrt(np.concatenate(squares)) / size  # rms distance of each cycle from the final one
-        limit = max(3.0 * float(np.median(away[-len(tail) :])), 6.0 * noise / size, REPEATS)
+        limit = max(3.0 * float(np.median(away[-len(tail) :])), 6.0 * noise / size, 0.005)
         usual = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(away, 2, mode="edge"), 5), axis=1)
         outside = (usual > limit).astype(np.float64)
         share = np.cumsum(outside[::-1])[::-1] / np.arange(len(outside), 0, -1)  # of the cycles from each on

@@ -24,12 +24,8 @@ MOST_GAPS = 5  # named one by one
 FEWEST_SAMPLES = 32  # of a part
 REVOLUTION = 2.0 * math.pi
 PARTS = 10  # of a straight motion
-EVEN = 0.1  # relative, from cycle to cycle: speeds that differ by more are several tests
 ROTATIONS = {"angle": 0, "angular_velocity": 1}
 KNOWN = {**ROTATIONS, "mass_displacement": 0, "mass_velocity": 1}  # by how often they are integrated for the way
-NO_METRES = (
-    "base_amplitude_m: no motion in metres is measured: {} stand for them; radius_m in [rig] makes metres of an angle"
-)
 
 
 def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Stretch], list[str]]:
@@ -167,7 +163,11 @@ def given_motion(
     else:
         motion, seen, said, edge = fold[0], fold[1], [fold[2]], 0
     if channels.is_angular(measured) and radius is None:
-        said.append(NO_METRES.format("radians" if ROTATIONS.keys() & seen else "parts of the record"))
+        lengths = "radians" if ROTATIONS.keys() & seen else "parts of the record"
+        said.append(
+            f"base_amplitude_m: no motion in metres is measured: {lengths} stand for them; radius_m in [rig] makes"
+            " metres of an angle"
+        )
     elif radius is not None and channels.is_angular(measured):
         motion = motion * radius
         seen |= {"contact_force": seen.pop("torque") / radius} if "torque" in seen else {}
@@ -186,28 +186,10 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
     AnalysisError
         It turns at several speeds, or less than two revolutions.
     """
-    name = next((n for n, t in KNOWN.items() if n in measured and (t or float(np.ptp(measured[n])) > 0.0)), None)
-    force = next((measured[name] for name in channels.FORCES if name in measured), None)
-    turns, direction = name in ROTATIONS, np.ones(1)  # which way it slides; where no motion is known, against the force
-    if name is None:
-        if force is None or abs(float(force.mean())) < 0.8 * math.sqrt(float(np.mean(force**2))):
-            return None
-        way, said = np.linspace(0.0, 1.0, len(force)), f"no motion is measured: taken as an even one, in {PARTS} parts"
-        direction = np.sign(force.mean(keepdims=True))
-    else:
-        signal = np.unwrap(measured[name]) if name == "angle" else measured[name]
-        way = signal - signal[0] if KNOWN[name] == 0 else np.cumsum(signal) * step
-        way = way if way[-1] > 0.0 else -way
-        said = "it turns one way: a cycle is a revolution" if turns else "it slides one way, in ten parts"
-        points = np.linspace(0, len(way) - 1, 400).round().astype(np.intp)  # noise of single samples is no way back
-        moves = np.diff(way[points])
-        if not way[-1] > 0.0 or -float(moves[moves < 0.0].sum()) > 0.02 * float(way[-1]):
-            tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(way, step))
-            if 0.5 * tone.amplitude**2 >= 0.2 * float(np.var(way)):
-                return None
-            moves = np.diff(channels.denoised(way, signals.white_noise(way)), prepend=0.0)
-            turns, direction, way = False, np.sign(moves), np.cumsum(np.abs(moves))
-            said = "it goes to and fro without repeating, its way in ten parts"
+    laid = _way(measured, step)
+    if laid is None:
+        return None
+    way, direction, turns, said = laid
     whole = REVOLUTION if turns else float(way[-1]) / PARTS
     if (count := float(way[-1]) / whole) < 2.0:
         raise AnalysisError(
@@ -215,25 +197,48 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
         )
     rising = np.maximum.accumulate(way)
     lengths = np.diff(np.searchsorted(rising, whole * np.arange(math.floor(count + 1e-9) + 1))) * step
-    uneven = float(np.ptp(lengths)) > EVEN * float(lengths.mean()) + 2.0 * step
+    uneven = float(np.ptp(lengths)) > 0.1 * float(lengths.mean()) + 2.0 * step
     if uneven and turns:
         raise AnalysisError(
             f"analysis: it turns one way, at {1 / lengths.max():.3g} to {1 / lengths.min():.3g} cycles a second:"
             " expected one speed: record each speed by itself"
         )
-    seen = {
-        n: values * direction if n in channels.FORCES else values
-        for n, values in measured.items()
-        if n != "mass_velocity"
-    }
+    with_motion = {n: measured[n] * direction for n in channels.FORCES if n in measured}
+    seen = {n: values for n, values in measured.items() if n != "mass_velocity"} | with_motion
     if uneven:
         way, before = np.linspace(0.0, way[-1], len(way)), rising + 1e-12 * way[-1] * np.arange(len(way))
         seen = {n: np.interp(way, before, values) for n, values in seen.items()}
         said += ", laid evenly over its way, for the speed changes"
     phase = REVOLUTION * way / whole
-    seen |= {n: np.where(np.sin(phase) < 0.0, -seen[n], seen[n]) for n in channels.FORCES if n in seen}
-    return (
-        -0.25 * whole * np.cos(phase),
-        seen,
-        f"contact: {said}; an offset of the force cannot be separated from friction",
-    )
+    seen |= {n: np.where(np.sin(phase) < 0.0, -seen[n], seen[n]) for n in with_motion}
+    said = f"contact: {said}; an offset of the force cannot be separated from friction"
+    return -0.25 * whole * np.cos(phase), seen, said
+
+
+def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, FloatArray, bool, str] | None:
+    """The way (n,) of a contact that slides one way, which way (n,) or (1,), whether it turns, words; None: to and fro.
+
+    Where no motion is known, the way is even, against the force.
+    """
+    name = next((n for n, t in KNOWN.items() if n in measured and (t or float(np.ptp(measured[n])) > 0.0)), None)
+    if name is None:
+        force = next((measured[name] for name in channels.FORCES if name in measured), None)
+        if force is None or abs(float(force.mean())) < 0.8 * math.sqrt(float(np.mean(force**2))):
+            return None
+        said = f"no motion is measured: taken as an even one, in {PARTS} parts"
+        return np.linspace(0.0, 1.0, len(force)), np.sign(force.mean(keepdims=True)), False, said
+    signal = np.unwrap(measured[name]) if name == "angle" else measured[name]
+    way = signal - signal[0] if KNOWN[name] == 0 else np.cumsum(signal) * step
+    way = way if way[-1] > 0.0 else -way
+    points = np.linspace(0, len(way) - 1, 400).round().astype(np.intp)  # noise of single samples is no way back
+    back = np.minimum(np.diff(way[points]), 0.0)
+    if way[-1] > 0.0 and -float(back.sum()) <= 0.02 * float(way[-1]):
+        turns = name in ROTATIONS
+        said = "it turns one way: a cycle is a revolution" if turns else "it slides one way, in ten parts"
+        return way, np.ones(1), turns, said
+    tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(way, step))
+    if 0.5 * tone.amplitude**2 >= 0.2 * float(np.var(way)):  # of the power: it repeats
+        return None
+    moves = np.diff(channels.denoised(way, signals.white_noise(way)), prepend=0.0)
+    said = "it goes to and fro without repeating, its way in ten parts"
+    return np.cumsum(np.abs(moves)), np.sign(moves), False, said
