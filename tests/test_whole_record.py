@@ -174,7 +174,7 @@ def test_a_record_climbs_as_far_as_it_must(
     truth: dict[str, float], law: str, has_cycle: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """From plain Coulomb friction, with a steady cycle or in a sweep; what it does not ask for is not climbed."""
-    monkeypatch.setattr(ladder, "EXACT", ("place", "speed"))
+    monkeypatch.setattr(ladder, "CHEAP", ("place", "speed"))
     problem = Problem(1.0, 0.4, law=law, parameters=truth, frame_damping_ratio=0.01)
     recording, over = (virtual(0.4, 10.0, problem), Y) if has_cycle else unsteady("sweep", problem, 12.0)
     found = fl.compare(recording, SCENE.changed(analysis={"transient_s": 4.0}), law="auto", fit="whole")
@@ -271,6 +271,22 @@ def test_a_record_without_a_cycle_is_fitted_as_it_is(kind: str, seconds: float) 
     said = next(w for w in seen.warnings if w.startswith("record: no steady cycle"))
     assert "largest displacement of the base from its first value" in said
     assert "omega_n Y" in said
+
+
+def test_the_law_of_a_sweep_is_found_and_a_ladder_without_work_ends_with_what_it_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Strains of the rig were added to squares of a motion over Y: no richer law was ever required of a sweep."""
+    own = {"gradient": 0.06, "contact_damping_ratio": 0.03}
+    truth = Problem(1.0, 0.3, law="coulomb+place+speed", parameters=own, frame_damping_ratio=0.01)
+    recording, largest = unsteady("sweep", truth, 8.0)
+    found = fl.compare(recording, SCENE, law="auto", fit="whole")
+    assert found.law == truth.law.name
+    assert found.friction_ratio == pytest.approx(0.3 * Y / largest, abs=2.5 * (found.friction_ratio_u or 0.0))
+    monkeypatch.setattr(ladder, "WORK", 2e4)
+    short = fl.compare(recording, SCENE, law="auto", fit="whole")
+    assert short.record_nrmse is not None
+    assert any("the work of a ladder was used up" in said for said in short.warnings)
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,7 @@ from frictionlab.inference.unknowns import STRAINED, STRONGEST, Unknown
 from frictionlab.inference.verdict import (
     UNSETTLED,
     base_words,
+    better_of,
     doubts,
     friction_of,
     model_words,
@@ -517,9 +518,10 @@ def _without_cycle(
         " first value, and speeds over omega_n Y"
     )
     left = observation.nrmse(found.fit.residual())
+    step = "--law auto looks for one that does" if climbed is None else better_of(climbed, left / observation.floor)
     missed = (
         f"verdict: {observation.law.name} does not explain this record: it leaves {100.0 * left:.2g} % of the motion;"
-        " --law auto looks for one that does"
+        f" {step}"
     )
     begun = (no_cycle, *([missed] if misses else []), *moved_by_law)
     known = (*scene.rig.doubts, *recording.source.warnings, *begun, *said, *strained_facts(found, scene))

@@ -41,11 +41,13 @@ from frictionlab.simulator.laws import TERMS, Law, law_of, tried_of
 from frictionlab.simulator.meter import Meter, OverspentError
 
 CHEAP = tried_of("rigid")  # a fraction of a millisecond a steady state
-EXACT = (*CHEAP, *tried_of("elastic"))
+YIELDING = tried_of("elastic")
+EXACT = (*CHEAP, *YIELDING)
 SMOOTH, INNER = tried_of("smooth"), tried_of("inner")  # milliseconds a steady state: the first cost less ...
 NUMERIC = (*SMOOTH, *INNER)
 DEAR = tried_of("smooth", "inner", effort=2)  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
+OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
@@ -114,11 +116,14 @@ def climb(
     AnalysisError
         The mass stands still, or not one law has a steady state here.
     """
-    ladder = _Climb(observations, accuracy, near)
-    bottom = ladder.tried(observations[0].law.name, None)
-    rigid = not all(observation.single for observation in observations)
+    ladder, rigid = _Climb(observations, accuracy, near), not all(observation.single for observation in observations)
+    bottom, whole = ladder.tried(observations[0].law.name, None), observations[0].shows_rig
     cycles = not rigid and all(isinstance(observation, OfCycles) for observation in observations)
-    top = ladder.upward(bottom, CHEAP if rigid or accuracy == "fast" else EXACT)
+    first = CHEAP if rigid or accuracy == "fast" or whole else EXACT
+    top = ladder.upward(bottom, first)
+    if whole and accuracy != "fast" and not ladder.is_noise(top):  # of a record every motion is dear
+        top = max((top, *ladder.required(bottom, YIELDING, 1)), key=lambda rung: rung.log_evidence)
+        top = ladder.upward(top, EXACT)
     if accuracy == "exact" or (accuracy != "fast" and not ladder.is_noise(top)):
         if cycles:
             top = ladder.onto_numeric(bottom, top)
@@ -130,7 +135,7 @@ def climb(
     if accuracy != "fast" and cycles:
         top = ladder.against_its_limit(top)
     rungs = tuple(ladder.rungs)
-    if top.fit is not None and observations[0].shows_rig:
+    if top.fit is not None and whole:
         return Ladder(rungs, top, posterior_of(top.fit), ladder.left_out)
     found = ladder.found_again(top)
     return Ladder(rungs, top, told_apart(found, top, rungs), ladder.left_out)
@@ -142,7 +147,8 @@ class _Climb:
     def __init__(
         self, observations: Sequence[Observation], accuracy: str, near: Mapping[str, float] | None = None
     ) -> None:
-        self.work, self.kept = Meter(WORK * len(observations)), KEPT * WORK * len(observations)
+        times = sum(OF_RECORD if o.shows_rig else 1.0 for o in observations)
+        self.work, self.kept = Meter(WORK * times), KEPT * WORK * times
         self.observations = [o.missing(0.0).metered(self.work) for o in observations]
         self.accuracy, self.near = accuracy, near
         self.rungs: list[Rung] = []
@@ -157,10 +163,10 @@ class _Climb:
         """Climb from a rung, one term at a time (or two where no single one helps), as far as it is required."""
         while True:
             worth = tuple(t for t in terms if t in CHEAP) if self.is_noise(here) else terms
-            good = self._required(here, worth, 1)
+            good = self.required(here, worth, 1)
             pairs = self.accuracy == "exact" or (self.accuracy != "fast" and not self.is_noise(here))
             if not good and pairs:
-                good = self._required(here, worth, 2)
+                good = self.required(here, worth, 2)
             below, good = self._confirmed(here, good) if good else (here, good)
             if not good and below is here:
                 return here
@@ -171,12 +177,12 @@ class _Climb:
         best = top
         for terms in (SMOOTH, INNER):
             if best is top or not self.is_noise(best):
-                good = [rung for below in (bottom, top) for rung in self._required(below, terms, 1)]
+                good = [rung for below in (bottom, top) for rung in self.required(below, terms, 1)]
                 best = max((best, *good), key=lambda rung: rung.log_evidence)
         if not self.is_noise(best):
-            alone = self._required(bottom, DEAR, 1)
+            alone = self.required(bottom, DEAR, 1)
             worth = tuple(name for name in DEAR if any(rung.law.has(name) for rung in alone))
-            both = self._required(top, worth, 1) if top is not bottom else []
+            both = self.required(top, worth, 1) if top is not bottom else []
             best = max((best, *alone, *both), key=lambda rung: rung.log_evidence)
         for name in laws_above(bottom.law, (*NUMERIC, *DEAR), 1):
             if not any(rung.law.name == name for rung in self.rungs):
@@ -207,7 +213,7 @@ class _Climb:
             return own
         return found
 
-    def _required(self, here: Rung, terms: tuple[str, ...], count: int) -> list[Rung]:
+    def required(self, here: Rung, terms: tuple[str, ...], count: int) -> list[Rung]:
         """The rungs with so many more terms that are required over this one."""
         tried = [self.tried(name, here) for name in laws_above(here.law, terms, count)]
         return [rung for rung in tried if rung.required]
@@ -219,6 +225,8 @@ class _Climb:
             return replace(known, required=False)
         law, begin, said = law_of(name), time.perf_counter(), ""
         made, kept = Rung(law), self.kept if law.kind == "elastic" else 0.0
+        if self.observations[0].shows_rig:  # one law that does not settle leaves half of what is left to the others
+            kept = 0.5 * self.work.left
         if law.kind != "rigid" and self.work.left < kept:
             said = "not tried: the work of a ladder was used up; give --law to fit it alone"
         else:
@@ -241,6 +249,8 @@ class _Climb:
     def _rung(self, law: Law, below: Rung | None) -> Rung:
         known = None if below is None else below.fit
         tests = [o.under(law) for o in self.observations]
+        if known is None and tests[0].shows_rig:
+            tests = [o.metered(Meter(math.inf)) for o in tests]  # without the first law there is no ladder
         if known is not None:
             tests = [o.missing(t.observation.missed) for o, t in zip(tests, known.model.tests, strict=True)]
         model = model_of(tests)
@@ -255,7 +265,7 @@ class _Climb:
             fits = [fit_from(model, [start], local, tempers=False) for start in starts]
         if tests[0].shows_rig:  # of samples so many, and autocorrelated, what a law misses counts from the first
             fits = [tempered(f, np.array([t.observation.missed for t in f.model.tests])) for f in fits]
-        found = with_scatter(min(fits, key=lambda f: f.cost))[0]
+        found = _kept(with_scatter(min(fits, key=lambda f: f.cost))[0])
         made = Rung(law, found, log_evidence(found), *held_out(found))
         return replace(made, required=below is None or self._is_required(made, below))
 
@@ -317,7 +327,9 @@ class _Climb:
         if again.cost > here.fit.cost - DEEPER:
             return here, good
         scores, nrmse = held_out(again)
-        deeper = replace(here, fit=again, log_evidence=log_evidence(again), held_out=scores, held_out_nrmse=nrmse)
+        deeper = replace(
+            here, fit=_kept(again), log_evidence=log_evidence(again), held_out=scores, held_out_nrmse=nrmse
+        )
         self.rungs = [deeper if rung.law is here.law else rung for rung in self.rungs]
         judged = {rung.law.name: replace(rung, required=self._is_required(rung, deeper)) for rung in good}
         self.rungs = [judged.get(rung.law.name, rung) for rung in self.rungs]
@@ -339,6 +351,14 @@ class _Climb:
                 return False
             scores = held_out(both[0])[0], held_out(both[1])[0]
         return _is_better(*scores) and (not self.observations[0].shows_rig or _is_sure(rung, below.fit))
+
+
+def _kept(found: Fit) -> Fit:
+    """The fit of a whole record by which its rung is judged, whatever work is left to find others."""
+    if not found.model.tests[0].observation.shows_rig:
+        return found
+    tests = [replace(t, observation=t.observation.metered(Meter(math.inf))) for t in found.model.tests]
+    return replace(found, model=replace(found.model, tests=tuple(tests)))
 
 
 def _is_better(below: FloatArray, above: FloatArray) -> bool:

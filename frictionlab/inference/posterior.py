@@ -31,6 +31,7 @@ NOISE_LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
 TOLD = 0.5  # a parameter is determined if its variance has fallen below this share of its prior's ...
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 CORRECTED = 9.0  # by which correcting sensors and rig must lower the sum of squares: three errors of one of them
+SAME = 0.1  # standard deviations of a prior, or share of those moved: two ends of a descent so close are one minimum
 RIVAL = 9.0  # chi-square within which another minimum is a rival
 NOISE = "noise and misfit"
 AS_KNOWN = "sensors and rig as known, or as fitted"
@@ -449,11 +450,17 @@ def infer(
     held = None
     if len(observations) == 1 and not first.shows_rig:
         held, model, starts = _held(model, starts, law)
-    fits: list[Fit] = []
+    fits, ends = list[Fit](), list[FloatArray]()
     missed = AnalysisError(f"law {first.law.name} has no motion at the values tried")
     for start in starts:
         try:
-            fit = _weighed_by_start(model, start) if first.shows_rig else fit_from(model, [start], local, tempers=False)
+            begun = _weighed_by_start(model, start) if first.shows_rig else model
+            fit = fit_from(begun, [start], local, tempers=False)
+            if first.shows_rig:
+                if any((np.abs(fit.point - end) < SAME * np.maximum(np.abs(end), 1.0)).all() for end in ends):
+                    continue
+                ends.append(fit.point)
+                fit = tempered(fit, np.array([begun.tests[0].observation.missed]))
         except AnalysisError as fault:
             missed = fault  # no steady state there; another start may have one
             continue
@@ -467,11 +474,10 @@ def infer(
     return of_several(moved[0]) if len(observations) > 1 else _of_one(held, moved, law)
 
 
-def _weighed_by_start(model: Model, start: FloatArray) -> Fit:
-    """The fit of one test from a start, which weighs it by what that leaves, then by what the law misses."""
+def _weighed_by_start(model: Model, start: FloatArray) -> Model:
+    """The model of one test weighed by what a start leaves of it."""
     begun = model.tests[0].observation.begun(model.values(0, start))
-    there = replace(model, tests=(replace(model.tests[0], observation=begun),))
-    return tempered(fit_from(there, [start], tempers=False), np.array([begun.missed]))
+    return replace(model, tests=(replace(model.tests[0], observation=begun),))
 
 
 def _held(model: Model, starts: list[FloatArray], law: list[int]) -> tuple[Fit | None, Model, list[FloatArray]]:

@@ -31,7 +31,7 @@ TRIED = tuple(np.geomspace(0.01, 2.0, 12).tolist())  # friction ratios to begin 
 OFF = 0.003  # ... and what its natural frequency begins off by, relative
 SHAKES, FEW_SHAKES = 30, 6  # simulated with noise on the base: errors are known to a seventh
 FEW_PERIODS = 4  # below so many they say nothing of their scatter
-YIELDING = 2.0  # steps of integration that a sample costs under a contact that yields, about
+COST = 0.12  # steps of integration that a sample costs; half as much again under a contact that yields
 SMALLEST = 1e-9  # of the record's rms: no sensor is better
 
 
@@ -130,7 +130,7 @@ class RecordObservation(Observation):
     def motion(self, values: Values, near: Response | None = None) -> Response | None:  # noqa: ARG002 - from the start
         """Return the simulated motion at some values; None where the simulator has none."""
         start = values.get("start_displacement", 0.0), values.get("start_velocity", 0.0)
-        self.work.take(0.0 if self.law.kind == "rigid" else YIELDING * len(self.time))
+        self.work.take((COST if self.law.kind == "rigid" else 1.5 * COST) * len(self.time))
         try:
             return respond(self.problem(values).in_frame_time(), self.drive(values), x0=start[0], v0=start[1])
         except NO_MOTION:
@@ -193,11 +193,14 @@ class RecordObservation(Observation):
         return (spread_of(self.gap(residual), self.noise, by_base) ** 2 - self.noise**2) / self.rms**2
 
     def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
-        """Return the mean square of what a fit leaves in each period, and the nrmse; one moves no value."""
+        """Return the sum of squares over the noise's of what a fit leaves in each period, and the nrmse.
+
+        One period moves no value.
+        """
         del slopes, gain
         whole = max(len(self.data) // self.per_period, 1)
-        parts = np.array_split(self.gap(residual)[: whole * self.per_period], whole)
-        return np.array([float(np.mean(part**2)) for part in parts]), self.nrmse(residual)
+        parts = np.array_split(self.gap(residual)[: whole * self.per_period] / self.noise, whole)
+        return np.array([float(part @ part) for part in parts]), self.nrmse(residual)
 
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (m, m) that noise, misfit and the base's noise leave in the coordinates of a fit."""

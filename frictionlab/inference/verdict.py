@@ -35,8 +35,8 @@ def verdict_of(
     return "strained" if strained else "misfit" if unsettled else "explained"
 
 
-def _better_of(ladder: Ladder, misfit: float) -> str:
-    """The laws of a ladder that leave less than an unexplained one, though the evidence does not require them."""
+def better_of(ladder: Ladder, misfit: float) -> str:
+    """Return the laws of a ladder that leave less than an unexplained one, though evidence does not require them."""
     most = EXPLAINED / misfit * (ladder.chosen.nrmse or 0.0)
     better = [rung.law.name for rung in ladder.rungs if rung.nrmse is not None and rung.nrmse <= most]
     if not better:
@@ -104,7 +104,7 @@ def doubts(
         faint = f"the measurement's own error is {100 * observation.floor:.2g} % of the motion"
         yield f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
     if misfit is not None and misfit > EXPLAINED:
-        step = "another may: --law auto" if ladder is None else _better_of(ladder, misfit)
+        step = "another may: --law auto" if ladder is None else better_of(ladder, misfit)
         if ladder is None and "beta" in observation.held:
             held = f"{observation.held['beta']:g}"
             step = f"the friction ratio is held at {held}: leave out --beta, and beta of [model.parameters], to fit it"
