@@ -16,6 +16,7 @@ from functools import cached_property
 from pathlib import Path
 
 from frictionlab import schema
+from frictionlab.analysis.steadiness import LONG_S
 from frictionlab.campaign.files import TABLES, MeasuredResponse, elsewhere, law_file, recording_of, responses_of
 from frictionlab.campaign.friction import (
     NO_STEADY_CYCLE,
@@ -42,7 +43,7 @@ from frictionlab.campaign.laws import (
 )
 from frictionlab.campaign.prediction import Curve, Model, RowObservation, curve, model_of, observe_row
 from frictionlab.campaign.ranking import Drift, Rank, drift_of, rank_all
-from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order
+from frictionlab.campaign.trials import LONGEST_NAME, Trial, in_order
 from frictionlab.errors import UsageError
 from frictionlab.inference.material_law import MaterialLaw, is_material_law, material_law_of
 from frictionlab.inference.observations import CycleObservation

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from frictionlab.analysis.steadiness import Trend
+from frictionlab.analysis.steadiness import LONG_S, Trend
 from frictionlab.errors import UsageError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown
 from frictionlab.scene.keys import CYCLES, window_of
@@ -25,7 +25,6 @@ TURNED = (
 )
 PRESCRIBED = "its motion is prescribed: no frame answers it: `frictionlab batch` without --campaign compares each test"
 LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
-LONG_S = 300.0  # from this duration on a test is a long one: it shows drift, and the fit over r leaves it to that
 NEEDED = (RATIO, ENERGY, AMPLITUDE)
 ESTIMATES = ("ratio", "energy", "amplitude", "steady_energy", "steady_amplitude")
 NUMBERS = {
@@ -83,7 +82,7 @@ class Trial:
 
     @property
     def is_long(self) -> bool:
-        """Whether it lasts long enough to show drift."""
+        """Whether it lasts long enough to show drift: the fit over r leaves it to that."""
         return self.duration_s >= LONG_S
 
     @property

@@ -148,3 +148,12 @@ def test_a_frequency_ratio_that_is_not_known_is_not_taken_for_one() -> None:
         m = measure(seen(X, Y), scene(rig=rig, sensors=sensors))
         shares.append(m.budget["response_amplitude"]["filter of the mass sensor"])
     assert shares[2] >= max(shares[:2])
+
+
+@pytest.mark.parametrize("seconds", [299.9, 300.9, 302.5])
+def test_a_drift_is_a_sentence_or_a_trend(seconds: float) -> None:
+    """Between two lengths that were compared with 300 s it was neither."""
+    t = np.arange(0.0, seconds, 0.02)
+    x = 1e-3 * (1.0 + 0.1 * t / seconds) * np.sin(TURN * t)
+    m = measure(Recording(t, x, 2e-3 * np.cos(TURN * t)), scene())
+    assert any(w.startswith("response_amplitude: drifts") for w in m.warnings) != m.energy_trend.known
