@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
-from scipy.special import gammaincinv, ndtr, ndtri, stdtrit
+from scipy.special import gammaincinv, ndtr, ndtri
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
@@ -100,14 +100,13 @@ class Posterior:
 
     @cached_property
     def scatter(self) -> FloatArray:
-        """Scatter (m,) from test to test that errors count: so much larger as few tests determine it badly.
+        """Scatter (m,) from test to test that errors count: rms over what the tests leave possible of it.
 
-        By its own error, or so that 1.96 errors hold what Student's t of the tests less one would.
+        The variance of a mean is that for each scatter, averaged over the scatter's own posterior (law of total
+        variance). `fit.with_scatter` returns its mean, which already is larger than the tests' standard deviation, and
+        its error; Student's factor on top of these would count twice that few tests show it badly.
         """
-        found = self.fit.model.scatter
-        tests = np.bincount(np.concatenate([test.index for test in self.tests]), minlength=len(found))
-        times = stdtrit(np.maximum(tests - 1.0, 1.0), 0.5 + 0.5 * LEVEL) / stdtrit(1e9, 0.5 + 0.5 * LEVEL)
-        return np.where(self.scatter_u > 0.0, np.maximum(np.hypot(found, self.scatter_u), times * found), found)
+        return np.hypot(self.fit.model.scatter, self.scatter_u)
 
     @cached_property
     def _eliminated(self) -> tuple[FloatArray, tuple[FloatArray, ...]]:
@@ -156,7 +155,28 @@ class Posterior:
         left = self.plain * self._doubts
         shifted = sum((np.outer(s, s) for s in self.shifts.values()), np.zeros_like(self.plain))
         whole = np.asarray(self._of_data + left @ left.T + shifted)
+        if len(self.tests) > 1:
+            whole = at_least(whole, self._by_weights)
         return whole if self.held_se is None else at_least(whole, self.held_se**2)
+
+    @cached_property
+    def _by_weights(self) -> FloatArray:
+        """Variances (m,) of the coordinates as the fit has weighed several tests, right or wrong.
+
+        With the weights' curvature J of each test and what its data really leave in its score, ``A = J I^-1 J`` of its
+        information I, the score of a test is ``(1 + J S^2)^-1`` of one whose variance is ``A + J S^2 J``. `plain` is
+        less where weights are off: it is what the best ones would leave, and these were not used. Tests that assume too
+        much noise then look as if they determined the rig through each other.
+        """
+        fit = self.fit
+        of_scores, back = np.diag(self._doubts**2), np.linalg.inv(fit.precision)
+        for test, slopes, information in zip(self.tests, fit.place.slopes, self.information, strict=True):
+            curvature = slopes.T @ slopes
+            counted, weighed = (s[test.index] ** 2 for s in (self.scatter, fit.model.scatter))
+            shown = curvature @ np.linalg.pinv(information, rcond=SAYS**2, hermitian=True) @ curvature
+            share = np.linalg.inv(np.eye(len(curvature)) + curvature * weighed)
+            of_scores[np.ix_(test.index, test.index)] += share @ (shown + curvature * counted @ curvature) @ share.T
+        return np.asarray(np.diag(back @ of_scores @ back))
 
     def own_covariance(self, i: int = 0) -> FloatArray:
         """Posterior covariance of test i's own coordinates, in the order of its index."""
