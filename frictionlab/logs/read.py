@@ -1,10 +1,9 @@
 """From one log, or one log per sensor, to a recording: what was read is examined, converted to SI, put together."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -93,7 +92,7 @@ def _read(log: OpenLog, options: LogOptions, progress: Progress | None = None) -
         relative, base = sensors.channels.pop("relative"), sensors.channels["base"]
         relative.evidence.append("mass is the relative displacement plus the base's")
         sensors.channels["mass"] = replace(relative, values=relative.values + base.values)
-    return _recording(sensors, options)
+    return _recording([sensors], options)
 
 
 def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -103,7 +102,7 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
     if len(possible(log, options)) != 1 or any(getattr(options, role) is not None for role in FURTHER):
         return _read(log, options)
     sensors = _examined(read_table(log, options.but(base=None), ("mass",)), options)
-    return _recording(sensors, options, still="base")
+    return _recording([sensors], options, still="base")
 
 
 def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -122,7 +121,7 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
         return _read(log, options)
     else:
         sensors = _examined(read_table(log, options, ("base",)), options)
-    return _recording(sensors, options, still="mass")
+    return _recording([sensors], options, still="mass")
 
 
 def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
@@ -152,22 +151,24 @@ def read_two_logs(
     """
     options = options or LogOptions()
     only = {"mass": options.but(base=None), "base": options.but(mass=None)}
-    mass, base = (
+    logs = [
         _examined(read_table(open_log(path, only[role]), only[role], (role,), progress), only[role])
         for path, role in ((mass_log, "mass"), (base_log, "base"))
-    )
-    return _recording_of_two(mass, base, options)
+    ]
+    return _recording(logs, options)
 
 
 def _read_own_times(table: LogTable, base_time: FloatArray, options: LogOptions) -> Recording:
     """Read a log whose channels have stamps of their own, on one clock; further channels are left out."""
-    there, roles = np.isfinite(base_time), ("time", "mass")
-    of_base = {"time": base_time[there], "base": table.values["base"][there]}
-    base = replace(table, columns={"time": table.columns["base_time"], "base": table.columns["base"]}, values=of_base)
-    mass = replace(table, columns={r: table.columns[r] for r in roles}, values={r: table.values[r] for r in roles})
-    one, two = _examined(mass, options), _examined(base, options)
-    one, two = (replace(s, table=replace(s.table, file=table.file)) for s in (one, two))  # one file, counted once
-    return _recording_of_two(one, two, options, one_clock=True)
+    there = np.isfinite(base_time)
+    stamps = {"mass": ("time", table.values["time"]), "base": ("base_time", base_time[there])}
+    values = {"mass": table.values["mass"], "base": table.values["base"][there]}
+    logs = []
+    for role, (column, time) in stamps.items():
+        columns = {"time": table.columns[column], role: table.columns[role]}
+        own = _examined(replace(table, columns=columns, values={"time": time, role: values[role]}), options)
+        logs.append(replace(own, table=replace(own.table, file=table.file)))  # one file, counted once
+    return _recording(logs, options, one_clock=True)
 
 
 def _examined(table: LogTable, options: LogOptions) -> SensorLog:
@@ -269,56 +270,41 @@ def _without_sentinels(values: FloatArray, role: str) -> list[str]:
     return said
 
 
-def _recording(sensors: SensorLog, options: LogOptions, still: str = "") -> Recording:
-    """The recording of one log; ``still``: a channel that it lacks, which stands at 0."""
-    quality = sensors.clock.quality.copy()
-    for sensed in sensors.channels.values():
-        quality |= sensed.quality
-    values = {role: sensed.values for role, sensed in sensors.channels.items()}
-    if still:
-        values[still] = np.zeros(len(quality))
-    columns = sensors.table.columns
-    more = [Channel(role, of, columns[role].title) for role, of in values.items() if role not in LASERS]
-    arrays = sensors.clock.time, values.get("mass"), values.get("base"), quality
-    return _made([sensors], _dialect_facts(sensors, options), options, arrays, channels=more)
-
-
-def _recording_of_two(mass: SensorLog, base: SensorLog, options: LogOptions, *, one_clock: bool = False) -> Recording:
-    sensors = (mass.clock, mass.channels["mass"]), (base.clock, base.channels["base"])
-    arrays, how, warnings = align(*sensors, options, one_clock=one_clock)
-    of_base = sorted(_dialect_facts(base, options).items(), key=lambda fact: fact[0].startswith("base_"))
-    facts = _dialect_facts(mass, options)
-    facts |= {key if key.startswith("base_") else f"base_log_{key}": value for key, value in of_base}
-    return _made([mass, base], facts | how, options, arrays, warnings=warnings)
-
-
-def _made(
-    logs: Sequence[SensorLog],
-    facts: Mapping[str, Fact],
-    options: LogOptions,
-    arrays: Sequence[Any],
-    *,
-    channels: Sequence[Channel] = (),
-    warnings: Sequence[str] = (),
+def _recording(
+    logs: Sequence[SensorLog], options: LogOptions, *, still: str = "", one_clock: bool = False
 ) -> Recording:
-    """A recording of stamps, mass, base and quality; sentences about one log of two begin with its name."""
+    """The recording of one log, or of the mass's and the base's; sentences about one of two begin with its name.
+
+    ``still``: a channel that the log lacks, which stands at 0; ``one_clock``: both are columns of one file.
+    """
+    first, facts, warnings, channels = logs[0], _dialect_facts(logs[0], options), list[str](), list[Channel]()
+    if len(logs) == 1:
+        quality = np.bitwise_or.reduce([first.clock.quality, *(c.quality for c in first.channels.values())])
+        values = {role: sensed.values for role, sensed in first.channels.items()}
+        if still:
+            values[still] = np.zeros(len(quality))
+        titles = first.table.columns
+        channels = [Channel(role, of, titles[role].title) for role, of in values.items() if role not in LASERS]
+        time, x, y = first.clock.time, values.get("mass"), values.get("base")
+    else:
+        mass, base = ((log.clock, log.channels[role]) for log, role in zip(logs, ("mass", "base"), strict=True))
+        (time, x, y, quality), how, warnings = align(mass, base, options, one_clock=one_clock)
+        of_base = sorted(_dialect_facts(logs[1], options).items(), key=lambda fact: fact[0].startswith("base_"))
+        facts |= {key if key.startswith("base_") else f"base_log_{key}": value for key, value in of_base} | how
     named = [(f"{log.table.file.name}: " if len(logs) > 1 else "", log) for log in logs]
-    said = [f"{name}{sentence}" for name, log in named for sentence in log.warnings]
-    why = [f"{name}{sentence}" for name, log in named for sentence in log.evidence]
     source = Source(
         files=tuple(dict.fromkeys(log.table.file for log in logs)),
         dialect=facts,
         options=options.given(),
         quarantined=tuple(dict.fromkeys(line for log in logs for line in log.table.quarantined)),
-        warnings=(*dict.fromkeys(said), *warnings),
-        evidence=tuple(dict.fromkeys(why)),
+        warnings=(*dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.warnings), *warnings),
+        evidence=tuple(dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.evidence)),
     )
-    time, mass, base, quality = arrays
-    for array in arrays:
+    for array in (time, x, y, quality):
         if array is not None:
             array.flags.writeable = False  # handed over: none of them is copied
     try:
-        return Recording(time, mass, base, quality, source, channels=tuple(channels))
+        return Recording(time, x, y, quality, source, channels=tuple(channels))
     except RecordingError as error:
         raise LogError(f"{' and '.join(log.table.file.name for log in logs)}: {error}") from error
 
