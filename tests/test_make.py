@@ -152,11 +152,6 @@ def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path
     assert make(desk, *words).returncode != 0, "a log that failed and was not broken off is a fault"
 
 
-def test_help_lists_every_documented_target(desk: Path) -> None:
-    helped = make(desk, "help").stdout
-    assert all(f"make {target} " in helped for target in ("all", "test", "check", "sample-data", "clean"))
-
-
 def test_every_name_has_results_of_its_own(tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     drives = {name: 0.8 + 0.02 * n for n, name in enumerate(HOSTILE)}

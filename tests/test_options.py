@@ -7,7 +7,6 @@ import pytest
 
 import frictionlab as fl
 from frictionlab.cli.options import ANALYSIS, LOG, Settings, values_of
-from frictionlab.cli.screen import short_names
 from frictionlab.errors import UsageError
 from frictionlab.simulator.laws import TERMS
 from tests.desk import invoke
@@ -92,7 +91,3 @@ def test_a_step_beyond_its_range_is_refused_not_one_value() -> None:
     with pytest.raises(UsageError, match="--r: expected a range of up to 10000000 values going up"):
         values_of("0.1:2:20", "--r")
     assert values_of("0.5:0.5:0.1", "--r") == [0.5]
-
-
-def test_the_name_of_a_test_is_cut_at_a_suffix_alone() -> None:
-    assert short_names(["r = 0.5", "a/steel_r0.3", "b/frame.csv.gz"]) == ["r = 0.5", "steel_r0.3", "frame"]

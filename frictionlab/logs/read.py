@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -278,6 +279,7 @@ def _recording(
     ``still``: a channel that the log lacks, which stands at 0; ``one_clock``: both are columns of one file.
     """
     first, facts, warnings, channels = logs[0], _dialect_facts(logs[0], options), list[str](), list[Channel]()
+    arrays: Any
     if len(logs) == 1:
         quality = np.bitwise_or.reduce([first.clock.quality, *(c.quality for c in first.channels.values())])
         values = {role: sensed.values for role, sensed in first.channels.items()}
@@ -285,10 +287,10 @@ def _recording(
             values[still] = np.zeros(len(quality))
         titles = first.table.columns
         channels = [Channel(role, of, titles[role].title) for role, of in values.items() if role not in LASERS]
-        time, x, y = first.clock.time, values.get("mass"), values.get("base")
+        arrays = first.clock.time, values.get("mass"), values.get("base"), quality
     else:
         mass, base = ((log.clock, log.channels[role]) for log, role in zip(logs, ("mass", "base"), strict=True))
-        (time, x, y, quality), how, warnings = align(mass, base, options, one_clock=one_clock)
+        arrays, how, warnings = align(mass, base, options, one_clock=one_clock)
         of_base = sorted(_dialect_facts(logs[1], options).items(), key=lambda fact: fact[0].startswith("base_"))
         facts |= {key if key.startswith("base_") else f"base_log_{key}": value for key, value in of_base} | how
     named = [(f"{log.table.file.name}: " if len(logs) > 1 else "", log) for log in logs]
@@ -300,9 +302,10 @@ def _recording(
         warnings=(*dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.warnings), *warnings),
         evidence=tuple(dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.evidence)),
     )
-    for array in (time, x, y, quality):
+    for array in arrays:
         if array is not None:
             array.flags.writeable = False  # handed over: none of them is copied
+    time, x, y, quality = arrays
     try:
         return Recording(time, x, y, quality, source, channels=tuple(channels))
     except RecordingError as error:

@@ -116,7 +116,23 @@ def read_table(
         body, file = _of_text(log, log.text, columns, progress)
     elif log.sheet is not None:
         body, file = _of_sheet(log, log.sheet, columns)
-    _check_damage(body, options, log.name)
+    data, bad = body.counts["data"], body.counts["quarantined"] - body.cut
+    first = "no line was quarantined"
+    if body.quarantined:
+        line, text, reason = body.quarantined[0]
+        first = f"first: line {line}: {reason}: {text[:80]!r}"
+    if data < 2:
+        raise LogError(f"{log.name}: {data} lines of data: expected at least 2; {first}")
+    share = bad / (data + bad)
+    if share > options.most_damage:
+        raise LogError(
+            f"{log.name}: damaged beyond use: {bad} of {data + bad} lines cannot be read ({share:.0%}; accepted are "
+            f"{options.most_damage:.0%}); {first}"
+        )
+    if body.empty > _MOST_EMPTY * data * len(body.values):
+        raise LogError(
+            f"{log.name}: damaged beyond use: {body.empty} values in {data} lines are missing: expected most of them"
+        )
     values = dict(zip(columns, body.values, strict=True))
     quarantined = tuple(QuarantinedLine(log.name, *line) for line in body.quarantined)
     return LogTable(log, file, columns, values, body, quarantined, tuple(warnings))
@@ -168,26 +184,6 @@ def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tupl
 def _finite(values: FloatArray) -> FloatArray:
     """A copy, nan where the log has no number."""
     return np.where(np.isfinite(values), values, np.nan)
-
-
-def _check_damage(body: Body, options: LogOptions, name: str) -> None:
-    data, bad = body.counts["data"], body.counts["quarantined"] - body.cut
-    first = "no line was quarantined"
-    if body.quarantined:
-        line, text, reason = body.quarantined[0]
-        first = f"first: line {line}: {reason}: {text[:80]!r}"
-    if data < 2:
-        raise LogError(f"{name}: {data} lines of data: expected at least 2; {first}")
-    share = bad / (data + bad)
-    if share > options.most_damage:
-        raise LogError(
-            f"{name}: damaged beyond use: {bad} of {data + bad} lines cannot be read ({share:.0%}; accepted are "
-            f"{options.most_damage:.0%}); {first}"
-        )
-    if body.empty > _MOST_EMPTY * data * len(body.values):
-        raise LogError(
-            f"{name}: damaged beyond use: {body.empty} values in {data} lines are missing: expected most of them"
-        )
 
 
 # Tables over frequency -----------------------------------------------------------------------------------------------

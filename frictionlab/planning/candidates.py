@@ -8,9 +8,10 @@ posterior of a fit states: the plan counts what a fit counts.
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -236,16 +237,12 @@ def measured_before(rows: Sequence[Mapping[str, object]], repeatability: float =
     return found
 
 
-def _known_by(row: Mapping[str, object]) -> Iterator[tuple[str, tuple[float, float, float]]]:
+def _known_by(row: Mapping[str, Any]) -> Iterator[tuple[str, tuple[float, float, float]]]:
     """The parameters that a comparison determines: value, u, se."""
-    parameters = row.get("parameters")
-    for name, p in (parameters if isinstance(parameters, Mapping) else {}).items():
-        if not isinstance(p, Mapping) or not p.get("told"):
-            continue
-        value, u = p.get("value"), p.get("u") or p.get("se")
-        se = p.get("se") or u
-        if isinstance(value, int | float) and isinstance(u, int | float) and isinstance(se, int | float) and u > 0:
-            yield str(name), (float(value), float(u), min(float(se), float(u)))
+    for name, p in (row.get("parameters") or {}).items():
+        u = p.get("u") or p.get("se") or 0.0
+        if p.get("told") and u > 0.0:
+            yield name, (p["value"], u, min(p.get("se") or u, u))
 
 
 @dataclass(frozen=True)
@@ -280,7 +277,10 @@ def virtual_test(lab: Laboratory, candidate: Candidate) -> VirtualTest:
     cycles = int(max(settled, 0.0) * candidate.frequency_ratio * lab.natural_frequency_hz)
     value, error = lab.coefficient
     more = lab.problem(candidate, 1.0 + error / value)
-    state, varied = (_state(lab.problem(candidate, friction)) for friction in (1.0, 1.0 + STEP))
+    state = varied = None
+    with suppress(SimulationError):
+        state = steady_state(lab.problem(candidate))
+        varied = steady_state(lab.problem(candidate, 1.0 + STEP))
     found = VirtualTest(candidate, state)
     stands = more.mu * more.beta >= more.force_size
     if state is None or state.orbit is None or state.outcome != "periodic" or stands:
@@ -317,13 +317,6 @@ def _stated(lab: Laboratory, test: VirtualTest) -> VirtualTest:
         return test
     beyond = math.sqrt(max((coefficient.u / coefficient.value) ** 2 - (ratio.u / ratio.value) ** 2, 0.0))
     return replace(test, coefficient=(coefficient.value, beyond))
-
-
-def _state(problem: Problem) -> SteadyState | None:
-    try:
-        return steady_state(problem)
-    except SimulationError:
-        return None
 
 
 def _observation(

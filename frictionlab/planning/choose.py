@@ -19,7 +19,7 @@ from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.inference.fit import followed, log_evidence
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.inference.posterior import Posterior, infer
-from frictionlab.planning.candidates import Candidate, Laboratory, VirtualTest, diagnosed, together, virtual_test
+from frictionlab.planning.candidates import HOUR, Candidate, Laboratory, VirtualTest, diagnosed, together, virtual_test
 from frictionlab.planning.plan import Plan, PlannedTest
 from frictionlab.simulator.laws import law_of
 
@@ -29,7 +29,6 @@ SLOW = 1.0  # s that a law without exact slides takes for one candidate, roughly
 AGAIN = 1e-9  # of what a test shows: a tie goes to one not chosen yet
 NEAR = 12  # candidates of a choice between two laws to which both are fitted, at least
 MOST_STEPS = 12  # of a fit: the evidence need not be known better
-HOUR = 3600.0
 Gain = Callable[[Sequence[int]], FloatArray]
 Evidence = FloatArray
 """Logarithm of the Bayes factor to expect (2, n), if the one law holds and if the other does; NaN: not judged."""

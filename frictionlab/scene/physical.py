@@ -68,15 +68,13 @@ def structure_of(
     do not say their own. SceneError: a contact whose friction is not known, or that cannot be simulated.
     """
     load = normal_force_n or scene.experiment.normal_force_n
-    found = []
-    for number, contact in enumerate(contacts_of(scene)):
-        if number == 0 and first is not None:
-            found.append(first)
-            continue
-        given = coefficient if number == 0 else None
-        ratio = beta if number == 0 else None
-        if ratio is None:
-            ratio = _friction_ratio(scene, contact, number, base_amplitude_m, given, load)
+    found = [] if first is None else [first]
+    contacts = [*contacts_of(scene)]
+    if beta is not None or coefficient is not None:
+        said = {"beta": beta, "friction_n": None, "coefficient": coefficient}
+        contacts[0] = contacts[0].model_copy(update=said)
+    for number, contact in enumerate(contacts[len(found) :], len(found)):
+        ratio = _friction_ratio(scene, contact, number, base_amplitude_m, load)
         try:
             law = law_of(contact.law)
             found.append(
@@ -106,17 +104,13 @@ def storeys_of(scene: Scene) -> FloatArray:
     return np.array(storeys or [(1.0, 1.0, scene.frame_damping_ratio)]).T
 
 
-def _friction_ratio(
-    scene: Scene, contact: RigContact, number: int, amplitude: float, coefficient: float | None, load: float | None
-) -> float:
+def _friction_ratio(scene: Scene, contact: RigContact, number: int, amplitude: float, load: float | None) -> float:
     """Friction of a contact over k_1 Y, from what is known of it."""
-    if contact.beta is not None and coefficient is None:
+    if contact.beta is not None:
         return contact.beta
-    force, stiffness = contact.friction_n, scene.rig.stiffness
-    friction = coefficient if coefficient is not None else contact.coefficient
-    if coefficient is not None or force is None:
-        load = contact.normal_force_n or load
-        force = None if friction is None or load is None else friction * load
+    force, load, stiffness = contact.friction_n, contact.normal_force_n or load, scene.rig.stiffness
+    if contact.coefficient is not None and load is not None:
+        force = contact.coefficient * load
     if force is None or stiffness is None or not 0.0 < stiffness * amplitude < math.inf:
         raise SceneError(
             f"rig.contacts.{number}: expected its friction: beta, or friction_n, or coefficient with normal_force_n (or"

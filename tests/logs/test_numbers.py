@@ -118,12 +118,6 @@ def test_an_odd_line_anywhere_in_a_block_costs_its_neighbours_nothing(odd: int) 
     assert [line for line, *_ in body.quarantined] == [odd + 1]
 
 
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_any_double_is_read_back(value: float) -> None:
-    for text in (repr(value), f"{value:.17e}", f"{value:.25e}"):
-        assert read(f"1,{text},{text}\n".encode(), SHAPES[0]).values[1].tolist() == [float(text)]
-
-
 @pytest.mark.parametrize("decimals", [1, 18, 19, 25])
 @pytest.mark.parametrize("end", ["\n", "\r\n", "  \n"])
 def test_a_last_number_is_whole_only_with_all_its_decimals(decimals: int, end: str) -> None:

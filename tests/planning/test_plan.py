@@ -58,14 +58,6 @@ def test_the_errors_promised_are_those_achieved() -> None:
     assert achieved == pytest.approx(best.expected["beta"], rel=0.45)  # thirty repeats tell a scatter to 13 %
 
 
-def test_a_test_that_stands_still_tells_nothing() -> None:
-    plan = fl.plan(scene(normal_forces_n=[1.0, 6.0]), tests=1)
-    still = [t for t in plan.others if t.normal_force_n == 6.0]
-    assert still
-    assert all(t.expected["beta"] is None for t in still)
-    assert plan.tests[0].normal_force_n == 1.0
-
-
 def test_place_and_speed_are_told_apart_by_what_is_planned() -> None:
     plan = fl.plan(scene(), law="coulomb+place+speed", tests=2)
     first = plan.tests[0]
@@ -208,10 +200,6 @@ def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_re
     again = invoke("plan", "--scene", path, "-o", sheet)
     assert again.exit_code == 2
     assert "give --force" in again.output
-
-
-def test_the_figure_shows_all_candidates(tmp_path: Path, coulomb: Plan) -> None:
-    assert fl.plot(coulomb, tmp_path / "plan.png").stat().st_size > 5000
 
 
 def test_two_laws_are_told_apart_on_the_command_line(tmp_path: Path) -> None:
