@@ -122,7 +122,7 @@ def assign(
     log: "OpenLog", options: LogOptions, roles: Sequence[str], *, further: bool = False
 ) -> tuple[dict[str, LogColumn], list[str]]:
     """Say which column is time, and which plays each role; with ``further`` also other channels; what is left out."""
-    layout, file = log.layout, log.name
+    layout, file = log.layout, log.path.name
     columns = _numeric(layout, options)
     found = {role: layout.columns[index] for role, index in layout.prefer.items() if role in ("time", *roles)}
     for role in ("time", *roles):
@@ -218,7 +218,7 @@ def possible(log: "OpenLog", options: LogOptions) -> list[LogColumn]:
     columns = _numeric(log.layout, options)
     times = {c.index for c in candidates(columns, "time")} | set(log.layout.time_of.values())
     if options.time is not None:
-        times.add(by_option(log.layout.columns, options.time, "time", log.name).index)
+        times.add(by_option(log.layout.columns, options.time, "time", log.path.name).index)
     elif not times and options.sampling_rate_hz is None and (time := _time_by_values(columns, log)):
         times.add(time.index)
     return [c for c in columns if c.index not in times and is_displacement(c)]

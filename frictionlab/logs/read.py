@@ -130,7 +130,7 @@ def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
     columns = log.layout.columns
     named = options.base_acceleration if options.base is None else options.base
     if named is not None:
-        column = by_option(columns, named, "base", log.name)
+        column = by_option(columns, named, "base", log.path.name)
         said = options.unit in ACCELERATION or options.base_acceleration is not None
         return column if said or _is_acceleration(column) else None
     if not all(map(_is_acceleration, possible(log, options))):

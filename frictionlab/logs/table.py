@@ -37,11 +37,6 @@ class OpenLog:
     text: Text | None = None
     sheet: Sheet | None = None
 
-    @property
-    def name(self) -> str:
-        """The file's name."""
-        return self.path.name
-
     def rows(self, most: int | None = None) -> Iterator[list[str]]:
         """The cells of the first lines of data."""
         dialect = self.layout.dialect
@@ -116,25 +111,25 @@ def read_table(
         body, file = _of_text(log, log.text, columns, progress)
     elif log.sheet is not None:
         body, file = _of_sheet(log, log.sheet, columns)
-    data, bad = body.counts["data"], body.counts["quarantined"] - body.cut
+    name, data, bad = log.path.name, body.counts["data"], body.counts["quarantined"] - body.cut
     first = "no line was quarantined"
     if body.quarantined:
         line, text, reason = body.quarantined[0]
         first = f"first: line {line}: {reason}: {text[:80]!r}"
     if data < 2:
-        raise LogError(f"{log.name}: {data} lines of data: expected at least 2; {first}")
+        raise LogError(f"{name}: {data} lines of data: expected at least 2; {first}")
     share = bad / (data + bad)
     if share > options.most_damage:
         raise LogError(
-            f"{log.name}: damaged beyond use: {bad} of {data + bad} lines cannot be read ({share:.0%}; accepted are "
+            f"{name}: damaged beyond use: {bad} of {data + bad} lines cannot be read ({share:.0%}; accepted are "
             f"{options.most_damage:.0%}); {first}"
         )
     if body.empty > _MOST_EMPTY * data * len(body.values):
         raise LogError(
-            f"{log.name}: damaged beyond use: {body.empty} values in {data} lines are missing: expected most of them"
+            f"{name}: damaged beyond use: {body.empty} values in {data} lines are missing: expected most of them"
         )
     values = dict(zip(columns, body.values, strict=True))
-    quarantined = tuple(QuarantinedLine(log.name, *line) for line in body.quarantined)
+    quarantined = tuple(QuarantinedLine(name, *line) for line in body.quarantined)
     return LogTable(log, file, columns, values, body, quarantined, tuple(warnings))
 
 
@@ -159,7 +154,7 @@ def _of_text(
     for i in set(range(min(layout.body, len(text.lines)))).difference(layout.header):
         line = text.lines[i]
         counts["blank" if not line.strip() else "comment" if is_comment(line) else "preamble"] += 1
-    return body, SourceFile(log.name, text.sha256, text.size, LineCount(read=counts.total(), **counts))
+    return body, SourceFile(log.path.name, text.sha256, text.size, LineCount(read=counts.total(), **counts))
 
 
 def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tuple[Body, SourceFile]:
@@ -178,7 +173,7 @@ def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tupl
     body.counts |= {"data": rows - len(lost), "quarantined": len(lost)}
     with log.path.open("rb") as raw:
         sha256 = hashlib.file_digest(raw, "sha256").hexdigest()
-    return body, SourceFile(log.name, sha256, log.path.stat().st_size, LineCount(read=rows, **body.counts))
+    return body, SourceFile(log.path.name, sha256, log.path.stat().st_size, LineCount(read=rows, **body.counts))
 
 
 def _finite(values: FloatArray) -> FloatArray:

@@ -217,30 +217,23 @@ def pick(gain: Gain, limits: Limits) -> list[int]:
     Each is the one that shows most for the time it adds. What the first show beside nothing is no measure of what they
     show beside the rest: so each is put to the test again beside all others, and the set is ranked once more.
     """
-    order = _filled([], gain, limits)
-    if not order:
-        least = float(limits.more([])[limits.allowed].min()) / HOUR
-        raise UsageError(f"hours: {limits.budget / HOUR:g} are less than any test takes: expected at least {least:.3g}")
-    for _ in range(SWEEPS):
+    order: list[int] = []
+    for _ in range(1 + SWEEPS):
         before = sorted(order)
         for k in range(len(order)):
             better = limits.next([*order[:k], *order[k + 1 :]], gain)
             order[k] = order[k] if better is None else better
-        order = _filled(order, gain, limits)
+        while len(order) < limits.tests and (i := limits.next(order, gain)) is not None:
+            order.append(i)
         if sorted(order) == before:
             break
+    if not order:
+        least = float(limits.more([])[limits.allowed].min()) / HOUR
+        raise UsageError(f"hours: {limits.budget / HOUR:g} are less than any test takes: expected at least {least:.3g}")
     ranked: list[int] = []
     while (i := limits.next(ranked, gain, limits.often(order) > limits.often(ranked))) is not None:
         ranked.append(i)
     return ranked
-
-
-def _filled(order: Sequence[int], gain: Gain, limits: Limits) -> list[int]:
-    """Tests chosen, and more as long as number and time allow."""
-    found = list(order)
-    while len(found) < limits.tests and (i := limits.next(found, gain)) is not None:
-        found.append(i)
-    return found
 
 
 def _notes(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) -> tuple[str, ...]:

@@ -44,11 +44,6 @@ def to_physical(
     return (1.0, "") if unit is None else (amplitude**parameter.lengths * turn**parameter.rates, unit)
 
 
-def has_several(scene: Scene) -> bool:
-    """Whether the scene has several masses, or says its contacts itself."""
-    return bool(scene.rig.masses or scene.rig.contacts)
-
-
 def structure_of(
     scene: Scene,
     r: float,

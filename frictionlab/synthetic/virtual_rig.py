@@ -13,7 +13,7 @@ import numpy as np
 from frictionlab.errors import ParameterError, SceneError
 from frictionlab.files import as_disks_see
 from frictionlab.scene import Scene, VirtualBase, VirtualTests
-from frictionlab.scene.physical import has_several, structure_of, to_physical
+from frictionlab.scene.physical import structure_of, to_physical
 from frictionlab.simulator import Problem, Structure
 from frictionlab.simulator.laws import law_of
 
@@ -160,7 +160,7 @@ def _virtual_test(scene: Scene, group: VirtualTests, law: str, force: float, rat
         parameters=parameters,
         duration_s=group.duration_s or synthetic.duration_s,
         base=synthetic.base_of(group),
-        frame=structure_of(scene, ratio, amplitude, beta=beta) if has_several(scene) else None,
+        frame=structure_of(scene, ratio, amplitude, beta=beta) if scene.rig.masses or scene.rig.contacts else None,
     )
 
 
