@@ -58,19 +58,6 @@ def test_the_errors_promised_are_those_achieved() -> None:
     assert achieved == pytest.approx(best.expected["beta"], rel=0.45)  # thirty repeats tell a scatter to 13 %
 
 
-def test_place_and_speed_are_told_apart_by_what_is_planned() -> None:
-    plan = fl.plan(scene(), law="coulomb+place+speed", tests=2)
-    first = plan.tests[0]
-    assert set(first.expected) == {"beta", "gradient", "contact_damping_ratio"}
-    assert first.log_bayes is not None
-    assert first.log_bayes > 5
-    for name, alone in first.expected_u.items():
-        held = first.expected[name]
-        assert alone is not None
-        assert held is not None
-        assert held <= alone * (1 + 1e-9)  # what is not known of the rig can only add
-
-
 def test_an_undeclared_lag_leaves_more_unknown_than_a_declared_one_of_its_size() -> None:
     """What is assumed where no lag is declared may be far off: 68 % of its curve lie within 2.6 deviations, not 1."""
     assumed_s = 0.5 / (SAMPLING_HZ * math.sqrt(3.0))  # half a sample either way
@@ -83,18 +70,6 @@ def test_an_undeclared_lag_leaves_more_unknown_than_a_declared_one_of_its_size()
     assert assumed is not None
     assert known is not None
     assert 1.2 * known < assumed < 2.6 * known
-
-
-def test_what_was_measured_is_known_before() -> None:
-    known = {"beta": {"value": 0.28, "u": 1e-5, "told": True}}
-    measured: list[Mapping[str, object]] = [{"friction_coefficient": 0.6, "parameters": known}]
-
-    def left(rows: list[Mapping[str, object]]) -> float:
-        test = fl.plan(scene(), tests=1, measured=rows).tests[0]
-        assert test.cumulative is not None
-        return (test.cumulative["beta"] or math.inf) / test.normal_force_n
-
-    assert left(measured) < left([])
 
 
 def test_what_the_sensors_gain_does_is_promised_as_a_comparison_states_it() -> None:

@@ -99,18 +99,3 @@ def test_what_was_planned_is_measured_and_the_next_plan_knows_it(laboratory: Pat
     for name in ("beta", "contact_damping_ratio"):
         one, two = (test["cumulative_u"][name] / test["values"][name] for test in (next_done, done))
         assert one < two
-
-
-def test_a_campaign_of_planned_tests_knows_their_forces_from_the_sheet(laboratory: Path) -> None:
-    out = laboratory / "campaign"
-    recordings, measured = sorted((laboratory / "recordings").glob("*.h5")), laboratory / "measured.jsonl"
-    _run("analyze", *recordings, "--scene", laboratory / "rig.toml", "-o", measured)
-    held = laboratory / "held.toml"
-    held.write_text(RIG.replace("[plan]", f"[model.parameters]\ncontact_damping_ratio = {DASHPOT}\n[plan]"))
-    _run("campaign", measured, "--scene", held, "-o", out)
-    with (out / "friction.csv").open(newline="") as table:
-        (line,) = csv.DictReader(table)
-    assert line["material"] == "steel"
-    assert float(line["normal_force_n"]) == 1.0
-    assert int(line["tests"]) == 2
-    assert float(line["friction_coefficient"]) == pytest.approx(COEFFICIENT, rel=0.01)
