@@ -44,25 +44,20 @@ class OpenLog:
         rows = (split(line, dialect.separator) for line in lines[:most])
         return (cells for cells in rows if len(cells) == dialect.fields)
 
+    def numbers(self, most: int | None = None) -> FloatArray:
+        """The numbers of the first lines, or of all at hand (rows, columns); NaN where a cell is none."""
+        decimal, fields = self.layout.dialect.decimal, self.layout.dialect.fields
+        if self.sheet is not None:
+            found = np.stack([column[:most] for column in self.sheet.values], axis=1)
+        else:
+            cells = [[number(cell, decimal) for cell in row] for row in self.rows(most)]
+            found = np.array(cells, np.float64).reshape(-1, fields)
+        return _finite(found)
+
     def beginning(self, index: int) -> FloatArray:
         """The first numbers of a column, by its index."""
-        if self.sheet is not None:
-            some = self.sheet.values[index][:200]
-        else:
-            some = np.array([self._number(cells[index]) for cells in self.rows(200)], np.float64)
+        some = self.numbers(200)[:, index]
         return some[np.isfinite(some)]
-
-    def numbers(self) -> FloatArray | None:
-        """All numbers (rows, columns), NaN where a cell is none; None for a long text."""
-        if self.sheet is not None:
-            return np.stack([_finite(column) for column in self.sheet.values], axis=1)
-        if self.text is None or not self.text.whole:
-            return None
-        return np.array([[self._number(cell) for cell in cells] for cells in self.rows()], np.float64)
-
-    def _number(self, cell: str) -> float:
-        value = number(cell, self.layout.dialect.decimal)
-        return np.nan if value is None else value
 
 
 def open_log(path: Path, options: LogOptions) -> OpenLog:
@@ -226,13 +221,14 @@ def read_frequency_table(path: Path, options: LogOptions | None = None) -> Frequ
         log = open_log(path, options or LogOptions())
     except LogError:
         return None  # whoever reads it as a log says why
-    columns, numbers = log.layout.columns, log.numbers()
+    columns = log.layout.columns
     found = _by_name(columns, path.name)
     drives = [name for name in ("r", "frequency") if name in found]
     if not drives or not {"amplitude", "phase"} & set(found) or candidates(columns, "time"):
         return None
-    if numbers is None:
+    if log.text is not None and not log.text.whole:
         raise LogError(f"{path.name}: a table over frequency of more than 256 kB: expected some hundred rows")
+    numbers = log.numbers()
     used = {c.index for c in found.values()}
     said = [f"column {c} is not used" for c in columns if c.index not in used]
     said += ["r is taken, frequency [Hz] is not used"] if len(drives) > 1 else []
