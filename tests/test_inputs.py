@@ -128,7 +128,7 @@ def test_a_full_standard_output_is_one_line_and_the_file_is_written(
 @pytest.mark.parametrize("closed", [">&-", "2>&-"])
 def test_closed_streams_are_no_fault(closed: str) -> None:
     script = f'"$0" analyze "$1" --scene "$2" --json {closed}'
-    line = ["bash", "-c", script, BIN / "frictionlab", SAMPLE, SCENE]
+    line: list[str | Path] = ["bash", "-c", script, BIN / "frictionlab", SAMPLE, SCENE]
     done = subprocess.run(line, check=False, capture_output=True, timeout=100)
     assert (done.returncode, b"Traceback" in done.stderr) == (0, False), done.stderr
 
