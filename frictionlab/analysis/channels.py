@@ -177,7 +177,7 @@ def gain_kept(penalty: float) -> float:
 # Integration ---------------------------------------------------------------------------------------------------------
 
 HIGH_PASS = 8  # of the high-pass: |H| = 1 / (1 + (f_c / f)^8), without a shift of phase
-DOUBTFUL = 2.5  # periods of it at either end: the high-pass rings there, 0.3 % of a motion is left after them
+DOUBTFUL = 2.5  # periods of the slowest motion kept, at either end: the high-pass rings there; 0.3 % is left after
 FORCES = ("contact_force", "torque")
 
 

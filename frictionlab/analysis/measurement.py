@@ -20,7 +20,7 @@ from frictionlab.analysis.layout import Layout, lay_out
 from frictionlab.analysis.response import Cycle, CycleSeries, Response, Traces, mean_cycle, traces
 from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.steadiness import Trend
-from frictionlab.analysis.stretches import FEWEST_SAMPLES, channels_of, even_stretches, is_force
+from frictionlab.analysis.stretches import SHORTEST_PART, channels_of, even_stretches, is_force
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown, Held
@@ -245,7 +245,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
 def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scene: Scene) -> Layout:
     """The steady cycles; refused where there are none, by what is the cause."""
     begin, how = float(recording.time[0]) + transient, scene.analysis
-    steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= FEWEST_SAMPLES]
+    steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= SHORTEST_PART]
     if not steady:
         raise AnalysisError(
             f"analysis: the test is shorter than its transient: expected more than {transient:g} s; got"

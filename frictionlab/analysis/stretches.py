@@ -21,7 +21,7 @@ from frictionlab.sampling import clock_breaks
 from frictionlab.scene import Scene
 
 MOST_GAPS = 5  # named one by one
-FEWEST_SAMPLES = 32  # of a part
+SHORTEST_PART = 32  # samples
 REVOLUTION = 2.0 * math.pi
 PARTS = 10  # of a straight motion
 ROTATIONS = {"angle": 0, "angular_velocity": 1}
@@ -91,9 +91,9 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
 def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[signals.Stretch, list[str], float]:
     """One sound part of a recording: evenly sampled, what is to be said of it, how far its stamps stray (steps)."""
     time, (of_mass, of_base), one_way = part.time[some], channels_of(scene), False
-    if len(time) < FEWEST_SAMPLES:
+    if len(time) < SHORTEST_PART:
         raise AnalysisError(
-            f"analysis: expected at least {FEWEST_SAMPLES} samples without a gap; got {len(time)}: record longer"
+            f"analysis: expected at least {SHORTEST_PART} samples without a gap; got {len(time)}: record longer"
         )
     seen, off = signals.evenly(time, step, {name: values[some] for name, values in part.measured().items()})
     if scene.rig.kind == "prescribed":  # the mass's motion stands in the base's place
