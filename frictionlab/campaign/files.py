@@ -17,8 +17,7 @@ from frictionlab.errors import FrictionlabError, OutputError, RecordingError, Us
 from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable
 from frictionlab.hdf5 import is_recording, read_recording, read_tree
 from frictionlab.recording import Recording
-from frictionlab.tables import SUFFIXES, Row, is_table, read_rows
-from frictionlab.tables.frames import rows_of as tree_rows
+from frictionlab.tables import SUFFIXES, Row, is_table, read_rows, rows_of
 
 IS_RECORDING = (
     "a recording; campaign evaluates measurements: `frictionlab analyze RECORDING... -o measurements.jsonl`, then"
@@ -84,7 +83,7 @@ def _at_home(row: Row) -> Row:
 def _rows_of_tree(path: Path) -> Iterator[Row]:
     tree = read_tree(path, kind=schema.MEASUREMENTS.format)
     series = tree.get("cycles", {})
-    for n, row in enumerate(tree_rows(tree, path, schema.MEASUREMENTS)):
+    for n, row in enumerate(rows_of(tree, path, schema.MEASUREMENTS)):
         try:
             found = series.get(str(n), {}).get("trend")
             more = {}

@@ -6,26 +6,64 @@ HDF5's numbers); NaN and infinity appear in no text. What a column is says `fric
 A file is of this tool's own kind if it begins as every file of that kind does: the first columns of the kind's schema,
 all of them and in order (of JSON Lines the keys of the first row that did not fail), or in HDF5 the attribute
 ``format``. One column's name alone is no mark: neither a sheet with a ``log`` nor a raw log with a ``source`` is ours.
+
+In HDF5 ``/rows`` holds an array per column, and ``/cycles/N`` the series behind row N.
 """
 
 import csv
+import io
 import os
-from collections.abc import Iterable, Mapping, Sequence
+import re
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import datetime
 from itertools import chain, islice
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from frictionlab.errors import UsageError
+import numpy as np
+
+from frictionlab.errors import RecordingError, UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable, write_whole
-from frictionlab.schema import OUTCOME, TABLES, Table, is_marked, table_of
+from frictionlab.schema import MOTIONS, OUTCOME, STEADY_STATES, TABLES, Table, Type, column_of, is_marked, table_of
 from frictionlab.tables import texts
-from frictionlab.tables.texts import Row, encodable, json_line, plain
+from frictionlab.tables.texts import (
+    CellError,
+    Row,
+    checked,
+    encodable,
+    fitting,
+    flat,
+    harmless,
+    json_line,
+    plain,
+    unquoted,
+)
 
-__all__ = ["SUFFIXES", "Row", "check_output", "has_rows", "is_table", "json_line", "plain", "read_rows", "write_rows"]
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = [
+    "SUFFIXES",
+    "Row",
+    "check_output",
+    "has_rows",
+    "is_table",
+    "json_line",
+    "plain",
+    "read_rows",
+    "rows_of",
+    "write_rows",
+]
 
 SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx")
 EITHER = ".csv, .jsonl, .h5 or .xlsx"
 SHEET_ROWS = (1 << 20) - 1  # of a spreadsheet, beside its head
+ROWS, SERIES = "rows", "cycles"  # groups in HDF5
+MOST_BYTES = 1 << 30  # unpacked, of a spreadsheet that is read
+LONGEST_CELL = 32_767  # characters that Excel holds
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # the date on everything in a spreadsheet: the same rows give the same bytes
 
 
 def write_rows(
@@ -78,17 +116,15 @@ def write_rows(
     if _kind(path) == ".csv":
         write_whole(path, texts.in_pieces(texts.csv_lines(rows, names)))
         return
-    from frictionlab.tables import frames
-
     if _kind(path) == ".xlsx":
-        write_whole(path, frames.excel_bytes(rows, names))
+        write_whole(path, _excel_bytes(rows, names))
         return
     if table is None:
         raise UsageError(f"{path}: HDF5 says what its rows are: expected the table they belong to; got none")
     from frictionlab.hdf5 import write_tree
 
     every = list(rows)
-    tree = {frames.ROWS: {n: frames.array_of(n, every, table) for n in names}, frames.SERIES: dict(series or {})}
+    tree = {ROWS: {name: _array_of(name, every, table) for name in names}, SERIES: dict(series or {})}
     write_tree(tree, path, kind=table.format, force=force, columns=table.column)
 
 
@@ -145,13 +181,8 @@ def is_table(path: Path, table: Table | None = None) -> bool:
             return path.is_file()
         if _kind(path) == ".h5":
             return _format_of(path) in {kind.format for kind in kinds}
-        if _kind(path) == ".xlsx":
-            from frictionlab.tables import frames
-
-            names = frames.names_in_excel(path)
-        else:
-            names = texts.names_in_csv(path) if _kind(path) == ".csv" else texts.names_in_json(path)
-    except (OSError, ValueError, KeyError, RecursionError, csv.Error):
+        names = _NAMES.get(_kind(path), texts.names_in_json)(path)
+    except (OSError, ValueError, KeyError, RecursionError, csv.Error, UsageError):
         return False
     if names == OUTCOME:
         return True
@@ -160,11 +191,9 @@ def is_table(path: Path, table: Table | None = None) -> bool:
 
 
 def has_rows(path: Path) -> bool:
-    """Whether this HDF5 file is a table of this tool, with a line for each row."""
-    from frictionlab.tables import frames
-
+    """Whether this HDF5 file is a table of this tool, with a line for each row: no map over axes, and no motion."""
     found = _format_of(path)
-    return any(kind.format == found for kind in TABLES if kind not in frames.WITHOUT_ROWS)
+    return any(kind.format == found for kind in TABLES if kind not in (STEADY_STATES, MOTIONS))
 
 
 def _format_of(path: Path) -> str:
@@ -190,18 +219,121 @@ def read_rows(path: str | PathLike[str], table: Table | None = None) -> list[dic
         raise UsageError(f"{path}: expected a result ending in {EITHER}; got {path.suffix or 'no suffix'}")
     if _kind(path) == ".h5":
         from frictionlab.hdf5 import read_tree
-        from frictionlab.tables import frames
 
         found = _format_of(path)
         kind = table or next((kind for kind in TABLES if kind.format == found), None)
         if kind is None:
             raise UsageError(f"{path}: expected a table of frictionlab; got {found or 'another file'}")
-        return list(frames.rows_of(read_tree(path, kind=kind.format), path, kind))
+        return list(rows_of(read_tree(path, kind=kind.format), path, kind))
     try:
-        if _kind(path) == ".xlsx":
-            from frictionlab.tables import frames
-
-            return list(frames.read_excel(path, table))
-        return list((texts.read_csv if _kind(path) == ".csv" else texts.read_json_lines)(path, table))
+        return list(_READ[_kind(path)](path, table))
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror}): give the path of an existing result") from error
+
+
+def _excel_bytes(rows: Iterable[Row], names: Sequence[str]) -> bytes:
+    """An Excel file with one sheet of these rows; `UsageError` where there are more than it holds."""
+    import openpyxl
+
+    lines = [[_excel_cell(row.get(name)) for name in names] for row in islice(rows, SHEET_ROWS + 1)]
+    if len(lines) > SHEET_ROWS:
+        raise UsageError(f"expected at most {SHEET_ROWS} rows in a spreadsheet; got more: write .csv")
+    book = openpyxl.Workbook(write_only=True)
+    book.properties.created = book.properties.modified = datetime(*_EPOCH)  # noqa: DTZ001 (a fixed date, no moment)
+    sheet = book.create_sheet("frictionlab")
+    sheet.append([_excel_cell(name) for name in names])
+    for line in lines:
+        sheet.append(line)
+    file, dated = io.BytesIO(), io.BytesIO()
+    book.save(file)
+    with zipfile.ZipFile(file) as old, zipfile.ZipFile(dated, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            data = old.read(name)
+            if name == "docProps/core.xml":
+                data = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", data)
+            new.writestr(zipfile.ZipInfo(name, _EPOCH), data, zipfile.ZIP_DEFLATED)
+    return dated.getvalue()
+
+
+def _excel_cell(value: object) -> bool | int | float | str | None:
+    single = flat(value)
+    if isinstance(single, int) and not isinstance(single, bool) and abs(single) > 1 << 53:
+        return str(single)
+    single = harmless(single) if isinstance(single, str) else single
+    if isinstance(single, str) and len(single) > LONGEST_CELL:
+        raise UsageError(f"expected at most {LONGEST_CELL} characters in a spreadsheet's cell; got more: write .csv")
+    return single
+
+
+def _read_excel(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
+    """The rows of the first sheet of an Excel file; `UsageError` where it, or a cell, is none."""
+    frame = _frame_of(path)
+    names = [unquoted(str(name)) for name in frame.columns]
+    kind = table or table_of(names)
+    columns = [column_of(name, kind) for name in names]
+    for number, line in enumerate(frame.astype(object).where(frame.notna(), None).to_numpy().tolist(), 2):
+        cells = (unquoted(cell) if isinstance(cell, str) else cell for cell in line)
+        known = (c if c is None or isinstance(c, (bool, int, float)) else str(c) for c in cells)  # a date is text
+        yield fitting(zip(names, known, columns, strict=True), checked, f"{path}, row {number}")
+
+
+def _names_in_excel(path: Path) -> tuple[str, ...]:
+    return tuple(unquoted(str(name)) for name in _frame_of(path, 0).columns)
+
+
+def _frame_of(path: Path, rows: int | None = None) -> "pd.DataFrame":
+    """The first sheet; whatever openpyxl raises of a damaged file, which no list of exceptions holds, is its fault."""
+    import pandas as pd
+
+    try:
+        with zipfile.ZipFile(path) as parts:
+            size = sum(part.file_size for part in parts.infolist())
+        most = rows if size <= MOST_BYTES else 0
+        frame = pd.read_excel(path, dtype=object, nrows=most, keep_default_na=False, na_values=[""], engine="openpyxl")
+    except Exception as error:
+        said = str(error).partition("\n")[0][:200] or type(error).__name__
+        raise UsageError(f"{path}: expected a table as .xlsx; cannot be read ({said})") from error
+    if size > MOST_BYTES:
+        raise UsageError(f"{path}: expected a table as .xlsx; cannot be read (claims {size} bytes unpacked)")
+    return frame
+
+
+def _array_of(name: str, rows: Sequence[Row], table: Table) -> object:
+    """A column as HDF5 holds it: texts (empty: not known), or floats (NaN: not known)."""
+    column, cells = column_of(name, table), [flat(row.get(name)) for row in rows]
+    if column is not None:
+        is_text = column.type in (Type.TEXT, Type.SENTENCES, Type.OBJECT)
+    else:
+        is_text = any(isinstance(cell, str) for cell in cells) or all(cell is None for cell in cells)
+    if is_text:
+        return ["" if cell is None else str(cell) for cell in cells]
+    return np.array([float("nan") if cell is None else float(cell) for cell in cells])
+
+
+def rows_of(tree: Mapping[str, Any], path: Path, table: Table) -> Iterator[dict[str, object]]:
+    """The rows of a file's tree; `RecordingError` where there are none, or a cell is not what its column says."""
+    if ROWS not in tree:
+        raise RecordingError(f"{path}: expected a table with rows; got a {table.kind}: open it with `frictionlab show`")
+    columns = tree[ROWS]
+    if not isinstance(columns, Mapping) or any(np.ndim(values) != 1 for values in columns.values()):
+        raise RecordingError(f"{path}: damaged {table.format}: expected a group of columns under {ROWS!r}")
+    lengths = {len(values) for values in columns.values()}
+    if len(lengths) > 1:
+        raise RecordingError(f"{path}: damaged {table.format}: columns of {min(lengths)} and of {max(lengths)} rows")
+    for number, line in enumerate(zip(*columns.values(), strict=True), 1):
+        row: dict[str, object] = {}
+        for name, cell in zip(columns, line, strict=True):
+            column = column_of(name, table)
+            value = cell.item() if hasattr(cell, "item") else cell
+            if column is not None and column.type is Type.WHOLE and isinstance(value, float) and value.is_integer():
+                value = int(value)
+            try:
+                row[name] = checked(None if value == "" else value, column)
+            except CellError as error:
+                raise RecordingError(f"{path}, row {number}: {error}: make it again") from error
+        yield row
+
+
+_NAMES = {".csv": texts.names_in_csv, ".jsonl": texts.names_in_json, ".xlsx": _names_in_excel}
+_READ = {".csv": texts.read_csv, ".jsonl": texts.read_json_lines, ".xlsx": _read_excel}
+"""Suffix -> what reads the names of its columns, and its rows."""
