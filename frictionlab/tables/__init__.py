@@ -30,32 +30,25 @@ from frictionlab.schema import MOTIONS, OUTCOME, STEADY_STATES, TABLES, Table, T
 from frictionlab.tables import texts
 from frictionlab.tables.texts import (
     CellError,
-    Row,
     checked,
     encodable,
     fitting,
     flat,
     harmless,
-    json_line,
-    plain,
     unquoted,
+)
+from frictionlab.tables.texts import (
+    Row as Row,
+)
+from frictionlab.tables.texts import (
+    json_line as json_line,
+)
+from frictionlab.tables.texts import (
+    plain as plain,
 )
 
 if TYPE_CHECKING:
     import pandas as pd
-
-__all__ = [
-    "SUFFIXES",
-    "Row",
-    "check_output",
-    "has_rows",
-    "is_table",
-    "json_line",
-    "plain",
-    "read_rows",
-    "rows_of",
-    "write_rows",
-]
 
 SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx")
 EITHER = ".csv, .jsonl, .h5 or .xlsx"
