@@ -1,5 +1,272 @@
-"""A campaign as one HTML page, and a page for each of its tests."""
+"""A campaign as one HTML page, and a page for each of its tests: self-contained, for screen, phone and paper.
 
-from frictionlab.report.page import page, write_report
+First what was tested, the answer for each material and what is doubtful; then figures, tables, tests and details.
+Whatever stood in a log or a file name is escaped by the templates; the page's own policy allows no script but its own
+and nothing from outside.
+"""
 
-__all__ = ["page", "write_report"]
+import base64
+import hashlib
+import math
+import platform
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import NamedTuple
+
+from frictionlab import __version__, schema
+from frictionlab.campaign import Campaign
+from frictionlab.campaign.ranking import CRITERIA
+from frictionlab.campaign.trials import short_name
+from frictionlab.figures.materials import at_lag, over_force
+from frictionlab.figures.plates import Plate, first_of
+from frictionlab.files import write_whole
+from frictionlab.report.charts import HERE, TEMPLATES, Dot, scatter
+from frictionlab.report.page_of_test import sheet_name
+from frictionlab.scene.text import to_toml
+from frictionlab.tables import Row
+from frictionlab.tables.texts import GRAVE, kinds_of, with_error
+
+PACKAGES = ("numpy", "scipy", "pandas", "matplotlib", "h5py", "numba", "pydantic")
+MOST_DOUBTS = 6  # on the first screen; all warnings stand further down
+COLUMNS: Mapping[str, Sequence[str]] = {
+    "friction": (
+        "material", "normal_force_n", "tests", "tests_used", "friction_ratio", "friction_force_n",
+        "friction_coefficient", "friction_coefficient_scatter", "law", "note",
+    ),
+    "laws": ("material", "law", "tests", "required", "gain", "response_nrmse"),
+    "parameters": ("material", "law", "parameter", "value", "scatter", "physical_value", "unit", "is_told"),
+    "drift": (
+        "source", "material", "normal_force_n", "frequency_ratio", "duration_s", "slope_per_hour",
+        "relative_slope_per_hour", "friction_slope_per_hour", "verdict", "note",
+    ),
+    "ranking": ("rank", "material", "value", "tied_with"),
+    "tests": (
+        "material", "normal_force_n", "frequency_ratio", schema.ENERGY, f"{schema.ENERGY}_j",
+        "response_amplitude", "stops_per_cycle", "regime", "test_friction_ratio", "energy_residual", "test_misfit",
+    ),
+}  # fmt: skip
+TABLES = (
+    ("Friction", "friction", schema.FRICTION),
+    ("Contact laws", "laws", schema.MATERIAL_LAWS),
+    ("Parameters of the laws", "parameters", schema.LAW_PARAMETERS),
+    ("Long tests", "drift", schema.DRIFTS),
+)
+UNKNOWN = "\N{EN DASH}"
+LONG = 24  # letters of a cell that the screen may cut: the whole text stands in its title
+
+
+class Cell(NamedTuple):
+    """One cell: ``text`` as it is read, ``value`` by which it is sorted (None: text), ``title`` and ``link``."""
+
+    text: str
+    value: float | None = None
+    title: str = ""
+    link: str = ""
+    is_number: bool = False
+
+
+class Listing(NamedTuple):
+    """A table of a page: heads, whose titles are sentences, and rows of cells; ``failed``: numbers of failed rows."""
+
+    heads: Sequence[Cell]
+    rows: Sequence[Sequence[Cell]]
+    failed: frozenset[int] = frozenset()
+
+
+def with_se(value: object, error: object = None) -> str:
+    """A number with its error, held together in one line; a dash if it is not known."""
+    known = isinstance(value, (int, float)) and math.isfinite(value)
+    return with_error(value, error).replace(" ", "\N{NO-BREAK SPACE}") if known else UNKNOWN
+
+
+def listing(table: schema.Table, rows: Iterable[Row], names: Sequence[str]) -> Listing:
+    """Some columns of a table; a number stands with its combined uncertainty, else its standard error, in one cell.
+
+    Columns that no row knows are left out.
+    """
+    listed = list(rows)
+    known = [name for name in names if any(row.get(name) not in (None, "") for row in listed)]
+    columns = [column for name in known if (column := table.column(name)) is not None]
+    heads = [Cell(column.head, title=column.sentence, is_number=column.type.is_number) for column in columns]
+    return Listing(
+        heads, [[_cell(row, head, column.name) for head, column in zip(heads, columns, strict=True)] for row in listed]
+    )
+
+
+def _cell(row: Row, head: Cell, name: str) -> Cell:
+    value = row.get(name)
+    if head.is_number:
+        known = float(value) if isinstance(value, (int, float)) and math.isfinite(value) else None
+        return Cell(with_se(value, row.get(f"{name}_u") or row.get(f"{name}_se")), known, is_number=True)
+    if isinstance(value, bool):
+        return Cell("yes" if value else "no")
+    text = str(value or UNKNOWN)
+    return Cell(short_name(text) if name == "source" else text, title=text if len(text) > LONG else "")
+
+
+def grouped(warnings: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
+    """Sentences for a page from groups of sources (sentence, the tests it was given for), most tests first."""
+    ordered = sorted(warnings, key=lambda pair: -len(pair[1]))
+    more = [f" and {len(sources) - 3} more" if len(sources) > 3 else "" for _, sources in ordered]
+    return [f"{said} ({', '.join(names[:3])}{rest})" for (said, names), rest in zip(ordered, more, strict=True)]
+
+
+def write_report(campaign: Campaign, plates: Sequence[Plate], folder: Path) -> Path:
+    """Write ``report.html`` into a campaign's folder, whose ``figures`` hold the plates already."""
+    images = {plate.name: (folder / "figures" / f"{plate.name}.svg").read_bytes() for plate in plates}
+    path = folder / "report.html"
+    write_whole(path, page(campaign, plates, images).encode())
+    return path
+
+
+def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes]) -> str:
+    """The page's text; ``images``: the SVG of each plate by its name. Same campaign, same text."""
+    script = (HERE / "page.js").read_text(encoding="utf-8")
+    first = first_of(plates)
+    tables = campaign.tables
+    scene = "\n".join(line for line in to_toml(campaign.scene).splitlines() if not line.startswith("#"))
+    packages = {"frictionlab": __version__, "Python": platform.python_version(), **{p: version(p) for p in PACKAGES}}
+    return TEMPLATES.get_template("page.html").render(
+        title=f"Friction of {', '.join(campaign.materials) or 'no material'}",
+        script=script,
+        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        lead=_lead(campaign),
+        answers=[_answer(campaign, material, tables) for material in campaign.materials],
+        doubts=_doubts(campaign),
+        first=[plate for plate in plates if plate is first],
+        plates=[plate for plate in plates if plate is not first],
+        images={name: base64.b64encode(svg).decode() for name, svg in images.items()},
+        overview=_overview(campaign),
+        at_lag=at_lag(campaign),
+        rankings=list(_rankings(campaign, tables["ranking.csv"])),
+        grids=[
+            (title, listing(table, tables[f"{name}.csv"], COLUMNS[name]))
+            for title, name, table in TABLES
+            if tables[f"{name}.csv"]
+        ],
+        tests=_tests(campaign),
+        materials=campaign.materials,
+        failures=[(short_name(trial.source), trial.reason) for trial in campaign.failures],
+        warnings=_warnings(campaign),
+        notes=campaign.notes,
+        assumed=scene.partition("[synthetic]")[0].strip(),
+        versions=", ".join(f"{name} {number}" for name, number in packages.items()),
+    )
+
+
+def _lead(campaign: Campaign) -> str:
+    """What was tested, in one sentence."""
+    measured = [trial for trial in campaign.trials if not trial.failed]
+    long = sum(trial.is_long for trial in measured)
+    forces = sorted({trial.normal_force_n for trial in measured if trial.normal_force_n})
+    ratios = sorted(trial.r for trial in measured)
+    parts = [f"{len(measured)} of {len(campaign.trials)} tests measured"]
+    if forces:
+        parts.append(f"normal force {_range(forces)} N")
+    if ratios:
+        parts.append(f"frequency ratio {_range(ratios)}")
+    if long:
+        parts.append(f"{long} long tests")
+    return "; ".join(parts) + "."
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = values[0], values[-1]
+    return f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g}"
+
+
+def _answer(campaign: Campaign, material: str, tables: Mapping[str, Sequence[Row]]) -> tuple[str, str, list[str]]:
+    """What a campaign says of one material: its name, the coefficient, else the friction ratios; and sentences."""
+    own = {name: [row for row in rows if row.get("material") == material] for name, rows in tables.items()}
+    test = next((test for test in campaign.amontons if test.material == material), None)
+    ratios = [with_se(row["friction_ratio"], row.get("friction_ratio_u")) for row in own["friction.csv"]]
+    headline = f"friction ratio {', '.join(ratios)}" if ratios else "friction not known"
+    if test is not None and test.coefficient is not None:
+        headline = f"coefficient of friction {with_se(test.coefficient, test.coefficient_se)}"
+    required = [str(row["law"]) for row in own["laws.csv"] if row.get("required")]
+    said = [f"Contact law: {required[0]}." if required else f"Predicted with: {campaign.model.words}."]
+    for row in own["parameters.csv"]:
+        if row.get("is_told"):
+            physical = row.get("physical_value") is not None
+            value = with_se(row["physical_value"], row.get("physical_value_u")) if physical else with_se(row["value"])
+            unit = f" {row['unit']}" if physical and row.get("unit") else ""
+            name = str(row["parameter"]).removesuffix("_ratio") if unit else str(row["parameter"])
+            said.append(f"{name.replace('_', ' ')}: {value}{unit}.")
+    if test is not None:
+        of_amontons = test.verdict.removeprefix(f"{material}: ")
+        said.append(f"{of_amontons[:1].upper()}{of_amontons[1:]}")
+    return material, headline, said
+
+
+def _doubts(campaign: Campaign) -> list[str]:
+    """What to know before believing the numbers: failures, strained rig or law, the warnings of most tests."""
+    failed = len(campaign.failures)
+    said = [f"{failed} of {len(campaign.trials)} tests failed; see Failures."] if failed else []
+    said += [note for note in campaign.notes if GRAVE.search(note)]
+    said += grouped(kinds_of((f"{f.material} at {f.normal_force_n:.4g} N", f.note) for f in campaign.fits if f.note))
+    said += _warnings(campaign)
+    rest = len(said) - MOST_DOUBTS
+    return said[:MOST_DOUBTS] + ([f"{rest} more kinds of warnings; see Warnings."] if rest > 0 else [])
+
+
+def _warnings(campaign: Campaign) -> list[str]:
+    """The warnings with their tests; those that differ in their numbers alone are one."""
+    return grouped(kinds_of((short_name(t.source), text) for t in campaign.trials for text in t.warnings))
+
+
+def _overview(campaign: Campaign) -> str:
+    """The energy of every test over its frequency ratio, or over the normal force; a point opens its test's page."""
+    forces, verdicts = over_force(campaign), campaign.verdicts
+    found = {t.source: verdicts[t.source].energy if t.source in verdicts else t.means[0] for t in campaign.trials}
+    points = [
+        Dot(
+            (trial.normal_force_n or 0.0) if forces else trial.r,
+            found[trial.source].value or 0.0,
+            f"{short_name(trial.source)}: r {trial.r:.4g}, E {found[trial.source]} kY²",
+            f"tests/{sheet_name(place, trial)}",
+            campaign.materials.index(trial.material) if trial.material in campaign.materials else 0,
+        )
+        for place, trial in enumerate(campaign.trials, 1)
+        if not trial.failed
+    ]
+    return scatter(
+        points, "normal force [N]" if forces else "frequency ratio r", "energy per cycle [kY²]", campaign.materials
+    )
+
+
+def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, str, Listing]]:
+    """Title, evidence and table of each criterion; nothing where there is one material to rank."""
+    if len(campaign.materials) < 2:
+        return
+    for criterion in CRITERIA:
+        own = [row for row in rows if row["criterion"] == criterion]
+        if any(row["rank"] is not None for row in own):
+            yield (
+                f"By {criterion}: {own[0]['unit']}",
+                str(own[0]["evidence"]),
+                listing(schema.RANKING, own, COLUMNS["ranking"]),
+            )
+
+
+def _tests(campaign: Campaign) -> Listing:
+    """All tests, failed ones too, one line each: name, status, what was measured, remark."""
+    rows = [{**row, f"{schema.ENERGY}_j_u": _joules_u(row)} for row in campaign.tables["measurements.csv"]]
+    doubled = schema.ENERGY if any(row.get(f"{schema.ENERGY}_j") for row in rows) else f"{schema.ENERGY}_j"
+    known = listing(schema.TESTS, rows, [name for name in COLUMNS["tests"] if name != doubled])
+    cells = []
+    for place, (trial, row, own) in enumerate(zip(campaign.trials, rows, known.rows, strict=True), 1):
+        remark = str(row.get("reason") or row.get("left_out_of_fit") or "")
+        left_out = row.get("left_out_code")
+        status = "failed" if trial.failed else "long" if left_out == "long" else "left out" if left_out else "used"
+        name = Cell(short_name(trial.source), title=trial.source, link=f"tests/{sheet_name(place, trial)}")
+        cells.append([name, Cell(status), *own, Cell(remark or UNKNOWN, title=remark)])
+    failed = frozenset(place for place, trial in enumerate(campaign.trials) if trial.failed)
+    return Listing([Cell("test"), Cell("status"), *known.heads, Cell("remark")], cells, failed)
+
+
+def _joules_u(row: Row) -> float | None:
+    """Uncertainty of the energy in joules: that of the dimensionless one, for what one is of the other is exact."""
+    energy, u, joules = (row.get(f"{schema.ENERGY}{end}") for end in ("", "_u", "_j"))
+    known = isinstance(energy, float) and isinstance(u, float) and isinstance(joules, float) and energy
+    return abs(joules * u / energy) if known else None  # type: ignore[operator]
