@@ -1,20 +1,209 @@
 """The simulator seen through a laser: logs whose truth is known.
 
 A virtual rig runs each test of ``[[synthetic.tests]]``; two virtual optoNCDT sensors add noise and round to their step.
-Nothing here is measured, and every log says so in its first lines.
-
-- ``virtual_rig``: what each test is
-- ``virtual_motion``: how base and mass move, what changes while a test runs, channels beyond the two displacements
-- ``write``: logs, and what is true of them, into files
+Nothing here is measured, and every log says so in its first lines. Here logs, and what is true of them, go into files;
+``virtual_rig`` says what each test is, ``virtual_motion`` how base and mass move, and what changes while a test runs.
 """
 
-from frictionlab.synthetic.virtual_motion import cycle_friction_ratios as cycle_friction_ratios
-from frictionlab.synthetic.virtual_motion import driven as driven
-from frictionlab.synthetic.virtual_motion import motion as motion
+import json
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from frictionlab.analysis.steadiness import irregularity_index
+from frictionlab.arrays import FloatArray
+from frictionlab.errors import SceneError
+from frictionlab.files import check_replaceable, make_folder, write_whole
+from frictionlab.scene import Scene
+from frictionlab.schema import AMPLITUDE, ENERGY, REGIME, STOPS, value_of
+from frictionlab.simulator import steady_state
+from frictionlab.synthetic.virtual_motion import HOUR_S, cycle_friction_ratios, driven, motion
 from frictionlab.synthetic.virtual_rig import SyntheticTest as SyntheticTest
 from frictionlab.synthetic.virtual_rig import virtual_tests as virtual_tests
-from frictionlab.synthetic.write import is_synthetic as is_synthetic
-from frictionlab.synthetic.write import is_truth as is_truth
-from frictionlab.synthetic.write import log_of as log_of
-from frictionlab.synthetic.write import synthesize as synthesize
-from frictionlab.synthetic.write import truth as truth
+
+MILLIMETRES = 1e3  # the logs are written in the sensor's unit
+PHASES = 64  # points per cycle of the true irregularity
+MARK = b"# SYNTHETIC: "
+GIVEN = (
+    *("log", "material", "normal_force_n", "frequency_ratio", "friction_ratio", "friction_coefficient"),
+    *("natural_frequency_hz", "base_amplitude_m", "stiffness_n_per_m", "static_ratio", "damping_ratio", "wall", "law"),
+    *("parameters", "duration_s", "friction_drift_per_hour", "friction_scatter", "jump_s", "jump_factor"),
+    *("friction_wander", "friction_wander_s"),
+)
+"""Keys of a truth, in order: of a test, and of its table in the scene; the first five are its mark."""
+PREAMBLE = (
+    "# SYNTHETIC: simulated by frictionlab, not measured\n"
+    "# material {material}, normal force {force:g} N, {motion}; its truth is in truth.jsonl\n"
+    "{columns}\n"
+)
+HEADS = {
+    "contact_force": "friction force [N]",
+    "normal_force": "normal force [N]",
+    "mass_velocity": "mass velocity [m/s]",
+    "base_velocity": "base velocity [m/s]",
+    "mass_acceleration": "mass acceleration [m/s^2]",
+    "base_acceleration": "base acceleration [m/s^2]",
+}
+"""Channel -> the head of its column."""
+
+
+def synthesize(scene: Scene, folder: Path) -> Iterator[SyntheticTest]:
+    """Write one log per virtual test into a folder, each given when it stands; their truth last (``truth.jsonl``).
+
+    ``[rig]``, ``[model]`` and ``[synthetic]`` say all: the same scene gives the same bytes. Synthetic logs of the same
+    names are replaced, measured ones never (OutputError).
+    """
+    tests = virtual_tests(scene)
+    make_folder(folder)
+    check_replaceable(folder / "truth.jsonl", replace=is_truth)
+    for test in tests:
+        check_replaceable(folder / test.log, replace=is_synthetic)
+    truths = []
+    for test in tests:
+        text, more = log_of(test, scene)
+        write_whole(folder / test.log, text.encode(), replace=is_synthetic)
+        truths.append(json.dumps({**truth(test), **more}) + "\n")
+        yield test
+    write_whole(folder / "truth.jsonl", "".join(truths).encode(), replace=is_truth)
+
+
+def is_truth(path: Path) -> bool:
+    """Whether a file holds the truth of synthetic logs: its first line has the numbers that `truth` gives."""
+    with path.open("rb") as file:
+        first = file.readline(1 << 20)
+    try:
+        row = json.loads(first)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(row, dict) and tuple(row)[:5] == GIVEN[:5]
+
+
+def is_synthetic(log: Path) -> bool:
+    """Whether a log says in its first line that it is synthetic."""
+    with log.open("rb") as file:
+        return file.readline(len(MARK) + 1).startswith(MARK)
+
+
+def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
+    """The log of one test, time in s and displacements in mm, and what is true of it beyond `truth`."""
+    names, rate = scene.synthetic.channels, scene.synthetic.sampling_rate_hz
+    if test.frame is not None and names:
+        raise SceneError(
+            f"synthetic.channels: expected none for a frame with [[rig.masses]] or [[rig.contacts]]; got"
+            f" {', '.join(names)}"
+        )
+    time = np.arange(round(test.duration_s * rate)) / rate
+    more: dict[str, FloatArray] = {}
+    beyond: dict[str, object] = {}
+    if names or not test.base.is_plain:
+        run = driven(test, scene)
+        mass, base = (test.base_amplitude_m * each[:: run.every] for each in (run.displacement, run.base))
+        more, beyond = run.channels(names), {key: _twelve_digits(value) for key, value in run.totals().items()}
+    else:
+        base = np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
+        if test.is_plain_coulomb:
+            mass = motion(test, time, scene)
+        else:
+            mass, beyond = _changing(test, scene, time)
+    if test.group.friction_wander:
+        beyond["friction_ratio_of_cycles"] = [float(f"{beta:.8g}") for beta in cycle_friction_ratios(test, scene)]
+    return _lines(test, scene, time, mass, base, more), beyond
+
+
+def _changing(test: SyntheticTest, scene: Scene, time: FloatArray) -> tuple[FloatArray, dict[str, object]]:
+    """The motion of a mass whose friction changes; its index (4.1) after the transient, its energy's slope an hour."""
+    transient = scene.analysis.planned_transient_s
+    first = math.ceil(transient * test.drive_frequency_hz + 0.25)
+    last = math.floor(test.duration_s * test.drive_frequency_hz + 0.25)
+    cycles = np.arange(first, max(first, last))[:, None] - 0.25
+    phases = (cycles + np.arange(PHASES) / PHASES) / test.drive_frequency_hz
+    every = np.concatenate([time, phases.ravel()])  # simulated once
+    order, moved = np.argsort(every, kind="stable"), np.empty_like(every)
+    moved[order] = motion(test, every[order], scene)
+    mass, exact = moved[: len(time)], moved[len(time) :].reshape(phases.shape)
+    slope = None
+    if test.group.jump_s is None and test.duration_s > transient:
+        drifted = (1 + test.group.friction_drift_per_hour * t / HOUR_S for t in (transient, test.duration_s))
+        before, after = (steady_state(test.problem(test.friction_ratio * by)).energy_per_cycle for by in drifted)
+        if before is not None and after is not None:
+            slope = (after - before) / (test.duration_s - transient) * HOUR_S
+    index = irregularity_index(exact - exact.mean()) if exact.size else None
+    return mass, {"irregularity_index": index, "energy_slope_per_hour": slope}
+
+
+def _lines(
+    test: SyntheticTest,
+    scene: Scene,
+    time: FloatArray,
+    mass: FloatArray,
+    base: FloatArray,
+    more: Mapping[str, FloatArray],
+) -> str:
+    """The text of a log: ``time`` (n,) s, ``mass`` (n,) or (n, masses), ``base`` (n,) m and more, before any sensor."""
+    synthetic = scene.synthetic
+    noise, further = test.draws(scene, "noise"), test.draws(scene, "channels")
+    masses = [mass] if mass.ndim == 1 else list(mass.T)
+    heads = ["mass [mm]"] if len(masses) == 1 else [f"mass {number} [mm]" for number in range(1, len(masses) + 1)]
+    seen = []
+    for signal in (*masses, base):  # through a laser: noise, then rounding to its step
+        noisy = signal + synthetic.noise_m * noise.standard_normal(len(signal))
+        step = synthetic.step_m
+        seen.append(MILLIMETRES * (np.round(noisy / step) * step if step else noisy))
+    line = "%.6f" + ",%.6f" * len(seen) + ",%.9g" * len(more) + "\n"
+    for values in more.values():
+        rms = synthetic.channel_noise * float(np.sqrt(np.mean(values**2)))
+        seen.append(values + rms * further.standard_normal(len(values)))
+    words = f"r {test.frequency_ratio:g}" if test.is_periodic else f"base {test.base.motion}"
+    columns = ",".join(["time [s]", *heads, "base [mm]", *(HEADS[name] for name in more)])
+    head = PREAMBLE.format(material=test.group.material, force=test.normal_force_n, motion=words, columns=columns)
+    return head + (line * len(time)) % tuple(np.column_stack([time, *seen]).ravel().tolist())
+
+
+def truth(test: SyntheticTest) -> dict[str, object]:
+    """What is known of a test: its parameters and the steady state of its (undisturbed) problem, as sensors show it.
+
+    The energy per cycle is the loop's (2.18); where the wall moves with the base, or the frame has a dashpot, the
+    energy dissipated is another number and stands beside it. Numbers have twelve digits, which are the same on every
+    machine; the last four of a double are not.
+    """
+    said = test.group.model_dump() | vars(test)
+    keys = GIVEN if test.group.friction_wander else GIVEN[:-2]
+    known = {key: said[key] for key in keys if said[key] is not None} | {
+        "drive_frequency_hz": test.drive_frequency_hz,
+        "friction_force_n": test.group.friction_coefficient * test.normal_force_n,
+    }
+    if not test.base.is_plain:
+        known["base"] = {"motion": test.base.motion} | test.base.model_dump(exclude_defaults=True)
+    if test.is_periodic:
+        known |= _steady_truth(test)
+    else:
+        known |= {"frequency_ratio": None, "drive_frequency_hz": None}
+    return {key: _twelve_digits(value) for key, value in known.items()}
+
+
+def _steady_truth(test: SyntheticTest) -> dict[str, object]:
+    keys = ("outcome", ENERGY, AMPLITUDE, STOPS, "stuck_fraction", REGIME)
+    state = steady_state(test.frame or test.problem())
+    if test.frame is None:
+        first = {"outcome": state.outcome, ENERGY: state.energy_per_cycle}
+        return first | {"energy_dissipated_per_cycle": state.energy_taken} | {key: value_of(state, key) for key in keys}
+    row = state.row()
+    return {key: row[key] for key in keys} | {
+        "energy_dissipated_per_cycle": state.energy_taken,
+        "response_amplitudes": row["response_amplitudes"],
+        "contacts": row["contacts"],
+        "natural_frequencies_hz": [
+            test.natural_frequency_hz * float(ratio) for ratio in test.frame.natural_frequencies
+        ],
+    }
+
+
+def _twelve_digits(value: object) -> object:
+    """A number, or those of a table or list, with the digits that are the same on every machine."""
+    if isinstance(value, dict):
+        return {key: _twelve_digits(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_twelve_digits(each) for each in value]
+    return float(f"{value:.12g}") if isinstance(value, float) else value

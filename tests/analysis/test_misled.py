@@ -15,7 +15,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.logs.read import read_log
 from frictionlab.scene import scene_from_tables
 from frictionlab.simulator import Problem, steady_state
-from frictionlab.synthetic.write import synthesize
+from frictionlab.synthetic import synthesize
 from tests.analysis import hostile
 from tests.analysis.hostile import (
     ALL,
