@@ -7,7 +7,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import h5py
-import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -123,15 +122,6 @@ def test_xarray_opens_it(engine: str, path: Path) -> None:
         assert data.attrs["material"] == "steel"
     with xr.open_dataset(path, engine=engine) as data:  # without being asked anything
         assert data["mass_displacement"].dims == ("time",)
-
-
-def test_netcdf4_opens_it(path: Path) -> None:
-    with netCDF4.Dataset(path) as data:
-        assert data["mass_displacement"].dimensions == ("time",)
-        assert data["mass_displacement"].units == "m"
-        assert data["time"].units == "s"
-        np.testing.assert_array_equal(data["mass_displacement"][...], RECORDING.mass_displacement)
-        assert data["source"].getncattr("lines_data") == 500
 
 
 def test_a_nexus_reader_opens_it(path: Path) -> None:

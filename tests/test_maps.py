@@ -32,22 +32,23 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return made(tmp_path_factory.mktemp("truth") / "map.h5", workers=1)
 
 
-def test_the_file_holds_what_the_simulator_says(tmp_path: Path, truth: bytes) -> None:
+def test_the_file_holds_what_the_simulator_says_described_and_with_units(tmp_path: Path, truth: bytes) -> None:
     path = tmp_path / "map.h5"
     path.write_bytes(truth)
     states = sweep(GRID.r, GRID.beta, GRID.mu, GRID.zeta)
     with h5py.File(path) as file:
-        assert [scale[0].name for scale in (dim for dim in file["energy_per_cycle"].dims)] == [
-            "/r",
-            "/beta",
-            "/mu",
-            "/zeta",
-        ]
+        assert [axis[0].name for axis in file["energy_per_cycle"].dims] == ["/r", "/beta", "/mu", "/zeta"]
         for key, values in states.datasets().items():
             found = file[key][...]
             assert found.shape == (5, 3, 2, 2)
             assert np.array_equal(found.astype(values.dtype), values, equal_nan=values.dtype.kind == "f"), key
         assert file.attrs["wall"] == "fixed"
+        assert {"r", "energy_per_cycle", "outcome"} <= set(file)
+        for name in file:
+            assert file[name].attrs["long_name"] == str(getattr(STEADY_STATES.column(name), "sentence", ""))
+            assert file[name].attrs["units"] == (
+                "" if name in ("wall", "solver", "outcome", "regime", "warnings") else "1"
+            )
 
 
 def test_two_workers_write_the_same_bytes(tmp_path: Path, truth: bytes) -> None:
@@ -60,17 +61,6 @@ def test_tables_hold_the_same_rows(tmp_path: Path, suffix: str) -> None:
     made(path, workers=1)
     assert read_rows(path) == list(sweep(GRID.r, GRID.beta, GRID.mu, GRID.zeta).rows())
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
-
-
-def test_every_dataset_of_a_map_says_what_it_is_and_in_what_unit(tmp_path: Path, truth: bytes) -> None:
-    (tmp_path / "map.h5").write_bytes(truth)
-    with h5py.File(tmp_path / "map.h5") as file:
-        assert {"r", "energy_per_cycle", "outcome"} <= set(file)
-        for name in file:
-            assert file[name].attrs["long_name"] == str(getattr(STEADY_STATES.column(name), "sentence", ""))
-            assert file[name].attrs["units"] == (
-                "" if name in ("wall", "solver", "outcome", "regime", "warnings") else "1"
-            )
 
 
 def test_a_point_that_cannot_be_solved_costs_only_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

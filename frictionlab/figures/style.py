@@ -7,7 +7,7 @@ import textwrap
 import warnings
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -81,13 +81,8 @@ LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
 PLAIN_TEXT: dict[Any, Any] = {"text.parse_math": False}  # a material or a file may well be called "$5"
 
 
-def look() -> AbstractContextManager[None]:
-    """The house's look as a context: whole figures are drawn inside it, so that a notebook's own look stays its own."""
-    return rc_context(LOOK)
-
-
 def new_figure(width: float = PAGE, height: float = 3.0) -> Figure:
-    """An empty figure (inches), laid out so that nothing is cut; call it and draw inside :func:`look`."""
+    """An empty figure (inches), laid out so that nothing is cut; call it and draw inside ``rc_context(LOOK)``."""
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -124,7 +119,7 @@ def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
     for label in figure.findobj(Text):  # bytes of a file's name that are no text are shown escaped: no font draws them
         if not (words := label.get_text()).isascii():
             label.set_text(words.encode("utf-8", "backslashreplace").decode())
-    with look(), warnings.catch_warnings():
+    with rc_context(LOOK), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in letters that the font lacks is drawn as boxes
         engine = figure.get_layout_engine()
         if engine is not None:  # `savefig` lays out by drawing twice; what is laid out already is drawn once

@@ -7,14 +7,12 @@ import time
 from pathlib import Path
 
 import h5py
-import numpy as np
 import pytest
 from filelock import lock_descriptor
 
 from frictionlab.errors import RecordingError
 from frictionlab.hdf5 import arrays_inside, describe, is_recording, read_recording, trial
 from frictionlab.hdf5.opening import is_whole
-from frictionlab.recording import Recording
 from tests.armour.sound import case, sound
 
 
@@ -102,12 +100,3 @@ def test_another_programs_lock_does_not_keep_readers_out(path: Path) -> None:
     with path.open("r+b", buffering=0) as writer:
         assert lock_descriptor(writer.fileno(), blocking=False)
         assert len(read_recording(path)) == 800
-
-
-@pytest.mark.parametrize(("values", "words"), [([0, 1e12], "expected metres; got 1e"), ([0, -1e300], "another unit")])
-def test_numbers_that_are_no_displacements_are_refused(values: list[float], words: str) -> None:
-    t = np.arange(2.0)
-    with pytest.raises(RecordingError, match=f"mass_displacement: .*{words}"):
-        Recording(t, np.array(values), t)
-    with pytest.raises(RecordingError, match="time: expected seconds; got 1e"):
-        Recording(np.array([0.0, 1e300]), t, t)

@@ -12,11 +12,12 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from frictionlab.figures.style import BASE, GREY, PAGE, PALETTE, PREDICTED, look, new_figure, save, shades
+from frictionlab.figures.style import BASE, GREY, LOOK, PAGE, PALETTE, PREDICTED, new_figure, save, shades
 from frictionlab.simulator import Motion, Problem, SteadyState, last_cycle, simulate, steady_state, sweep
 from tests.simulator.closed_form import continuous_energy, viscous_energy
 
@@ -236,7 +237,7 @@ FIGURES = {
 def draw_all(folder: Path) -> None:
     """Write the chapter's figures (.pdf, and .png to look at) into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    with look():
+    with rc_context(LOOK):
         for name, draw in FIGURES.items():
             figure = draw()
             for suffix in (".pdf", ".png"):
