@@ -28,24 +28,10 @@ from frictionlab.errors import RecordingError, UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable, write_whole
 from frictionlab.schema import MOTIONS, OUTCOME, STEADY_STATES, TABLES, Table, Type, column_of, is_marked, table_of
 from frictionlab.tables import texts
-from frictionlab.tables.texts import (
-    CellError,
-    checked,
-    encodable,
-    fitting,
-    flat,
-    harmless,
-    unquoted,
-)
-from frictionlab.tables.texts import (
-    Row as Row,
-)
-from frictionlab.tables.texts import (
-    json_line as json_line,
-)
-from frictionlab.tables.texts import (
-    plain as plain,
-)
+from frictionlab.tables.texts import CellError, checked, encodable, fitting, flat, harmless, unquoted
+from frictionlab.tables.texts import Row as Row
+from frictionlab.tables.texts import json_line as json_line
+from frictionlab.tables.texts import plain as plain
 
 if TYPE_CHECKING:
     import pandas as pd
