@@ -163,17 +163,16 @@ class Posterior:
     def _by_weights(self) -> FloatArray:
         """Variances (m,) of the coordinates as the fit has weighed several tests, right or wrong.
 
-        With the weights' curvature J of each test and what its data really leave in its score, ``A = J I^-1 J`` of its
-        information I, the score of a test is ``(1 + J S^2)^-1`` of one whose variance is ``A + J S^2 J``. `plain` is
-        less where weights are off: it is what the best ones would leave, and these were not used. Tests that assume too
-        much noise then look as if they determined the rig through each other.
+        With the weights' curvature J of a test and what its data leave in its score, ``A = J I^-1 J`` by its
+        information I, its score is ``(1 + J S^2)^-1`` of one whose variance is ``A + J S^2 J``. `plain` is what the
+        best weights would leave: tests that assume too much noise would seem to determine the rig through each other.
         """
         fit = self.fit
         of_scores, back = np.diag(self._doubts**2), np.linalg.inv(fit.precision)
         for test, slopes, information in zip(self.tests, fit.place.slopes, self.information, strict=True):
             curvature = slopes.T @ slopes
             counted, weighed = (s[test.index] ** 2 for s in (self.scatter, fit.model.scatter))
-            shown = curvature @ np.linalg.pinv(information, rcond=SAYS**2, hermitian=True) @ curvature
+            shown = curvature @ np.linalg.pinv(information, rcond=1e-12, hermitian=True) @ curvature
             share = np.linalg.inv(np.eye(len(curvature)) + curvature * weighed)
             of_scores[np.ix_(test.index, test.index)] += share @ (shown + curvature * counted @ curvature) @ share.T
         return np.asarray(np.diag(back @ of_scores @ back))
