@@ -337,10 +337,6 @@ class Flow:
         """Return how many pieces so many cycles are likely to have."""
         return 64 + ceil(8 * cycles * (max(1, int(self.systems[0]["harmonics"])) + 1.0 / self.what.r))
 
-    def accounted(self, pieces: FloatArray) -> Any:
-        """Return what recorded pieces do in all."""
-        return accounted(self.systems, self.workspace(), pieces)
-
     def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:
         """Return recorded pieces as a motion."""
         return Trajectory(self.problem, self.systems, pieces, periodic, mirror, first)

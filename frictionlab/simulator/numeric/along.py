@@ -2,6 +2,9 @@
 
 Steps are those of the two-stage diagonally implicit Runge-Kutta method of order 2 with ``g = 1 - sqrt(1/2)``, L-stable
 (R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006); each stage is solved by Newton's method with the law's own slopes.
+
+The flows that carry masses do not serve: between all samples of a given motion they would make a step of seven stages,
+and a fit asks for hundreds of cycles.
 """
 
 from math import isfinite, pi, sqrt

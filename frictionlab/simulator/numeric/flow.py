@@ -15,7 +15,7 @@ from frictionlab.simulator.compiled import address_of, record_of
 from frictionlab.simulator.exact.flow import FORMULA
 from frictionlab.simulator.exact.motion import COUNT, WORK
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STEEP
-from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, evaluated, feel_acceleration
+from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, accounted, evaluated, feel_acceleration
 from frictionlab.simulator.laws import TERMS, Friction, formula_of
 from frictionlab.simulator.meter import STATE, Meter
 from frictionlab.simulator.motion import Motion, Timeline, cycles_of
@@ -179,7 +179,7 @@ class Integrated(Flow):
 
     def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:  # noqa: ARG002
         """Return recorded steps as a motion."""
-        sums = self.accounted(pieces)
+        sums = accounted(self.systems, self.works, pieces)
         begin, length, _, (_, slip) = self.recorded_in(pieces)
         cycle = first + cycles_of(begin, length)
         for part in (cycle, begin, length):
