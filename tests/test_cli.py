@@ -42,17 +42,11 @@ def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
         (("simulate", "--r", "0.5", "--beta", "1", "--wall", "left"), "'left' is not one of 'fixed', 'base'"),
         (("sweep", "--r", "0.5", "--beta", "1", "-o", "m.csv", "--workers", "99999"), ", 32 for each core; got 99999"),
         (("show", "none"), "none: there is no such file"),
-        (
-            ("predict", "--law-file", "law.toml", "--normal-force", "400g"),
-            "got '400g', which weighs 3.923 N: give 3.923",
-        ),
-        (
-            ("batch", ".", "-o", "--campaign"),
-            "got '--campaign', which looks like an option: if it is meant, give ./--c",
-        ),
+        (("predict", "--law-file", "a", "--normal-force", "400g"), "which weighs 3.923 N: give 3.923"),
+        (("batch", ".", "-o", "--campaign"), "looks like an option: if it is meant, give ./--campaign"),
         (
             ("sweep", "--r", "1", "--beta", "1", "--law", "coulomb+place", "-o", "m.csv"),
-            "number, usually -0.1 to 0.1; got",
+            "usually -0.1 to 0.1; got",
         ),
         (("analyze", "--colour"), "No such option: --colour"),
         (("analyze",), "Missing argument"),

@@ -89,6 +89,7 @@ STUMBLES = [
         "--beta: 0 and 3 are two values; a decimal is written 0.3",
     ),
     (("simulate", "--r", "0.5", "--beta", "0.4", "--base-amplitude", "1.8"), "metres are meant; 1.8 mm are 0.0018"),
+    (("campaign", "empty", "-o", "campaign"), "no tables in empty: expected files ending in"),
     (("compare-numeric", LOG, *SCENED, "--law-file", "law.toml", "--whole"), "`frictionlab predict --law-file LAW"),
 ]
 
@@ -99,6 +100,7 @@ def test_what_made_people_stumble_is_said(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("quoted.csv").write_text(QUOTED)
+    Path("empty").mkdir()
     Path("rig.toml").write_text("[rig]\nnatural_frequency_hz = 3.13\nmass_kg = 3.08\n")
     assert said in run(*command).stderr
 

@@ -13,7 +13,7 @@ from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, FRICTION, MATERIAL_LAWS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
 from frictionlab.tables.texts import GRAVE, kinds_of
-from frictionlab.verbs.inputs import FAILED, failure, files_of, tables_in
+from frictionlab.verbs.inputs import failure, files_of, tables_in
 
 if TYPE_CHECKING:
     from frictionlab.campaign import Campaign
@@ -122,7 +122,6 @@ def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs,
     report, mark, quiet = todo.folder / "report.html", todo.folder / "made.json", work.quiet or work.as_json
     made = stamp_at(mark)
     if again or not report.exists() or made != {**stamp, "said": made.get("said")}:
-        _refuse_failures(rows)
         if not quiet:
             typer.echo(f"evaluate the campaign: {len(rows)} tests")
         folders = [todo.folder / "measurements", todo.folder / "recordings"]
@@ -170,7 +169,6 @@ def campaign(
             reason = str(unread[-1]["reason"])
             complain(reason if reason.startswith(str(path)) else f"{path}: {reason}")
     rows += unread
-    _refuse_failures(rows)
     check_folder(output, force=force, inputs=[*paths, *what.files])
     folders = [place for path in paths for place in recordings_beside(path)]
     result = _write_campaign(rows, what, output, folders=folders, law=law, workers=workers, force=force, quiet=quiet)
@@ -180,17 +178,13 @@ def campaign(
     screen.exit_status(unread)
 
 
-def _refuse_failures(rows: Sequence[Row]) -> None:
-    """Refuse a campaign without a single measurement: its report would be empty, and take the place of a full one."""
-    if all(row.get("status") == FAILED for row in rows):
-        count = f"all {len(rows)} failed" if rows else "there are none"
-        raise AnalysisError(f"campaign: no test to evaluate, {count}: no report is written")
-
-
 def _write_campaign(
     rows: Sequence[Row], scene: "Scene", output: Path, *, force: bool = False, quiet: bool, **asked: Any
 ) -> "Campaign":
-    """Evaluate rows of measurements, as ``evaluate`` is asked to, and write tables, figures and report."""
+    """Evaluate rows of measurements, as ``evaluate`` is asked to, and write tables, figures and report.
+
+    Where all tests failed none is written: an empty report would take the place of a full one.
+    """
     from frictionlab.verbs.evaluate import evaluate, publish
 
     def watch(items: Sequence[Any], *, title: str) -> Iterable[Any]:

@@ -356,11 +356,6 @@ def values_of(text: str, option: str) -> list[float]:
     """Read a list ``0.1,0.2`` or a range ``START:STOP:STEP`` with both ends; decimal, so that 0.3 is 0.3.
 
     A step that begins with x is a factor.
-
-    Examples
-    --------
-    >>> values_of("0.1:0.4:0.1", "--beta"), values_of("0.5,1", "--r"), values_of("10:1e4:x10", "--parameter kappa")
-    ([0.1, 0.2, 0.3, 0.4], [0.5, 1.0], [10.0, 100.0, 1000.0, 10000.0])
     """
     try:
         said = text if is_plain(text) else ""

@@ -30,7 +30,6 @@ HEADS = {
     "total_min": "lab min",
 }
 PREDICTED = {"r": "r", "amplitude": "amplitude mm", "energy": "energy mJ", "stops": "stops", "regime": "regime"}
-UNSTEADY = {"unsteady": "no steady state"}  # of how many draws, where there are any
 
 
 def plan(
@@ -187,7 +186,7 @@ def predict(
         base = size if first.frequency_ratio is not None else f"at most {size} away from where it begins"
         about = f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base {base}"
         paragraph(f"{about}; each number with its 95 % band")
-        heads = PREDICTED | (UNSTEADY if any(test.unsteady for test in found.tests) else {})
+        heads = PREDICTED | ({"unsteady": "no steady state"} if any(test.unsteady for test in found.tests) else {})
         print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], heads)
         if not to.quiet:
             warned = ({"source": name, "warnings": t.warnings} for t, name in zip(found.tests, names, strict=True))

@@ -11,6 +11,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from frictionlab.figures import style
+from frictionlab.inference.ladder import REQUIRED
 from frictionlab.planning.plan import Plan, PlannedTest
 from frictionlab.schema import AMPLITUDE, ENERGY
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 MOST = 4  # parameters drawn
 MARK = 40.0  # points squared
-DECIDES = 5.0  # logarithm of a Bayes factor from which a law is required
 Value = Callable[[PlannedTest], float | None]
 Place = tuple[float, float]  # frequency ratio and normal force
 CURVES = {f"{AMPLITUDE}_m": "amplitude [mm]", f"{ENERGY}_j": "energy per cycle [mJ]"}
@@ -32,7 +32,7 @@ def plan_figure(plan: Plan) -> Figure:
     """One panel a parameter, or one for each way of two laws; rings with numbers: the tests chosen."""
     drawn = list(_panels(plan))
     laws = plan.law if plan.against is None else f"{plan.law} against {plan.against}"
-    hollow = "not known by it" if plan.against is None else f"below {DECIDES:g}, which does not decide"
+    hollow = "not known by it" if plan.against is None else f"below {REQUIRED:g}, which does not decide"
     marks = f"rings: the plan; cross: the mass stands still, or may; hollow: {hollow}"
     title = f"{laws}: what each candidate says alone; {marks}"
     with style.drawing(2.7 * ((len(drawn) + 1) // 2), title) as figure:
@@ -70,7 +70,7 @@ def _draw_candidates(plan: Plan, ax: Axes, value_of: Value, name: str | None) ->
         known += [] if value is None else [(value, test)]
     best = min if name is not None else max
     moving = {place: best(known, key=lambda pair: pair[0]) for place, known in places.items() if known}
-    clear = {p: value for p, (value, test) in moving.items() if (test.told[name] if name else value >= DECIDES)}
+    clear = {p: value for p, (value, test) in moving.items() if (test.told[name] if name else value >= REQUIRED)}
     if clear:
         marks = ax.scatter(
             *_columns(clear), s=MARK, marker="s", c=list(clear.values()), norm=LogNorm(),

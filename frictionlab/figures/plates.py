@@ -109,9 +109,5 @@ def _found(campaign: Campaign) -> Iterator[Plate]:
             own = () if thing == "" else (thing,)
             word = thing if isinstance(thing, str) else f"{thing:.3g}"
             of = f": {'' if isinstance(thing, str) else 'r = '}{word}" if own else ""
-            yield Plate(f"{kind}{safe(word)}", f"{title}{of}", caption, partial(draw, campaign, *own))
-
-
-def safe(word: str) -> str:
-    """A word of a log as part of a file name."""
-    return "".join(letter if letter in SAFE else "_" for letter in word)
+            safe = "".join(letter if letter in SAFE else "_" for letter in word)
+            yield Plate(f"{kind}{safe}", f"{title}{of}", caption, partial(draw, campaign, *own))

@@ -110,13 +110,6 @@ def predict_tests(
         The law holds for other normal forces only.
     ParameterError
         A number is outside its domain.
-
-    Examples
-    --------
-    >>> from frictionlab.inference.material_law import example_law
-    >>> found = predict_tests(example_law(), [0.5], normal_force_n=4.0, base_amplitude_m=1.6e-3, draws=20)
-    >>> round(found.tests[0].numbers["response_amplitude"].value, 3)
-    1.329
     """
     count = draws or min(MOST_DRAWS, max(FEWEST_DRAWS, ALL_DRAWS // max(len(frequency_ratios), 1)))
     others, tau = law.draws(count), np.linspace(0.0, 2.0 * np.pi, POINTS)

@@ -47,11 +47,6 @@ def number(cell: str, decimal: str) -> float | None:
     """Read a plain decimal number as Python's ``float`` does; ``None`` if the cell is none.
 
     Overflow gives infinity; digits beyond ASCII, underscores and marks between thousands are refused.
-
-    Examples
-    --------
-    >>> [number(cell, ",") for cell in ("1,5", "-2E3", " 7 ", "1.5", "1_0", "x")]
-    [1.5, -2000.0, 7.0, None, None, None]
     """
     text = plain(cell).replace("\u2212", "-")
     if decimal != ".":
@@ -72,13 +67,6 @@ def moment(cell: str) -> float | None:
     """Read a clock time, with or without its date, as seconds (since 1970 UTC, or since midnight); else ``None``.
 
     A date with slashes that begins with its day or month has its month first, as in the USA, unless that is none.
-
-    Examples
-    --------
-    >>> moment("1970-01-01 00:00:02.500"), moment("00:01:00.25"), moment("12.5")
-    (2.5, 60.25, None)
-    >>> moment("1/2/1970 12:00:01 AM") == 86401.0, moment("2:16:47.5 PM") == (14 * 60 + 16) * 60 + 47.5
-    (True, True)
     """
     match = _MOMENT.fullmatch(plain(cell))
     if match is None:

@@ -110,15 +110,7 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Before] 
     """Return what a scene says of its laboratory, and what is known of the contact before.
 
     The law is the one named, else the scene's, else the one that most of what was measured requires. Comparisons whose
-    law does not explain their test are not counted.
-
-    Raises
-    ------
-    SceneError
-        The rig's natural frequency or stiffness is not known, ``[plan.expected]`` names what the law lacks, a range is
-        empty, the band to avoid forbids all, or no test outlasts its transient.
-    UsageError
-        The law cannot be.
+    law does not explain their test are not counted. Errors as of `frictionlab.plan`.
     """
     frequency, stiffness, plan = scene.rig.natural_frequency, scene.rig.stiffness, scene.plan
     forces = tuple(plan.normal_forces_n) or tuple(f for f in [scene.experiment.normal_force_n] if f is not None)

@@ -47,14 +47,7 @@ def plan_tests(
 
     Each next test is the one that, with all before it, takes most from what is not known for the laboratory time it
     adds: from the product of the parameters' uncertainties (D-optimality), or in expected evidence between two laws.
-    A test may be chosen again where nothing else shows more. Options as of `frictionlab.plan`.
-
-    Raises
-    ------
-    SceneError
-        The bounds forbid all candidates.
-    UsageError
-        The other law cannot be, no candidate shows anything about it, or no test fits the time.
+    A test may be chosen again where nothing else shows more. Options and errors as of `frictionlab.plan`.
     """
     if tests is not None and tests < 1:
         raise UsageError(f"tests: expected at least 1; got {tests}")

@@ -103,13 +103,7 @@ def scene_from_tables(tables: Mapping[str, object], *, name: str = "scene", fold
 
 
 def lines_of(text: str) -> dict[tuple[str, ...], int]:
-    r"""Where which key and table of a TOML text stands; of a value over several lines that is its first.
-
-    Examples
-    --------
-    >>> lines_of("[rig]\nmass_kg = 3.0\n[[synthetic.tests]]\n")[("synthetic", "tests", "0")]
-    3
-    """
+    r"""Where which key and table of a TOML text stands; of a value over several lines that is its first."""
     found: dict[tuple[str, ...], int] = {}
     table: tuple[str, ...] = ()
     count = Counter[tuple[str, ...]]()

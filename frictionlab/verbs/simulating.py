@@ -208,9 +208,10 @@ def plan(
     Raises
     ------
     SceneError
-        Natural frequency or stiffness is not known, a range is empty, or the bounds forbid all.
+        Natural frequency or stiffness is not known, ``[plan.expected]`` names what the law lacks, a range is empty, the
+        bounds forbid all, or no test outlasts its transient.
     UsageError
-        A law or an aim cannot be, no test fits the time, or the sheet exists.
+        A law or an aim cannot be, no candidate shows anything about it, no test fits the time, or the sheet exists.
     """
     from frictionlab.planning.candidates import laboratory
     from frictionlab.planning.choose import plan_tests, waiting
