@@ -106,7 +106,10 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     assert scene.rig.natural_frequency == pytest.approx(19.67 / (2 * np.pi), rel=1e-3)
     assert scene.experiment.name_pattern == "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
     assert scene.experiment.taps == ["tap1.csv"]
-    assert "settles after " in (logs / "frictionlab.toml").read_text(encoding="utf-8")
+    written = (logs / "frictionlab.toml").read_text(encoding="utf-8")
+    assert "settles after " in written
+    of_taps = run("free-vibration", "logs/tap1.csv").stdout.split("[rig]\n")[1]
+    assert of_taps in written, "one tap has one uncertainty"
     (logs / "tests.csv").write_text("log,material\nsteel_N1.25_r0.3,steel\n")
     fl.init(logs, force=True, mass_kg=3.08, normal_force_n=1.25)
     scene = read_scene(logs / "frictionlab.toml")

@@ -224,7 +224,7 @@ KEPT = {"natural_frequency_hz": 1e-4, "damping_ratio": 0.02}  # relative: what a
 def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:
     """The lines of a scene that say what was found, to paste; ``unit``: of the friction, m or rad.
 
-    Frequency and damping of a frame are not the same from day to day: an uncertainty is at least `KEPT` of its number.
+    An uncertainty is at least `KEPT` of its number, as its line says.
 
     Examples
     --------
@@ -232,9 +232,9 @@ def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:
     >>> print(scene_snippet(found | {"friction_m": Average(5e-06, 1e-07, None)}))
     [rig]
     natural_frequency_hz = 3.1261
-    natural_frequency_hz_u = 0.00031
+    natural_frequency_hz_u = 0.00031  # 0.01 % at least: frame and clock change from day to day
     damping_ratio = 0.0055
-    damping_ratio_u = 0.00011
+    damping_ratio_u = 0.00011  # 2 % at least: frame and clock change from day to day
     # friction of the frame itself, F/k: 5e-06 m, standard error 1e-07 m
     """
     lines = ["[rig]"]
@@ -242,7 +242,8 @@ def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:
         mean, u = means[name].mean, max(means[name].se, kept * means[name].mean)
         if mean > 0.0:  # two digits of its uncertainty
             digits = max(1, 2 + math.ceil(math.log10(mean / u)))
-            lines += [f"{name} = {mean:.{digits}g}", f"{name}_u = {u:.2g}"]
+            why = f"  # {100.0 * kept:g} % at least: frame and clock change from day to day" * (u > means[name].se)
+            lines += [f"{name} = {mean:.{digits}g}", f"{name}_u = {u:.2g}{why}"]
     friction = means["friction_m"]
     lines.append(
         f"# friction of the frame itself, F/k: {friction.mean:.4g} {unit}, standard error {friction.se:.2g} {unit}"

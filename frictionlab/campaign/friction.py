@@ -387,7 +387,9 @@ def _notes(
     silent = sum(not v.trial.tells_errors for v in used)
     if silent and not missed:
         yield f"{silent} tests tell no standard error: {UNKNOWN_ERROR:.0%} is taken"
-    if stiffness is not None and not any(math.isfinite(v.trial.base_amplitude_m) for v in used):
+    if stiffness is None:
+        yield "no force: the scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency)"
+    elif not any(math.isfinite(v.trial.base_amplitude_m) for v in used):
         yield "no force: no test tells its base amplitude"
     off = sum((v.nrmse or 0.0) > EXPLAINED * (v.floor or 0.0) for v in missed)
     if off:

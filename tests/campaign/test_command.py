@@ -8,7 +8,6 @@ import pytest
 
 from frictionlab.hdf5 import write_tree
 from frictionlab.tables import write_rows
-from frictionlab.verbs.evaluate import recordings_beside
 from tests.campaign.fabricate import COEFFICIENTS, small_campaign
 from tests.desk import Run
 
@@ -120,10 +119,3 @@ def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> No
     assert done.returncode == 2
     assert "a.h5 and 2 others: a recording; campaign evaluates measurements: `frictionlab analyze" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
-
-
-def test_recordings_are_found_where_batch_puts_them(tmp_path: Path) -> None:
-    (tmp_path / "recordings").mkdir()
-    assert recordings_beside(tmp_path / "measurements.csv") == [tmp_path, tmp_path / "recordings"]
-    deeper = tmp_path / "measurements" / "a.jsonl"
-    assert recordings_beside(deeper) == [deeper.parent, tmp_path / "recordings"]
