@@ -48,6 +48,15 @@ def test_an_input_that_fails_is_one_line_and_no_table(command: str, tmp_path: Pa
     assert "fault of the program" not in told.stderr
 
 
+def test_one_that_fails_leaves_the_table_of_the_others(short: bytes, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(short)
+    told = run("compare-numeric", tmp_path / "none.csv", tmp_path / "a.csv", *SCENED)
+    assert told.exit_code == 1
+    assert "fault of the program" not in told.stderr
+    assert told.stdout.splitlines()[0] == "1 of 2 recordings compared, law coulomb"
+    assert [line.split()[:2] for line in told.stdout.splitlines()[2:]] == [["none.csv", "failed:"], ["a", "1.200"]]
+
+
 @pytest.mark.parametrize("turned", ["swapped", "inverted"])
 def test_a_loop_that_gives_energy_is_told_by_every_command(turned: str, short: bytes, tmp_path: Path) -> None:
     t, x, y = np.genfromtxt(io.BytesIO(short), delimiter=",", skip_header=3).T
@@ -127,6 +136,14 @@ def test_a_simulated_force_over_the_stiffness_makes_no_newtons_and_two_lags_are_
     said = run("analyze", tmp_path / "two.h5", *scene).stderr
     assert said.count("moves it by 2 ms more: 3 ms in all") == 1
     assert "lag_s_u of [sensors] is not declared" not in said
+
+
+def test_a_campaign_of_nothing_is_refused(tmp_path: Path) -> None:
+    nothing = run("campaign", tmp_path, "-o", tmp_path / "campaign")
+    assert nothing.exit_code == 2
+    assert "no tables in" in nothing.stderr
+    nothing = run("campaign", tmp_path / "*.csv", "-o", tmp_path / "campaign")
+    assert "no file fits this pattern" in nothing.stderr
 
 
 @pytest.mark.parametrize(

@@ -123,15 +123,6 @@ def test_xarray_opens_it(engine: str, path: Path) -> None:
         assert data["mass_displacement"].dims == ("time",)
 
 
-def test_netcdf4_opens_it(path: Path) -> None:
-    with netCDF4.Dataset(path) as data:
-        assert data["mass_displacement"].dimensions == ("time",)
-        assert data["mass_displacement"].units == "m"
-        assert data["time"].units == "s"
-        np.testing.assert_array_equal(data["mass_displacement"][...], RECORDING.mass_displacement)
-        assert data["source"].getncattr("lines_data") == 500
-
-
 def test_an_existing_recording_is_replaced_and_nothing_else(path: Path, tmp_path: Path) -> None:
     write_recording(RECORDING, path)
     other = tmp_path / "notes.txt"

@@ -40,6 +40,14 @@ def test_without_output_the_recording_stands_beside_its_log(log: Path) -> None:
     assert "plain" in result.stdout
 
 
+@pytest.mark.parametrize("output", ["out/", "out", "made/of/folders/"])
+def test_into_a_folder(output: str, log: Path, tmp_path: Path) -> None:
+    other = write(tmp_path / "b.csv.gz", table(DATA, HEADER, ","))
+    result = run(log, other, "-o", f"{tmp_path}/{output}")
+    assert result.exit_code == 0, result.output
+    assert sorted(p.name for p in (tmp_path / output).iterdir()) == ["b.h5", "steel_N10_r0.5.h5"]
+
+
 def test_one_that_fails_is_told_and_the_others_go_on(log: Path, tmp_path: Path) -> None:
     bad = write(tmp_path / "bad.csv", "not a log\n")
     result = run(bad, log, tmp_path / "none.csv", "-o", tmp_path / "out")
@@ -158,6 +166,16 @@ def test_text_from_logs_is_escaped_and_warnings_name_their_log(log: Path) -> Non
     assert re.search(r"warning \(steel_N10_r0\.5\): a gap of 0\.204 s after", result.stderr)
     quiet = run(log, "--quiet")
     assert (quiet.exit_code, quiet.stdout.splitlines()[0], quiet.stderr) == (0, "1 of 1 logs ingested", "")
+
+
+def test_real_recordings_of_the_rig() -> None:
+    for name in ("frame_250g.csv", "frame_450g.csv"):
+        path = Path(__file__).parents[2] / "shared" / "data" / name
+        if not path.exists():
+            pytest.skip(f"../shared is not there: {path}")
+        (row,) = rows(run(path, "--dry-run", "--json"))
+        assert (row["samples"], row["sampling_rate_hz"]) == (2501, pytest.approx(250.0, rel=1e-9))
+        assert row["mass_measuring_range_m"] == 0.05
 
 
 def test_no_input_is_ever_replaced(tmp_path: Path) -> None:

@@ -177,3 +177,9 @@ def test_commands_use_the_scene_they_find_and_say_so(run: Run, tmp_path: Path) -
     assert done.stderr.splitlines()[0].startswith("frictionlab: scene: logs/frictionlab.toml is used")
     assert "natural frequency" not in done.stderr
     assert run("analyze", f"logs/{sample.name}", "--quiet").stderr == ""
+    (tmp_path / "frictionlab.toml").write_text("[rig]\nmass = 1\n[analysis]\ncycle = 1\n")
+    refused = run("ingest", f"logs/{sample.name}")
+    assert refused.exit_code == 2
+    first, second = refused.stderr.splitlines()[1:]
+    assert "scene frictionlab.toml, line 2: rig.mass: unknown key; did you mean mass_kg? expected one of" in first
+    assert "scene frictionlab.toml, line 4: analysis.cycle: unknown key; did you mean cycles? expected" in second

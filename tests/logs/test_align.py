@@ -125,6 +125,14 @@ def absolute(folder: Path, *, drift: float = 0.0, creep: float = 0.0) -> tuple[P
     return paths[0], paths[1]
 
 
+def test_whole_milliseconds_are_in_the_lags_uncertainty(tmp_path: Path) -> None:
+    recording = read_two_logs(*absolute(tmp_path))
+    facts = recording.source.dialect
+    assert facts["alignment"] == "absolute time"
+    assert float(facts["lag_s_u"]) == pytest.approx(0.41e-3, rel=0.05)
+    assert not any("aligned" in w for w in recording.source.warnings)
+
+
 def test_two_clocks_of_absolute_time_that_drift(tmp_path: Path) -> None:
     recording = read_two_logs(*absolute(tmp_path, drift=1e-4))
     facts = recording.source.dialect

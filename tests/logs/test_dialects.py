@@ -9,7 +9,7 @@ import pytest
 from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
-from tests.logs.samples import CLEAN, Truth, comma, ni, table, truth, write
+from tests.logs.samples import CLEAN, Truth, comma, ni, picoscope, table, truth, write
 
 DATA = truth()
 
@@ -164,6 +164,20 @@ def test_two_readings_that_fit_are_shown_both_unless_a_header_tells(tmp_path: Pa
     write(log, table(DATA, "time [s],mass [mm],base [mm]", ",", mark=comma))
     with pytest.raises(LogError, match="names 3 columns, the lines below have 6 fields"):
         read_log(log)
+
+
+def test_picoscope_channels_are_asked_for(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.csv", picoscope(DATA, "Time,Channel A,Channel B"))
+    with pytest.raises(LogError, match=r"'Channel A'.*'Channel B'.*could be either"):
+        read_log(log)
+    assert_same(read_log(log, LogOptions(mass="Channel A")), DATA)
+
+
+def test_volts_are_not_metres(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [V],base [V]", ","))
+    with pytest.raises(LogError, match=r"expected a displacement in m, mm or um; got .*in V"):
+        read_log(log)
+    assert_same(read_log(log, LogOptions(unit="mm", mass="mass", base="base")), DATA)
 
 
 @pytest.mark.parametrize(

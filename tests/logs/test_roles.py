@@ -8,6 +8,7 @@ import pytest
 
 from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log, read_mass_log, read_two_logs
+from frictionlab.logs.dialect import moment
 from frictionlab.logs.sensor import unit_by_step
 from frictionlab.recording import Recording
 from tests.logs.samples import table, truth, write
@@ -47,6 +48,14 @@ def test_date_and_time_in_two_columns(date: str, clock: str, tmp_path: Path) -> 
     recording = read_log(log(tmp_path / "a.csv", "Date,Time,mass [mm],base [mm]", days, clocks, shown(X), shown(Y)))
     assert_is_the_motion(recording)
     assert recording.source.dialect["start_time"] == "2024-09-14T14:16:47.000+00:00"
+
+
+def test_stamps_as_in_the_usa(tmp_path: Path) -> None:
+    stamps = [m.strftime("%m/%d/%Y %I:%M:%S.%f PM") for m in MOMENTS]
+    path = log(tmp_path / "a.csv", "Timestamp,mass [mm],base [mm]", stamps, shown(X), shown(Y))
+    assert_is_the_motion(read_log(path))
+    assert moment("12:30:00 AM") == 1800.0
+    assert moment("13:30:00 PM") is moment("2/30/2024 1:00:00 AM") is None
 
 
 def test_a_column_called_epoch(tmp_path: Path) -> None:

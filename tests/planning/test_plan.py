@@ -58,6 +58,27 @@ def test_the_errors_promised_are_those_achieved() -> None:
     assert achieved == pytest.approx(best.expected["beta"], rel=0.45)  # thirty repeats tell a scatter to 13 %
 
 
+def test_a_test_that_stands_still_tells_nothing() -> None:
+    plan = fl.plan(scene(normal_forces_n=[1.0, 6.0]), tests=1)
+    still = [t for t in plan.others if t.normal_force_n == 6.0]
+    assert still
+    assert all(t.expected["beta"] is None for t in still)
+    assert plan.tests[0].normal_force_n == 1.0
+
+
+def test_place_and_speed_are_told_apart_by_what_is_planned() -> None:
+    plan = fl.plan(scene(), law="coulomb+place+speed", tests=2)
+    first = plan.tests[0]
+    assert set(first.expected) == {"beta", "gradient", "contact_damping_ratio"}
+    assert first.log_bayes is not None
+    assert first.log_bayes > 5
+    for name, alone in first.expected_u.items():
+        held = first.expected[name]
+        assert alone is not None
+        assert held is not None
+        assert held <= alone * (1 + 1e-9)  # what is not known of the rig can only add
+
+
 def test_an_undeclared_lag_leaves_more_unknown_than_a_declared_one_of_its_size() -> None:
     """What is assumed where no lag is declared may be far off: 68 % of its curve lie within 2.6 deviations, not 1."""
     assumed_s = 0.5 / (SAMPLING_HZ * math.sqrt(3.0))  # half a sample either way
@@ -70,6 +91,18 @@ def test_an_undeclared_lag_leaves_more_unknown_than_a_declared_one_of_its_size()
     assert assumed is not None
     assert known is not None
     assert 1.2 * known < assumed < 2.6 * known
+
+
+def test_what_was_measured_is_known_before() -> None:
+    known = {"beta": {"value": 0.28, "u": 1e-5, "told": True}}
+    measured: list[Mapping[str, object]] = [{"friction_coefficient": 0.6, "parameters": known}]
+
+    def left(rows: list[Mapping[str, object]]) -> float:
+        test = fl.plan(scene(), tests=1, measured=rows).tests[0]
+        assert test.cumulative is not None
+        return (test.cumulative["beta"] or math.inf) / test.normal_force_n
+
+    assert left(measured) < left([])
 
 
 def test_what_the_sensors_gain_does_is_promised_as_a_comparison_states_it() -> None:
@@ -175,6 +208,10 @@ def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_re
     again = invoke("plan", "--scene", path, "-o", sheet)
     assert again.exit_code == 2
     assert "give --force" in again.output
+
+
+def test_the_figure_shows_all_candidates(tmp_path: Path, coulomb: Plan) -> None:
+    assert fl.plot(coulomb, tmp_path / "plan.png").stat().st_size > 5000
 
 
 def test_two_laws_are_told_apart_on_the_command_line(tmp_path: Path) -> None:
