@@ -16,7 +16,14 @@ from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Rig, Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic import log_of, synthesize, virtual_tests
-from frictionlab.synthetic.virtual_motion import base_motion, cycle_friction_ratios, motion, random_motion, wander
+from frictionlab.synthetic.virtual_motion import (
+    base_motion,
+    cycle_friction_ratios,
+    driven,
+    motion,
+    random_motion,
+    wander,
+)
 from tests.desk import ROOT
 
 Tables = dict[str, object]
@@ -331,6 +338,14 @@ def test_wandering_friction_is_told_period_by_period(tmp_path: Path) -> None:
         assert ratios == pytest.approx(cycle_friction_ratios(virtual_tests(scene)[0], scene), rel=1e-7)
         assert 0.03 < np.std(ratios) / truth["friction_ratio"] < 0.2
         assert len(ratios) == math.ceil(40.0 * 0.5 * FN)
+
+
+def test_a_motor_that_has_started_up_reaches_the_plain_sines_orbit() -> None:
+    scene = moving({"ramp_s": 1.0}, SINE | {"frequency_ratios": [0.4]}, duration_s=40.0, noise_m=0.0, step_m=0.0)
+    run = driven(virtual_tests(scene)[0], scene)
+    plain = moving({}, {"frequency_ratios": [0.4]}, duration_s=40.0, noise_m=0.0, step_m=0.0)
+    steady = samples(log_of(virtual_tests(plain)[0], plain)[0])[:, 1]
+    assert 1.8 * run.displacement[:: run.every][-500:] == pytest.approx(steady[-500:], abs=1e-6)
 
 
 @pytest.mark.parametrize(

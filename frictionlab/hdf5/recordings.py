@@ -9,7 +9,7 @@ The tree, format version 1::
     /base_displacement    (n,) float64, units "m", long_name
     /mass_velocity, /contact_force, /normal_force ...    (n,) float64, units, long_name, sensor: any further channel
                           (a simulated contact's force has units "m" where it is over the stiffness)
-    /quality              (n,) uint8, flag_masks, flag_meanings (see frictionlab.recording.model.Quality)
+    /quality              (n,) uint8, flag_masks, flag_meanings (see frictionlab.recording.Quality)
     /source               attrs: files, sha256, size_bytes, lines_read, lines_preamble, lines_header, lines_data,
                                  lines_blank, lines_comment, lines_quarantined (all files together; they add up)
         /file_lines       (files, 7) int64: the same counts of each file
