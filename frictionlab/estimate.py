@@ -89,6 +89,12 @@ class Estimate:
         return f"{self.value:.{digits}f} ± {self.error:.{digits}f}"
 
 
+def with_digits(value: float, u: float) -> str:
+    """A number as it is declared: two digits of its standard uncertainty are left, or four of itself where u is 0."""
+    digits = max(1, 2 + math.ceil(math.log10(abs(value) / u))) if value and u else 4
+    return f"{value:.{digits}g}"
+
+
 NOT_KNOWN = Estimate()
 T = TypeVar("T")
 

@@ -19,8 +19,10 @@ from frictionlab.analysis.signals import evenly, white_noise
 from frictionlab.analysis.spectrum import amplitude_spectrum, without_hum
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
-from frictionlab.estimate import Average, Estimate, average
+from frictionlab.estimate import Average, Estimate, average, with_digits
 from frictionlab.sampling import sampling_interval
+
+KEPT = {"natural_frequency_hz": 1e-4, "damping_ratio": 0.02}  # relative: what a clock, and a frame mounted again, do
 
 
 @dataclass(frozen=True)
@@ -166,7 +168,7 @@ def _without_hum(time: FloatArray, signals: Iterable[FloatArray]) -> tuple[Float
 def _thinned(time: FloatArray, x: FloatArray, half_period: float, rest: float) -> tuple[FloatArray, FloatArray]:
     """Means of so many neighbours that enough are left; what averaging takes from a sinusoid is given back."""
     step = (time[-1] - time[0]) / (len(time) - 1)
-    size = int(half_period / step / 40)
+    size = int(half_period / step / 40)  # so many samples a fit needs
     if size < 2:
         return time, x
     count = len(time) // size
@@ -218,9 +220,6 @@ def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
     return {name: average(*both) for name, both in each.items()}
 
 
-KEPT = {"natural_frequency_hz": 1e-4, "damping_ratio": 0.02}  # relative: what a clock, and a frame mounted again, do
-
-
 def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:
     """The lines of a scene that say what was found, to paste; ``unit``: of the friction, m or rad.
 
@@ -240,10 +239,9 @@ def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:
     lines = ["[rig]"]
     for name, kept in KEPT.items():
         mean, u = means[name].mean, max(means[name].se, kept * means[name].mean)
-        if mean > 0.0:  # two digits of its uncertainty
-            digits = max(1, 2 + math.ceil(math.log10(mean / u)))
+        if mean > 0.0:
             why = f"  # {100.0 * kept:g} % at least: frame and clock change from day to day" * (u > means[name].se)
-            lines += [f"{name} = {mean:.{digits}g}", f"{name}_u = {u:.2g}{why}"]
+            lines += [f"{name} = {with_digits(mean, u)}", f"{name}_u = {u:.2g}{why}"]
     friction = means["friction_m"]
     lines.append(
         f"# friction of the frame itself, F/k: {friction.mean:.4g} {unit}, standard error {friction.se:.2g} {unit}"

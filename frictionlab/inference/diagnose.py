@@ -14,6 +14,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
+from frictionlab.estimate import with_digits
 from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, weighed
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of
@@ -124,7 +125,7 @@ def to_declare(name: str, value: float, u: float, scene: Scene) -> str:
         table, key, said = "rig", "damping_ratio", f"{value:.3g}"
     else:
         return ""
-    return f"{table}.{key} = {said} would fit: {key} = {value:.4g} and {key}_u = {u:.2g}"
+    return f"{table}.{key} = {said} would fit: {key} = {with_digits(value, u)} and {key}_u = {u:.2g}"
 
 
 def _causes(observation: CycleObservation) -> tuple[Cause, ...]:
