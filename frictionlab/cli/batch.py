@@ -203,13 +203,12 @@ def _write_campaign(
 def _said(result: "Campaign") -> list[str]:
     """What is said of a campaign below its tables: who ranks where, what of Amontons' law, and what is doubtful."""
     placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
-    names = {
-        rank.criterion: [f"{r.rank} {r.material}" for r in placed if r.criterion == rank.criterion] for rank in placed
-    }
+    criteria = dict.fromkeys(rank.criterion for rank in placed)
+    orders = [", ".join(f"{r.rank} {r.material}" for r in placed if r.criterion == each) for each in criteria]
     notes = [(f"{fit.material} at {fit.normal_force_n:.4g} N", str(fit.note)) for fit in result.fits if fit.note]
     doubts = [f"{note} ({', '.join(where)})" for note, where in kinds_of(notes)]
     doubts += [note for note in result.notes if GRAVE.search(note)]
-    by_criterion = [f"by {criterion}: {', '.join(order)}" for criterion, order in names.items()]
+    by_criterion = [f"by {criterion}: {order}" for criterion, order in zip(criteria, orders, strict=True)]
     return [*by_criterion, *(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)]
 
 

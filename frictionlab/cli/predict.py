@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from frictionlab.inference.predictive import PredictedTest
     from frictionlab.planning.plan import Plan, PlannedTest
 
-DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
+CERTAIN = 1000.0  # logarithm of a Bayes factor
 SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
 SEVERAL = 5  # predictions from which progress is shown
 HEADS = {
@@ -83,6 +83,7 @@ def plan(
 
 def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) -> None:
     """The table, what its last columns mean, and what to do in the laboratory."""
+    from frictionlab.inference.ladder import REQUIRED
     from frictionlab.planning.plan import steps
 
     apart = "" if found.against is None else f" against {found.against}"
@@ -104,7 +105,7 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
         meaning = (
             f"A: {found.law}; B: {found.against}; if A: evidence for A to expect of this test alone if A holds"
             " (logarithm of the Bayes factor; about half of such tests give more, half less); if B: for B if B holds;"
-            f" after: sum of this test and all better ones, the lesser of both; {DECIDES:g} or more decides"
+            f" after: sum of this test and all better ones, the lesser of both; {REQUIRED:g} or more decides"
         )
     paragraph(f"lab min: laboratory time so far; {meaning}")
     typer.echo("\nIn the laboratory, in the order that saves changes:")

@@ -30,7 +30,7 @@ WIDTH = 80  # letters in a line, where no terminal says another number
 GAP = 2  # blanks between columns
 LEAST_TEXT = 17  # letters that a text keeps in one line before it is folded
 MOST_WARNINGS = 10  # lines
-LAG = (
+NO_LAG = (
     "lag_s_u of [sensors] is not declared: half a sampling interval of lag between the channels, either way, is assumed"
     " in the uncertainties"
 )
@@ -277,9 +277,10 @@ def headline(rows: Sequence[Row], noun: str) -> str:
 
 def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
     """What the uncertainties assume that nobody declared; of rows that do not say so, by the scene alone."""
-    key = "sensors.lag_s_u"
-    known: list[Any] = [row.get("assumed", [key] * (scene.sensors.lag_s_u is None)) for row in good]
-    return [LAG] if any(key in assumed for assumed in known) else []
+    from frictionlab.uncertainty import LAG
+
+    known: list[Any] = [row.get("assumed", [LAG] * (scene.sensors.lag_s_u is None)) for row in good]
+    return [NO_LAG] if any(LAG in assumed for assumed in known) else []
 
 
 def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str]) -> None:

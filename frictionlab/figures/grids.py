@@ -29,7 +29,6 @@ GAP = 1.6  # a step over r = 1 this much wider than its neighbours is a band lef
 FEW = 8  # classes of stops for which a low figure has space
 PANELS = {c.name: c.head for c in STEADY_STATES.columns if c.name in (ENERGY, AMPLITUDE, STOPS)}
 """Columns of a map of steady states -> what they are."""
-MOST_AXES = 2  # of a map's figure
 MANY, MUCH_LARGER = 3, 10.0  # values of an axis, and how much larger the last is, from which it may be logarithmic
 PERCENTILE = 95.0  # percentile where the colours end: a few points at resonance would bleach all others
 Value = Callable[[Verdict], float | None]
@@ -187,7 +186,7 @@ def check_axes(grid: Grid) -> Mapping[str, FloatArray]:
     """The axes that a map is drawn over, those of several values; `UsageError` where there are more than two."""
     every = grid.axes()
     axes = {name: along for name, along in every.items() if len(along) > 1} or {"r": every["r"]}
-    if len(axes) > MOST_AXES:
+    if len(axes) > 2:
         raise UsageError(f"plot: expected one or two axes with several values; got {', '.join(axes)}")
     return axes
 
