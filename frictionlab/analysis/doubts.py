@@ -161,7 +161,7 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
         size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
     if of_mass.step > 0.02 * size > QUIET * of_mass.step:
         step = of_mass.step / size
-        few = ", too coarse to say whether it moves" if 2.5 * step > 2.0 else ""
+        few = ", too coarse to say whether it moves" if 2.5 * step > 2.0 else ""  # fewer steps across
         yield (
             f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}: stops, stuck"
             " fraction and regime are of its steps, and the energy's error is larger than stated"

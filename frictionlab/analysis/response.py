@@ -278,7 +278,7 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
 
     def single(rows: FloatArray) -> ComplexArray:
         """Harmonics (n, K) of some single cycles, counted from the top of the base's motion."""
-        each = np.fft.rfft(rows[some_cycles(len(rows))], axis=1)[:, 1 : 128 + 1] * (2.0 / points)
+        each = np.fft.rfft(rows[some_cycles(len(rows))], axis=1)[:, 1:129] * (2.0 / points)
         return np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1))
 
     def wander_of(means: FloatArray) -> FloatArray:

@@ -265,7 +265,7 @@ class _Climb:
             fits = [fit_from(model, [start], local, tempers=False) for start in starts]
         if tests[0].shows_rig:  # of samples so many, and autocorrelated, what a law misses counts from the first
             fits = [tempered(f, np.array([t.observation.missed for t in f.model.tests])) for f in fits]
-        found = _kept(with_scatter(min(fits, key=lambda f: f.cost))[0])
+        found = _unmetered(with_scatter(min(fits, key=lambda f: f.cost))[0])
         made = Rung(law, found, log_evidence(found), *held_out(found))
         return replace(made, required=below is None or self._is_required(made, below))
 
@@ -326,10 +326,9 @@ class _Climb:
             return here, good  # the simpler law has no steady state there, so no minimum either
         if again.cost > here.fit.cost - DEEPER:
             return here, good
+        again = _unmetered(again)
         scores, nrmse = held_out(again)
-        deeper = replace(
-            here, fit=_kept(again), log_evidence=log_evidence(again), held_out=scores, held_out_nrmse=nrmse
-        )
+        deeper = replace(here, fit=again, log_evidence=log_evidence(again), held_out=scores, held_out_nrmse=nrmse)
         self.rungs = [deeper if rung.law is here.law else rung for rung in self.rungs]
         judged = {rung.law.name: replace(rung, required=self._is_required(rung, deeper)) for rung in good}
         self.rungs = [judged.get(rung.law.name, rung) for rung in self.rungs]
@@ -353,7 +352,7 @@ class _Climb:
         return _is_better(*scores) and (not self.observations[0].shows_rig or _is_sure(rung, below.fit))
 
 
-def _kept(found: Fit) -> Fit:
+def _unmetered(found: Fit) -> Fit:
     """The fit of a whole record by which its rung is judged, whatever work is left to find others."""
     if not found.model.tests[0].observation.shows_rig:
         return found

@@ -24,10 +24,7 @@ from frictionlab.simulator.exact.motion import (
 from frictionlab.simulator.exact.phase import CONTACTS, MASSES, SYSTEM, slot_of
 
 TURN = 2.0 * pi
-COUNTS, PANELS = (
-    (4, 8, 12, 16),
-    (0.12, 1.9, 5.2, 9.5),
-)  # so many nodes integrate, over so long a time times the fastest rate,
+COUNTS, PANELS = (4, 8, 12, 16), (0.12, 1.9, 5.2, 9.5)  # nodes that integrate so long a time times the fastest rate
 NODES, WEIGHTS = np.zeros((2, len(COUNTS), COUNTS[-1]))
 for _i, _count in enumerate(COUNTS):
     NODES[_i, :_count], WEIGHTS[_i, :_count] = np.polynomial.legendre.leggauss(_count)
