@@ -67,14 +67,16 @@ def enter(system: Any, work: Any, pieces: FloatArray, k: int) -> int:
     return slot
 
 
+@entry
 def evaluate(
-    system: Any, work: Any, pieces: FloatArray, index: NDArray[np.int64], within: FloatArray, found: FloatArray
+    systems: Any, works: Any, pieces: FloatArray, index: NDArray[np.int64], within: FloatArray, found: FloatArray
 ) -> int:
     """Write displacements, velocities and contact forces (k, 2 n + c) at times within the pieces of an index.
 
-    Returns how many times there are, or the one whose phase is to be made first. Called by its address.
+    Returns how many times there are, or the one whose phase is to be made first. Records stand in arrays of length 1.
     """
-    n, last, slot = system.masses, -1, 0
+    system, work, last, slot = systems[0], works[0], -1, 0
+    n = system.masses
     for k in range(len(index)):
         if index[k] != last:
             last = index[k]
@@ -117,12 +119,12 @@ def integrate(system: Any, work: Any, slot: int, length: float, numbers: Any) ->
                 if system.follow[c] != 0.0:
                     speed = place_of(system, work.now_v, c, work.f[1])
                     work.force[c] = contact_force(system, work, slot, c) - system.dashpot[c] * speed
-            add_flows(system, work, half * WEIGHTS[rule, k], work.f[0], numbers)
+            add_flows(system, work, half * WEIGHTS[rule, k], numbers)
 
 
 @inner
-def add_flows(system: Any, work: Any, weight: float, y: float, numbers: Any) -> None:
-    """Add what flows at a moment, times a weight, but for friction; y: displacement of the base.
+def add_flows(system: Any, work: Any, weight: float, numbers: Any) -> None:
+    """Add what flows at a moment, times a weight, but for friction.
 
     Of the moment `now_q`, `now_v` and `f` are written, and `force` of contacts that follow the base, without dashpots.
     """
@@ -144,7 +146,7 @@ def add_flows(system: Any, work: Any, weight: float, y: float, numbers: Any) -> 
         numbers.gap += weight * (drive - drag) * work.now_v[a]
         numbers.input += weight * drive * work.now_v[a]
         numbers.frame += weight * thick * (work.now_v[a] - system.moves * rate)
-    numbers.loop += weight * y * work.now_v[0]
+    numbers.loop += weight * f * work.now_v[0]
 
 
 @inner
@@ -264,28 +266,10 @@ SIGNATURE = types.int64(
     *(from_dtype(SYSTEM), from_dtype(WORK), types.Array(types.float64, 2, "C")),
     *(types.int64, types.int64, from_dtype(NUMBERS)),
 )
-EVALUATE = types.int64(
-    *(from_dtype(SYSTEM), from_dtype(WORK), types.Array(types.float64, 2, "C", readonly=True)),
-    *(types.int64[::1], types.float64[::1], types.float64[:, ::1]),
-)
-ACCOUNT, call_account, call_evaluate = address_of(account, SIGNATURE), caller(SIGNATURE), caller(EVALUATE)
+ACCOUNT, call_account = address_of(account, SIGNATURE), caller(SIGNATURE)
 
 
 @entry
 def account_all(systems: Any, works: Any, pieces: FloatArray, sums: Any) -> int:
-    """Account for all recorded pieces, or steps, of records that stand in arrays of length 1; return how many."""
+    """Account for all recorded pieces of records that stand in arrays of length 1; return how many."""
     return call_account(systems[0].account, (systems[0], works[0], pieces, 0, len(pieces), sums[0]))
-
-
-@entry
-def evaluate_all(
-    address: int,
-    systems: Any,
-    works: Any,
-    pieces: FloatArray,
-    index: NDArray[np.int64],
-    within: FloatArray,
-    found: FloatArray,
-) -> int:
-    """Evaluate pieces, or steps, by the function at an address, of records that stand in arrays of length 1."""
-    return call_evaluate(address, (systems[0], works[0], pieces, index, within, found))

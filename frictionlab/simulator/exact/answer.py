@@ -113,7 +113,7 @@ def grows(system: Any) -> bool:
         drive = system.push[0, 0]
         for c in range(system.contacts):  # relative to a wall that moves with the base the force is r^2 k^2
             drive = system.inertia[0, 0] * k * k if system.follow[c] != 0.0 else drive
-        if gap(system.r, k) == 0.0 and force < 0.25 * pi * drive * abs(system.lines[m]):
+        if gap(system.r, k) == 0.0 and force < 0.25 * pi * abs(drive * system.lines[m]):
             return True
     return False
 
@@ -275,12 +275,12 @@ def simple(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, 
     """
     system, work = flow.system, flow.work
     alone = bool(system.alone)
+    if grows(system):
+        return UNBOUNDED
     if is_integrated(system):
         return AWAITED
     if system.masses == 1 and abs(system.limit[0] * system.gradient[0]) >= system.stiffness[0, 0]:
         return RUNAWAY
-    if grows(system):
-        return UNBOUNDED
     fill_starts(system, work, starts)
     copy(starts[0], y)
     if comes_to_rest(flow, leg, y, alone):
@@ -511,7 +511,6 @@ def travel(
             return i, code
         marks[i + 1] = work.count
         if is_integrated(system):
-            call_account(system.account, (system, work, pieces, marks[i], min(work.count, len(pieces)), sums[0]))
             continue
         base_at_time(system, work)
         sample(system, work, slot_of(system, work.phases, work.kappa), work.q, work.v, found[i + 1])

@@ -35,7 +35,6 @@ SIZE, LESS = 2 * _N + INNER, _N + INNER
 STEPS = np.dtype(
     [
         ("components", "i8"),  # that are carried: displacements, velocities, inner states
-        ("origin", "f8"),  # time at which a sampled base's polynomial begins
         ("next", "f8"),  # length of the next step
         ("last", "f8"),  # and of the last one; 0: none to go on from
         ("fall", "f8"),  # rate of an event's function at the end of the step that is tried

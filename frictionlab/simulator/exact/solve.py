@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import row as places
-from frictionlab.simulator.compiled import address_of, announce, record_of
+from frictionlab.simulator.compiled import announce, record_of
 from frictionlab.simulator.exact import answer, orbit
-from frictionlab.simulator.exact.account import ACCOUNT, EVALUATE, NUMBERS, account_all, evaluate, evaluate_all
+from frictionlab.simulator.exact.account import ACCOUNT, NUMBERS, account_all, evaluate
 from frictionlab.simulator.exact.flow import RUNNER
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import (
@@ -241,7 +241,10 @@ class Trajectory(Motion):
     @cached_property
     def sums(self) -> Any:
         """What it does in all, a record of NUMBERS."""
-        return accounted(self.systems, workspace(), self.rows.copy())
+        works, sums, pieces = workspace(), record_of(NUMBERS), self.rows.copy()
+        while account_all(self.systems, works, pieces, sums) < len(pieces):
+            make_phase(self.systems, works)
+        return sums[0]
 
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
@@ -251,33 +254,11 @@ class Trajectory(Motion):
 
     def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:  # noqa: ARG002
         """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within pieces of an index."""
-        found = evaluated(evaluate, self.systems, workspace(), self.rows, index, within)
+        works, rows = workspace(), self.rows
+        found = np.empty((len(index), 2 * self.masses + int(self.systems[0]["contacts"])))
+        while evaluate(self.systems, works, rows, index, within, found) < len(index):
+            make_phase(self.systems, works)
         return tuple(np.split(found, (self.masses, 2 * self.masses), axis=1))
-
-
-def accounted(systems: Any, works: Any, pieces: FloatArray) -> Any:
-    """Return what recorded pieces, or steps, do in all: a record of NUMBERS."""
-    sums = record_of(NUMBERS)
-    while account_all(systems, works, pieces, sums) < len(pieces):
-        make_phase(systems, works)
-    return sums[0]
-
-
-def evaluated(
-    by: Any,
-    systems: Any,
-    works: Any,
-    pieces: FloatArray,
-    index: NDArray[np.intp],
-    within: FloatArray,
-    more: int = 0,
-) -> FloatArray:
-    """Return displacements, velocities, contacts' forces (k, 2 n + c) and `more` of them, as a function writes them."""
-    system, address, numbers = systems[0], address_of(by, EVALUATE), np.asarray(index, np.int64)
-    found = np.empty((len(index), 2 * int(system["masses"]) + int(system["contacts"]) + more))
-    while evaluate_all(address, systems, works, pieces, numbers, within, found) < len(index):
-        make_phase(systems, works)
-    return found
 
 
 class Solved(NamedTuple):
@@ -414,7 +395,8 @@ class Flow:
         the start is followed at once.
         """
         works, legs, numbers = self.workspace(), record_of(orbit.LEG), record_of(NUMBERS)
-        rows, count, made, search = np.empty((1, places.ROW)), PIECES, 0, answer.wait_for if waits else answer.solve
+        rows, made, search = np.empty((1, places.ROW)), 0, answer.wait_for if waits else answer.solve
+        count = PIECES if self.most == inf else 0  # an integrated orbit is recorded when it is found
         while True:
             pieces = np.empty((count, self.width))
             ys = np.full((1, self.size), nan) if start is None else start[np.newaxis].copy()

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import inf, pi, sqrt
+from math import inf, sqrt
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,20 +13,20 @@ from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import address_of, record_of
 from frictionlab.simulator.exact.flow import FORMULA
-from frictionlab.simulator.exact.motion import COUNT, WORK
+from frictionlab.simulator.exact.motion import COUNT, STAGES, WORK
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STEEP
-from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, accounted, evaluated, feel_acceleration
+from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, feel_acceleration
 from frictionlab.simulator.laws import TERMS, Friction, formula_of
 from frictionlab.simulator.meter import STATE, Meter
 from frictionlab.simulator.motion import Motion, Timeline, cycles_of
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
-from frictionlab.simulator.numeric.radau import NODES
+from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of
 from frictionlab.simulator.structure import Structure
 
-TURN = 2.0 * pi
+TURN = 2.0 * np.pi
 FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
 MOST, LONGEST = 200_000, 3_000_000  # steps of a search for a steady state, some seconds; and of a run of many cycles
 RTOL = 1e-8
@@ -35,6 +35,8 @@ FOLLOWED, BESIDE = 2, 0.1  # cycles that rest is followed where friction weakens
 TIGHTEN, TIGHTER = 0.03, 2  # where the two energies differ by more than the tolerance: how much finer, how many times
 CLOSED, SMALLEST = 1e-9, 1e-15  # and what is always good enough, over the energy and over k Y^2
 REFINING = 14  # periods' steps that an orbit by finer steps takes: it may cost half of what the search may
+SECANTS = 8  # to a turn of a mass: its time to 1e-9 of a step, its place to rounding
+RULE = np.append(0.0, MATRIX[STAGES - 1])  # weights of the nodes
 STEPS = 256  # of a cycle that are recorded at first
 STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the contact always creeps
 DWELL = 10.0  # a stop lasts at least so many times as long as that speed, over the drive's rate: else it is a turn
@@ -68,27 +70,33 @@ def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> 
     return np.column_stack((spans[begins, 0], spans[ends, 1]))
 
 
+def between(values: FloatArray, theta: FloatArray) -> FloatArray:
+    """Return polynomials through values (k, ..., 8) at the nodes, each at a share (k,) of its step: barycentric."""
+    apart = theta[:, None] - NODES
+    at_node = apart == 0.0
+    shares = np.where(at_node.any(axis=1)[:, None], at_node, WEIGHTS / np.where(at_node, 1.0, apart))
+    return np.asarray(np.einsum("k...i,ki->k...", values, shares / shares.sum(axis=1)[:, None]))
+
+
 @dataclass(frozen=True)
 class NumericMotion(Motion):
-    """A motion as steps, recorded as `radau.run` does; `slip` (m, c, 8): of each contact its speed, or direction."""
+    """A motion as steps, as `radau.run` records them."""
 
     problem: Problem
     timeline: Timeline
     pieces: FloatArray
-    slip: FloatArray
-    sums: Any
     flow: "Integrated"
     solver: ClassVar[str] = "numeric"
 
     @cached_property
-    def times(self) -> FloatArray:
-        """Times of all nodes, rad, shape (m, 8)."""
-        return np.asarray(self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES)
+    def sums(self) -> dict[str, Any]:
+        """What it does in all: see `Integrated.sums`."""
+        return self.flow.sums(self.pieces)
 
     def state(self, tau: ArrayLike) -> FloatArray:
         """Return displacements, velocities and inner states, as the flow has them, at times tau, shape (..., size)."""
         shape, _, index, within = self.timeline.place(tau, None)
-        return self._evaluated(index, within)[3].reshape(*shape, -1)
+        return self._carried(index, within)[:, : self.flow.components].reshape(*shape, -1)
 
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0): as `stop_limits` says.
@@ -97,21 +105,26 @@ class NumericMotion(Motion):
         """
         law = self.flow.frame.contacts[contact]
         slow, shortest, ringing = stop_limits(law, self.problem.r, self.flow.drive_rate)
-        spans = slow_times(self.times.ravel(), self.slip[:, contact].ravel(), slow, ringing)
+        times = self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES
+        slip = self.flow.nodes(self.pieces)[3][:, contact]
+        spans = slow_times(times.ravel(), slip.ravel(), slow, ringing)
         if self.timeline.periodic and len(spans) > 1 and spans[0, 0] == self.start and spans[-1, 1] >= self.end - 1e-12:
             spans[-1, 1] = spans[0, 1] + self.end - self.start
             spans = spans[1:]
         return spans[spans[:, 1] - spans[:, 0] > shortest]
 
-    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:  # noqa: ARG002
+    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
         """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within steps of an index."""
-        return self._evaluated(index, within)[:3]
+        flow, n, found = self.flow, self.flow.masses, self._carried(index, within)
+        y, rate = (moved[:, None] for moved in flow.shown(tau))
+        force = found[:, flow.components : flow.components + flow.contacts]
+        return found[:, :n] + y, found[:, n : 2 * n] + rate, force
 
-    def _evaluated(self, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
-        flow, n = self.flow, self.flow.masses
-        size = flow.size - flow.sliders
-        found = evaluated(radau.evaluate, flow.systems, flow.works, self.pieces, index, within, size)
-        return tuple(np.split(found, (n, 2 * n, 2 * n + flow.contacts), axis=1))
+    def _carried(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
+        """Return what is recorded at the nodes (k, components + 2 c), at times within steps of an index."""
+        rows = self.pieces[index]
+        theta = np.clip(within / rows[:, 1], 0.0, 1.0)
+        return between(rows[:, 2:].reshape(len(rows), -1, COUNT), theta)
 
 
 class Integrated(Flow):
@@ -140,8 +153,8 @@ class Integrated(Flow):
         self.law = system["law"]
         self.law["first"] = FIRST * min(frame.r / fastest, 1.0) / h
         self._set_laws()
-        components = 2 * n + int(system["sliders"]) - self.sliders
-        self.width = 2 + 3 * self.contacts + COUNT * (components + 2 * self.contacts)
+        self.components = 2 * n + int(system["sliders"]) - self.sliders
+        self.width = 2 + COUNT * (self.components + 2 * self.contacts)
 
     def _set_laws(self) -> None:
         """Write the laws' numbers; what count as states of their own goes behind the sliders of elastic contacts."""
@@ -165,9 +178,13 @@ class Integrated(Flow):
         if system["sliders"] > SLIDERS:
             raise SimulationError(f"structure: sliders and states of laws; expected at most {SLIDERS}; got more")
         law["scale"][: len(scale)], law["force"], law["tolerance"] = scale, reach, self.rtol
-        system["run"], system["account"] = radau.INTEGRATOR, radau.ACCOUNT
+        system["run"] = radau.INTEGRATOR
         self.formulas: list[Any] = [(term or TERMS["coulomb"]).contact for term in terms]
-        law["formula"][: len(terms)] = [address_of(contact, FORMULA) for contact in self.formulas]
+        for c, contact in enumerate(contacts):
+            law["formula"][c] = address_of(self.formulas[c], FORMULA)
+            if law["states"][c] == 0:  # friction that grows with speed without end bounds every motion
+                fast = self.formulas[c](tuple(law["own"][c].tolist()), 1.0, contact.beta, 0.0, 1e300, 0.0, 1.0)[0]
+                system["limit"][c] = max(contact.beta, fast)
 
     def workspace(self) -> Any:
         """Return where runs write; phases of its masses stay."""
@@ -179,18 +196,84 @@ class Integrated(Flow):
 
     def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:  # noqa: ARG002
         """Return recorded steps as a motion."""
-        sums = accounted(self.systems, self.works, pieces)
-        begin, length, _, (_, slip) = self.recorded_in(pieces)
+        begin, length = pieces[:, 0], pieces[:, 1]
         cycle = first + cycles_of(begin, length)
         for part in (cycle, begin, length):
             part.setflags(write=False)
-        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), pieces, slip, sums, self)
+        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), pieces, self)
 
-    def recorded_in(self, pieces: FloatArray) -> tuple[FloatArray, ...]:
-        """Return start (m,), length (m,), values (m, size, 8), force and slip (2, m, c, 8) of steps."""
-        first, last, many = 2 + 3 * self.contacts, self.width - 2 * COUNT * self.contacts, len(pieces)
-        seen = pieces[:, last:].reshape(many, 2, self.contacts, COUNT).swapaxes(0, 1)
-        return pieces[:, 0], pieces[:, 1], pieces[:, first:last].reshape(many, -1, COUNT), seen
+    def nodes(self, pieces: FloatArray) -> list[FloatArray]:
+        """Return what is recorded at the nodes of steps: displacements, rates and states (m, size, 8), ... of contacts.
+
+        These are force and slip (m, c, 8).
+        """
+        nodes = pieces[:, 2:].reshape(len(pieces), -1, COUNT)
+        ends = np.cumsum((self.masses, self.components - self.masses, self.contacts))
+        return np.split(nodes, ends, axis=1)
+
+    def shown(self, tau: FloatArray) -> FloatArray:
+        """Return what displacements and velocities differ by from absolute ones at times, shape (2, ...)."""
+        base = self.frame.base
+        return np.zeros((2, *tau.shape)) if self.systems[0]["moves"] else np.array((base.at(tau), base.rate_at(tau)))
+
+    def sums(self, pieces: FloatArray, drive: FloatArray | None = None) -> dict[str, Any]:
+        """Return what recorded steps do in all, by the rule of their nodes; names are those of `exact.account.NUMBERS`.
+
+        `drive` (2, m, 8): what drives and its rate at the nodes, under a sampled base; ranges are left out then.
+        """
+        system, n, contacts = self.systems[0], self.masses, self.contacts
+        q, rest, force, slip = self.nodes(pieces)
+        times, v = pieces[:, :1] + pieces[:, 1:2] * NODES, rest[:, :n]
+        weight, moves, lines = pieces[:, 1:2] * RULE, system["moves"], system["lines"][: system["harmonics"]]
+        if drive is None:
+            k = np.arange(1.0, len(lines) + 1.0)
+            waves = lines * np.exp(1j * np.multiply.outer(times, k))
+            drive = np.array((waves.real.sum(axis=-1), -waves.imag @ k))
+        f, df = drive[:, :, None]
+        row, follow, dashpot = (system[name][:contacts] for name in ("row", "follow", "dashpot"))
+        row, (push, lead), damping = row[:, :n], system["push"][:n, :, None].swapaxes(0, 1), system["damping"][:n, :n]
+        own = damping - row.T @ (dashpot[:, None] * row)  # the frame's
+        speed = np.einsum("ca,mai->mci", row, v) - follow[:, None] * df
+        bare, apart = force - dashpot[:, None] * speed, v - moves * df
+        creeps = system["law"]["states"][:contacts, None] > 0
+
+        def total(flows: FloatArray) -> FloatArray:
+            return np.asarray(np.einsum("mi,mci->c", weight, flows))
+
+        put_in = total((push * f + lead * df) * v).sum()
+        lost = (
+            total(v * np.einsum("ab,mbi->mai", damping, v)).sum() + total(bare * (speed + follow[:, None] * df)).sum()
+        )
+        found = {
+            "input": put_in,
+            "gap": put_in - lost,
+            "frame": total(apart * np.einsum("ab,mbi->mai", own, apart)).sum(),
+            "contact": total(force * speed),
+            "dashpot": total(dashpot[:, None] * speed**2),
+            "path": total(np.abs(np.where(creeps, slip, slip * speed))),
+        }
+        if system["harmonics"] > 0:
+            found["loop"] = total((f if moves else self.shown(times)[0][:, None]) * v[:, :1]).sum()
+            found["high"], found["low"] = self._ranges(times, q, v)
+        return found
+
+    def _ranges(self, times: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Return the largest and the least displacement (2, n): at nodes, and between two where a mass turns."""
+        y, rate = (moved[:, None] for moved in self.shown(times))
+        place, speed = q + y, v + rate
+        k, a, i = np.nonzero(speed[..., :-1] * speed[..., 1:] < 0.0)
+        one, other, before, end = NODES[i], NODES[i + 1], speed[k, a, i], speed[k, a, i + 1]
+        begin, length = times[k, 0], times[k, -1] - times[k, 0]
+        for _ in range(SECANTS):  # Illinois' method
+            theta = other - end * (other - one) / (end - before)
+            now = between(v[k, a], theta) + self.shown(begin + theta * length)[1]
+            one, before = np.where(now * end < 0.0, (other, end), (one, 0.5 * before))
+            other, end = theta, now
+        turned = between(q[k, a], other) + self.shown(begin + other * length)[0]
+        extremes = np.array((place.max(axis=(0, 2)), place.min(axis=(0, 2))))
+        np.maximum.at(extremes[0], a, turned)
+        np.minimum.at(extremes[1], a, turned)
+        return extremes
 
     def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
         """As of the exact flow; a contact that has an age has its steady one."""
@@ -211,8 +294,6 @@ class Integrated(Flow):
         near: SteadyState | None = None,
     ) -> SteadyState:
         """Return the steady state that rest settles on, or a neighbour's branch: see `steady_state`."""
-        if self._is_unbounded():
-            return SteadyState(self.problem, "numeric", "unbounded")
         weakens, spent = self.what.weakens, STATE
         begin = [self.carried(self.rest(), 0.0, TURN, FOLLOWED)[0] if weakens else self.rest()]
         if near is not None and isinstance(near.orbit, NumericMotion):
@@ -220,8 +301,10 @@ class Integrated(Flow):
         for start, waits in [*((start, False) for start in begin), (begin[-1], True)]:
             found = self.solved(start, left=inf if meter is None else meter.left - spent, waits=waits)
             spent += found.spent
-            is_found = found.row[places.OUTCOME] == places.PERIODIC
-            if is_found and (start is not begin[-1] or not weakens or self._is_beside(found, start)):
+            outcome, followed = found.row[places.OUTCOME], weakens and start is begin[-1]
+            if outcome == places.UNBOUNDED or (
+                outcome == places.PERIODIC and (not followed or self._is_beside(found, start))
+            ):
                 break
         if meter is not None:
             meter.take(spent)
@@ -262,19 +345,6 @@ class Integrated(Flow):
         r, contacts = self.frame.r, self.frame.contacts
         pairs = ((contact.parameters | {"r": r}, term) for contact in contacts for term in contact.law.terms)
         return int(Note.NOT_PASSIVE) if any(term.gives(values) for values, term in pairs) else 0
-
-    def _is_unbounded(self) -> bool:
-        """Return whether the drive is at resonance, only friction damps, and it is too weak to bound the motion."""
-        frame, law, system = self.frame, self.law, self.systems[0]
-        if frame.masses > 1 or system["damping"][0, 0] or np.any(law["states"] < 0):
-            return False
-        waves = [abs(line) for k, line in enumerate(frame.base.lines.tolist(), 1) if abs(k * frame.r - 1.0) < 1e-12]
-        strength = 0.0  # friction that grows with speed without end bounds every motion
-        for c, contact in enumerate(frame.contacts if waves else ()):
-            own = tuple(law["own"][c].tolist())
-            fast = self.formulas[c](own, 1.0, contact.beta, 0.0, 1e300, 0.0, 1.0)[0] if law["states"][c] == 0 else 0.0
-            strength += max(contact.beta, fast)
-        return any(strength < 0.25 * pi * wave for wave in waves)
 
 
 def warm_up() -> None:

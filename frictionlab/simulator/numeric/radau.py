@@ -19,7 +19,7 @@ What happens at an event is decided by the exact flow: there friction is what it
 E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, sections IV.5 and IV.8.
 """
 
-from math import comb, cos, inf, isfinite, sin
+from math import comb, inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import address_of, announce, inner
-from frictionlab.simulator.exact.account import SIGNATURE, add_flows, clear
 from frictionlab.simulator.exact.flow import (
     RUN,
     TURN_OF,
@@ -42,14 +41,15 @@ from frictionlab.simulator.exact.flow import (
     is_rigid,
     jump,
     load_at,
+    move_cubic,
     set_contact,
     settle,
     sign_of,
     start_account,
     watches,
 )
-from frictionlab.simulator.exact.motion import COUNT, STAGES, place_of
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, TIRED, slot_of
+from frictionlab.simulator.exact.motion import COUNT, STAGES, base_at, base_at_time, place_of
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, TIRED
 
 PEAK = 7e-5  # largest value of the node polynomial on the step
 MOST = 12  # of Newton's steps; two to four are usual
@@ -64,7 +64,6 @@ LOOSE = 1e-12  # and what is taken for it after all looks
 LOOKS = 10  # for the end of a phase
 SHORTEST_TRY = 1e-10  # rad: a step so short crosses zero where its polynomial does
 SAFETY, SHRINK, GROW = 0.85, 0.2, 4.0  # of a step's length
-SECANTS = 8  # to a turn of a mass: its time to 1e-9 of a step, its place to rounding
 IDLE = 50  # events in a row at one moment that no motion has
 
 
@@ -96,24 +95,6 @@ def tableau() -> tuple[FloatArray, ...]:
 
 NODES, MATRIX, WEIGHTS, BERNSTEIN, LAST = tableau()
 announce(__name__)
-
-
-@inner
-def drive_at(system: Any, t: float, base: FloatArray, i: int) -> None:
-    """Write the base's displacement and its first two derivatives at a time into a column."""
-    f, df, ddf = 0.0, 0.0, 0.0
-    if system.harmonics == 0:
-        c = system.cubic
-        f, df = c[0] + t * (c[1] + t * (c[2] + t * c[3])), c[1] + t * (2.0 * c[2] + t * 3.0 * c[3])
-        ddf = 2.0 * c[2] + t * 6.0 * c[3]
-    for m in range(system.harmonics):
-        k, line = m + 1.0, system.lines[m]
-        c, s = cos(k * t), sin(k * t)
-        real, imaginary = line.real * c - line.imag * s, line.real * s + line.imag * c
-        f += real
-        df -= k * imaginary
-        ddf -= k * k * real
-    base[0, i], base[1, i], base[2, i] = f, df, ddf
 
 
 @inner
@@ -305,8 +286,8 @@ def correct(flow: Carrier, slot: int, h: float, fresh: int) -> float:
 
 
 @inner
-def step(flow: Carrier, slot: int, t: float, h: float) -> bool:
-    """Solve one step from the state at t over h, from the guess in `trial`; False if Newton's method fails."""
+def step(flow: Carrier, slot: int, h: float) -> bool:
+    """Solve one step from the state at hand over h, from the guess in `trial`; False if Newton's method fails."""
     system, work, steps = flow.system, flow.work, flow.work.steps
     n = system.masses
     work.left -= 1.0
@@ -316,7 +297,9 @@ def step(flow: Carrier, slot: int, t: float, h: float) -> bool:
     for k in range(2 * n, steps.components):
         steps.trial[k, 0] = work.anchor[first + k]
     for i in range(COUNT):
-        drive_at(system, t - steps.origin + NODES[i] * h, steps.driven, i)
+        base_at(system, work, NODES[i] * h)
+        for order in range(3):
+            steps.driven[order, i] = work.f[order]
     before, fresh = FAILED, 1
     for _ in range(MOST):
         now = correct(flow, slot, h, fresh)
@@ -501,7 +484,7 @@ def first_crossing(steps: Any, scale: float) -> float:
 
 
 @inner
-def land(flow: Carrier, slot: int, c: int, which: int, t: float, h: float, theta: float) -> float:
+def land(flow: Carrier, slot: int, c: int, which: int, h: float, theta: float) -> float:
     """Make the trial step again so that it ends at an event; return its length, or -1 if there is none.
 
     The polynomial of a long step may cross zero where the motion does not (just after a release it moves like t^2):
@@ -512,7 +495,7 @@ def land(flow: Carrier, slot: int, c: int, which: int, t: float, h: float, theta
     length, short, long, left, scale = theta * h, 0.0, h, FAILED, 1.0
     for _ in range(LOOKS):
         predict(steps, 0.0, length / h)
-        if not step(flow, slot, t, length):
+        if not step(flow, slot, length):
             return -1.0
         hold(flow, slot)
         scale = watch(flow, c, which)
@@ -533,19 +516,39 @@ def land(flow: Carrier, slot: int, c: int, which: int, t: float, h: float, theta
 
 
 @inner
-def record(flow: Carrier, t: float, h: float) -> None:
-    """Append the step in `values` to the log, as far as there is space; count it in any case."""
+def seen_at(flow: Carrier, slot: int, c: int, i: int) -> tuple[float, float]:
+    """Return force and slip of a contact at a node for which `forces` was called.
+
+    Slip is its speed where the contact creeps, else its direction.
+    """
+    system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
+    z = along(system, steps.trial, 0, i, c, steps.driven[0, i])
+    v, side = along(system, steps.trial, system.masses, i, c, steps.driven[1, i]), float(work.side[c])
+    if work.kappa[c] == inf:
+        return held_at(flow, slot, c, i), side
+    if law.states[c] < 0:
+        return work.kappa[c] * z + work.offset[c] + system.dashpot[c] * v, side
+    w = steps.trial[law.at[c], i] if law.states[c] > 0 else 0.0
+    age = steps.trial[law.at[c] + 1, i] if law.states[c] > 1 else 0.0
+    d = contact_at(flow, c, side, z, v, w, age)
+    return d[0] + system.dashpot[c] * v, d[5]
+
+
+@inner
+def record(flow: Carrier, slot: int, t: float, h: float) -> None:
+    """Append the step just tried to the log, as far as there is space; count it in any case."""
     work, steps, contacts = flow.work, flow.work.steps, flow.system.contacts
-    log, row = flow.pieces, work.count
+    log, row, first = flow.pieces, work.count, 2 + COUNT * steps.components
     work.count += 1
-    if row < len(log):
-        log[row, 0], log[row, 1] = t, h
-        for c in range(contacts):
-            log[row, 2 + c], log[row, 2 + contacts + c] = float(work.side[c]), work.kappa[c]
-            log[row, 2 + 2 * contacts + c] = work.offset[c]
+    if row >= len(log):
+        return
+    log[row, 0], log[row, 1] = t, h
+    forces(flow, slot, 0, COUNT)
+    for i in range(COUNT):
         for k in range(steps.components):
-            for i in range(COUNT):
-                log[row, 2 + 3 * contacts + COUNT * k + i] = steps.values[k, i]
+            log[row, 2 + COUNT * k + i] = steps.trial[k, i]
+        for c in range(contacts):
+            log[row, first + COUNT * c + i], log[row, first + COUNT * (contacts + c) + i] = seen_at(flow, slot, c, i)
 
 
 @inner
@@ -581,7 +584,7 @@ def advance(flow: Carrier, slot: int, t: float, end: float, tangent: bool, corne
             predict(steps, 1.0, h / steps.last)
         else:
             guess(flow, h)
-        if not step(flow, slot, t, h):
+        if not step(flow, slot, h):
             steps.next, steps.last = 0.25 * h, 0.0
             continue
         error = error_of(flow, slot)
@@ -599,20 +602,20 @@ def advance(flow: Carrier, slot: int, t: float, end: float, tangent: bool, corne
             steps.bare[:, :, STAGES] = steps.bare[:, :, 0]
             return t, c, which
         if theta <= 1.0:
-            landed = land(flow, slot, c, which, t, h, theta)
+            landed = land(flow, slot, c, which, h, theta)
             if landed < 0.0 or error_of(flow, slot) > 1.0:
                 steps.next, steps.last = 0.25 * h if landed < 0.0 else 0.5 * landed, 0.0
                 continue
         if tangent:
             carry_tangent(flow, landed)
-        accept(flow, t, landed)
+        accept(flow, slot, t, landed)
         steps.last = landed
         return (end if theta > 1.0 and h == end - t else t + landed), c if theta <= 1.0 else -1, which
     return end + 1.0, -1, 0
 
 
 @inner
-def accept(flow: Carrier, t: float, h: float) -> None:
+def accept(flow: Carrier, slot: int, t: float, h: float) -> None:
     """Make the end of the trial step the state at hand; count, measure and record the step."""
     work, system, steps = flow.work, flow.system, flow.work.steps
     n = system.masses
@@ -626,9 +629,10 @@ def accept(flow: Carrier, t: float, h: float) -> None:
             work.path += abs(along(system, steps.trial, 0, STAGES, c, steps.driven[0, STAGES]) - begun)
     for k in range(2 * n, steps.components):
         work.anchor[system.first[system.contacts] - 2 * n + k] = steps.trial[k, STAGES]
-    for order in range(3):
-        work.f[order] = steps.driven[order, STAGES]
-    record(flow, t, h)
+    record(flow, slot, t, h)
+    work.tau = t + h
+    move_cubic(system.cubic, h)
+    base_at_time(system, work)
 
 
 @inner
@@ -781,12 +785,11 @@ def after(flow: Carrier, slot: int, c: int, which: int, tangent: bool) -> int:
 def run(system: Any, work: Any, pieces: FloatArray, span: float, tangent: bool, fresh: bool) -> int:
     """Carry the state over a span of time as the exact flow's `run` does, step by step; return how it ended.
 
-    Recorded is of each step (2 + 3 c + 8 size + 16 c): start, length; side, stiffness, constant force of contacts;
-    values at the nodes, and space for what `account` writes.
+    Recorded is of each step (2 + 8 size + 16 c): start, length; at its nodes values, and contacts' force and slip.
     """
     flow = Carrier(system, work, pieces)
     steps, first, t, quick, idle = work.steps, system.first[system.contacts], work.tau, 0, 0
-    steps.components, steps.origin = 2 * system.masses + system.sliders - first, t if system.harmonics == 0 else 0.0
+    steps.components = 2 * system.masses + system.sliders - first
     end = t + span
     if fresh:
         steps.next = system.law.first
@@ -822,139 +825,4 @@ def run(system: Any, work: Any, pieces: FloatArray, span: float, tangent: bool, 
     return -slot
 
 
-@inner
-def seen_at(flow: Carrier, slot: int, c: int, i: int) -> tuple[float, float]:
-    """Return force and slip of a contact at a node for which `forces` was called.
-
-    Slip is its speed where the contact creeps, else its direction.
-    """
-    system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
-    z = along(system, steps.trial, 0, i, c, steps.driven[0, i])
-    v, side = along(system, steps.trial, system.masses, i, c, steps.driven[1, i]), float(work.side[c])
-    if work.kappa[c] == inf:
-        return held_at(flow, slot, c, i), side
-    if law.states[c] < 0:
-        return work.kappa[c] * z + work.offset[c] + system.dashpot[c] * v, side
-    w = steps.trial[law.at[c], i] if law.states[c] > 0 else 0.0
-    age = steps.trial[law.at[c] + 1, i] if law.states[c] > 1 else 0.0
-    d = contact_at(flow, c, side, z, v, w, age)
-    return d[0] + system.dashpot[c] * v, d[5]
-
-
-@inner
-def enter(flow: Carrier, row: FloatArray) -> int:
-    """Make what was recorded of the contacts (3 c) the phase at hand; return its slot."""
-    system, work, contacts = flow.system, flow.work, flow.system.contacts
-    work.steps.components = 2 * system.masses + system.sliders - system.first[contacts]
-    for c in range(contacts):
-        work.side[c], work.kappa[c], work.offset[c] = int(row[c]), row[contacts + c], row[2 * contacts + c]
-    slot = slot_of(system, work.phases, work.kappa)
-    if slot >= 0:
-        begin_phase(flow, slot)
-    return slot
-
-
-@inner
-def shown_at(system: Any, t: float) -> tuple[float, float]:
-    """Return what displacements and velocities relative to a base whose acceleration drives differ by from absolute."""
-    y, rate = 0.0, 0.0
-    for m in range(system.harmonics if system.moves == 0.0 else 0):
-        k, line = m + 1.0, system.lines[m]
-        c, s = cos(k * t), sin(k * t)
-        y -= (line.real * c - line.imag * s) / (k * k)
-        rate += (line.real * s + line.imag * c) / k
-    return y, rate
-
-
-@inner
-def shown(flow: Carrier, begin: float, h: float, theta: float, a: int, numbers: Any) -> float:
-    """Return a mass's velocity at a share of a step, and widen its range by where it is then."""
-    steps = flow.work.steps
-    y, rate = shown_at(flow.system, begin + theta * h)
-    place = between(steps.trial[a], theta) + y
-    numbers.high[a], numbers.low[a] = max(numbers.high[a], place), min(numbers.low[a], place)
-    return between(steps.trial[flow.system.masses + a], theta) + rate
-
-
-@inner
-def widen(flow: Carrier, begin: float, h: float, a: int, numbers: Any) -> None:
-    """Widen the range of a mass by a step: at its nodes, and where it turns between two (Illinois' method)."""
-    before = shown(flow, begin, h, 0.0, a, numbers)
-    for i in range(1, COUNT):
-        rate = shown(flow, begin, h, NODES[i], a, numbers)
-        one, other, slope, end = NODES[i - 1], NODES[i], before, rate
-        for _ in range(SECANTS if before * rate < 0.0 else 0):
-            theta = other - end * (other - one) / (end - slope)
-            now = shown(flow, begin, h, theta, a, numbers)
-            one, slope = (other, end) if now * end < 0.0 else (one, 0.5 * slope)
-            other, end = theta, now
-            if end == 0.0:
-                break
-        before = rate
-
-
-def account(system: Any, work: Any, pieces: FloatArray, begin: int, count: int, numbers: Any) -> int:
-    """Account for recorded steps by the rule of their nodes, as `exact.account.account` does for pieces.
-
-    What contacts do at the nodes is written behind each step's values (2 c 8): force, slip. Stops are left out.
-    """
-    flow, steps, n, contacts = Carrier(system, work, pieces), work.steps, system.masses, system.contacts
-    width = pieces.shape[1]
-    if begin == 0:
-        clear(system, numbers)
-    for k in range(begin, count):
-        slot, t, h = enter(flow, pieces[k, 2:]), pieces[k, 0] - steps.origin, pieces[k, 1]
-        if slot < 0:
-            return k
-        for i in range(COUNT):
-            drive_at(system, t + NODES[i] * h, steps.driven, i)
-            for j in range(steps.components):
-                steps.trial[j, i] = pieces[k, 2 + 3 * contacts + COUNT * j + i]
-        forces(flow, slot, 0, COUNT)
-        for i in range(COUNT):
-            weight = h * MATRIX[STAGES - 1, i - 1] if i > 0 else 0.0
-            for c in range(contacts):
-                force, slip = seen_at(flow, slot, c, i)
-                at, speed = (
-                    width - COUNT * (2 * contacts - c) + i,
-                    along(system, steps.trial, n, i, c, steps.driven[1, i]),
-                )
-                pieces[k, at], pieces[k, at + COUNT * contacts] = force, slip
-                work.force[c] = force - system.dashpot[c] * speed
-                numbers.contact[c] += weight * work.force[c] * speed
-                numbers.gap -= weight * work.force[c] * speed
-                numbers.path[c] += weight * abs(slip if system.law.states[c] > 0 else slip * speed)
-            work.f[0], work.f[1] = steps.driven[0, i], steps.driven[1, i]
-            for a in range(n):
-                work.now_q[a], work.now_v[a] = steps.trial[a, i], steps.trial[n + a, i]
-            y = work.f[0] if system.moves != 0.0 else shown_at(system, t + NODES[i] * h)[0]
-            add_flows(system, work, weight, y, numbers)
-        for a in range(n if system.harmonics > 0 else 0):
-            widen(flow, t, h, a, numbers)
-    return count
-
-
-INTEGRATOR, ACCOUNT = address_of(run, RUN), address_of(account, SIGNATURE)
-
-
-def evaluate(
-    system: Any, work: Any, pieces: FloatArray, index: NDArray[np.int64], within: FloatArray, found: FloatArray
-) -> int:
-    """Evaluate steps as `exact.account.evaluate` does pieces; behind forces comes the state as the flow has it."""
-    flow, steps, n, contacts = Carrier(system, work, found), work.steps, system.masses, system.contacts
-    for k in range(len(index)):
-        row = pieces[index[k]]
-        slot, t = enter(flow, row[2:]), row[0] + within[k]
-        if slot < 0:
-            return k
-        for j in range(steps.components):
-            values = row[2 + 3 * contacts + COUNT * j :]
-            steps.trial[j, 0] = found[k, 2 * n + contacts + j] = between(values, min(max(within[k] / row[1], 0.0), 1.0))
-        drive_at(system, t, steps.driven, 0)
-        forces(flow, slot, 0, 1)
-        for c in range(contacts):
-            found[k, 2 * n + c] = seen_at(flow, slot, c, 0)[0]
-        y, rate = shown_at(system, t)
-        for a in range(n):
-            found[k, a], found[k, n + a] = steps.trial[a, 0] + y, steps.trial[n + a, 0] + rate
-    return len(index)
+INTEGRATOR = address_of(run, RUN)

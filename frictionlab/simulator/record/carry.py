@@ -49,8 +49,8 @@ def carry(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, e
         law["force"], law["first"] = size, LONGEST
     system["harmonics"], found = 0, np.zeros((len(time), 2 * n + contacts))
     passed = _passed(flow, time, cubics, flow.rest_at(q, v, float(cubics[0, 0])), found)
-    nodes_of: Any = _nodes_of_pieces if exact else _nodes_of_steps
-    sums, seen = zip(*((sums, nodes_of(flow, *part)) for *part, sums in passed), strict=True)
+    seen_of: Any = _seen_of_pieces if exact else _seen_of_steps
+    sums, seen = zip(*(seen_of(flow, *part) for part in passed), strict=True)
     put_in, gap, lost = (sum(float(part[name]) for part in sums) for name in ("input", "gap", "frame"))
     work_done, dashpots, paths = (
         sum(part[name][:contacts] for part in sums) for name in ("contact", "dashpot", "path")
@@ -113,36 +113,38 @@ def _passed(
             done += len(marks) - 1
 
 
-def _nodes_of_pieces(
-    flow: Flow, pieces: FloatArray, since: FloatArray, cubics: FloatArray, _marks: Any, _found: Any
-) -> FloatArray:
-    """Return begin, length, side and place of contacts (4, c, m) of exact pieces."""
+def _seen_of_pieces(
+    flow: Flow, pieces: FloatArray, since: FloatArray, cubics: FloatArray, _marks: Any, _found: Any, sums: Any
+) -> tuple[Any, FloatArray]:
+    """Return what exact pieces do in all; begin, length, side and place of contacts (4, c, m) of each."""
     n, contacts, system = flow.masses, flow.contacts, flow.systems[0]
     begin, length, side = pieces[:, 0], pieces[:, 1], pieces[:, 2 + 2 * n + 2 * contacts :].T
     f = derivatives_of(cubics, begin - since)[0]
     place = system["row"][:contacts, :n] @ pieces[:, 2 : 2 + n].T - np.outer(system["follow"][:contacts], f)
-    return np.stack((*(np.broadcast_to(x, side.shape) for x in (begin, length)), side, place))
+    return sums, np.stack((*(np.broadcast_to(x, side.shape) for x in (begin, length)), side, place))
 
 
-def _nodes_of_steps(
+def _seen_of_steps(
     flow: Integrated,
     pieces: FloatArray,
     since: FloatArray,
     cubics: FloatArray,
     marks: NDArray[np.int64],
     found: FloatArray,
-) -> FloatArray:
-    """Return time, slip and place of contacts (3, c, 8 m) at the nodes of steps; write what is at samples."""
+    _sums: Any,
+) -> tuple[Any, FloatArray]:
+    """Return what steps do in all; time, slip and place of contacts (3, c, 8 m) at nodes; write what is at samples."""
     n, contacts, system = flow.masses, flow.contacts, flow.systems[0]
-    begin, length, values, (force, slip) = flow.recorded_in(pieces)
-    whole = np.concatenate((values[:, : 2 * n], force), axis=1)
+    q, rest, force, slip = flow.nodes(pieces)
+    whole = np.concatenate((q, rest[:, :n], force), axis=1)
     found[0], found[1:] = whole[0, :, 0], whole[marks[1:] - 1, :, -1]
-    times = begin[:, None] + np.outer(length, radau.NODES)
-    f = derivatives_of(cubics, (times - since[:, None]).T)[0].T
-    place = np.tensordot(system["row"][:contacts, :n], np.moveaxis(values[:, :n], 1, 0), 1)
-    place -= system["follow"][:contacts, None, None] * f
+    times = pieces[:, :1] + pieces[:, 1:2] * radau.NODES
+    drive = derivatives_of(cubics, (times - since[:, None]).T)[:2].swapaxes(1, 2)
+    place = np.einsum("ca,mai->cmi", system["row"][:contacts, :n], q)
+    place -= system["follow"][:contacts, None, None] * drive[0]
     slips = np.moveaxis(slip, 1, 0)
-    return np.stack((np.broadcast_to(times, slips.shape), slips, place)).reshape(3, contacts, -1)
+    nodes = np.stack((np.broadcast_to(times, slips.shape), slips, place)).reshape(3, contacts, -1)
+    return flow.sums(pieces, drive), nodes
 
 
 def _bent(flow: Any, c: int, contact: Contact) -> float:
