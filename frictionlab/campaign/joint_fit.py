@@ -19,7 +19,7 @@ from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.errors import FrictionlabError
 from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.inference.diagnose import to_declare, varied_friction
-from frictionlab.inference.fit import Fit, weighed
+from frictionlab.inference.fit import weighed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import MISSED, Posterior, explains, infer, model_of
@@ -157,7 +157,7 @@ class JointFit:
                 found.append((math.nan, math.nan))
                 continue
             some = np.array([posterior.unknowns[j].level == "test" or j == k for j in test.index])
-            slopes = posterior.fit.place.slopes[i][:, some]
+            slopes = posterior.fit.slopes[i][:, some]
             at = int(np.flatnonzero(test.index[some] == k)[0])
             covariance = np.linalg.inv(slopes.T @ slopes + 1e-12 * np.eye(slopes.shape[1]))
             step = float((covariance @ slopes.T @ posterior.fit.residual(i))[at])
@@ -299,14 +299,13 @@ def at_each_force(posterior: Posterior) -> Posterior:
         old[after.index] = before.index
         for k, m, times in zip(before.index, after.index, before.factors / after.factors, strict=True):
             point[m] = wide.unknowns[m].at(posterior.unknowns[k].value(float(posterior.fit.point[k])) * float(times))
-    model, place = replace(wide, scatter=posterior.fit.model.scatter[old]), posterior.fit.place
-    point = np.clip(point, *model.bounds)
-    fit = Fit(model, replace(place, point=point, strain=model.strains(point)))
-    bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, point, strict=True)])
-    step = np.linalg.solve(fit.precision, fit.reduced.pull - bent * fit.place.strain)
-    there = np.clip(point + step, *model.bounds)
-    each = zip(place.residual, place.slopes, model.tests, strict=True)
-    residual = tuple(r - slopes @ (there - point)[test.index] for r, slopes, test in each)
-    stepped = Fit(model, replace(place, point=there, residual=residual, strain=model.strains(there)))
+    model = replace(wide, scatter=posterior.fit.model.scatter[old])
+    fit = replace(posterior.fit, model=model, point=np.clip(point, *model.bounds))
+    bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, fit.point, strict=True)])
+    step = np.linalg.solve(fit.precision, fit.reduced.pull - bent * fit.strain)
+    there = np.clip(fit.point + step, *model.bounds)
+    each = zip(fit.residuals, fit.slopes, model.tests, strict=True)
+    left = tuple(r - slopes @ (there - fit.point)[test.index] for r, slopes, test in each)
+    stepped = replace(fit, point=there, residuals=left)
     shifts = {name: shift[old] for name, shift in posterior.shifts.items()}
     return Posterior(stepped, posterior.information, posterior.scatter_u[old], shifts, posterior.warnings)

@@ -153,7 +153,7 @@ def _other_causes(
     own, observation = found.fit, cycle_of(found.tests[0])
     bare = replace(found.tests[0], observation=observation.metered(Meter(WORK)))
     try:  # the same fit weighed by noise alone, followed to its minimum
-        main = weighed(Fit(replace(own.model, tests=(bare,), most=STEPS), own.place), np.zeros(1))
+        main = weighed(replace(own, model=replace(own.model, tests=(bare,), most=STEPS)), np.zeros(1))
     except NO_MOTION:
         return found, False, []
     likely: list[tuple[float, Cause, Fit]] = []  # the likeliest fit with each cause
@@ -292,7 +292,7 @@ def _usual_play(found: Posterior) -> _Play | None:
         return None
     if plain is None or played is None:
         return None
-    change, slopes = times * observation.white(played - plain), found.fit.place.slopes[0]
+    change, slopes = times * observation.white(played - plain), found.fit.slopes[0]
     held = slopes.T @ slopes + np.diag(found.fit.model.holds(found.fit.point))
     pull = slopes.T @ change
     moved = np.linalg.solve(held, pull)

@@ -120,61 +120,105 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Place:
-    """A point reached: coordinates, each test's deviations, residuals, slopes; ``true``: slopes not corrected.
+class Fit:
+    """Laws with values for some tests: a model at a point, with the residuals and slopes there.
 
-    ``motions``: of the tests, by which slopes are taken.
+    ``point`` (m,): coordinates of the unknowns; by test ``local``: its deviations, ``residuals``, whitened, ``slopes``,
+    and ``motions``, at which slopes are taken; ``true``: whether slopes are simulated, not corrected by steps.
     """
 
+    model: Model
     point: FloatArray
     local: tuple[FloatArray, ...]
-    residual: tuple[FloatArray, ...]
+    residuals: tuple[FloatArray, ...]
     slopes: tuple[FloatArray, ...]
-    strain: FloatArray
     motions: tuple[Any, ...] = ()
     true: bool = True
 
-    @property
-    def squares(self) -> float:
-        """Sum of squares, priors counted."""
-        own = sum(float(r @ r) + float(d @ d) for r, d in zip(self.residual, self.local, strict=True))
+    def own(self, i: int = 0) -> FloatArray:
+        """Coordinates of test i."""
+        return self.model.own(i, self.point, self.local[i])
+
+    def values(self, i: int = 0) -> dict[str, float]:
+        """Values of test i, by name."""
+        return self.model.values(i, self.own(i))
+
+    def residual(self, i: int = 0) -> FloatArray:
+        """Whitened residual of test i."""
+        return self.residuals[i]
+
+    @cached_property
+    def strain(self) -> FloatArray:
+        """Residuals (m,) of the priors."""
+        return self.model.strains(self.point)
+
+    @cached_property
+    def cost(self) -> float:
+        """Sum of squares, priors counted: what is made least."""
+        own = sum(float(r @ r) + float(d @ d) for r, d in zip(self.residuals, self.local, strict=True))
         return own + float(self.strain @ self.strain)
 
+    @cached_property
+    def chi_square(self) -> float:
+        """Sum of squares of the residuals over the noise alone."""
+        return sum(t.observation.chi_square(r) for t, r in zip(self.model.tests, self.residuals, strict=True))
 
-def start_place(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None) -> Place:
-    """Return the place of a point; AnalysisError where a test has no motion there."""
+    def nrmse(self, tests: Iterable[int] | None = None) -> float:
+        """Rms over some tests (all) of what is left of each."""
+        some = range(len(self.model.tests)) if tests is None else tests
+        each = [self.model.tests[i].observation.nrmse(self.residual(i)) for i in some]
+        return math.sqrt(math.fsum(e * e for e in each) / len(each))
+
+    @cached_property
+    def reduced(self) -> "Reduced":
+        """Normal equations of the unknowns."""
+        return eliminate(self)
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """Inverse of the posterior covariance (m, m), by the curvature."""
+        return np.asarray(self.reduced.precision + np.diag(self.model.holds(self.point)))
+
+    def find(self, name: str, i: int = 0) -> int | None:
+        """Place of an unknown of test i among all unknowns; None where it has none of that name."""
+        return next((int(k) for k in self.model.tests[i].index if self.model.unknowns[k].name == name), None)
+
+    def simulated(self) -> "Fit":
+        """Return the same with true slopes."""
+        motions = self.motions or (None,) * len(self.local)
+        slopes = tuple(self.model.slopes(i, self.own(i), motion) for i, motion in enumerate(motions))
+        return replace(self, slopes=slopes, true=True)
+
+
+def placed(model: Model, point: FloatArray, residuals: Iterable[FloatArray], slopes: Iterable[FloatArray]) -> Fit:
+    """Return the fit that stands at a point, with these residuals and slopes; no test deviates from the others."""
+    return Fit(model, point, tuple(np.zeros(len(t.index)) for t in model.tests), tuple(residuals), tuple(slopes))
+
+
+def fit_at(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None) -> Fit:
+    """Return the fit that stands at a point; AnalysisError where a test has no motion there."""
     here = _looked(model, np.clip(point, *model.bounds), local)
     if here is None:
         raise AnalysisError("the values that a fit was to begin at have no steady state")
-    return _true(model, here)
+    return here.simulated()
 
 
-def _looked(
-    model: Model, point: FloatArray, local: Sequence[FloatArray] | None, near: Place | None = None
-) -> Place | None:
-    """The place of a point, without slopes; None where a test has no motion. ``near``: whose motions they begin at."""
-    local = tuple(np.zeros(len(t.index)) for t in model.tests) if local is None else tuple(local)
-    found = []
-    for i, d in enumerate(local):
-        looked = model.look(i, model.own(i, point, d), near.motions[i] if near is not None and near.motions else None)
+def _looked(model: Model, point: FloatArray, local: Sequence[FloatArray] | None, near: Fit | None = None) -> Fit | None:
+    """The fit at a point, without slopes; None where a test has no motion. ``near``: whose motions they begin at."""
+    here, found = placed(model, point, (), ()) if local is None else Fit(model, point, tuple(local), (), ()), []
+    for i in range(len(model.tests)):
+        looked = model.look(i, here.own(i), near.motions[i] if near is not None and near.motions else None)
         if looked is None:
             return None
         found.append(looked)
-    residual, motions = zip(*found, strict=True) if found else ((), ())
-    return Place(point, local, residual, (), model.strains(point), motions, true=False)
-
-
-def _true(model: Model, here: Place) -> Place:
-    """The same place, its slopes not corrected but simulated."""
-    own = enumerate(zip(here.local, here.motions or (None,) * len(here.local), strict=True))
-    slopes = tuple(model.slopes(i, model.own(i, here.point, d), motion) for i, (d, motion) in own)
-    return replace(here, slopes=slopes, true=True)
+    residuals, motions = zip(*found, strict=True) if found else ((), ())
+    return replace(here, residuals=residuals, motions=motions, true=False)
 
 
 def cost(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None) -> float:
     """Return the sum of squares at a point, priors counted; infinite where a test has no motion."""
     here = _looked(model, point, local)
-    return math.inf if here is None else here.squares
+    return math.inf if here is None else here.cost
 
 
 class Reduced(NamedTuple):
@@ -192,15 +236,15 @@ class Reduced(NamedTuple):
     explained: float
 
 
-def eliminate(model: Model, place: Place, scatter: FloatArray | None = None) -> Reduced:
-    """Return what the tests say of the unknowns at a place; ``scatter``: in place of the model's."""
-    m = len(model.unknowns)
+def eliminate(fit: Fit, scatter: FloatArray | None = None) -> Reduced:
+    """Return what the tests of a fit say of the unknowns; ``scatter``: in place of the model's."""
+    model, m = fit.model, len(fit.model.unknowns)
     precision, pull, each, volume, explained = np.zeros((m, m)), np.zeros(m), [], 0.0, 0.0
     widths = model.scatter if scatter is None else scatter
     for i, test in enumerate(model.tests):
-        information = place.slopes[i].T @ place.slopes[i]
-        force = place.slopes[i].T @ place.residual[i]
-        local, s = place.local[i], widths[test.index]
+        information = fit.slopes[i].T @ fit.slopes[i]
+        force = fit.slopes[i].T @ fit.residuals[i]
+        local, s = fit.local[i], widths[test.index]
         if scatter is not None:  # as if at the mean: the deviations are integrated over anew
             force = force + information @ (model.scatter[test.index] * local)
             local = np.zeros_like(local)
@@ -219,45 +263,45 @@ def eliminate(model: Model, place: Place, scatter: FloatArray | None = None) -> 
     return Reduced(precision, pull, tuple(each), volume, explained)
 
 
-def descend(model: Model, here: Place) -> Place:
-    """Return the best place near a start, its slopes true."""
-    reach, data = REACH, sum(len(r) for r in here.residual)
+def descend(here: Fit) -> Fit:
+    """Return the best fit near a start, its slopes true."""
+    model, reach, data = here.model, REACH, sum(len(r) for r in here.residuals)
     for _ in range(model.most):
-        step, moves, foretold = _step(model, here, reach)
-        missed = min(max(here.squares / data, 1.0), MISSED)
-        if foretold <= ENOUGH * model.tolerance * missed * here.squares or reach < LEAST_REACH:
+        step, moves, foretold = _step(here, reach)
+        missed = min(max(here.cost / data, 1.0), MISSED)
+        if foretold <= ENOUGH * model.tolerance * missed * here.cost or reach < LEAST_REACH:
             if here.true:
                 return here
-            here, reach = _true(model, here), max(reach, LEAST_REACH)
+            here, reach = here.simulated(), max(reach, LEAST_REACH)
             continue
         there = _looked(model, here.point + step, [d + move for d, move in zip(here.local, moves, strict=True)], here)
         length = float(np.abs(step).max(initial=0.0))
-        gained = -math.inf if there is None else (here.squares - there.squares) / foretold
+        gained = -math.inf if there is None else (here.cost - there.cost) / foretold
         if there is None or gained <= 0.0:
             shorter = 0.25 * max(min(length, reach), LEAST_REACH)
-            here, reach = (here, shorter) if here.true else (_true(model, here), reach)
+            here, reach = (here, shorter) if here.true else (here.simulated(), reach)
         elif gained < POOR:
-            here, reach = _true(model, there), 0.25 * length if here.true else reach
+            here, reach = there.simulated(), 0.25 * length if here.true else reach
         else:
-            here, reach = _corrected(model, here, there), max(reach, 2.0 * length) if gained > GOOD else reach
-    return here if here.true else _true(model, here)
+            here, reach = _corrected(here, there), max(reach, 2.0 * length) if gained > GOOD else reach
+    return here if here.true else here.simulated()
 
 
-def _corrected(model: Model, here: Place, there: Place) -> Place:
-    """The place after a step, the slopes before it corrected by what it has shown."""
+def _corrected(here: Fit, there: Fit) -> Fit:
+    """The fit after a step, the slopes before it corrected by what it has shown."""
     slopes = []
-    for i, (before, after) in enumerate(zip(here.residual, there.residual, strict=True)):
-        own = model.own(i, there.point, there.local[i]) - model.own(i, here.point, here.local[i])
+    for i, (before, after) in enumerate(zip(here.residuals, there.residuals, strict=True)):
+        own = there.own(i) - here.own(i)
         size = float(own @ own)
         shown = before - after - here.slopes[i] @ own
         slopes.append(here.slopes[i] + np.outer(shown, own / size) if size > 0.0 else here.slopes[i])
     return replace(there, slopes=tuple(slopes))
 
 
-def _step(model: Model, here: Place, reach: float) -> tuple[FloatArray, list[FloatArray], float]:
+def _step(here: Fit, reach: float) -> tuple[FloatArray, list[FloatArray], float]:
     """The step of the unknowns, those of each test's deviations, and by how much the sum of squares should fall."""
+    model, reduced = here.model, here.reduced
     bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, here.point, strict=True)])
-    reduced = eliminate(model, here)
     curvature = reduced.precision + np.diag(bent**2)
     slope = bent * here.strain - reduced.pull
     low, high = model.bounds
@@ -265,7 +309,7 @@ def _step(model: Model, here: Place, reach: float) -> tuple[FloatArray, list[Flo
     moves, foretold = [], -float(2.0 * (bent * here.strain) @ step + (bent * step) @ (bent * step))
     for i, test in enumerate(model.tests):
         s, slopes = model.scatter[test.index], here.slopes[i]
-        left = here.residual[i] - slopes @ step[test.index]
+        left = here.residuals[i] - slopes @ step[test.index]
         move = np.zeros(len(s))
         some = np.flatnonzero(s > 0.0)
         if len(some):
@@ -276,7 +320,7 @@ def _step(model: Model, here: Place, reach: float) -> tuple[FloatArray, list[Flo
             move *= min(1.0, max(reach, 1e-3) / longest) if longest > 0.0 else 1.0
             left = left - slopes @ (s * move)
         after = here.local[i] + move
-        foretold += float(here.residual[i] @ here.residual[i] - left @ left)
+        foretold += float(here.residuals[i] @ here.residuals[i] - left @ left)
         foretold += float(here.local[i] @ here.local[i] - after @ after)
         moves.append(move)
     return step, moves, foretold
@@ -309,70 +353,9 @@ def inside(curvature: FloatArray, slope: FloatArray, low: FloatArray, high: Floa
     return x
 
 
-@dataclass(frozen=True)
-class Fit:
-    """The best values of some laws for some tests: a model at its best place, slopes true."""
-
-    model: Model
-    place: Place
-
-    @property
-    def point(self) -> FloatArray:
-        """Coordinates (m,) of the unknowns."""
-        return self.place.point
-
-    def own(self, i: int = 0) -> FloatArray:
-        """Coordinates of test i."""
-        return self.model.own(i, self.place.point, self.place.local[i])
-
-    def values(self, i: int = 0) -> dict[str, float]:
-        """Values of test i, by name."""
-        return self.model.values(i, self.own(i))
-
-    def residual(self, i: int = 0) -> FloatArray:
-        """Whitened residual of test i."""
-        return self.place.residual[i]
-
-    @cached_property
-    def chi_square(self) -> float:
-        """Sum of squares of the residuals over the noise alone."""
-        return sum(t.observation.chi_square(r) for t, r in zip(self.model.tests, self.place.residual, strict=True))
-
-    def nrmse(self, tests: Iterable[int] | None = None) -> float:
-        """Rms over some tests (all) of what is left of each."""
-        some = range(len(self.model.tests)) if tests is None else tests
-        each = [self.model.tests[i].observation.nrmse(self.residual(i)) for i in some]
-        return math.sqrt(math.fsum(e * e for e in each) / len(each))
-
-    @property
-    def cost(self) -> float:
-        """What was made least."""
-        return self.place.squares
-
-    @cached_property
-    def reduced(self) -> Reduced:
-        """Normal equations of the unknowns."""
-        return eliminate(self.model, self.place)
-
-    @cached_property
-    def precision(self) -> FloatArray:
-        """Inverse of the posterior covariance (m, m), by the curvature."""
-        return np.asarray(self.reduced.precision + np.diag(self.model.holds(self.point)))
-
-    def find(self, name: str, i: int = 0) -> int | None:
-        """Place of an unknown of test i among all unknowns; None where it has none of that name."""
-        return next((int(k) for k in self.model.tests[i].index if self.model.unknowns[k].name == name), None)
-
-
-def placed(model: Model, point: FloatArray, residual: Iterable[FloatArray], slopes: Iterable[FloatArray]) -> Fit:
-    """Return the fit that stands at a point, with these residuals and slopes; no test deviates from the others."""
-    local = tuple(np.zeros(len(test.index)) for test in model.tests)
-    return Fit(model, Place(point, local, tuple(residual), tuple(slopes), model.strains(point)))
-
-
 def told_of(fit: Fit, i: int = 0) -> float:
     """Return how many unknowns test i determines: of several tests that share them, half."""
-    told = float((np.abs(fit.place.slopes[i]).max(axis=0, initial=0.0) > 1.0).sum())
+    told = float((np.abs(fit.slopes[i]).max(axis=0, initial=0.0) > 1.0).sum())
     return told if len(fit.model.tests) == 1 else 0.5 * told
 
 
@@ -393,7 +376,7 @@ def fit_from(
             "no value tried has a steady state: near resonance the motion may have no bound; check the natural"
             " frequency (rig.natural_frequency_hz, --natural-frequency)"
         )
-    found = Fit(model, descend(model, _true(model, min(places, key=lambda place: place.squares))))
+    found = descend(min(places, key=lambda place: place.cost).simulated())
     return tempered(found) if tempers else found
 
 
@@ -403,7 +386,7 @@ def followed(found: Fit) -> Fit:
     Errors are those of a minimum, so none may be stated before it is reached.
     """
     further = replace(found.model, most=max(found.model.most, FOLLOWED_STEPS))
-    return Fit(found.model, descend(further, found.place))
+    return replace(descend(replace(found, model=further)), model=found.model)
 
 
 def tempered(found: Fit, shares: FloatArray | None = None) -> Fit:
@@ -448,16 +431,16 @@ def weighed(found: Fit, shares: FloatArray, *, follows: bool = True) -> Fit:
 
     ``follows``: to its new minimum; else it stays where it stands.
     """
-    model, place = found.model, found.place
-    tests, residual, slopes = [], [], []
-    for i, (test, share) in enumerate(zip(model.tests, shares.tolist(), strict=True)):
+    tests, residuals, slopes = [], [], []
+    each = zip(found.model.tests, shares.tolist(), found.residuals, found.slopes, strict=True)
+    for test, share, residual, slope in each:
         observation = test.observation.missing(share)
         tests.append(replace(test, observation=observation))
-        residual.append(observation.white(test.observation.gap(place.residual[i])))
-        slopes.append(observation.white(test.observation.gap(place.slopes[i])))
-    model = replace(model, tests=tuple(tests))
-    moved = replace(place, residual=tuple(residual), slopes=tuple(slopes))
-    return Fit(model, descend(model, moved) if follows else moved)
+        residuals.append(observation.white(test.observation.gap(residual)))
+        slopes.append(observation.white(test.observation.gap(slope)))
+    model = replace(found.model, tests=tuple(tests))
+    moved = replace(found, model=model, residuals=tuple(residuals), slopes=tuple(slopes))
+    return descend(moved) if follows else moved
 
 
 def with_scatter(found: Fit) -> tuple[Fit, FloatArray]:
@@ -477,12 +460,12 @@ def with_scatter(found: Fit) -> tuple[Fit, FloatArray]:
                 scale = scatter_scale(unknown, float(found.point[k]))
                 if scale > 0.0 and sum(k in t.index for t in model.tests) > 1:
                     scatter[k], errors[k] = _likeliest(found, scatter, k, scale)
-        place, old, moved = found.place, found.model.scatter, replace(found.model, scatter=scatter)
+        old, moved = found.model.scatter, replace(found.model, scatter=scatter)
         local = tuple(
             np.divide(old[t.index] * d, scatter[t.index], out=np.zeros(len(d)), where=scatter[t.index] > 0.0)
-            for t, d in zip(model.tests, place.local, strict=True)
+            for t, d in zip(model.tests, found.local, strict=True)
         )
-        found = Fit(moved, descend(moved, start_place(moved, place.point, local)))
+        found = descend(fit_at(moved, found.point, local))
     return found, errors
 
 
@@ -507,7 +490,7 @@ def _likeliest(found: Fit, scatter: FloatArray, k: int, scale: float) -> tuple[f
 
 def log_marginal(found: Fit, scatter: FloatArray) -> float:
     """Return the log marginal likelihood of a scatter, up to a constant: unknowns and deviations integrated over."""
-    reduced, hold = eliminate(found.model, found.place, scatter), found.model.holds(found.point)
+    reduced, hold = eliminate(found, scatter), found.model.holds(found.point)
     precision, pull = reduced.precision + np.diag(hold), reduced.pull - hold * found.point
     quadratic = reduced.explained + float(pull @ np.linalg.solve(precision, pull))
     return 0.5 * quadratic - reduced.log_volume - 0.5 * float(np.linalg.slogdet(precision)[1])

@@ -415,7 +415,7 @@ def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model,
     point, local = np.clip(point, *model.bounds), []
     for i, test in enumerate(model.tests):
         names = [below.model.unknowns[k].name for k in below.model.tests[i].index]
-        before = dict(zip(names, below.place.local[i], strict=True))
+        before = dict(zip(names, below.local[i], strict=True))
         d = np.array([before.get(model.unknowns[k].name, 0.0) for k in test.index])
         free = [j for j, k in enumerate(test.index) if model.unknowns[k].name not in before and scatter[k] > 0.0]
         costs = []
@@ -435,20 +435,20 @@ def held_out(found: Fit) -> tuple[FloatArray, float | None]:
     Each is one linear step from the fit to all. Of several tests the score is minus twice the log predictive density
     of each by the law of the others. A rig unlike itself is no prediction: of one test what its unknowns strain counts.
     """
-    model, place = found.model, found.place
+    model = found.model
     if len(model.tests) == 1:
         law = np.array([u.law for u in model.unknowns])
         strain = float((model.strains(found.point)[~law] ** 2).sum())
-        gain: FloatArray = np.asarray(np.linalg.solve(found.precision, place.slopes[0].T))
-        scores, nrmse = model.tests[0].observation.left_out(found.residual(), place.slopes[0], gain)
+        gain: FloatArray = np.asarray(np.linalg.solve(found.precision, found.slopes[0].T))
+        scores, nrmse = model.tests[0].observation.left_out(found.residual(), found.slopes[0], gain)
         return scores + strain, nrmse
     if len(model.tests) < 3:
         return np.zeros(0), None
-    posterior = Posterior(found, tuple(j.T @ j for j in place.slopes), np.zeros(len(found.point)))
+    posterior = Posterior(found, tuple(j.T @ j for j in found.slopes), np.zeros(len(found.point)))
     parts, squares = [], []
     for i, test in enumerate(model.tests):
         mean, covariance = posterior.left_out(i)
-        slopes = place.slopes[i]
+        slopes = found.slopes[i]
         residual = found.residual(i) + slopes @ (found.own(i) - mean)
         spread = np.eye(len(residual)) + slopes @ covariance @ slopes.T
         parts.append(float(residual @ np.linalg.solve(spread, residual)) + float(np.linalg.slogdet(spread)[1]))

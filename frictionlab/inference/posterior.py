@@ -18,7 +18,7 @@ from scipy.special import gammaincinv, ndtr, ndtri
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import NOT_KNOWN, Estimate
-from frictionlab.inference.fit import Fit, Model, Test, excess_of, fit_from, start_place, tempered, with_scatter
+from frictionlab.inference.fit import Fit, Model, Test, excess_of, fit_at, fit_from, tempered, with_scatter
 from frictionlab.inference.observation import Observation, Reached, at_least
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
@@ -170,7 +170,7 @@ class Posterior:
         """
         fit = self.fit
         of_scores, back = np.diag(self._doubts**2), np.linalg.inv(fit.precision)
-        for test, slopes, information in zip(self.tests, fit.place.slopes, self.information, strict=True):
+        for test, slopes, information in zip(self.tests, fit.slopes, self.information, strict=True):
             curvature = slopes.T @ slopes
             counted, weighed = (s[test.index] ** 2 for s in (self.scatter, fit.model.scatter))
             shown = curvature @ np.linalg.pinv(information, rcond=1e-12, hermitian=True) @ curvature
@@ -251,7 +251,7 @@ class Posterior:
 
         One is ``told`` if it is known better than before, off its upper bound, and not where its term does nothing.
         """
-        law, test, slopes = self.law(i), self.tests[i], self.fit.place.slopes[i]
+        law, test, slopes = self.law(i), self.tests[i], self.fit.slopes[i]
         covariance, statistical, own = self.own_covariance(i), self.statistical(i), self.fit.own(i)
         given = test.observation.problem(self.values(i)).parameters
         found = {p.name: ParameterEstimate(given[p.name]) for p in law.parameters}
@@ -351,7 +351,7 @@ def misfit_is_noise(fit: Fit, i: int = 0) -> bool:
     share = fit.model.tests[i].observation.share_missed(fit.residual(i), fit.values(i))
     if share is not None:
         return share <= 0.0
-    points = len(fit.place.residual[i])
+    points = len(fit.residuals[i])
     return excess_of(fit, i) <= 2.0 * float(gammaincinv(0.5 * points, 1.0 - NOISE_LEVEL)) / points
 
 
@@ -415,7 +415,7 @@ def information_of(fit: Fit, i: int) -> FloatArray:
     holds these beside the data. Where white noise is all there is, it is J itself. Directions of which the data say
     nothing say nothing here either.
     """
-    slopes, test = fit.place.slopes[i], fit.model.tests[i]
+    slopes, test = fit.slopes[i], fit.model.tests[i]
     curvature = slopes.T @ slopes
     others: FloatArray = np.diag(fit.model.holds(fit.point))[np.ix_(test.index, test.index)]
     if len(fit.model.tests) > 1:
@@ -508,7 +508,7 @@ def _held(model: Model, starts: list[FloatArray], law: list[int]) -> tuple[Fit |
     plain = model_of([model.tests[0].observation], rig=False)
     try:
         if not plain.unknowns:
-            return Fit(plain, start_place(plain, np.zeros(0))), model, starts
+            return fit_at(plain, np.zeros(0)), model, starts
         held = fit_from(plain, [start[law] for start in starts])
     except AnalysisError:
         return None, model, starts
@@ -553,7 +553,7 @@ def _of_one(held: Fit | None, moved: Sequence[Fit], law: list[int]) -> Posterior
         if squares[0] - squares[1] < CORRECTED:  # as known; errors hold the distance to the others
             point, held_se = np.clip(np.zeros(len(best.point)), *best.model.bounds), np.zeros(len(best.point))
             point[law], held_se[law] = held.point, np.sqrt(np.diag(posterior_of(held).covariance))
-            found = replace(found, fit=Fit(best.model, start_place(best.model, point)), held_se=held_se)
+            found = replace(found, fit=fit_at(best.model, point), held_se=held_se)
             return found.with_shift(AS_KNOWN, point - best.point)
     found = _with_rivals(found, moved[1:])
     if held is None or not found.strained:

@@ -381,7 +381,7 @@ def together(lab: Laboratory, tests: Sequence[VirtualTest], *, rig: bool = True)
         shared = [model.unknowns[k] for k in test.index]
         each = zip(shared, own.unknowns, test.factors.tolist(), strict=True)
         times = np.array([1.0 if u.scale == "log" else factor * u.sd / alone.sd for u, alone, factor in each])
-        slopes.append(own.fit.place.slopes[0] * times)
+        slopes.append(own.fit.slopes[0] * times)
         information.append(own.information[0] * np.outer(times, times))
         shift = np.zeros(len(point))
         shift[test.index] = np.sqrt(sum(s**2 for s in own.shifts.values()) + np.zeros(len(times))) / times

@@ -363,7 +363,7 @@ def _apart(one: VirtualTest, two: VirtualTest) -> float:
     if one.observation is None or two.observation is None or two.posterior is None:
         return -math.inf
     gap = one.observation.white(one.observation.data - two.observation.data[: len(one.observation.data)])
-    slopes = two.posterior.fit.place.slopes[0]
+    slopes = two.posterior.fit.slopes[0]
     if len(slopes) != len(gap):
         return 0.5 * float(gap @ gap)
     step = np.linalg.solve(slopes.T @ slopes + np.eye(slopes.shape[1]), slopes.T @ gap)
