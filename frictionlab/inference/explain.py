@@ -1,13 +1,13 @@
 """What a recording says of its contact, in a dozen lines: the law, its values in newtons, what simpler laws get wrong.
 
-Everything here is a `Comparison` in words; nothing is found anew but the simpler law's own comparison, made by
-the same verb.
+Everything here is a `Comparison` in words; nothing is found anew. What a simpler law leaves is its row of the ladder.
 """
 
 import math
 import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from frictionlab.simulator.laws import law_of
 WIDTH = 80
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 PARTS = {"stops": "at stops", "slides up": "while the mass slides up", "slides down": "while the mass slides down"}
-"""Parts of a cycle, as they stand in a sentence."""
 SOURCES = {
     NOISE: "noise, and what the law misses",
     AS_KNOWN: "sensors and rig, which the fit finds unlike what is known of them",
@@ -55,13 +54,12 @@ NEXT = "Next: tests at another amplitude and another speed; frictionlab plan say
 class Explanation:
     """What a recording says of its contact.
 
-    ``comparison``: under the law that the recording requires; ``simpler``: under the best of the laws with fewer terms,
-    None where it is plain Coulomb friction already; ``physical``: parameter -> value, uncertainty, unit, words;
-    ``unit_m``: Y, the base's amplitude [m]; ``energy_j``: the measured energy per cycle [J], None without a stiffness.
+    ``comparison``: under the law that the recording requires; ``physical``: parameter -> value, uncertainty, unit,
+    words; ``unit_m``: Y, the base's amplitude [m]; ``energy_j``: the measured energy per cycle [J], None without a
+    stiffness.
     """
 
     comparison: Comparison
-    simpler: Comparison | None
     physical: Mapping[str, tuple[float, float | None, str, str]]
     unit_m: float
     energy_j: float | None
@@ -70,6 +68,18 @@ class Explanation:
     def contact(self) -> ContactForce | None:
         """What the one figure shows; None where there is nothing to compare."""
         return self.comparison.contact
+
+    @property
+    def simpler(self) -> dict[str, Any] | None:
+        """The ladder's row of the likeliest law with fewer terms; None of plain Coulomb friction, or without a ladder.
+
+        The row has ``gain`` beside the rest: by how much the log evidence of the law required is larger.
+        """
+        rows: dict[str, Any] = {str(r["law"]): r for r in self.comparison.laws or () if r["log_evidence"] is not None}
+        own, terms = rows.get(self.comparison.law), {t.name for t in law_of(self.comparison.law).terms}
+        fewer = [row for name, row in rows.items() if {t.name for t in law_of(name).terms} < terms]
+        best = max(fewer, key=lambda row: row["log_evidence"], default=None)
+        return {**best, "gain": own["log_evidence"] - best["log_evidence"]} if own and best else None
 
     @property
     def text(self) -> str:
@@ -94,14 +104,13 @@ class Explanation:
         return found
 
     def row(self) -> dict[str, object]:
-        """The comparison's row, with the text and what the simpler law misses."""
-        simpler = self.simpler
+        """The comparison's row, with the text and what a simpler law leaves."""
+        simpler = self.simpler or {}
         return {
             **self.comparison.row(),
-            "simpler_law": None if simpler is None else simpler.law,
-            "simpler_nrmse": None if simpler is None else simpler.response_nrmse,
+            "simpler_law": simpler.get("law"),
+            "simpler_nrmse": simpler.get("response_nrmse"),
             "missed": missed(self.comparison.contact),
-            "simpler_missed": None if simpler is None else missed(simpler.contact),
             "physical": {n: {"value": v, "u": u, "unit": unit} for n, (v, u, unit, _) in self.physical.items()},
             "text": self.text.splitlines(),
         }
@@ -111,15 +120,8 @@ class Explanation:
 
 
 def explain(measurement: Measurement, scene: Scene) -> Explanation:
-    """Say which law a measured test requires, what it is made of, and what the next simpler law gets wrong.
-
-    The simpler law is that of the best evidence on the ladder that lacks a term of the one required.
-    """
+    """Say which law a measured test requires, what it is made of, and what the next simpler law leaves."""
     comparison = compare_measurement(measurement, scene, law=AUTO)
-    terms, evidence = {t.name for t in law_of(comparison.law).terms}, _evidence(comparison)
-    fewer = [name for name in evidence if {t.name for t in law_of(name).terms} < terms]
-    best = max(fewer, key=lambda name: evidence[name], default=None)
-    simpler = None if best is None else compare_measurement(measurement, scene, law=best)
     found, turn = _force(comparison), 2.0 * math.pi * measurement.drive_frequency_hz
     frame = scene.rig.stiffness, scene.rig.natural_frequency
     for parameter in law_of(comparison.law).own:
@@ -129,28 +131,22 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
             factor, _ = to_physical(parameter, *frame, amplitude=measurement.base_amplitude_m, turn=turn)
             if factor is not None:
                 found[parameter.name] = (times * factor * own["value"], times * factor * own["u"], unit, words)
-    return Explanation(comparison, simpler, found, measurement.base_amplitude_m, measurement.energy_per_cycle_j)
+    return Explanation(comparison, found, measurement.base_amplitude_m, measurement.energy_per_cycle_j)
 
 
 def explain_comparison(comparison: Comparison) -> Explanation:
-    """Put a comparison into words as it is, without looking for a simpler law; AnalysisError without a steady cycle."""
+    """Put a comparison into words as it is; AnalysisError without a steady cycle."""
     contact = comparison.contact
     if contact is None or comparison.energy_per_cycle is None:
         raise AnalysisError("explain: the comparison has no steady cycle: expected one of compare(recording)")
     energy = None if contact.unit_n is None else comparison.energy_per_cycle * contact.unit_n * contact.unit_m
-    return Explanation(comparison, None, _force(comparison), contact.unit_m, energy)
+    return Explanation(comparison, _force(comparison), contact.unit_m, energy)
 
 
 def _force(comparison: Comparison) -> dict[str, tuple[float, float | None, str, str]]:
     """The friction force, where the stiffness is known."""
     force, u = comparison.friction_force_n, comparison.friction_force_n_u
     return {} if force is None else {"beta": (force, u, "N", "friction force")}
-
-
-def _evidence(comparison: Comparison) -> dict[str, float]:
-    """Logarithm of the evidence of each law of the ladder that could be fitted."""
-    rungs = comparison.laws or ()
-    return {str(rung["law"]): float(str(e)) for rung in rungs if (e := rung["log_evidence"]) is not None}
 
 
 def missed(contact: ContactForce | None) -> dict[str, float]:
@@ -207,15 +203,11 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
 
 
 def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
-    """What a simpler law misses and this one, which other laws were tried, and which were not."""
+    """What a simpler law leaves, and where this one misses, which other laws were tried, and which were not."""
     c, simpler = about.comparison, about.simpler
-    if simpler is not None and simpler.response_nrmse is not None:
-        where = missed(simpler.contact)
-        most = max(where, key=lambda name: where[name], default="")
-        gain = (evidence := _evidence(c))[c.law] - evidence[simpler.law]
-        left = f"leaves {100 * simpler.response_nrmse:.2g} %, most of it {PARTS.get(most, '')}"
-        enough = f"Its log evidence is {gain:.0f} lower; {REQUIRED:.0f} is enough."
-        yield 3, f"A simpler law, {simpler.law}, {left}. {enough}"
+    if simpler is not None and simpler["response_nrmse"] is not None:
+        enough = f"Its log evidence is {simpler['gain']:.0f} lower; {REQUIRED:.0f} is enough."
+        yield 3, f"A simpler law, {simpler['law']}, leaves {100 * simpler['response_nrmse']:.2g} %. {enough}"
     in_newtons = c.contact is not None and c.contact.is_measured
     times, unit = ((c.contact and c.contact.unit_n) or 1.0, "N") if in_newtons else (1e6 * about.unit_m, "um")
     here = ", ".join(f"{times * size:.2g} {unit} {PARTS[name]}" for name, size in missed(c.contact).items())

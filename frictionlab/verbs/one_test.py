@@ -261,7 +261,7 @@ def compare(
 def explain(
     what: "Comparison | Measurement | Recording | FilePath", scene: AnyScene = None, **settings: object
 ) -> "Explanation":
-    """Say which contact law a test requires, what it is made of in newtons, and what the next simpler law gets wrong.
+    """Say which contact law a test requires, what it is made of in newtons, and what the next simpler law leaves.
 
     Parameters and settings as of `compare`; a comparison is put into words as it is. Returned is an `Explanation`:
     ``print(explanation.text)``; its ``comparison`` is that of ``compare(what, scene, law="auto")``.
