@@ -32,13 +32,12 @@ from frictionlab.campaign.friction import (
 from frictionlab.campaign.joint_fit import JointFit, fit_together
 from frictionlab.campaign.laws import (
     AmontonsTest,
-    LawEvidence,
-    LeftOutTest,
     Loop,
     amontons_of,
     laws_together,
     left_out,
     loops_of,
+    not_predicted,
     parameters_of,
 )
 from frictionlab.campaign.prediction import Curve, Model, RowObservation, curve, model_of, observe_row
@@ -100,8 +99,8 @@ class Campaign(Result):
     joint: JointFit | None = field(default=None, repr=False)
 
     @cached_property
-    def laws(self) -> tuple[LawEvidence, ...]:
-        """The joint evidence of the laws tried, one per material and law."""
+    def laws(self) -> tuple[Row, ...]:
+        """The joint evidence of the laws tried, a row per material and law."""
         return () if self.joint is None else laws_together(self.joint.ladders)
 
     @cached_property
@@ -131,15 +130,15 @@ class Campaign(Result):
         return tuple(found)
 
     @cached_property
-    def left_out(self) -> tuple[LeftOutTest, ...]:
-        """Each test as the law of all others predicts it."""
+    def left_out(self) -> tuple[Row, ...]:
+        """Each test as the law of all others predicts it, a row per test."""
         if self.joint is None:
             return ()
         found, verdicts = left_out(self.joint.posterior, self.scene.sensors.lag_s), self.verdicts
         for t in self.trials:
             excluded = verdicts[t.source].excluded if t.source in verdicts else None
             reason = t.reason or (excluded or Reason.NO_CYCLE).sentence
-            found.setdefault(t.source, LeftOutTest(t.source, t.material, reason=reason))
+            found.setdefault(t.source, not_predicted(t.source, t.material, reason))
         return tuple(found[t.source] for t in self.trials)
 
     @cached_property
@@ -151,9 +150,9 @@ class Campaign(Result):
             "friction.csv": [schema.FRICTION.row(fit, amontons_p=p[fit.material]) for fit in self.fits],
             "ranking.csv": [schema.RANKING.row(r, tied_with=", ".join(r.tied_with) or None) for r in self.ranking],
             "drift.csv": [schema.DRIFTS.row(d, **{k: getattr(d.trial, k) for k in OF_TRIAL}) for d in self.drifts],
-            "laws.csv": [schema.MATERIAL_LAWS.row(law) for law in self.laws],
+            "laws.csv": list(self.laws),
             "parameters.csv": list(self.parameters),
-            "left_out.csv": [schema.LEFT_OUT.row(test) for test in self.left_out],
+            "left_out.csv": list(self.left_out),
         }
 
     def rows(self) -> list[dict[str, object]]:

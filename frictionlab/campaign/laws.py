@@ -11,7 +11,7 @@ Student's t of them asks.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -29,7 +29,7 @@ from frictionlab.inference.observations import CycleObservation, cycle_of, lines
 from frictionlab.inference.posterior import Posterior, of_several
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
-from frictionlab.schema import AMPLITUDE, ENERGY
+from frictionlab.schema import AMPLITUDE, ENERGY, LEFT_OUT
 from frictionlab.tables import Row
 
 SIGNIFICANT = 0.05
@@ -71,23 +71,6 @@ class AmontonsTest:
     def holds(self) -> bool | None:
         """Whether the coefficient may be constant; None where nothing can be said."""
         return None if self.p is None else self.p >= SIGNIFICANT
-
-
-@dataclass(frozen=True)
-class LawEvidence:
-    """One law for one material.
-
-    ``tests``: that it was tried in; ``log_evidence``: of all of them; ``gain``: the same less plain Coulomb's;
-    ``response_nrmse``: rms over the tests; ``required``: whether it is the law that the ladder of all tests ends at.
-    """
-
-    material: str
-    law: str
-    tests: int
-    log_evidence: float
-    gain: float | None
-    response_nrmse: float | None
-    required: bool
 
 
 class Loop(NamedTuple):
@@ -160,18 +143,18 @@ def _exponent(force: FloatArray, value: FloatArray, weight: FloatArray) -> tuple
     return float(best[1]), max(1.0, stretch) * math.sqrt(float(covariance[1, 1]))
 
 
-def laws_together(ladders: Mapping[str, Ladder]) -> tuple[LawEvidence, ...]:
-    """Return the laws tried on the tests of each material together, best first."""
-    lines = []
+def laws_together(ladders: Mapping[str, Ladder]) -> tuple[Row, ...]:
+    """Return the rows of ``laws.csv``: the laws tried on the tests of each material together, likeliest first."""
+    rows = list[dict[str, Any]]()
     for material, ladder in ladders.items():
         fitted = [(rung, len(rung.fit.model.tests)) for rung in ladder.rungs if rung.fit is not None]
-        plain = next((rung.log_evidence for rung, _ in fitted if rung.law.name == "coulomb"), None)
-        for rung, tests in fitted:
-            name, evidence = rung.law.name, rung.log_evidence
-            gain = None if plain is None else evidence - plain
-            required = name == ladder.chosen.law.name
-            lines.append(LawEvidence(material, name, tests, evidence, gain, rung.nrmse, required))
-    return tuple(sorted(lines, key=lambda line: (line.material, -line.log_evidence)))
+        plain = next((rung.log_evidence for rung, _ in fitted if rung.law.name == "coulomb"), math.nan)
+        for rung, tests in sorted(fitted, key=lambda one: -one[0].log_evidence):
+            row = {"material": material, "law": rung.law.name, "tests": tests}
+            row |= {"log_evidence": rung.log_evidence, "required": rung.law.name == ladder.chosen.law.name}
+            gain = None if math.isnan(plain) else rung.log_evidence - plain
+            rows.append({**row, "gain": gain, "response_nrmse": rung.nrmse})
+    return tuple(sorted(rows, key=lambda row: str(row["material"])))
 
 
 def parameters_of(joint: JointFit, scene: Scene) -> tuple[Row, ...]:
@@ -221,31 +204,9 @@ def loops_of(joint: JointFit, stiffness: float | None) -> tuple[Loop, ...]:
     return tuple(found)
 
 
-@dataclass(frozen=True)
-class LeftOutTest:
-    """One test predicted by the law of all others; where that cannot be, ``reason`` says why and no number is known.
-
-    Energies in k Y^2, amplitudes in Y; ``_low`` and ``_high``: 95 % bands; ``response_nrmse``: with nothing taken from
-    the test; ``response_nrmse_own``: with its own test-level unknowns fitted to it; ``band_holds``: whether both bands
-    hold what was measured; ``lag_s``: by how much the base's channel is behind, as all tests find it: energies,
-    measured and predicted, are without it, as `frictionlab predict` has them.
-    """
-
-    source: str
-    material: str | None
-    predicted_energy_per_cycle: float | None = None
-    measured_energy_per_cycle: float | None = None
-    predicted_response_amplitude: float | None = None
-    response_nrmse: float | None = None
-    response_nrmse_own: float | None = None
-    band_holds: bool | None = None
-    measured_response_amplitude: float | None = None
-    predicted_energy_per_cycle_low: float | None = None
-    predicted_energy_per_cycle_high: float | None = None
-    predicted_response_amplitude_low: float | None = None
-    predicted_response_amplitude_high: float | None = None
-    reason: str | None = None
-    lag_s: float | None = None
+def not_predicted(source: str, material: str | None, reason: str) -> dict[str, Any]:
+    """Return the row of ``left_out.csv`` of a test that cannot be predicted."""
+    return dict.fromkeys(LEFT_OUT.names) | {"source": source, "material": material, "reason": reason}
 
 
 @dataclass(frozen=True)
@@ -272,21 +233,24 @@ class _Expected:
         return self.observation.predict(self.model.values(self.i, own))
 
 
-def left_out(posterior: Posterior, lag_s: float = 0.0) -> dict[str, LeftOutTest]:
-    """Return by source each test of a joint fit as the others predict it; ``lag_s``: that the scene declares."""
-    materials = [observation.material for observation in posterior.observations]
-    found = {}
+def left_out(posterior: Posterior, lag_s: float = 0.0) -> dict[str, Row]:
+    """Return by source the row of each test of a joint fit as the others predict it, or why they cannot.
+
+    Bands hold 95 %; energies, measured and predicted, are without the lag that all tests find (``lag_s``: that the
+    scene declares), as `frictionlab predict` has them.
+    """
+    materials, found = [observation.material for observation in posterior.observations], dict[str, Row]()
     for i, (observation, material) in enumerate(zip(posterior.observations, materials, strict=True)):
         source, others = observation.source, materials.count(material) - 1
-        found[source] = LeftOutTest(source, material, reason=ALONE)
+        found[source] = not_predicted(source, material, ALONE)
         if not others:
             continue
         late = posterior.values(i).get("lag_s", 0.0)
         try:
             test = _predicted(_expected(posterior, i, others), late)
-            found[source] = replace(test, lag_s=lag_s + late)
+            found[source] = {**found[source], "reason": None, **test, "lag_s": lag_s + late}
         except FAULTS as error:
-            found[source] = replace(found[source], reason=f"the other tests' law cannot be fitted: {error}")
+            found[source] = not_predicted(source, material, f"the other tests' law cannot be fitted: {error}")
     return found
 
 
@@ -305,12 +269,12 @@ def _expected(posterior: Posterior, i: int, others: int) -> _Expected:
     return _Expected(model, i, mean, covariance, scatter, others)
 
 
-def _predicted(expected: _Expected, lag_s: float) -> LeftOutTest:
-    """One test as the others predict it, its energies without a lag beyond the declared one."""
+def _predicted(expected: _Expected, lag_s: float) -> dict[str, object]:
+    """The numbers of one test as the others predict it, its energies without a lag beyond the declared one."""
     observation, lines = expected.observation, expected.lines(expected.mean)
     late, both = lag_s * observation.turn, (observation.energy, observation.amplitude)
     if lines is None:
-        return LeftOutTest(observation.source, observation.material, reason=STILL)
+        return {"reason": STILL}
     measured, error = (np.array([getattr(e, part) or 0.0 for e in both]) for part in ("value", "se"))
     offset = measured - seen_in(observation.data, observation)  # a mean of cycles is not the cycle of means
     measured[0] -= observation.energy_by_lag(late)
@@ -321,17 +285,14 @@ def _predicted(expected: _Expected, lag_s: float) -> LeftOutTest:
     reach = stdtrit(np.minimum(freedom, 1e6), LEVEL) * np.sqrt(whole)
     low, high, value = offset + middle - reach, offset + middle + reach, offset + value
     ends = np.array([np.minimum(low, value), value, np.maximum(high, value)]).T.ravel().tolist()
-    own = _with_own(expected)
-    return LeftOutTest(
-        source=observation.source,
-        material=observation.material,
+    seen = {"": lines, "_own": _with_own(expected)}
+    return {
         **dict(zip(BANDS, ends, strict=True)),
-        measured_energy_per_cycle=float(measured[0]),
-        measured_response_amplitude=float(measured[1]),
-        response_nrmse=observation.nrmse(observation.white(observation.data - lines)),
-        response_nrmse_own=observation.nrmse(observation.white(observation.data - own)),
-        band_holds=bool(np.all((low <= measured) & (measured <= high))),
-    )
+        f"measured_{ENERGY}": float(measured[0]),
+        f"measured_{AMPLITUDE}": float(measured[1]),
+        **{f"response_nrmse{of}": observation.nrmse(observation.white(observation.data - y)) for of, y in seen.items()},
+        "band_holds": bool(np.all((low <= measured) & (measured <= high))),
+    }
 
 
 def seen_in(lines: FloatArray, observation: CycleObservation, late: float = 0.0) -> FloatArray:

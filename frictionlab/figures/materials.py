@@ -100,7 +100,7 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     """
     loops = [loop for loop in campaign.loops if loop.material == material]
     loops.sort(key=lambda loop: (round(loop.r, 2), loop.normal_force_n))
-    tried = sorted((law for law in campaign.laws if law.material == material), key=lambda law: -law.log_evidence)
+    tried: list[Any] = [law for law in campaign.laws if law["material"] == material]
     law = None if campaign.joint is None else campaign.joint.law(material)
     with style.drawing(title=f"{material}: {'no law' if law is None else law.name}") as figure:
         axes = style.panels(figure, 3 if tried else 2, across=3)
@@ -111,10 +111,10 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
                 draw_force(loop.contact, ax, seen, OF_LAW, over_speed=over_speed)
         axes[0].legend(fontsize=style.SMALL, loc="center", frameon=True, framealpha=0.9)
         if tried:
-            shown = [law for n, law in enumerate(tried) if n < SHOWN or law.required or law.law == "coulomb"]
-            required = next((law for law in tried if law.required), tried[0])
-            above = [law.log_evidence - required.log_evidence for law in shown]
-            draw_evidence(axes[2], [law.law for law in shown], above, required.law)
+            shown = [law for n, law in enumerate(tried) if n < SHOWN or law["required"] or law["law"] == "coulomb"]
+            required = next((law for law in tried if law["required"]), tried[0])
+            above = [law["log_evidence"] - required["log_evidence"] for law in shown]
+            draw_evidence(axes[2], [law["law"] for law in shown], above, required["law"])
     return figure
 
 

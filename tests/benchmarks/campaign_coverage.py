@@ -93,8 +93,8 @@ def result_of(found: Campaign, made: Truth) -> dict[str, Any]:
         "law": law.law,
         "scores": {n: (law.values[n] - v) / errors[n] for n, v in made.values.items() if errors.get(n, 0.0) > 0.0},
         "relative u": errors[COEFFICIENT] / law.values[COEFFICIENT] if COEFFICIENT in law.values else None,
-        "held": [test.band_holds for test in found.left_out if test.band_holds is not None],
-        "unpredicted": [test.reason for test in found.left_out if test.reason],
+        "held": [row["band_holds"] for row in found.left_out if row["band_holds"] is not None],
+        "unpredicted": [row["reason"] for row in found.left_out if row["reason"]],
     }
 
 

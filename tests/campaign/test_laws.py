@@ -142,7 +142,7 @@ def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene
     write_recording(steady_recording(), tmp_path / "a.h5")
     measured = {**measure(steady_recording(), scene).row(), "source": "a.h5", "material": "steel"}
     found = evaluate([{**measured, "normal_force_n": 1.5}], scene, folders=[tmp_path], law="auto")
-    assert [law.law for law in found.laws if law.required] == ["coulomb"]
+    assert [law["law"] for law in found.laws if law["required"]] == ["coulomb"]
     assert found.joint is not None
     law = found.joint.law("steel")
     assert law is not None

@@ -59,7 +59,7 @@ def test_energies_are_shown_at_the_lag_found_and_a_gradient_of_both_signs_is_sai
     assert campaign.lag_found_s == pytest.approx(late, abs=5e-4)
     shown = [campaign.verdicts[str(r["source"])].energy.value for r in rows]
     assert shown == pytest.approx(truth, rel=0.01)
-    assert shown == pytest.approx([test.measured_energy_per_cycle for test in campaign.left_out], rel=1e-9)
+    assert shown == pytest.approx([test["measured_energy_per_cycle"] for test in campaign.left_out], rel=1e-9)
     for one in campaign.tables["measurements.csv"]:  # at the lag declared: a prediction beside it is as sensors show it
         ratio = float(str(one["energy_per_cycle"])) / float(str(one["predicted_energy_per_cycle"]))
         assert ratio - 1.0 == pytest.approx(one["energy_residual"], abs=1e-12)
