@@ -12,7 +12,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import RecordingError
 from frictionlab.recording import Channel, Quality, Recording, Source
 from frictionlab.simulator import Problem, Structure
-from frictionlab.simulator.record import BaseRecord, Response, respond
+from frictionlab.simulator.record import BaseRecord, Response, motion_under, respond
 
 FAR = 10.0  # times the steps around it: such a step is a jump ...
 LARGE = 0.05  # ... if it is this share of the whole range
@@ -166,7 +166,7 @@ def respond_to(
         half = BaseRecord(
             base.time[every], base.displacement[every], rest=base.rest, scale=base.scale, quantity=base.quantity
         )
-        coarse = respond(moves, half, x0=response.displacements[0], v0=response.velocities[0])
+        coarse = motion_under(moves, half, x0=response.displacements[0], v0=response.velocities[0])
         error = math.sqrt(float(np.mean((coarse.displacements - response.displacements[every]) ** 2))) / ORDER_LEFT
     problem = response.problem
     if error > COARSE:

@@ -51,6 +51,7 @@ from frictionlab.recording import FrequencyTable, Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.record import respond
 
 HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires
@@ -524,6 +525,7 @@ def _without_cycle(
         f" {step}"
     )
     begun = (no_cycle, *([missed] if misses else []), *moved_by_law)
+    x0, v0 = motion.displacements[0], motion.velocities[0]
     known = (*scene.rig.doubts, *recording.source.warnings, *begun, *said, *strained_facts(found, scene))
     comparison = _comparison(
         found,
@@ -532,7 +534,7 @@ def _without_cycle(
         warnings=(*known, *found.warnings, *record.warnings, *not_tried(climbed)),
         model=f"{observation.law.words}, {observation.wall} wall, measured base",
         solver=motion.solver,
-        closure_error=motion.closure_error,
+        closure_error=respond(motion.problem, motion.base, x0=x0, v0=v0).closure_error,
         **_of_record(record, climbed),
     )
     budget = {**newtons["budget"], "friction_ratio": comparison.budget["friction_ratio"]}

@@ -18,7 +18,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.comparison import WholeRecord
 from frictionlab.inference.record import RecordObservation, spread_of
-from frictionlab.simulator.record import BaseRecord, respond
+from frictionlab.simulator.record import BaseRecord, motion_under
 
 Periods = NDArray[np.intp]
 STEPS = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 41)])  # of the walk, over beta, that are tried
@@ -206,7 +206,7 @@ def _delay(observation: RecordObservation, values: Mapping[str, float], slope: F
     k = len(time) // 2
     base = BaseRecord(here.time[k:], here.base.values[k:], rest=0.0, scale=1.0)
     stepped = law.with_parameters({"beta": law.beta * (1.0 + SMALL)})
-    there = respond(stepped, base, x0=float(here.displacement[k]), v0=float(here.velocity[k]))
+    there = motion_under(stepped, base, x0=float(here.displacement[k]), v0=float(here.velocity[k]))
     step = (there.displacement - here.displacement[k:]) / (SMALL * law.beta)
     since = ((time[k:] - time[k]) / observation.period).astype(np.intp)
     shown, weight = changes(step, slope[k:], since, int(since[-1]) + 1)

@@ -67,7 +67,7 @@ def test_it_is_the_slow_twin(name: str, *, even: bool) -> None:
     assert seen.contact_force == pytest.approx(np.array(slow.n), abs=1e-9)
     assert seen.path == pytest.approx(slow.path, abs=1e-9)
     assert seen.time_stuck == pytest.approx(slow.stuck, abs=1e-7)
-    assert int(np.count_nonzero(seen.events[:, 1])) == slow.slips
+    assert int(np.count_nonzero(seen.contact_events[0][:, 1])) == slow.slips
     stored = 0.5 * (seen.contact_force[-1] - 2 * law.zeta_c * seen.velocity[-1]) ** 2 / law.kappa if law.kappa else 0.0
     assert seen.friction_energy == pytest.approx(slow.friction_work - stored, abs=1e-9)
     assert seen.closure_error < 1e-8
@@ -141,7 +141,7 @@ def test_a_base_that_is_held_back_moves_nothing() -> None:
     still = respond(Problem(1.0, 1.2), BaseRecord(*some_base(5, 50, even=True)))
     assert not still.displacement.any()
     assert (still.energy, still.path, still.stops, still.stuck_fraction) == (0.0, 0.0, 0, 1.0)
-    assert still.intervals_stuck.tolist() == [[still.time[0], still.time[-1]]]
+    assert still.stuck_in(0).tolist() == [[still.time[0], still.time[-1]]]
 
 
 def test_free_vibration_loses_four_beta_a_cycle() -> None:
@@ -149,10 +149,10 @@ def test_free_vibration_loses_four_beta_a_cycle() -> None:
     tau = np.linspace(0.0, 20.0, 400)
     base = BaseRecord(tau, np.where(tau == tau[-1], 1e-12, 0.0), scale=1.0)
     response = respond(Problem(1.0, 0.1), base, x0=1.05)
-    turns = response.events[:, 2]
+    turns = response.contact_events[0][:, 2]
     assert turns[1:6] == pytest.approx([-0.85, 0.65, -0.45, 0.25, -0.05], abs=1e-11)
     assert response.path == pytest.approx(1.9 + 1.5 + 1.1 + 0.7 + 0.3, abs=1e-10)
-    assert response.events[-1].tolist() == pytest.approx([5 * np.pi, 0.0, -0.05], abs=1e-10)
+    assert response.contact_events[0][-1].tolist() == pytest.approx([5 * np.pi, 0.0, -0.05], abs=1e-10)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import address_of, caller, entry, inner
+from frictionlab.simulator.exact.flow import move_cubic
 from frictionlab.simulator.exact.motion import (
     WORK,
     base_at_time,
@@ -273,3 +274,18 @@ ACCOUNT, call_account = address_of(account, SIGNATURE), caller(SIGNATURE)
 def account_all(systems: Any, works: Any, pieces: FloatArray, sums: Any) -> int:
     """Account for all recorded pieces of records that stand in arrays of length 1; return how many."""
     return call_account(systems[0].account, (systems[0], works[0], pieces, 0, len(pieces), sums[0]))
+
+
+@entry
+def account_along(
+    systems: Any, works: Any, pieces: FloatArray, since: FloatArray, cubics: FloatArray, sums: Any
+) -> int:
+    """As `account_all`, under a sampled base: of each piece when its sampling interval began (m,), its cubic (m, 4)."""
+    system = systems[0]
+    for k in range(len(pieces)):
+        for i in range(4):
+            system.cubic[i] = cubics[k, i]
+        move_cubic(system.cubic, pieces[k, 0] - since[k])
+        if call_account(system.account, (system, works[0], pieces, k, k + 1, sums[0])) <= k:
+            return k
+    return len(pieces)

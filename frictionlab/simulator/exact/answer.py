@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import compiled, entry, inner
-from frictionlab.simulator.exact.account import call_account, enter
-from frictionlab.simulator.exact.flow import TURN_OF, Carrier, call_run, is_rigid, move_cubic
-from frictionlab.simulator.exact.motion import base_at_time, contact_force, modes_at, place_of
+from frictionlab.simulator.exact.account import call_account
+from frictionlab.simulator.exact.flow import TURN_OF, Carrier, call_run, is_rigid
+from frictionlab.simulator.exact.motion import base_at_time, contact_force, place_of
 from frictionlab.simulator.exact.orbit import (
     ALMOST,
     TURN,
@@ -490,49 +490,32 @@ def travel(
     pieces: FloatArray,
     time: FloatArray,
     cubics: FloatArray,
-    sums: Any,
     found: FloatArray,
     marks: NDArray[np.int64],
     left: float,
 ) -> tuple[int, int]:
     """Carry the state at hand along sampled times (n,); return the piece that it did not come through, and why.
 
-    `cubics` (n - 1, 4): what drives the masses, in the time from each sample on; `sums`: what the motion does;
-    `found` (n, 2 n + c): displacements, velocities and contacts' forces at the samples, of the exact flow; `marks`
-    (n,): pieces recorded until then; `left`: evaluations, or steps, between samples.
+    `cubics` (n - 1, 4): what drives the masses, in the time from each sample on; `found` (n, 2 n + c): displacements,
+    velocities and contacts' forces at the samples, of the exact flow; `marks` (n,): pieces recorded until then; `left`:
+    evaluations, or steps, between samples.
     """
-    system, work = systems[0], works[0]
-    n = system.masses
-    for i in range(len(time) - 1):
-        copy(cubics[i], system.cubic)
-        work.tau, work.left = time[i], left
-        code = call_run(system.run, (system, work, pieces, time[i + 1] - time[i], False, i == 0))
+    system, work, n = systems[0], works[0], systems[0].masses
+    for i in range(len(time)):
+        since = max(i - 1, 0)
+        copy(cubics[since], system.cubic)
+        work.tau, work.left = time[since], left
+        code = call_run(system.run, (system, work, pieces, time[i] - time[since], False, i == 0))
         if code != DONE:
-            return i, code
-        marks[i + 1] = work.count
+            return since, code
+        marks[i] = work.count
         if is_integrated(system):
             continue
         base_at_time(system, work)
-        sample(system, work, slot_of(system, work.phases, work.kappa), work.q, work.v, found[i + 1])
-        for k in range(marks[i], min(work.count, len(pieces))):
-            copy(cubics[i], system.cubic)
-            move_cubic(system.cubic, pieces[k, 0] - time[i])
-            if k == 0:
-                slot = enter(system, work, pieces, 0)
-                modes_at(system, work, slot, 0.0)
-                sample(system, work, slot, work.q, work.v, found[0])
-            call_account(system.account, (system, work, pieces, k, k + 1, sums[0]))
         for a in range(n):
-            work.q[a], work.v[a] = found[i + 1, a], found[i + 1, n + a]
+            found[i, a], found[i, n + a] = work.q[a], work.v[a]
+            work.now_q[a], work.now_v[a] = work.q[a], work.v[a]
+        slot = slot_of(system, work.phases, work.kappa)
+        for c in range(system.contacts):
+            found[i, 2 * n + c] = contact_force(system, work, slot, c)
     return len(time) - 1, DONE
-
-
-@inner
-def sample(system: Any, work: Any, slot: int, q: FloatArray, v: FloatArray, found: FloatArray) -> None:
-    """Write displacements, velocities and contacts' forces (2 n + c,) of a state."""
-    n = system.masses
-    for a in range(n):
-        found[a], found[n + a] = q[a], v[a]
-        work.now_q[a], work.now_v[a] = q[a], v[a]
-    for c in range(system.contacts):
-        found[2 * n + c] = contact_force(system, work, slot, c)

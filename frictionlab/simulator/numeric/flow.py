@@ -211,6 +211,14 @@ class Integrated(Flow):
         ends = np.cumsum((self.masses, self.components - self.masses, self.contacts))
         return np.split(nodes, ends, axis=1)
 
+    def at_ends(self, pieces: FloatArray, marks: NDArray[np.int64]) -> FloatArray:
+        """Return displacements, velocities and contacts' forces (k, 2 n + c) where so many steps (k,) are done."""
+        n = self.masses
+        nodes = pieces[: marks[-1], 2:].reshape(marks[-1], -1, COUNT)[
+            :, [*range(2 * n), *range(self.components, self.components + self.contacts)]
+        ]
+        return np.concatenate((nodes[:1, :, 0], nodes[marks[1:] - 1, :, STAGES]))
+
     def shown(self, tau: FloatArray) -> FloatArray:
         """Return what displacements and velocities differ by from absolute ones at times, shape (2, ...)."""
         base = self.frame.base

@@ -4,6 +4,6 @@ BaseRecord --respond(problem, record)--> Response
 """
 
 from frictionlab.simulator.record.base import BaseRecord, Quantity
-from frictionlab.simulator.record.respond import Response, respond
+from frictionlab.simulator.record.respond import RecordMotion, Response, motion_under, respond
 
-__all__ = ["BaseRecord", "Quantity", "Response", "respond"]
+__all__ = ["BaseRecord", "Quantity", "RecordMotion", "Response", "motion_under", "respond"]

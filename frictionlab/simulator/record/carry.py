@@ -1,22 +1,22 @@
 """A sampled base motion under any laws, by either flow: what is carried between samples, and accounted for."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import ceil, inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import record_of
-from frictionlab.simulator.exact.account import NUMBERS
+from frictionlab.simulator.exact.account import NUMBERS, account_along
 from frictionlab.simulator.exact.answer import travel
-from frictionlab.simulator.exact.phase import DONE, MISSING
+from frictionlab.simulator.exact.phase import DONE, MISSING, make_phase
 from frictionlab.simulator.exact.solve import TOUCH, Flow, feel_acceleration
 from frictionlab.simulator.numeric import Integrated, radau
 from frictionlab.simulator.numeric.flow import slow_times, stop_limits
+from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record.base import BaseRecord, derivatives_of
-from frictionlab.simulator.structure import Contact, Structure
+from frictionlab.simulator.structure import Structure
 
 LONGEST = 0.5  # rad: what steps carry at once at most
 ALLOWED = 20_000  # steps that may be tried within it
@@ -31,25 +31,76 @@ def drive_of(base: BaseRecord, parts: int, *, acceleration: bool) -> tuple[Float
     return np.array(time), cubics  # to be written on, as all arrays are for which the flows are compiled
 
 
-def carry(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, exact: bool) -> dict[str, Any]:
-    """Return a motion along a record by the names of `Response`, from displacements and velocities (n,) on.
+def carry(
+    what: Problem | Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, exact: bool, accounted: bool
+) -> dict[str, Any]:
+    """Return a motion along a record by the names of `RecordMotion`, from displacements and velocities (n,) on.
 
-    It is relative to the base where every contact is against it, for so a flow has it.
+    It is relative to the base where every contact is against it, for so a flow has it. Accounted for: by the names of
+    `Response` too.
     """
-    flow: Flow = Flow(frame) if exact else Integrated(frame)
+    frame = what if isinstance(what, Structure) else Structure.of(what)
+    flow: Flow = Flow(what) if exact else Integrated(what)
     parts = 1 if exact else ceil(float(np.diff(base.time).max()) / LONGEST)
     time, cubics = drive_of(base, parts, acceleration=frame.follows_base)
     if exact and frame.follows_base:
         feel_acceleration(flow.systems)
-    system, n, contacts, work = flow.systems[0], flow.masses, flow.contacts, flow.workspace()[0]
+    system, n = flow.systems[0], flow.masses
     push = np.array([system["push"][:n] @ cubics[:, k : k + 2].T for k in (0, 1)])  # forces on the masses, their slopes
     if isinstance(flow, Integrated):
         size, rate, law = float(np.abs(push[0]).max()), float(np.abs(base.motion[1]).max()), flow.law
         law["scale"][:n], law["scale"][n : 2 * n] = min(size, 1.0), min(size, max(rate, 1e-3 * size))
         law["force"], law["first"] = size, LONGEST
-    system["harmonics"], found = 0, np.zeros((len(time), 2 * n + contacts))
-    passed = _passed(flow, time, cubics, flow.rest_at(q, v, float(cubics[0, 0])), found)
-    seen_of: Any = _seen_of_pieces if exact else _seen_of_steps
+    system["harmonics"], found = 0, np.zeros((len(time), 2 * n + flow.contacts))
+    passed = list(_passed(flow, time, cubics, flow.rest_at(q, v, float(cubics[0, 0])), found, kept=accounted))
+    q, v, force = np.split(found[::parts], (n, 2 * n), axis=1)
+    motion = {"displacements": q, "velocities": v, "contact_forces": force}
+    if not accounted:
+        return motion
+    rms = [float(np.sqrt(2.0 * np.max(x**2 @ np.diff(time)) / (time[-1] - time[0]))) for x in push]
+    return motion | _account(flow, frame, base, found, passed, rms)
+
+
+def _passed(
+    flow: Flow, time: FloatArray, cubics: FloatArray, state: FloatArray, found: FloatArray, *, kept: bool
+) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
+    """Carry a state along, and write what is at the samples; yield of each chunk its pieces (m, ...), if they are kept.
+
+    Beside them: when the sampling interval of each began, and under what cubic.
+    """
+    works, done, made, left, steps = flow.workspace(), 0, 0, inf, isinstance(flow, Integrated)
+    count = 256 + 2 * min(len(cubics), CHUNK) if kept or steps else 0
+    while done < len(cubics):
+        flow.put(works, state)
+        part, whole = slice(done, done + CHUNK), slice(done, done + CHUNK + 1)
+        pieces, marks, left = (
+            np.empty((count, flow.width)),
+            np.zeros(len(time[whole]), np.int64),
+            ALLOWED if steps else inf,
+        )
+        reached, code = travel(flow.systems, works, pieces, time[whole], cubics[part], found[whole], marks, float(left))
+        if code == MISSING:
+            made = flow.made(works, made)
+        elif code != DONE:
+            flow.refuse(code, f" of a record at tau = {time[done + reached]:.6g}")
+        elif count < marks[-1] and count > 0:
+            count = int(marks[-1])
+        else:
+            state = flow.at_hand(works)
+            if isinstance(flow, Integrated):
+                found[whole] = flow.at_ends(pieces, marks)
+            if kept:
+                piece = done + np.repeat(np.arange(len(marks) - 1), np.diff(marks))
+                yield pieces[: marks[-1]], time[piece], cubics[piece]
+            done += len(marks) - 1
+
+
+def _account(
+    flow: Flow, frame: Structure, base: BaseRecord, found: FloatArray, passed: Sequence[Any], rms: Sequence[float]
+) -> dict[str, Any]:
+    """Return what a motion does in all; `rms`: of the largest force that drives, and of its slope, times sqrt(2)."""
+    system, n, contacts, stored = flow.systems[0], flow.masses, flow.contacts, _stored(flow, frame, base, found[-1])
+    seen_of: Any = _seen_of_steps if isinstance(flow, Integrated) else _seen_of_pieces
     sums, seen = zip(*(seen_of(flow, *part) for part in passed), strict=True)
     put_in, gap, lost = (sum(float(part[name]) for part in sums) for name in ("input", "gap", "frame"))
     work_done, dashpots, paths = (
@@ -57,25 +108,17 @@ def carry(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, e
     )
     nodes, events = np.concatenate(seen, axis=-1), []  # time, slip and place of contacts; of pieces length, too
     for c, contact in enumerate(frame.contacts):
-        if exact:
+        if not isinstance(flow, Integrated):
             events.append(_events(*nodes[:, c]))
             continue
-        rms = [float(np.sqrt(2.0 * np.max(x**2 @ np.diff(time)) / (time[-1] - time[0]))) for x in push]
         slow, shortest, ringing = stop_limits(contact, 1.0, rms[1], rms[0] / rms[1])
         spans = slow_times(nodes[0, c], nodes[1, c], slow, ringing)
         events.append(_events_of_slip(nodes[:, c], spans, slow, shortest))
-    gap -= _stored(system, found[-1]) - _stored(system, found[0])
-    place = system["row"][:contacts, :n] @ found[-1, :n]
-    place -= system["follow"][:contacts] * derivatives_of(cubics[-1:], np.diff(time[-2:]))[0]
-    stored = springs_of(system, work, place)
-    for c, contact in enumerate(frame.contacts):
-        if system["law"]["states"][c] > 0:  # its force at rest is the spring's
-            stored[c] = _bent(flow, c, contact)
-    taken, (q, v, force) = work_done - stored, np.split(found[::parts], (n, 2 * n), axis=1)
+    for sample, sign in ((found[-1], 0.5), (found[0], -0.5)):  # energy of motion and in the frame's springs
+        q, v = sample[:n], sample[n : 2 * n]
+        gap -= sign * float(q @ system["stiffness"][:n, :n] @ q + v @ system["inertia"][:n, :n] @ v)
+    taken = work_done - stored
     return {
-        "displacements": q,
-        "velocities": v,
-        "contact_forces": force,
         "contact_events": events,
         "paths": paths,
         "energy": float(taken.sum()) + lost,
@@ -86,58 +129,23 @@ def carry(frame: Structure, base: BaseRecord, q: FloatArray, v: FloatArray, *, e
     }
 
 
-def _passed(
-    flow: Flow, time: FloatArray, cubics: FloatArray, state: FloatArray, found: FloatArray
-) -> Iterator[tuple[Any, ...]]:
-    """Carry a state along; yield of each chunk the pieces (m, ...) and when and under what cubic each sample began.
-
-    Then come how many pieces there were at each sample, the samples, which are written, and the exact flow's sums.
-    """
-    works, done, made, count = flow.workspace(), 0, 0, 256 + 2 * min(len(cubics), CHUNK)
-    left = float(ALLOWED) if isinstance(flow, Integrated) else inf
-    while done < len(cubics):
-        flow.put(works, state)
-        part, whole = slice(done, done + CHUNK), slice(done, done + CHUNK + 1)
-        pieces, marks, sums = np.empty((count, flow.width)), np.zeros(len(time[whole]), np.int64), record_of(NUMBERS)
-        reached, code = travel(flow.systems, works, pieces, time[whole], cubics[part], sums, found[whole], marks, left)
-        if code == MISSING:
-            made = flow.made(works, made)
-        elif code != DONE:
-            flow.refuse(code, f" of a record at tau = {time[done + reached]:.6g}")
-        elif marks[-1] > len(pieces):
-            count = int(marks[-1])
-        else:
-            state = flow.at_hand(works)
-            piece = done + np.repeat(np.arange(len(marks) - 1), np.diff(marks))
-            yield pieces[: marks[-1]], time[piece], cubics[piece], marks, found[whole], sums[0]
-            done += len(marks) - 1
-
-
-def _seen_of_pieces(
-    flow: Flow, pieces: FloatArray, since: FloatArray, cubics: FloatArray, _marks: Any, _found: Any, sums: Any
-) -> tuple[Any, FloatArray]:
+def _seen_of_pieces(flow: Flow, pieces: FloatArray, since: FloatArray, cubics: FloatArray) -> tuple[Any, FloatArray]:
     """Return what exact pieces do in all; begin, length, side and place of contacts (4, c, m) of each."""
-    n, contacts, system = flow.masses, flow.contacts, flow.systems[0]
+    n, contacts, system, works, sums = flow.masses, flow.contacts, flow.systems[0], flow.workspace(), record_of(NUMBERS)
+    while account_along(flow.systems, works, pieces, since, cubics, sums) < len(pieces):
+        make_phase(flow.systems, works)
     begin, length, side = pieces[:, 0], pieces[:, 1], pieces[:, 2 + 2 * n + 2 * contacts :].T
     f = derivatives_of(cubics, begin - since)[0]
     place = system["row"][:contacts, :n] @ pieces[:, 2 : 2 + n].T - np.outer(system["follow"][:contacts], f)
-    return sums, np.stack((*(np.broadcast_to(x, side.shape) for x in (begin, length)), side, place))
+    return sums[0], np.stack((*(np.broadcast_to(x, side.shape) for x in (begin, length)), side, place))
 
 
 def _seen_of_steps(
-    flow: Integrated,
-    pieces: FloatArray,
-    since: FloatArray,
-    cubics: FloatArray,
-    marks: NDArray[np.int64],
-    found: FloatArray,
-    _sums: Any,
+    flow: Integrated, pieces: FloatArray, since: FloatArray, cubics: FloatArray
 ) -> tuple[Any, FloatArray]:
-    """Return what steps do in all; time, slip and place of contacts (3, c, 8 m) at nodes; write what is at samples."""
+    """Return what steps do in all; time, slip and place of contacts (3, c, 8 m) at nodes."""
     n, contacts, system = flow.masses, flow.contacts, flow.systems[0]
-    q, rest, force, slip = flow.nodes(pieces)
-    whole = np.concatenate((q, rest[:, :n], force), axis=1)
-    found[0], found[1:] = whole[0, :, 0], whole[marks[1:] - 1, :, -1]
+    q, _, _, slip = flow.nodes(pieces)
     times = pieces[:, :1] + pieces[:, 1:2] * radau.NODES
     drive = derivatives_of(cubics, (times - since[:, None]).T)[:2].swapaxes(1, 2)
     place = np.einsum("ca,mai->cmi", system["row"][:contacts, :n], q)
@@ -147,18 +155,19 @@ def _seen_of_steps(
     return flow.sums(pieces, drive), nodes
 
 
-def _bent(flow: Any, c: int, contact: Contact) -> float:
-    """Energy in the spring of a contact with a state of its own, at the state at hand."""
-    own, w = tuple(flow.law["own"][c].tolist()), float(flow.at_hand(flow.works)[flow.sliders + flow.law["at"][c]])
-    force = float(flow.formulas[c](own, 1.0, contact.beta, 0.0, 0.0, w, 1.0)[0])
-    return 0.5 * force**2 / contact.parameter("stiffness_ratio")
-
-
-def _stored(system: Any, sample: FloatArray) -> float:
-    """Energy of motion and in the frame's springs in a state (2 n + c,)."""
-    n = int(system["masses"])
-    q, v = sample[:n], sample[n : 2 * n]
-    return float(0.5 * (q @ system["stiffness"][:n, :n] @ q + v @ system["inertia"][:n, :n] @ v))
+def _stored(flow: Flow, frame: Structure, base: BaseRecord, sample: FloatArray) -> FloatArray:
+    """Return the energy (c,) in the springs of contacts at the state at hand, by what is at the last sample."""
+    system, work, n, contacts = flow.systems[0], flow.workspace()[0], flow.masses, flow.contacts
+    place = system["row"][:contacts, :n] @ sample[:n] - system["follow"][:contacts] * base.values[-1]
+    stored = springs_of(system, work, place)
+    if isinstance(flow, Integrated):
+        for c, contact in enumerate(frame.contacts):
+            if flow.law["states"][c] > 0:  # its force at rest is the spring's
+                own = tuple(flow.law["own"][c].tolist())
+                w = float(flow.at_hand(flow.works)[flow.sliders + flow.law["at"][c]])
+                force = float(flow.formulas[c](own, 1.0, contact.beta, 0.0, 0.0, w, 1.0)[0])
+                stored[c] = 0.5 * force**2 / contact.parameter("stiffness_ratio")
+    return stored
 
 
 def springs_of(system: Any, work: Any, place: FloatArray) -> FloatArray:
