@@ -236,18 +236,14 @@ class Reduced(NamedTuple):
     explained: float
 
 
-def eliminate(fit: Fit, scatter: FloatArray | None = None) -> Reduced:
-    """Return what the tests of a fit say of the unknowns; ``scatter``: in place of the model's."""
+def eliminate(fit: Fit) -> Reduced:
+    """Return what the tests of a fit say of the unknowns."""
     model, m = fit.model, len(fit.model.unknowns)
     precision, pull, each, volume, explained = np.zeros((m, m)), np.zeros(m), [], 0.0, 0.0
-    widths = model.scatter if scatter is None else scatter
     for i, test in enumerate(model.tests):
         information = fit.slopes[i].T @ fit.slopes[i]
         force = fit.slopes[i].T @ fit.residuals[i]
-        local, s = fit.local[i], widths[test.index]
-        if scatter is not None:  # as if at the mean: the deviations are integrated over anew
-            force = force + information @ (model.scatter[test.index] * local)
-            local = np.zeros_like(local)
+        local, s = fit.local[i], model.scatter[test.index]
         some = np.flatnonzero(s > 0.0)
         if len(some):
             scaled, own = information[:, some] * s[some], s[some] * force[some] - local[some]
@@ -479,7 +475,7 @@ def scatter_scale(unknown: Unknown, c: float) -> float:
 def _likeliest(found: Fit, scatter: FloatArray, k: int, scale: float) -> tuple[float, float]:
     """The mean of one scatter under its posterior on the grid, where it is clearly above zero, and its error."""
     tried = SCATTERS * scale
-    score = np.array([log_marginal(found, np.where(np.arange(len(scatter)) == k, s, scatter)) for s in tried])
+    score = log_marginals(found, np.where(np.arange(len(scatter)) == k, tried[:, None], scatter))
     score -= np.log1p(SCATTERS**2) + 0.5 * (SCATTERS / FARTHEST) ** 2
     edges = np.concatenate([[0.0], 0.5 * (tried[1:] + tried[:-1]), tried[-1:]])
     weight = np.exp(score - score.max()) * np.diff(edges)
@@ -488,12 +484,22 @@ def _likeliest(found: Fit, scatter: FloatArray, k: int, scale: float) -> tuple[f
     return mean, math.sqrt(max(float(weight @ tried**2) - mean**2, 0.0))
 
 
-def log_marginal(found: Fit, scatter: FloatArray) -> float:
-    """Return the log marginal likelihood of a scatter, up to a constant: unknowns and deviations integrated over."""
-    reduced, hold = eliminate(found, scatter), found.model.holds(found.point)
-    precision, pull = reduced.precision + np.diag(hold), reduced.pull - hold * found.point
-    quadratic = reduced.explained + float(pull @ np.linalg.solve(precision, pull))
-    return 0.5 * quadratic - reduced.log_volume - 0.5 * float(np.linalg.slogdet(precision)[1])
+def log_marginals(found: Fit, scatters: FloatArray) -> FloatArray:
+    """Return the log marginal likelihood (g,) of scatters (g, m), up to a constant: all else is integrated over."""
+    model, hold = found.model, found.model.holds(found.point)
+    precision, pull = np.tile(np.diag(hold), (len(scatters), 1, 1)), np.tile(-hold * found.point, (len(scatters), 1))
+    total = np.zeros(len(scatters))
+    for test, slopes, residual, local in zip(model.tests, found.slopes, found.residuals, found.local, strict=True):
+        information, s = slopes.T @ slopes, scatters[:, test.index]
+        force = slopes.T @ (residual + slopes @ (model.scatter[test.index] * local))  # as if no test deviated
+        scaled = information * s[:, None, :]
+        inner = np.eye(s.shape[1]) + s[:, :, None] * scaled
+        back = np.linalg.solve(inner, np.concatenate((scaled.mT, (s * force)[:, :, None]), axis=2))
+        precision[:, test.index[:, None], test.index] += information - scaled @ back[:, :, :-1]
+        pull[:, test.index] += force - (scaled @ back[:, :, -1:])[:, :, 0]
+        total += 0.5 * np.sum(s * force * back[:, :, -1], axis=1) - 0.5 * np.linalg.slogdet(inner)[1]
+    total += 0.5 * np.sum(pull * np.linalg.solve(precision, pull[:, :, None])[:, :, 0], axis=1)
+    return np.asarray(total - 0.5 * np.linalg.slogdet(precision)[1])
 
 
 def log_evidence(found: Fit) -> float:

@@ -188,9 +188,12 @@ class RecordObservation(Observation):
         What a law leaves is autocorrelated over many samples: one of them then counts with the residual's variance
         times its integrated autocorrelation time.
         """
-        changes = self.shaken(values, FEW_SHAKES)
-        by_base = float(np.mean(changes**2, axis=1).max()) if len(changes) else 0.0
-        return (spread_of(self.gap(residual), self.noise, by_base) ** 2 - self.noise**2) / self.rms**2
+        gap = self.gap(residual)
+        spread = spread_of(gap, self.noise)
+        if spread > self.noise:  # or the base's noise need not be asked
+            changes = self.shaken(values, FEW_SHAKES)
+            spread = spread_of(gap, self.noise, float(np.mean(changes**2, axis=1).max(initial=0.0)))
+        return (spread**2 - self.noise**2) / self.rms**2
 
     def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
         """Return the sum of squares over the noise's of what a fit leaves in each period, and the nrmse.
