@@ -65,7 +65,7 @@ def draw_motion(state: "SteadyState", ax: Axes) -> Axes:
     motion = _orbit(state)
     period, tau = motion.end - motion.start, np.linspace(motion.start, motion.end, _samples(state))
     begins = [-period, 0.0, period]  # a stop may have begun in the period before
-    if motion.timeline.periodic:
+    if motion.periodic:
         tau = np.concatenate([tau, tau[1:] + period])
     else:
         cycles = min(round(motion.end / TURN), MOST_CYCLES)

@@ -1,7 +1,7 @@
 """The friction oscillator, solved exactly: knows no files, no plots, no recordings.
 
     Problem --steady_state--> SteadyState (its orbit: one period, phase by phase)
-    Problem --simulate-----> Trajectory  (a motion from initial conditions)
+    Problem --simulate-----> Motion      (a motion from initial conditions)
     r, beta, mu, zeta --sweep--> StateMap (steady states over up to four axes)
     Structure (several masses, contacts anywhere): the same two verbs
 

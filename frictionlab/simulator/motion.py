@@ -1,8 +1,8 @@
-"""A motion made of phases: when they are, what every solver's motion offers, and the energies of one."""
+"""A motion made of phases: when they are, its values at any time, stops, and energies."""
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,22 +15,59 @@ TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
-class Timeline:
-    """The phases of a motion in time: cycle in which each begins, start (rad, within that), and length (n,).
+class Motion:
+    """A motion of one problem, made of phases: evaluated anywhere between its start and its end, or ever if periodic.
 
     The phase of the drive is kept apart from the count of cycles, so that the millionth cycle is as exact as the first.
-    A periodic motion repeats after its last phase, and is defined at all times.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves; of several masses, as the first contact has it.
+    flow : frictionlab.simulator.exact.solve.Flow
+        What carried it, and evaluates it.
+    recorded : ndarray of shape (m, columns)
+        Its phases, exact pieces or steps, as the flow recorded them: start (rad, within its cycle), length, and more.
+    periodic : bool
+        Whether it repeats after its last phase: then it is defined at all times.
+    mirror : bool
+        Whether the mirrored half of a cycle follows.
+    first : int
+        The cycle that it begins with.
     """
 
-    cycle: NDArray[np.int64]
-    tau: FloatArray
-    duration: FloatArray
+    problem: Problem
+    flow: Any
+    recorded: FloatArray
     periodic: bool
+    mirror: bool = False
+    first: int = 0
+
+    @cached_property
+    def rows(self) -> FloatArray:
+        """All phases, as `recorded` has them."""
+        rows: FloatArray = self.flow.mirrored(self.recorded) if self.mirror else self.recorded.view()
+        rows.setflags(write=False)
+        return rows
+
+    @cached_property
+    def cycle(self) -> NDArray[np.int64]:
+        """Cycle in which each phase begins; one ends where the next begins, or whole turns later.
+
+        A phase without length (two sliders that give way at once) begins no cycle, one that fills a cycle does.
+        """
+        turns = np.round((self.rows[:-1, :2].sum(axis=1) - self.rows[1:, 0]) / TURN).astype(np.int64)
+        return self.first + np.concatenate((np.zeros(1, np.int64), np.cumsum(turns)))
+
+    @property
+    def duration(self) -> FloatArray:
+        """Length of each phase, rad."""
+        return self.rows[:, 1]
 
     @property
     def begins(self) -> FloatArray:
         """Start of each phase, rad."""
-        return np.asarray(self.cycle * TURN + self.tau, dtype=np.float64)
+        return np.asarray(self.cycle * TURN + self.rows[:, 0], dtype=np.float64)
 
     @property
     def start(self) -> float:
@@ -42,14 +79,27 @@ class Timeline:
         """End of the motion (or of its first period), rad."""
         return float(self.begins[-1] + self.duration[-1])
 
-    def spans(self, held: NDArray[np.bool_]) -> FloatArray:
-        """Return begin and end, rad, shape (m, 2), of the times in which phases hold; those in a row are one."""
-        fresh = held & ~np.concatenate(([False], held[:-1]))
-        last = held & ~np.concatenate((held[1:], [False]))
-        return np.column_stack((self.begins[fresh], (self.begins + self.duration)[last]))
+    @property
+    def solver(self) -> str:
+        """What carried it: "exact" or "numeric"."""
+        return str(self.flow.solver)
+
+    @cached_property
+    def sums(self) -> Any:
+        """What it does in all, energies, ways and ranges, by the names of `exact.account.NUMBERS`."""
+        return self.flow.sums(self.rows)
+
+    @property
+    def stops(self) -> FloatArray:
+        """Begin and end of each stop of the first contact, rad, shape (m, 2): times in which it does not slip."""
+        return self.stops_of(0)
+
+    def stops_of(self, contact: int) -> FloatArray:
+        """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
+        return np.asarray(self.flow.stops_of(self, contact))
 
     def place(
-        self, tau: ArrayLike, cycle: ArrayLike | None
+        self, tau: ArrayLike, cycle: ArrayLike | None = None
     ) -> tuple[tuple[int, ...], FloatArray, NDArray[np.intp], FloatArray]:
         """Return the shape of times (rad, from cycles if given); flat: phase of the drive, number, time within.
 
@@ -63,17 +113,16 @@ class Timeline:
         if times.shape != turns.shape:
             times, turns = np.broadcast_arrays(times, turns)
         local, turns = self._fold(times.ravel(), turns.ravel())
-        first = self.cycle[0]
-        begins = (self.cycle - first) * TURN + self.tau
-        index = np.maximum(np.searchsorted(begins, turns * TURN + local, side="right") - 1, 0)
-        within = local - self.tau[index] + (turns + first - self.cycle[index]) * TURN
+        since, begins = self.cycle - self.first, self.rows[:, 0]
+        index = np.maximum(np.searchsorted(since * TURN + begins, turns * TURN + local, side="right") - 1, 0)
+        within = local - begins[index] + (turns - since[index]) * TURN
         return times.shape, local, index, np.maximum(within, 0.0)
 
     def _fold(self, tau: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return times as a phase of the drive in the motion's first cycle, and whole turns since; a period repeats."""
-        low, first = float(self.tau[0]), int(self.cycle[0])
-        high = float((self.cycle[-1] - first) * TURN + self.tau[-1] + self.duration[-1])
-        turns = turns - (0.0 if self.periodic else float(first))
+        low = float(self.rows[0, 0])
+        high = float((self.cycle[-1] - self.first) * TURN + self.rows[-1, :2].sum())
+        turns = turns - (0.0 if self.periodic else float(self.first))
         whole = np.floor((tau - low) / TURN)
         local, turns = tau - whole * TURN, turns + whole
         if self.periodic:
@@ -81,58 +130,12 @@ class Timeline:
         total = turns * TURN + local
         slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
         if not np.all((total >= low - slack) & (total <= high + slack)):
-            begin, end = first * TURN + low, first * TURN + high
             earliest, latest = np.min(tau, initial=np.inf), np.max(tau, initial=-np.inf)
             raise SimulationError(
-                f"trajectory: at(tau); expected times between {begin:.6g} and {end:.6g} rad; got times from "
+                f"trajectory: at(tau); expected times between {self.start:.6g} and {self.end:.6g} rad; got times from "
                 f"{earliest:.6g} to {latest:.6g}; do: ask within the motion, or simulate longer"
             )
         return local, turns
-
-
-class Motion(ABC):
-    """A motion of one problem, made of phases: evaluated anywhere between its start and its end, or ever if periodic.
-
-    Parameters
-    ----------
-    problem : Problem
-        What moves; of several masses, as the first contact has it.
-    timeline : Timeline
-        When its phases are.
-    sums : record of `exact.account.NUMBERS`
-        What it does in all: energies, ways, ranges.
-    """
-
-    problem: Problem
-    timeline: Timeline
-    sums: Any
-    solver: ClassVar[str]
-
-    @property
-    def stops(self) -> FloatArray:
-        """Begin and end of each stop of the first contact, rad, shape (m, 2): times in which it does not slip."""
-        return self.stops_of(0)
-
-    @abstractmethod
-    def stops_of(self, contact: int) -> FloatArray:
-        """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
-
-    @abstractmethod
-    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
-        """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within the phases of an index.
-
-        `tau`: the phase of the drive then.
-        """
-
-    @property
-    def start(self) -> float:
-        """Begin of the motion, rad."""
-        return self.timeline.start
-
-    @property
-    def end(self) -> float:
-        """End of the motion (or of its first period), rad."""
-        return self.timeline.end
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
         """Return displacement x and velocity x' of the mass at any times, to rounding.
@@ -162,8 +165,8 @@ class Motion(ABC):
         >>> float(x[0]), float(v[0])
         (0.0, 0.0)
         """
-        shape, local, index, within = self.timeline.place(tau, cycle)
-        q, v, _ = self.evaluate(local, index, within)
+        shape, local, index, within = self.place(tau, cycle)
+        q, v, _ = self.flow.evaluate(self.rows, local, index, within)
         return q[:, 0].reshape(shape), v[:, 0].reshape(shape)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
@@ -175,8 +178,8 @@ class Motion(ABC):
         >>> steady_state(Problem(r=0.7, beta=0.5)).orbit.force([0.0, 3.0]).tolist()
         [0.5, -0.5]
         """
-        shape, local, index, within = self.timeline.place(tau, cycle)
-        force = self.evaluate(local, index, within)[2]
+        shape, local, index, within = self.place(tau, cycle)
+        force = self.flow.evaluate(self.rows, local, index, within)[2]
         return force[:, 0].reshape(shape) if force.shape[1] else np.zeros(shape)
 
     def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -199,19 +202,9 @@ class Motion(ABC):
         >>> [part.shape for part in state.orbit.all_at([0.0, 1.0])]
         [(2, 2), (2, 2), (2, 0)]
         """
-        _, local, index, within = self.timeline.place(np.atleast_1d(tau), None)
-        q, v, force = self.evaluate(local, index, within)
+        _, local, index, within = self.place(np.atleast_1d(tau), None)
+        q, v, force = self.flow.evaluate(self.rows, local, index, within)
         return q, v, force
-
-
-def cycles_of(tau: FloatArray, duration: FloatArray) -> NDArray[np.int64]:
-    """Return the cycle in which each phase begins, counted from the first: from starts within a cycle, and lengths.
-
-    A phase ends where the next one begins, or whole turns later. A phase without length (two sliders that give way at
-    once) begins no cycle, one that fills a cycle does.
-    """
-    turns = np.round((tau[:-1] + duration[:-1] - tau[1:]) / TURN).astype(np.int64)
-    return np.concatenate((np.zeros(1, np.int64), np.cumsum(turns)))
 
 
 class Energies(NamedTuple):

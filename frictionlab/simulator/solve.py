@@ -129,7 +129,7 @@ def simulate(
     Returns
     -------
     Motion
-        A `Trajectory` where the law has exact phases.
+        As exact phases where the law has them.
 
     Raises
     ------

@@ -100,7 +100,7 @@ class SteadyState(Result):
     notes : int
         What the numbers do not say: `notes.Note` as bits; `warnings` are their sentences.
     orbit : Motion or None
-        The motion over one period; of a structure a `Trajectory`, which has all masses.
+        The motion over one period, of all masses.
     structure : Structure or None
         What moves, where that is several masses or contacts: `problem` and the numbers above are those of the first
         mass and contact then.
@@ -260,12 +260,12 @@ def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
     taken = sums["contact"][: len(frame.contacts)] / cycles
     loop, contact, lost = float(sums["loop"]) / cycles, float(taken.sum()), float(sums["frame"]) / cycles
     follows = any(known.against == "base" for known in frame.contacts)
-    if motion.timeline.periodic and frame.masses == 1 and not follows and not frame.damping.any():
+    if motion.periodic and frame.masses == 1 and not follows and not frame.damping.any():
         loop = contact  # it encloses what is taken
     for number, known in enumerate(frame.contacts):
         stops = motion.stops_of(number)
         at_begin = stops[:1, 0] <= motion.start + 1e-12
-        is_fresh = motion.timeline.periodic and not np.any(stops[-1:, 1] >= motion.end - 1e-12)
+        is_fresh = motion.periodic and not np.any(stops[-1:, 1] >= motion.end - 1e-12)
         begun = len(stops) - (0 if is_fresh else int(np.count_nonzero(at_begin)))
         stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (motion.end - motion.start)
         holds = stuck > 1.0 - 1e-12 or taken[number] <= CREEP * known.beta

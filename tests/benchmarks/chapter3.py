@@ -70,9 +70,9 @@ def draw_regimes() -> Figure:
     figure = new_figure(PAGE, 4.2)
     for number, ax in enumerate(figure.subplots(2, 2, sharex=True).flat):
         orbit, (r, beta, name) = orbit_of(regime(number)), REGIMES[number]
-        start = 0.0 if orbit.timeline.periodic else orbit.start  # a whole cycle, counted from the base's crest
+        start = 0.0 if orbit.periodic else orbit.start  # a whole cycle, counted from the base's crest
         tau = np.linspace(start, start + TURN, 1500)
-        x = orbit.at(np.minimum(tau, orbit.end) if not orbit.timeline.periodic else tau)[0]
+        x = orbit.at(np.minimum(tau, orbit.end) if not orbit.periodic else tau)[0]
         ax.plot((tau - start) / np.pi, np.cos(tau), color=BASE, linewidth=0.8, label="base $y/Y$")
         ax.plot((tau - start) / np.pi, x, color=PREDICTED, label="mass $x/Y$")
         for begin, end in orbit.stops:

@@ -22,8 +22,8 @@ from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import FrictionlabError
 from frictionlab.simulator import Base, Contact, SteadyState, Structure, steady_state
-from frictionlab.simulator.exact.solve import Trajectory
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.simulator.several_twin import Twin
 
@@ -62,10 +62,10 @@ def draw(seed: int) -> Structure:
     return Structure.of_storeys(float(g.uniform(0.1, 2.0)), masses, stiffness, damping, contacts, base)
 
 
-def anchors_at_begin(structure: Structure, motion: Trajectory, twin: Twin, start: np.ndarray) -> np.ndarray:
+def anchors_at_begin(structure: Structure, motion: Motion, twin: Twin, start: np.ndarray) -> np.ndarray:
     """Where the springs of elastic contacts are relaxed at tau = 0."""
-    contacts, n = structure.contacts, motion.masses
-    index, anchors = motion.timeline.place([0.0], None)[2], np.zeros(len(contacts))
+    contacts, n = structure.contacts, structure.masses
+    index, anchors = motion.place([0.0], None)[2], np.zeros(len(contacts))
     offsets, sides = motion.rows[index[0], 2 + 2 * n + len(contacts) :].reshape(2, -1)
     for i, contact in enumerate(contacts):
         spring, (place, _) = twin.springs[i], twin.place(contact, 0.0, start)
@@ -76,7 +76,7 @@ def anchors_at_begin(structure: Structure, motion: Trajectory, twin: Twin, start
 
 def missed_by_twin(state: SteadyState) -> tuple[float, float]:
     """By how much the twin, started on an orbit of one cycle, misses its end, and its energies."""
-    if state.structure is None or not isinstance(state.orbit, Trajectory):
+    if state.structure is None or state.orbit is None:
         raise ValueError("no motion")
     twin, start = Twin(state.structure), np.concatenate([values[0] for values in state.orbit.all_at([0.0])[:2]])
     twin.anchors = anchors_at_begin(state.structure, state.orbit, twin, start)

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from frictionlab.simulator import Base, Problem, simulate
 from frictionlab.simulator.exact.answer import gap
-from tests.simulator.phases import phases_of
 
 RATIOS = st.floats(0.01, 30.0)
 DAMPINGS = st.sampled_from([0.0, 1e-9, 0.01, 0.3, 0.999999, 1.0, 1.000001, 3.0, 10.0])
@@ -47,9 +46,9 @@ def test_motion_from_rest_agrees_with_fifty_digits_also_through_resonance(r: flo
 @given(r=RATIOS, zeta=DAMPINGS, t=st.floats(0.01, 2.0), u=st.floats(0.01, 2.0))
 def test_two_slides_in_a_row_are_one(r: float, zeta: float, t: float, u: float) -> None:
     problem = Problem(r, 0.0, zeta=zeta)
-    whole = phases_of(problem, cycles=1, x0=0.2, v0=-0.3, tau0=0.4)
+    whole = simulate(problem, cycles=1, x0=0.2, v0=-0.3, tau0=0.4)
     (x, last), (v, speed) = whole.at(np.array([0.4 + t, 0.4 + t + u]))
-    rest = phases_of(problem, cycles=1, x0=float(x), v0=float(v), tau0=0.4 + t).at(0.4 + t + u)
+    rest = simulate(problem, cycles=1, x0=float(x), v0=float(v), tau0=0.4 + t).at(0.4 + t + u)
     few = few_of(zeta, 1e-12)
     assert float(rest[0]) == pytest.approx(float(last), abs=few * (1 + 1 / r))
     assert float(rest[1]) == pytest.approx(float(speed), abs=few * (1 + 1 / r**2))

@@ -118,7 +118,7 @@ def test_the_force_is_that_of_the_law_and_of_the_equation_of_motion() -> None:
     tau, h = np.linspace(0.05, 6.2, 300), 1e-5
     n = orbit.force(tau)
     x, v = orbit.at(tau)
-    near = np.concatenate((orbit.timeline.begins, orbit.stops.ravel()))
+    near = np.concatenate((orbit.begins, orbit.stops.ravel()))
     smooth = np.min(np.abs(tau[:, None] - near % (2 * pi)), axis=1) > 2 * h
     a = (orbit.at(tau + h)[1] - orbit.at(tau - h)[1]) / (2 * h)
     f, df = np.cos(tau), -np.sin(tau)

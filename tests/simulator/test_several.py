@@ -13,8 +13,8 @@ from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Contact, Problem, Structure, coexisting, simulate, steady_state
-from frictionlab.simulator.exact.solve import Trajectory
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.simulator.numeric_oracle import LAWS, rates
 from tests.simulator.numeric_oracle import steady as integrated
@@ -100,11 +100,11 @@ TWO = [
 ]
 
 
-def energies(frame: Structure, motion: Trajectory) -> tuple[float, float]:
+def energies(frame: Structure, motion: Motion) -> tuple[float, float]:
     """The loop of base over first mass, and the work of the contacts: by Gauss nodes between the events."""
     nodes, weights = np.polynomial.legendre.leggauss(30)
-    line, loop, taken = motion.timeline, 0.0, 0.0
-    for begin, length in zip(line.begins, line.duration, strict=True):
+    loop, taken = 0.0, 0.0
+    for begin, length in zip(motion.begins, motion.duration, strict=True):
         tau = begin + 0.5 * length * (1.0 + nodes)
         (_, v, force), f, rate = motion.all_at(tau), frame.base.at(tau), frame.base.rate_at(tau)
         slips = [v @ frame.row(c) - rate * (c.against == "base") for c in frame.contacts]
@@ -118,7 +118,7 @@ def test_two_masses_move_as_the_slow_twin_does(contacts: list[Contact]) -> None:
     base = Base(cosine=(1.0, 0.1), sine=(0.0, 0.05))
     frame = Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts, base)
     motion = simulate(frame, cycles=1)
-    assert isinstance(motion, Trajectory)
+    assert motion is not None
     q, v, _ = motion.all_at([2 * math.pi])
     slow = cycles_from_rest(frame, 1)
     assert np.concatenate((q[0], v[0])) == pytest.approx(slow[:4], abs=3e-10)

@@ -7,7 +7,6 @@ import pytest
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem, simulate, steady_state
-from tests.simulator.phases import phases_of
 
 TURN = 2 * pi
 
@@ -23,8 +22,8 @@ TURN = 2 * pi
     ids=["stops", "continuous", "static", "moving wall"],
 )
 def test_motion_is_continuous_and_its_velocity_its_derivative(problem: Problem) -> None:
-    run = phases_of(problem, cycles=4, x0=0.3, v0=-0.2)
-    joints = run.timeline.begins[1:]
+    run = simulate(problem, cycles=4, x0=0.3, v0=-0.2)
+    joints = run.begins[1:]
     x0, v0 = run.at(joints - 1e-9)
     x1, v1 = run.at(joints + 1e-9)
     np.testing.assert_allclose(x0, x1, atol=1e-7)
@@ -56,10 +55,10 @@ def test_times_counted_from_a_cycle_are_times_counted_from_the_start() -> None:
 
 
 def test_a_late_part_of_a_run_is_the_same_whether_the_rest_was_kept() -> None:
-    whole, part = phases_of(Problem(0.23, 0.3), cycles=9), phases_of(Problem(0.23, 0.3), cycles=9, keep=2)
+    whole, part = simulate(Problem(0.23, 0.3), cycles=9), simulate(Problem(0.23, 0.3), cycles=9, keep=2)
     tau = np.linspace(7 * TURN, 9 * TURN, 60)
     np.testing.assert_array_equal(whole.at(tau[:-1])[0], part.at(tau[:-1])[0])
-    assert part.timeline.cycle.min() == 7
+    assert part.cycle.min() == 7
 
 
 def test_stops_are_where_the_mass_rests() -> None:
@@ -70,6 +69,6 @@ def test_stops_are_where_the_mass_rests() -> None:
 
 
 def test_arrays_cannot_be_written_to() -> None:
-    run = phases_of(Problem(0.5, 0.4), cycles=1)
+    run = simulate(Problem(0.5, 0.4), cycles=1)
     with pytest.raises(ValueError, match="read-only"):
         run.rows[0, 1] = 1.0

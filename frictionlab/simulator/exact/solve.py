@@ -2,8 +2,7 @@
 
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from math import ceil, inf, nan, pi
 from typing import Any, ClassVar, NamedTuple
 
@@ -35,7 +34,7 @@ from frictionlab.simulator.exact.phase import (
 )
 from frictionlab.simulator.laws.exact import BREAKAWAY, PLACE
 from frictionlab.simulator.meter import EXACT_STATE, LOOKS, Meter
-from frictionlab.simulator.motion import Motion, Timeline, cycles_of
+from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.problem import Base, Problem
 from frictionlab.simulator.state import Outcome, SteadyState, from_numbers, numbers_of
@@ -196,71 +195,6 @@ def _refuse_more(name: str, count: int, most: int) -> None:
         raise SimulationError(f"structure: {name}; expected at most {most}; got {count}; do: leave some out")
 
 
-@dataclass(frozen=True)
-class Trajectory(Motion):
-    """A motion of one mass or many, piece by piece: exact between its events.
-
-    `systems`: a record of `SYSTEM` in an array. `recorded` (m, 2 + 2 n + 3 c): of each piece start (rad, within its
-    cycle) and duration; at its start displacements and velocities; of each contact tangent stiffness, constant force,
-    and direction of slip (0: it holds). `mirror`: the mirrored half of a cycle follows. `first`: the cycle it begins
-    with.
-    """
-
-    problem: Problem
-    systems: Any
-    recorded: FloatArray
-    periodic: bool
-    mirror: bool = False
-    first: int = 0
-    solver: ClassVar[str] = "exact"
-
-    @cached_property
-    def rows(self) -> FloatArray:
-        """All pieces, as `recorded` has them."""
-        rows = self.recorded + 0.0
-        if self.mirror:
-            n, c = self.masses, int(self.systems[0]["contacts"])
-            flip = np.concatenate(([1.0, 1.0], np.full(2 * n, -1.0), np.ones(c), np.full(2 * c, -1.0)))
-            rows = np.vstack((rows, rows * flip + np.eye(1, len(flip)) * pi))
-        rows.setflags(write=False)
-        return rows
-
-    @cached_property
-    def timeline(self) -> Timeline:  # type: ignore[override] # a field there
-        """When its pieces are."""
-        begin, length = self.rows[:, 0], self.rows[:, 1]
-        cycle = self.first + cycles_of(begin, length)
-        cycle.setflags(write=False)
-        return Timeline(cycle, begin, length, self.periodic)
-
-    @property
-    def masses(self) -> int:
-        """Number of masses."""
-        return int(self.systems[0]["masses"])
-
-    @cached_property
-    def sums(self) -> Any:
-        """What it does in all, a record of NUMBERS."""
-        works, sums, pieces = workspace(), record_of(NUMBERS), self.rows.copy()
-        while account_all(self.systems, works, pieces, sums) < len(pieces):
-            make_phase(self.systems, works)
-        return sums[0]
-
-    def stops_of(self, contact: int) -> FloatArray:
-        """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
-        column = 2 + 2 * self.masses + 2 * int(self.systems[0]["contacts"]) + contact
-        spans = self.timeline.spans(self.rows[:, column] == 0.0)
-        return spans[spans[:, 1] - spans[:, 0] > TOUCH]
-
-    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:  # noqa: ARG002
-        """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within pieces of an index."""
-        works, rows = workspace(), self.rows
-        found = np.empty((len(index), 2 * self.masses + int(self.systems[0]["contacts"])))
-        while evaluate(self.systems, works, rows, index, within, found) < len(index):
-            make_phase(self.systems, works)
-        return tuple(np.split(found, (self.masses, 2 * self.masses), axis=1))
-
-
 class Solved(NamedTuple):
     """What a search has found: its row, start and pieces of the orbit, its map."""
 
@@ -296,6 +230,7 @@ class Flow:
     of a flow that is integrated the laws' own states stand behind these.
     """
 
+    solver: ClassVar[str] = "exact"
     most, longest = inf, inf  # evaluations of a search, and of a run
 
     def __init__(self, what: Problem | Structure) -> None:
@@ -319,8 +254,45 @@ class Flow:
         return 64 + ceil(8 * cycles * (max(1, int(self.systems[0]["harmonics"])) + 1.0 / self.what.r))
 
     def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:
-        """Return recorded pieces as a motion."""
-        return Trajectory(self.problem, self.systems, pieces, periodic, mirror, first)
+        """Return recorded phases as a motion."""
+        return Motion(self.problem, self, pieces, periodic, mirror, first)
+
+    def mirrored(self, pieces: FloatArray) -> FloatArray:
+        """Return pieces of half a cycle and their mirror image, which follows.
+
+        A piece (2 + 2 n + 3 c): start and length; at its start displacements and velocities; of each contact tangent
+        stiffness, constant force, and direction of slip (0: it holds).
+        """
+        n, c = self.masses, self.contacts
+        flip = np.concatenate(([1.0, 1.0], np.full(2 * n, -1.0), np.ones(c), np.full(2 * c, -1.0)))
+        return np.vstack((pieces, pieces * flip + np.eye(1, len(flip)) * pi))
+
+    def sums(self, pieces: FloatArray) -> Any:
+        """Return what pieces do in all, a record of NUMBERS."""
+        works, sums, pieces = workspace(), record_of(NUMBERS), pieces.copy()
+        while account_all(self.systems, works, pieces, sums) < len(pieces):
+            make_phase(self.systems, works)
+        return sums[0]
+
+    def stops_of(self, motion: Motion, contact: int) -> FloatArray:
+        """Return begin and end (m, 2), rad, of each stop of a contact; those in a row are one, touches none."""
+        held = motion.rows[:, 2 + 2 * self.masses + 2 * self.contacts + contact] == 0.0
+        edges = np.diff(np.concatenate(([False], held, [False])).astype(np.int8))
+        ends = motion.begins + motion.duration
+        spans = np.column_stack((motion.begins[edges[:-1] > 0], ends[edges[1:] < 0]))
+        return spans[spans[:, 1] - spans[:, 0] > TOUCH]
+
+    def evaluate(
+        self, rows: FloatArray, _tau: FloatArray, index: NDArray[np.intp], within: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within pieces of an index.
+
+        `tau`: the phase of the drive then.
+        """
+        works, found = workspace(), np.empty((len(index), 2 * self.masses + self.contacts))
+        while evaluate(self.systems, works, rows, index, within, found) < len(index):
+            make_phase(self.systems, works)
+        return tuple(np.split(found, (self.masses, 2 * self.masses), axis=1))
 
     def rest(self, x0: ArrayLike = 0.0, v0: ArrayLike = 0.0, tau: float = 0.0) -> FloatArray:
         """Return a start: the first mass, or the first ones, at a displacement and velocity, the others at rest."""
@@ -498,7 +470,7 @@ class Flow:
         }
         return SteadyState(
             problem=self.problem,
-            solver="numeric" if integrated else "exact",
+            solver=self.solver,
             outcome="stuck" if stuck else "periodic",
             symmetric=bool(row[places.SYMMETRIC]),
             period_cycles=found.cycles,

@@ -4,6 +4,6 @@
 repeats is looked for by the search of the exact flow. Imported when such a law is asked for.
 """
 
-from frictionlab.simulator.numeric.flow import RTOL, Integrated, NumericMotion, warm_up
+from frictionlab.simulator.numeric.flow import RTOL, Integrated, warm_up
 
-__all__ = ["RTOL", "Integrated", "NumericMotion", "warm_up"]
+__all__ = ["RTOL", "Integrated", "warm_up"]

@@ -1,9 +1,8 @@
 """The integrated flow of a problem or a structure: it carries a state and its slopes, and records the motion."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from math import inf, sqrt
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +17,7 @@ from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STE
 from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, feel_acceleration
 from frictionlab.simulator.laws import TERMS, Friction, formula_of
 from frictionlab.simulator.meter import STATE, Meter
-from frictionlab.simulator.motion import Motion, Timeline, cycles_of
+from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
 from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS
@@ -78,55 +77,6 @@ def between(values: FloatArray, theta: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("k...i,ki->k...", values, shares / shares.sum(axis=1)[:, None]))
 
 
-@dataclass(frozen=True)
-class NumericMotion(Motion):
-    """A motion as steps, as `radau.run` records them."""
-
-    problem: Problem
-    timeline: Timeline
-    pieces: FloatArray
-    flow: "Integrated"
-    solver: ClassVar[str] = "numeric"
-
-    @cached_property
-    def sums(self) -> dict[str, Any]:
-        """What it does in all: see `Integrated.sums`."""
-        return self.flow.sums(self.pieces)
-
-    def state(self, tau: ArrayLike) -> FloatArray:
-        """Return displacements, velocities and inner states, as the flow has them, at times tau, shape (..., size)."""
-        shape, _, index, within = self.timeline.place(tau, None)
-        return self._carried(index, within)[:, : self.flow.components].reshape(*shape, -1)
-
-    def stops_of(self, contact: int) -> FloatArray:
-        """Begin and end of each stop (m, 2), rad, of a contact (from 0): as `stop_limits` says.
-
-        A periodic motion's stop across its end is listed once, its end beyond it.
-        """
-        law = self.flow.frame.contacts[contact]
-        slow, shortest, ringing = stop_limits(law, self.problem.r, self.flow.drive_rate)
-        times = self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES
-        slip = self.flow.nodes(self.pieces)[3][:, contact]
-        spans = slow_times(times.ravel(), slip.ravel(), slow, ringing)
-        if self.timeline.periodic and len(spans) > 1 and spans[0, 0] == self.start and spans[-1, 1] >= self.end - 1e-12:
-            spans[-1, 1] = spans[0, 1] + self.end - self.start
-            spans = spans[1:]
-        return spans[spans[:, 1] - spans[:, 0] > shortest]
-
-    def evaluate(self, tau: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
-        """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within steps of an index."""
-        flow, n, found = self.flow, self.flow.masses, self._carried(index, within)
-        y, rate = (moved[:, None] for moved in flow.shown(tau))
-        force = found[:, flow.components : flow.components + flow.contacts]
-        return found[:, :n] + y, found[:, n : 2 * n] + rate, force
-
-    def _carried(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
-        """Return what is recorded at the nodes (k, components + 2 c), at times within steps of an index."""
-        rows = self.pieces[index]
-        theta = np.clip(within / rows[:, 1], 0.0, 1.0)
-        return between(rows[:, 2:].reshape(len(rows), -1, COUNT), theta)
-
-
 class Integrated(Flow):
     """The flow of a problem or structure by steps.
 
@@ -134,6 +84,7 @@ class Integrated(Flow):
     energies of a steady state differ by more, steps are made finer, twice at most.
     """
 
+    solver = "numeric"
     most, longest = MOST, LONGEST
 
     def __init__(self, what: Problem | Structure, rtol: float = RTOL) -> None:
@@ -194,13 +145,37 @@ class Integrated(Flow):
         """Return how many steps so many cycles are likely to have."""
         return STEPS * cycles
 
-    def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:  # noqa: ARG002
-        """Return recorded steps as a motion."""
-        begin, length = pieces[:, 0], pieces[:, 1]
-        cycle = first + cycles_of(begin, length)
-        for part in (cycle, begin, length):
-            part.setflags(write=False)
-        return NumericMotion(self.problem, Timeline(cycle, begin, length, periodic), pieces, self)
+    def state(self, motion: Motion, tau: ArrayLike) -> FloatArray:
+        """Return displacements, velocities and inner states, as the flow has them, at times tau, shape (..., size)."""
+        shape, _, index, within = motion.place(tau)
+        return self._carried(motion.rows, index, within)[:, : self.components].reshape(*shape, -1)
+
+    def stops_of(self, motion: Motion, contact: int) -> FloatArray:
+        """Return begin and end (m, 2), rad, of each stop of a contact: as `stop_limits` says.
+
+        A periodic motion's stop across its end is listed once, its end beyond it.
+        """
+        slow, shortest, ringing = stop_limits(self.frame.contacts[contact], self.problem.r, self.drive_rate)
+        times, slip = motion.begins[:, None] + motion.duration[:, None] * NODES, self.nodes(motion.rows)[3][:, contact]
+        spans = slow_times(times.ravel(), slip.ravel(), slow, ringing)
+        if motion.periodic and len(spans) > 1 and spans[0, 0] == motion.start and spans[-1, 1] >= motion.end - 1e-12:
+            spans[-1, 1] = spans[0, 1] + motion.end - motion.start
+            spans = spans[1:]
+        return spans[spans[:, 1] - spans[:, 0] > shortest]
+
+    def evaluate(
+        self, rows: FloatArray, tau: FloatArray, index: NDArray[np.intp], within: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        """As of the exact flow, at times within steps."""
+        n, found = self.masses, self._carried(rows, index, within)
+        y, rate = (moved[:, None] for moved in self.shown(tau))
+        return found[:, :n] + y, found[:, n : 2 * n] + rate, found[:, self.components :][:, : self.contacts]
+
+    def _carried(self, rows: FloatArray, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
+        """Return what is recorded at the nodes (k, components + 2 c), at times within steps of an index."""
+        steps = rows[index]
+        theta = np.clip(within / steps[:, 1], 0.0, 1.0)
+        return between(steps[:, 2:].reshape(len(steps), -1, COUNT), theta)
 
     def nodes(self, pieces: FloatArray) -> list[FloatArray]:
         """Return what is recorded at the nodes of steps: displacements, rates and states (m, size, 8), ... of contacts.
@@ -304,8 +279,8 @@ class Integrated(Flow):
         """Return the steady state that rest settles on, or a neighbour's branch: see `steady_state`."""
         weakens, spent = self.what.weakens, STATE
         begin = [self.carried(self.rest(), 0.0, TURN, FOLLOWED)[0] if weakens else self.rest()]
-        if near is not None and isinstance(near.orbit, NumericMotion):
-            begin.insert(0, near.orbit.state(0.0))
+        if near is not None and near.orbit is not None and near.orbit.solver == self.solver:
+            begin.insert(0, near.orbit.flow.state(near.orbit, 0.0))
         for start, waits in [*((start, False) for start in begin), (begin[-1], True)]:
             found = self.solved(start, left=inf if meter is None else meter.left - spent, waits=waits)
             spent += found.spent
@@ -334,15 +309,15 @@ class Integrated(Flow):
             state = from_numbers(self.problem, found.row, None)
             return replace(state, solver="numeric", notes=state.notes | passive, structure=structure)
         for _ in range(TIGHTER + 1):
-            motion: Any = flow.recorded(found.y, float(found.leg["tau"]), found.cycles, periodic=True)
+            motion = flow.recorded(found.y, float(found.leg["tau"]), found.cycles, periodic=True)
             numbers = numbers_of(motion, self.frame)
             off, size = numbers["closure_error"], numbers["energies"].contact + numbers["energies"].frame
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
-            dear = REFINING * len(motion.timeline.tau) > MOST
+            dear = REFINING * len(motion.recorded) > MOST
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
                 break
             flow = Integrated(what, flow.rtol * TIGHTEN)
-            better = flow.solved(motion.state(0.0), waits=found.cycles > 1)
+            better = flow.solved(flow.state(motion, 0.0), waits=found.cycles > 1)
             if (better.row[places.OUTCOME], better.cycles) != (places.PERIODIC, found.cycles):
                 break
             found = better
