@@ -1,8 +1,8 @@
-"""A motion made of phases: when they are, its values at any time, stops, and energies."""
+"""A motion made of phases: when they are, its values at any time, stops, and sums."""
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -205,11 +205,3 @@ class Motion:
         _, local, index, within = self.place(np.atleast_1d(tau), None)
         q, v, force = self.flow.evaluate(self.rows, local, index, within)
         return q, v, force
-
-
-class Energies(NamedTuple):
-    """Energies per cycle over k Y^2: the loop's area (2.18), what contacts take, what the frame's dashpots take."""
-
-    loop: float | None
-    contact: float
-    frame: float

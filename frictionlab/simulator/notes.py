@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Mapping
 from enum import IntFlag, auto
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from frictionlab.simulator import row as places
+from frictionlab.simulator.problem import bound_of_force
 from frictionlab.simulator.row import PATIENCE
 
 if TYPE_CHECKING:
-    from frictionlab.simulator.problem import Problem
+    from frictionlab.simulator.problem import Base, Wall
     from frictionlab.simulator.state import SteadyState
 
 LOOSE = 1e-10  # relative closure error of exact phases above which it is said
@@ -41,62 +42,30 @@ class Note(IntFlag):
     FEWER_DIGITS = auto()
 
 
-WORDS: Mapping[Note, str] = {
-    Note.FAILED: "could not be solved: `frictionlab simulate` says why",
-    Note.RUNS_AWAY: "the gradient is so steep that the mass runs away",
-    Note.PULLS: "friction would turn into a pull on the way",
-    Note.CHATTERS: "events without end",
-    Note.PARTS: "the motion does not repeat (chaos)",
-    Note.GIVEN_UP: "the search was given up after its share of work",
-    Note.UNSETTLED: "the motion from rest was not seen to settle on an orbit",
-    Note.NOT_PASSIVE: "LuGre friction is not passive: it may give energy back",
-    Note.UNDAMPED: "nothing damps: free vibration never dies out",
-    Note.CONTINUUM: "this is one of a continuum of motions",
-    Note.FORGETS_SLOWLY: "the motion forgets its start slowly",
-    Note.REST_STILL_FAR: "the run from rest was still far from this motion: rest may settle on another",
-    Note.MAY_COEXIST: "other motions may coexist with this one",
-    Note.MAY_GO_ON: "the mass stays at rest, but a motion once begun might go on",
-    Note.FEWER_DIGITS: "numbers are good to fewer digits than usual: energies in and out differ",
-}
-"""What each note says of many points, in few words."""
+def notes_of(values: Mapping[str, Any], wall: "Wall", base: "Base", row: Any, *, rigid: bool) -> Any:
+    """Return the notes of a row of a law with exact phases, as bits: numbers, or columns over the points of a map.
 
-
-class Asked(NamedTuple):
-    """What was asked, as far as notes depend on it: numbers of one problem, or arrays over the points of a map."""
-
-    r: Any
-    beta: Any
-    mu: Any
-    zeta: Any
-    frame: Any
-    gradient: Any
-    drive: Any  # bound of the force
-    plain: bool  # whether the base is one cosine
-    rigid: bool
-
-
-def asked_of(problem: "Problem") -> Asked:
-    """Return what was asked by one problem."""
-    numbers = (problem.r, problem.beta, problem.mu, problem.zeta, problem.frame_damping_ratio)
-    plain, rigid = problem.base.harmonics == 1, problem.law.kind == "rigid"
-    return Asked(*numbers, problem.parameter("gradient"), problem.force_size, plain, rigid)
-
-
-def notes_of(asked: Asked, row: Any) -> Any:
-    """Return the notes of a row of a law with exact phases, as bits: numbers, or columns over the points of a map."""
-    outcome, multiplier, beta = row[places.OUTCOME], row[places.MULTIPLIER], asked.beta
+    `values`: r and the law's parameters by name, of one problem, or arrays over the points.
+    """
+    r, beta, zeta, frame, gradient = (
+        values.get(name, 0.0) for name in ("r", "beta", "contact_damping_ratio", "frame_damping_ratio", "gradient")
+    )
+    up, down = (values.get(f"static_ratio_{way}", 1.0) for way in ("up", "down"))
+    drive, static = bound_of_force(r, frame, wall, base), (up > 1.0) | (down > 1.0)
+    outcome, multiplier = row[places.OUTCOME], row[places.MULTIPLIER]
     moves, rests, unawaited = outcome == places.PERIODIC, outcome == places.STUCK, row[places.UNAWAITED] == 1.0
-    undamped = (asked.zeta == 0.0) & (asked.frame == 0.0)
+    undamped = (zeta == 0.0) & (frame == 0.0)
     free = (beta == 0.0) & undamped
-    many = in_continuum(asked) & _not(free)
-    static = asked.mu > 1.0
+    n = (0.5 / r + 0.5) // 1.0
+    many = undamped & _not(free) & _not(static) & (gradient == 0.0) & rigid & (base.harmonics == 1) & (n >= 1.0)
+    many &= (abs(r * 2.0 * n - 1.0) <= 1e-12) & (beta * abs(4.0 * n * n - 1.0) <= drive)  # eq. (3.3)
     taken = row[places.CONTACT_ENERGY] + row[places.FRAME_ENERGY]
-    left = row[places.CLOSURE] - ROUNDING * asked.drive * row[places.AMPLITUDE]
+    left = row[places.CLOSURE] - ROUNDING * drive * row[places.AMPLITUDE]
     lasts = moves & (LOOSE * (1.0 - abs(multiplier)) < ROUNDED) & _not(free)
-    lasts |= free & moves & (LOOSE * away_from_resonance(asked.r) < ROUNDED)
-    small = moves & asked.rigid & (LOOSE * row[places.AMPLITUDE] < EPSILON)  # beside the drive, whose rounding it has
+    lasts |= free & moves & (LOOSE * away_from_resonance(r) < ROUNDED)
+    small = moves & rigid & (LOOSE * row[places.AMPLITUDE] < EPSILON)  # beside the drive, whose rounding it has
     loose = (((left > LOOSE * taken) & (taken > 0.0)) | lasts | small) & _not(many)
-    held = rests & (not asked.rigid)
+    held = rests & (not rigid)
     said = {
         Note.FAILED: outcome != outcome,  # noqa: PLR0124 - not a number
         Note.RUNS_AWAY: outcome == places.RUNAWAY,
@@ -110,7 +79,7 @@ def notes_of(asked: Asked, row: Any) -> Any:
         Note.FORGETS_SLOWLY: moves & _not(free) & _not(many) & (1.0 - abs(multiplier) < SLOW),
         Note.REST_STILL_FAR: moves & unawaited,
         Note.MAY_COEXIST: moves & _not(unawaited) & static,
-        Note.MAY_GO_ON: rests & _not(held) & static & (beta < asked.drive),
+        Note.MAY_GO_ON: rests & _not(held) & static & (beta < drive),
         Note.FEWER_DIGITS: (moves | rests) & _not(held) & loose,
     }
     return sum(int(note) * found for note, found in said.items())
@@ -125,17 +94,10 @@ def _not(truth: Any) -> Any:
     return truth ^ True
 
 
-def in_continuum(asked: Asked) -> Any:
-    """Return whether the problem lies on the continuum of asymmetric motions, eq. (3.3)."""
-    n = (0.5 / asked.r + 0.5) // 1.0
-    cosine = (asked.zeta == 0.0) & (asked.frame == 0.0) & (asked.mu == 1.0) & (asked.gradient == 0.0) & asked.plain
-    there = (n >= 1.0) & (abs(asked.r * 2.0 * n - 1.0) <= 1e-12)
-    return cosine & asked.rigid & there & (asked.beta * abs(4.0 * n * n - 1.0) <= asked.drive)
-
-
 def sentences(state: "SteadyState") -> tuple[str, ...]:
     """Return the notes of a steady state as sentences, with its numbers."""
-    return tuple(SENTENCES[note](state) for note in Note if note & state.notes)
+    said = (sentence or f"{words}." for note, (words, sentence) in SAID.items() if note & state.notes)
+    return tuple(sentence if isinstance(sentence, str) else sentence(state) for sentence in said)
 
 
 def _parts(state: "SteadyState") -> str:
@@ -184,41 +146,67 @@ def _fewer_digits(state: "SteadyState") -> str:
 
 
 LAST_OF = "--cycles N gives the last of N cycles"
-SENTENCES: Mapping[Note, Callable[["SteadyState"], str]] = {
-    Note.FAILED: lambda _: f"{WORDS[Note.FAILED]}.",
-    Note.RUNS_AWAY: lambda _: (
-        "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
-        "and the mass runs away; this is not computed: take a smaller gradient."
+SAID: Mapping[Note, tuple[str, Callable[["SteadyState"], str] | str]] = {
+    Note.FAILED: ("could not be solved: `frictionlab simulate` says why", ""),
+    Note.RUNS_AWAY: (
+        "the gradient is so steep that the mass runs away",
+        (
+            "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
+            "and the mass runs away; this is not computed: take a smaller gradient."
+        ),
     ),
-    Note.PULLS: lambda _: (
-        "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
-        "which no contact does; no numbers are given: take a smaller gradient."
+    Note.PULLS: (
+        "friction would turn into a pull on the way",
+        (
+            "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
+            "which no contact does; no numbers are given: take a smaller gradient."
+        ),
     ),
-    Note.CHATTERS: lambda _: (
-        "events without end: more phases in a cycle than any motion has; `frictionlab simulate` gives the last state."
+    Note.CHATTERS: (
+        "events without end",
+        "events without end: more phases in a cycle than any motion has; `frictionlab simulate` gives the last state.",
     ),
-    Note.PARTS: _parts,
-    Note.GIVEN_UP: _given_up,
-    Note.UNSETTLED: lambda _: (
-        f"{WORDS[Note.UNSETTLED]} within the work allowed; {LAST_OF}; with more friction or damping there is less to"
-        " wait for."
+    Note.PARTS: ("the motion does not repeat (chaos)", _parts),
+    Note.GIVEN_UP: ("the search was given up after its share of work", _given_up),
+    Note.UNSETTLED: (
+        "the motion from rest was not seen to settle on an orbit",
+        (
+            "the motion from rest was not seen to settle on an orbit within the work allowed; "
+            f"{LAST_OF}; with more friction or damping there is less to wait for."
+        ),
     ),
-    Note.NOT_PASSIVE: _not_passive,
-    Note.UNDAMPED: lambda _: "Nothing damps this motion: free vibration never dies out; this is the motion without.",
-    Note.CONTINUUM: lambda state: (
-        f"At r = 1/{2 * round(0.5 / state.problem.r)} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric"
-        " motions (3.3) has the same energy and amplitude: here is the symmetric one. Rest creeps to its edge."
+    Note.NOT_PASSIVE: ("LuGre friction is not passive: it may give energy back", _not_passive),
+    Note.UNDAMPED: (
+        "nothing damps: free vibration never dies out",
+        "Nothing damps this motion: free vibration never dies out; this is the motion without.",
     ),
-    Note.FORGETS_SLOWLY: _forgets_slowly,
-    Note.REST_STILL_FAR: lambda _: (
-        "This motion is stable, but the run from rest was still far from it after"
-        f" {PATIENCE} cycles: rest may settle on another."
+    Note.CONTINUUM: (
+        "this is one of a continuum of motions",
+        lambda state: (
+            f"At r = 1/{2 * round(0.5 / state.problem.r)} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric"
+            " motions (3.3) has the same energy and amplitude: here is the symmetric one. Rest creeps to its edge."
+        ),
     ),
-    Note.MAY_COEXIST: lambda _: (
-        "Friction that is larger at rest, falls with speed or varies along the path may have other motions beside this"
-        " one, which rest settles on: --all lists them with their shares."
+    Note.FORGETS_SLOWLY: ("the motion forgets its start slowly", _forgets_slowly),
+    Note.REST_STILL_FAR: (
+        "the run from rest was still far from this motion: rest may settle on another",
+        (
+            f"This motion is stable, but the run from rest was still far from it after {PATIENCE} cycles: rest may"
+            " settle on another."
+        ),
     ),
-    Note.MAY_GO_ON: lambda _: "A motion once begun might go on: kinetic friction alone does not hold the mass.",
-    Note.FEWER_DIGITS: _fewer_digits,
+    Note.MAY_COEXIST: (
+        "other motions may coexist with this one",
+        (
+            "Friction that is larger at rest, falls with speed or varies along the path may have other motions beside"
+            " this one, which rest settles on: --all lists them with their shares."
+        ),
+    ),
+    Note.MAY_GO_ON: (
+        "the mass stays at rest, but a motion once begun might go on",
+        "A motion once begun might go on: kinetic friction alone does not hold the mass.",
+    ),
+    Note.FEWER_DIGITS: ("numbers are good to fewer digits than usual: energies in and out differ", _fewer_digits),
 }
-"""What each note says of one state."""
+"""What each note says of many points, in few words, and of one state; "": the same."""
+WORDS = {note: words for note, (words, _) in SAID.items()}

@@ -9,8 +9,8 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.schema import AMPLITUDE, ENERGY, STOPS, Result, value_of
 from frictionlab.simulator import row as places
-from frictionlab.simulator.motion import Energies, Motion
-from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
+from frictionlab.simulator.motion import Motion
+from frictionlab.simulator.notes import Note, notes_of, sentences
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.structure import Structure
 
@@ -75,8 +75,10 @@ class SteadyState(Result):
         What answered: "closed-form", "exact", "numeric" or "thesis".
     outcome : str
         "periodic", "stuck" (the contact never slips), "unbounded" (no steady state), "not settled" or "not found".
-    energies : Energies or None
-        What goes around and what is taken, per cycle.
+    energy_per_cycle : float or None
+        Area of the loop of base over mass displacement per cycle, over k Y^2: the integral of f dx, eq. (2.18).
+    contact_energy_per_cycle, frame_energy_per_cycle : float or None
+        What contacts take per cycle, and what the frame's dashpots do, over k Y^2.
     response_amplitude : float or None
         (max - min) / 2 of the displacement of the mass over Y.
     stops_per_cycle : float or None
@@ -113,7 +115,9 @@ class SteadyState(Result):
     problem: Problem
     solver: str
     outcome: Outcome
-    energies: Energies | None = None
+    energy_per_cycle: float | None = None
+    contact_energy_per_cycle: float | None = None
+    frame_energy_per_cycle: float | None = None
     response_amplitude: float | None = None
     stops_per_cycle: float | None = None
     stuck_fraction: float | None = None
@@ -133,22 +137,8 @@ class SteadyState(Result):
     @property
     def energy_taken(self) -> float | None:
         """What the contact and both dashpots take per cycle, over k Y^2."""
-        return self.energies and self.energies.contact + self.energies.frame
-
-    @property
-    def energy_per_cycle(self) -> float | None:
-        """Area of the loop of base over mass displacement per cycle, over k Y^2: the integral of f dx, eq. (2.18)."""
-        return self.energies and self.energies.loop
-
-    @property
-    def contact_energy_per_cycle(self) -> float | None:
-        """What the contact takes per cycle, over k Y^2."""
-        return self.energies and self.energies.contact
-
-    @property
-    def frame_energy_per_cycle(self) -> float | None:
-        """What the frame's dashpot takes per cycle, over k Y^2."""
-        return self.energies and self.energies.frame
+        contact, frame = self.contact_energy_per_cycle, self.frame_energy_per_cycle
+        return None if contact is None or frame is None else contact + frame
 
     @property
     def memory(self) -> float:
@@ -216,7 +206,9 @@ def _cycles(count: int | None) -> str:
 def from_numbers(problem: Problem, row: FloatArray, orbit: Motion | None) -> SteadyState:
     """Turn a row of numbers into a steady state."""
     numbers: list[float] = row.tolist()  # Python's own are faster one by one
-    outcome, said = OUTCOMES[int(numbers[places.OUTCOME])], int(notes_of(asked_of(problem), numbers))
+    values = problem.parameters | {"r": problem.r}
+    outcome, rigid = OUTCOMES[int(numbers[places.OUTCOME])], problem.law.kind == "rigid"
+    said = int(notes_of(values, problem.wall, problem.base, numbers, rigid=rigid))
     miss = numbers[places.MISS]
     if outcome not in ("periodic", "stuck"):
         residual = miss if said & Note.GIVEN_UP and isfinite(miss) else None
@@ -228,7 +220,9 @@ def from_numbers(problem: Problem, row: FloatArray, orbit: Motion | None) -> Ste
         problem=problem,
         solver=SOLVERS[int(numbers[places.SOLVER])],
         outcome=outcome,
-        energies=Energies(*(numbers[i] for i in (places.ENERGY, places.CONTACT_ENERGY, places.FRAME_ENERGY))),
+        energy_per_cycle=numbers[places.ENERGY],
+        contact_energy_per_cycle=numbers[places.CONTACT_ENERGY],
+        frame_energy_per_cycle=numbers[places.FRAME_ENERGY],
         regime="stuck" if outcome == "stuck" else moves,
         symmetric=bool(numbers[places.SYMMETRIC]),
         period_cycles=int(numbers[places.PERIOD]),
@@ -275,7 +269,9 @@ def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
     sticks = any(each.stops_per_cycle or each.stuck_fraction == 1.0 for each in contacts)
     is_stuck = bool(contacts) and all(each.stuck_fraction == 1.0 for each in contacts)
     return {
-        "energies": Energies(loop, contact, lost),
+        "energy_per_cycle": loop,
+        "contact_energy_per_cycle": contact,
+        "frame_energy_per_cycle": lost,
         "closure_error": abs(float(sums["gap"])) / cycles,
         "response_amplitude": amplitudes[0],
         "response_amplitudes": amplitudes,

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
-from frictionlab.schema import ENERGY, Result
+from frictionlab.schema import Result
 from frictionlab.simulator import row as places
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.motion import Energies
-from frictionlab.simulator.notes import WORDS, Asked, Note, notes_of
-from frictionlab.simulator.problem import COSINE, Base, Problem, Wall, bound_of_force
+from frictionlab.simulator.notes import WORDS, Note, notes_of
+from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, SteadyState, to_numbers
 
@@ -53,15 +52,6 @@ class Family:
         values = dict(zip(self.coordinates, points.T, strict=True))
         mu, zeta = values.pop("mu"), values.pop("zeta")
         return {"static_ratio_up": mu, "static_ratio_down": mu, "contact_damping_ratio": zeta} | values
-
-    def asked(self, points: FloatArray) -> Asked:
-        """Return what is asked at points (n, coordinates), as notes depend on it."""
-        values, none = self.values(points), np.zeros(len(points))
-        r, beta, frame = values["r"], values["beta"], values.get("frame_damping_ratio", none)
-        mu = np.maximum(values["static_ratio_up"], values["static_ratio_down"])
-        drive, rigid = bound_of_force(r, frame, self.wall, self.base), law_of(self.law).kind == "rigid"
-        more = values["contact_damping_ratio"], frame, values.get("gradient", none)
-        return Asked(r, beta, mu, *more, drive, self.base.harmonics == 1, rigid)
 
 
 @dataclass(frozen=True)
@@ -207,10 +197,9 @@ def _said(row: Mapping[str, Any], family: Family, point: FloatArray) -> list[str
     """Return the sentences of a point's notes, with its numbers."""
     if row["outcome"] == FAILED:
         return [f"{WORDS[Note.FAILED]}."]
-    numbers = {key: row[key] for key in (*PLACES, "solver", "outcome") if not key.endswith(ENERGY)}
-    energies = Energies(*(row[f"{part}{ENERGY}"] or 0.0 for part in ("", "contact_", "frame_")))
+    numbers = {key: row[key] for key in (*PLACES, "solver", "outcome")}
     problem = family.problem(point.tolist())
-    return list(SteadyState(problem, **numbers, energies=energies, notes=row["warnings"]).warnings)
+    return list(SteadyState(problem, **numbers, notes=row["warnings"]).warnings)
 
 
 def _listed(key: str, values: NDArray[Any]) -> list[object]:
@@ -297,5 +286,6 @@ def sweep_points(points: FloatArray, family: Family) -> FloatArray:
     rows[:, places.GROWTH] = np.where(parts, rows[:, places.MISS], np.nan)  # MISS is its growth
     known = np.isin(rows[:, places.OUTCOME], kept) & np.isfinite(rows[:, places.MISS])
     rows[:, places.MISS] = np.where(known, rows[:, places.MISS], np.nan)
-    rows[:, places.NOTES] = notes_of(family.asked(points), rows.T)
+    rigid = law_of(family.law).kind == "rigid"
+    rows[:, places.NOTES] = notes_of(family.values(points), family.wall, family.base, rows.T, rigid=rigid)
     return rows

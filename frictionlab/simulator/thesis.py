@@ -12,7 +12,6 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator.motion import Energies
 from frictionlab.simulator.problem import Base, Problem
 from frictionlab.simulator.state import SETTLED, SteadyState
 
@@ -73,7 +72,9 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
         problem=problem,
         solver="thesis",
         outcome=("periodic" if settled else "not settled") if moved else "stuck",
-        energies=Energies(loop, put_in, 0.0),
+        energy_per_cycle=loop,
+        contact_energy_per_cycle=put_in,
+        frame_energy_per_cycle=0.0,
         response_amplitude=amplitude,
         stops_per_cycle=float(stops),
         stuck_fraction=stuck / TURN,

@@ -459,8 +459,8 @@ class Flow:
 
     def described(self, found: Solved, numbers: dict[str, Any], notes: int = 0) -> SteadyState:
         """Return a state that was found by the numbers of its motion, with more notes."""
-        row, stuck, taken = found.row, numbers["regime"] == "stuck", numbers["energies"]
-        off, size, weakens = numbers["closure_error"], taken.contact + taken.frame, self.what.weakens
+        row, stuck, weakens = found.row, numbers["regime"] == "stuck", self.what.weakens
+        off, size = numbers["closure_error"], numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"]
         multiplier, unawaited, integrated = float(row[places.MULTIPLIER]), bool(row[places.UNAWAITED]), self.most < inf
         said = {
             Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(multiplier) < SLOW,

@@ -311,7 +311,8 @@ class Integrated(Flow):
         for _ in range(TIGHTER + 1):
             motion = flow.recorded(found.y, float(found.leg["tau"]), found.cycles, periodic=True)
             numbers = numbers_of(motion, self.frame)
-            off, size = numbers["closure_error"], numbers["energies"].contact + numbers["energies"].frame
+            off = numbers["closure_error"]
+            size = numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"]
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
             dear = REFINING * len(motion.recorded) > MOST
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
