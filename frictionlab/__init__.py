@@ -31,7 +31,7 @@ _NAMES = {
     "figures": "plot",
     "recording": "Recording",
     "analysis.measurement": "Measurement",
-    "inference": "Comparison",
+    "inference.comparison": "Comparison",
     "inference.material_law": "MaterialLaw read_material_law",
     "inference.predictive": "Prediction",
     "campaign": "Campaign",

@@ -14,7 +14,7 @@ from frictionlab.errors import UsageError as UsageError
 from frictionlab.figures import plot as plot
 from frictionlab.hdf5 import read_recording as read_recording
 from frictionlab.hdf5 import write_recording as write_recording
-from frictionlab.inference import Comparison as Comparison
+from frictionlab.inference.comparison import Comparison as Comparison
 from frictionlab.inference.material_law import MaterialLaw as MaterialLaw
 from frictionlab.inference.material_law import read_material_law as read_material_law
 from frictionlab.inference.predictive import Prediction as Prediction

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.estimate import Average, Estimate, Flat, FlatKnown, average
-from frictionlab.inference import Comparison
+from frictionlab.inference.comparison import Comparison
 from frictionlab.schema import COMPARISONS, MEASUREMENTS, Table
 
 NUMBERS = st.floats(-1e9, 1e9).filter(lambda x: abs(x) > 1e-9)

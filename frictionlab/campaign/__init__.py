@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from frictionlab import schema
 from frictionlab.analysis.steadiness import LONG_S
@@ -99,7 +100,7 @@ class Campaign(Result):
     joint: JointFit | None = field(default=None, repr=False)
 
     @cached_property
-    def laws(self) -> tuple[Row, ...]:
+    def laws(self) -> tuple[Mapping[str, Any], ...]:
         """The joint evidence of the laws tried, a row per material and law."""
         return () if self.joint is None else laws_together(self.joint.ladders)
 
@@ -130,7 +131,7 @@ class Campaign(Result):
         return tuple(found)
 
     @cached_property
-    def left_out(self) -> tuple[Row, ...]:
+    def left_out(self) -> tuple[Mapping[str, Any], ...]:
         """Each test as the law of all others predicts it, a row per test."""
         if self.joint is None:
             return ()

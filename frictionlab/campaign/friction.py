@@ -20,7 +20,7 @@ from frictionlab.errors import DOUBTED
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FrictionNames
 from frictionlab.inference.comparison import loop_energy
 from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import EXPLAINED, ParameterEstimate, infer
+from frictionlab.inference.posterior import EXPLAINED, infer
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, SteadyState
 from frictionlab.uncertainty import Sources, sources_of, unit_uncertainty
@@ -355,19 +355,15 @@ def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: fl
             alone = infer([observe_row(trial, model.first, group.sources, own, group.units[source])]).parameters()
         except FAULTS:
             return found
-        return replace(found, alone=_estimate(alone["beta"]))
+        return replace(found, alone=alone["beta"])
     residual = posterior.fit.residual(i)
     return replace(
         found,
-        alone=_estimate(posterior.parameters(i)["beta"]),
+        alone=posterior.parameters(i)["beta"],
         misfit=math.sqrt(observation.chi_square(residual) / len(residual)),
         nrmse=None if cycle is None else cycle.nrmse(residual),
         floor=None if cycle is None else cycle.floor,
     )
-
-
-def _estimate(found: ParameterEstimate) -> Estimate:
-    return Estimate(found.value, found.se, found.u)
 
 
 def _notes(

@@ -14,16 +14,14 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ndtr, stdtrit
 
-from frictionlab.arrays import FloatArray
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.errors import FrictionlabError
 from frictionlab.estimate import NOT_KNOWN, Estimate
-from frictionlab.inference.diagnose import to_declare, varied_friction
+from frictionlab.inference.diagnose import strained_facts, varied_friction
 from frictionlab.inference.fit import weighed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import MISSED, Posterior, explains, infer, model_of
-from frictionlab.inference.unknowns import STRAINED
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
@@ -133,13 +131,6 @@ class JointFit:
             return NOT_KNOWN
         return self.posterior.estimate("beta", i).scaled(stiffness * observation.unit / observation.normal_force)
 
-    def relative_covariance(self, material: str, forces: Sequence[float]) -> FloatArray:
-        """Return the covariance of the logarithms of friction ratios under several normal forces."""
-        found = self.by_force
-        places = [found.fit.find("beta", self.tests(material, force)[0]) or 0 for force in forces]
-        slopes = [found.relative(k) for k in places]
-        return np.asarray(found.covariance[np.ix_(places, places)] * np.outer(slopes, slopes))
-
     def shared_beta(self, i: int) -> float:
         """Return the friction ratio of test i by its material's coefficient."""
         return self.posterior.shared(self.posterior.fit.find("beta", i) or 0, i)[0]
@@ -189,24 +180,19 @@ class JointFit:
         Measured energies are those of the declared lag, so one that is found elsewhere is to be declared; not where the
         laws do not explain their tests, for then the rig makes up for what a law lacks.
         """
-        parts, far = [], []
-        tests = range(len(self.posterior.tests))
-        explained = 2 * sum(explains(self.posterior.fit, [i]) for i in tests) >= len(tests)
-        for k, u in enumerate(self.posterior.unknowns):
-            if u.law:
-                continue
-            off, error = float(self.posterior.fit.point[k]), math.sqrt(self.posterior.covariance[k, k])
-            factor, unit = (u.unit[0], f" {u.unit[1]}") if u.unit[1] else (100.0, " %")
-            value, spread, known = (factor * u.sd * x for x in (off, error, u.known_to))
-            parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
-            if explained and abs(off) > STRAINED * u.known_to:
-                against = f"is assumed where {u.assumed} is not declared" if u.assumed else f"{u.key} declares"
-                declare = to_declare(u.name, u.value(off), u.sd * error, scene) or f"declare {u.key}"
-                far.append(
-                    f"{u.words}: {value:+.2g}{unit} is {abs(off) / u.known_to:.2g} times what {against}: {declare};"
-                    f" then measure again{AT_LAG if u.name == 'lag_s' else ''}"
-                )
-        return (FOUND.format("; ".join(parts)), *far) if parts and len(self.posterior.tests) > 1 else ()
+        posterior, parts, tests = self.posterior, [], range(len(self.posterior.tests))
+        for k, u in enumerate(posterior.unknowns):
+            if not u.law:
+                factor, unit = (u.unit[0], f" {u.unit[1]}") if u.unit[1] else (100.0, " %")
+                at = float(posterior.fit.point[k]), math.sqrt(posterior.covariance[k, k]), u.known_to
+                value, spread, known = (factor * u.sd * x for x in at)
+                parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
+        if not parts or len(tests) < 2:
+            return ()
+        explained = 2 * sum(explains(posterior.fit, [i]) for i in tests) >= len(tests)
+        far = strained_facts(posterior, scene) if explained else ()
+        again = (f"{said}; then measure again{AT_LAG if 'the lag ' in said else ''}" for said in far)
+        return (FOUND.format("; ".join(parts)), *again)
 
     def seating_notes(self) -> Iterator[str]:
         """Yield whose friction rises along the path in some tests and falls in others, beyond twice its error."""

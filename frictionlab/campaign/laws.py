@@ -92,7 +92,11 @@ def amontons_of(
         return AmontonsTest(material, 0, verdict=f"{material}: no coefficient is known.")
     value = np.array([f.friction_coefficient for f in known], dtype=float)
     forces = [f.normal_force_n for f in known]
-    relative = joint.relative_covariance(material, forces) + np.diag([f.normal_force_u**2 for f in known])
+    found = joint.by_force
+    places = [found.fit.find("beta", joint.tests(material, force)[0]) or 0 for force in forces]
+    slopes = [found.relative(k) for k in places]  # of the logarithms of friction ratios
+    relative = found.covariance[np.ix_(places, places)] * np.outer(slopes, slopes)
+    relative = relative + np.diag([f.normal_force_u**2 for f in known])
     mean, beyond = joint.coefficient(material, stiffness), 0.0  # what stiffness, base sensor, normal force add to beta
     for f in known:
         coefficient, ratio = ((e.u or 0.0) / (e.value or 1.0) for e in (f.coefficient, f.friction))
@@ -233,13 +237,14 @@ class _Expected:
         return self.observation.predict(self.model.values(self.i, own))
 
 
-def left_out(posterior: Posterior, lag_s: float = 0.0) -> dict[str, Row]:
+def left_out(posterior: Posterior, lag_s: float = 0.0) -> dict[str, dict[str, Any]]:
     """Return by source the row of each test of a joint fit as the others predict it, or why they cannot.
 
     Bands hold 95 %; energies, measured and predicted, are without the lag that all tests find (``lag_s``: that the
     scene declares), as `frictionlab predict` has them.
     """
-    materials, found = [observation.material for observation in posterior.observations], dict[str, Row]()
+    materials = [observation.material for observation in posterior.observations]
+    found = dict[str, dict[str, Any]]()
     for i, (observation, material) in enumerate(zip(posterior.observations, materials, strict=True)):
         source, others = observation.source, materials.count(material) - 1
         found[source] = not_predicted(source, material, ALONE)

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 
 from frictionlab.errors import UsageError
 from frictionlab.figures import style
-from frictionlab.inference import Comparison, ContactForce
-from frictionlab.inference.comparison import OverFrequency
+from frictionlab.inference.comparison import Comparison, ContactForce, OverFrequency
 
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 ROW = 0.115  # inches: a law of the ladder

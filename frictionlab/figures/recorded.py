@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from frictionlab.analysis.free_vibration import FreeVibration
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.figures import style
-from frictionlab.inference import WholeRecord
+from frictionlab.inference.comparison import WholeRecord
 from frictionlab.recording import Recording
 
 ZOOM = 3  # periods of the drive that the zoom shows

@@ -41,18 +41,14 @@ SAYS = 1e-9  # of what is known with the data: a direction of which they say les
 BENDS = ("parabola", "cubic", "base_parabola", "base_cubic")  # of sensors: as large as the cycle fills their range
 
 
-@dataclass(frozen=True)
-class ParameterEstimate:
-    """One parameter of a law.
+@dataclass(frozen=True, slots=True)
+class ParameterEstimate(Estimate):
+    """One parameter of a law; ``se``: with sensors and rig as they are known, None (as `u`) for a value that was given.
 
-    ``se``: standard error with the rig as it is known; ``u``: with what is not known of sensors and rig as well; both
-    None for a value that was given. ``told``: whether the data determine it; ``lower``, ``upper``: 95 % limits, None
-    where there is no limit.
+    ``told``: whether the data determine it; ``lower``, ``upper``: 95 % limits, None where there is no limit.
     """
 
     value: float
-    se: float | None = None
-    u: float | None = None
     told: bool = False
     lower: float | None = None
     upper: float | None = None
@@ -474,7 +470,10 @@ def infer(
     missed = AnalysisError(f"law {first.law.name} has no motion at the values tried")
     for start in starts:
         try:
-            begun = _weighed_by_start(model, start) if first.shows_rig else model
+            begun = model
+            if first.shows_rig:  # weighed by what this start leaves
+                begun_at = first.begun(model.values(0, start))
+                begun = replace(model, tests=(replace(model.tests[0], observation=begun_at),))
             fit = fit_from(begun, [start], local, tempers=False)
             if first.shows_rig:
                 if any((np.abs(fit.point - end) < SAME * np.maximum(np.abs(end), 1.0)).all() for end in ends):
@@ -492,12 +491,6 @@ def infer(
         raise missed
     moved = sorted((f if first.shows_rig else tempered(f) for f in fits), key=lambda f: f.chi_square)
     return of_several(moved[0]) if len(observations) > 1 else _of_one(held, moved, law)
-
-
-def _weighed_by_start(model: Model, start: FloatArray) -> Model:
-    """The model of one test weighed by what a start leaves of it."""
-    begun = model.tests[0].observation.begun(model.values(0, start))
-    return replace(model, tests=(replace(model.tests[0], observation=begun),))
 
 
 def _held(model: Model, starts: list[FloatArray], law: list[int]) -> tuple[Fit | None, Model, list[FloatArray]]:

@@ -142,7 +142,7 @@ def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str
     observation = found.tests[0].observation
     sources, normal_force = observation.sources, observation.normal_force
     beta = found.parameters()["beta"]
-    friction = Estimate(beta.value, beta.se, beta.u)
+    friction: Estimate = beta
     unit = amplitude.u / amplitude.value if amplitude.u is not None and amplitude.value else None
     unit = math.hypot(amplitude.relative_se or 0.0, unit_uncertainty(sources)) if unit is None else unit
     force = friction.scaled(scene.rig.stiffness).scaled(amplitude.value)

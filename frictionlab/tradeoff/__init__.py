@@ -19,7 +19,7 @@ import numpy as np
 from frictionlab.analysis import cycles, energy, spectrum
 from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import FloatArray
-from frictionlab.inference import compare_measurement
+from frictionlab.inference.compare import compare_measurement
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS

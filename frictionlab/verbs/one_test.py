@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from frictionlab.analysis.free_vibration import FreeVibration, Mode
     from frictionlab.analysis.measurement import Measurement
-    from frictionlab.inference import Comparison, Fitted
+    from frictionlab.inference.comparison import Comparison, Fitted
     from frictionlab.inference.explain import Explanation
     from frictionlab.inference.material_law import MaterialLaw
     from frictionlab.logs.text import Progress
@@ -215,8 +215,7 @@ def compare(
         No measurement can be made, or the natural frequency is not known.
     """
     from frictionlab.analysis.measurement import Measurement
-    from frictionlab.inference import AUTO, compare_measurement, compare_record
-    from frictionlab.inference.compare import compare_table, judge
+    from frictionlab.inference.compare import AUTO, compare_measurement, compare_record, compare_table, judge
     from frictionlab.inference.material_law import MaterialLaw, read_material_law
 
     known = scene_given(scene, settings, JUDGED)
@@ -273,7 +272,7 @@ def explain(
     UsageError
         A law is given: explain finds it.
     """
-    from frictionlab.inference import Comparison
+    from frictionlab.inference.comparison import Comparison
     from frictionlab.inference.explain import explain as explain_measurement
     from frictionlab.inference.explain import explain_comparison
 

@@ -208,11 +208,8 @@ def ours(law: str, tests: Sequence[Measurement]) -> dict[str, tuple[Prediction, 
     words = (
         f"coefficient of all: {done.amontons[0].coefficient:.4g} +- {done.material_laws[0].covariance[0, 0] ** 0.5:.2g}"
     )
-    found = {}
-    for row in done.left_out:
-        left, own = (float(str(row[key] or "nan")) for key in ("response_nrmse", "response_nrmse_own"))
-        found[str(row["source"])] = ((left, own), words)
-    return found
+    left = {t["source"]: (t["response_nrmse"] or math.nan, t["response_nrmse_own"] or math.nan) for t in done.left_out}
+    return {source: (both, words) for source, both in left.items()}
 
 
 WAYS: Mapping[str, tuple[str | None, Way]] = {

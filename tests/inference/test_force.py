@@ -13,7 +13,7 @@ from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import shifted
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import write_recording
-from frictionlab.inference import Comparison
+from frictionlab.inference.comparison import Comparison
 from frictionlab.inference.force import observe_force
 from frictionlab.inference.posterior import infer
 from frictionlab.recording import Channel, Recording
