@@ -119,6 +119,19 @@ class Model:
         return np.array([u.hold(float(c)) for u, c in zip(self.unknowns, point, strict=True)])
 
 
+class Reduced(NamedTuple):
+    """Normal equations of all unknowns, the tests' own deviations eliminated.
+
+    ``precision`` (m, m) and ``pull`` (m,): without the priors; ``each``: the same of every test on its own index;
+    ``log_volume``: half the logarithm of the determinants that elimination leaves.
+    """
+
+    precision: FloatArray
+    pull: FloatArray
+    each: tuple[tuple[FloatArray, FloatArray], ...]
+    log_volume: float
+
+
 @dataclass(frozen=True)
 class Fit:
     """Laws with values for some tests: a model at a point, with the residuals and slopes there.
@@ -170,9 +183,25 @@ class Fit:
         return math.sqrt(math.fsum(e * e for e in each) / len(each))
 
     @cached_property
-    def reduced(self) -> "Reduced":
+    def reduced(self) -> Reduced:
         """Normal equations of the unknowns."""
-        return eliminate(self)
+        m = len(self.model.unknowns)
+        precision, pull, each, volume = np.zeros((m, m)), np.zeros(m), [], 0.0
+        parts = zip(self.model.tests, self.slopes, self.residuals, self.local, strict=True)
+        for test, slopes, residual, local in parts:
+            information, force, s = slopes.T @ slopes, slopes.T @ residual, self.model.scatter[test.index]
+            some = np.flatnonzero(s > 0.0)
+            if len(some):
+                scaled, own = information[:, some] * s[some], s[some] * force[some] - local[some]
+                inner = np.eye(len(some)) + s[some][:, None] * scaled[some]
+                back = np.linalg.solve(inner, np.column_stack([scaled.T, own]))
+                information = information - scaled @ back[:, :-1]
+                force = force - scaled @ back[:, -1]
+                volume += 0.5 * float(np.linalg.slogdet(inner)[1])
+            precision[np.ix_(test.index, test.index)] += information
+            pull[test.index] += force
+            each.append((information, force))
+        return Reduced(precision, pull, tuple(each), volume)
 
     @cached_property
     def precision(self) -> FloatArray:
@@ -219,44 +248,6 @@ def cost(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = N
     """Return the sum of squares at a point, priors counted; infinite where a test has no motion."""
     here = _looked(model, point, local)
     return math.inf if here is None else here.cost
-
-
-class Reduced(NamedTuple):
-    """Normal equations of all unknowns, the tests' own deviations eliminated.
-
-    ``precision`` (m, m) and ``pull`` (m,): without the priors; ``each``: the same of every test on its own index;
-    ``log_volume``: half the logarithm of the determinants that elimination leaves; ``explained``: by how much the
-    deviations lower the sum of squares.
-    """
-
-    precision: FloatArray
-    pull: FloatArray
-    each: tuple[tuple[FloatArray, FloatArray], ...]
-    log_volume: float
-    explained: float
-
-
-def eliminate(fit: Fit) -> Reduced:
-    """Return what the tests of a fit say of the unknowns."""
-    model, m = fit.model, len(fit.model.unknowns)
-    precision, pull, each, volume, explained = np.zeros((m, m)), np.zeros(m), [], 0.0, 0.0
-    for i, test in enumerate(model.tests):
-        information = fit.slopes[i].T @ fit.slopes[i]
-        force = fit.slopes[i].T @ fit.residuals[i]
-        local, s = fit.local[i], model.scatter[test.index]
-        some = np.flatnonzero(s > 0.0)
-        if len(some):
-            scaled, own = information[:, some] * s[some], s[some] * force[some] - local[some]
-            inner = np.eye(len(some)) + s[some][:, None] * scaled[some]
-            back = np.linalg.solve(inner, np.column_stack([scaled.T, own]))
-            information = information - scaled @ back[:, :-1]
-            force = force - scaled @ back[:, -1]
-            volume += 0.5 * float(np.linalg.slogdet(inner)[1])
-            explained += float(own @ back[:, -1])
-        precision[np.ix_(test.index, test.index)] += information
-        pull[test.index] += force
-        each.append((information, force))
-    return Reduced(precision, pull, tuple(each), volume, explained)
 
 
 def descend(here: Fit) -> Fit:
