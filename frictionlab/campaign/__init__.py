@@ -219,7 +219,9 @@ def evaluate(
         if not trial.failed:
             own.setdefault(trial.group, []).append(trial)
     groups = {setting: screen(some, model.first, scene) for setting, some in own.items()}
-    joint, unfitted = fit_together(_cycles(groups, observations), find_law=find_law, accuracy=scene.accuracy)
+    by_mass = scene.rig.first.stiffness_n_per_m is None
+    cycles = _cycles(groups, observations)
+    joint, unfitted = fit_together(cycles, find_law=find_law, accuracy=scene.accuracy, by_mass=by_mass)
     joints = {} if joint is None else {setting: joint for setting in groups if joint.tests(*setting)}
     rest = {setting: group for setting, group in groups.items() if setting not in joints}
     by_rows, _ = fit_together(_rows(rest, model.first), find_law=False, accuracy=scene.accuracy)

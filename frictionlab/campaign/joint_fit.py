@@ -17,7 +17,7 @@ from scipy.special import ndtr, stdtrit
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.errors import FrictionlabError
 from frictionlab.estimate import NOT_KNOWN, Estimate
-from frictionlab.inference.diagnose import strained_facts, varied_friction
+from frictionlab.inference.diagnose import OTHER_CAUSE, strained_facts, to_declare, varied_friction
 from frictionlab.inference.fit import weighed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
@@ -43,6 +43,12 @@ TURNS = (
     " tests has another one; its scatter is in the bands of predictions"
 )
 AT_LAG = ": measurements.csv has energies at the lag declared, all else at the lag found"
+ASKED = (
+    "rig: all tests together contradict your scene's natural frequency; with another one their laws leave {:.2g} %"
+    " instead of {:.2g} %: {}; errors of friction hold the difference"
+)
+ANY = 0.3  # relative: a natural frequency that the tests alone find ...
+BETTER = 0.5  # ... and how much less it leaves of them where it is named
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 Seen = CycleObservation | RowObservation
 
@@ -53,13 +59,15 @@ class JointFit:
 
     ``posterior``: one friction coefficient a material; ``by_force``: one friction ratio at each normal force of a
     material, tests in the same order; ``ladders``: of the materials whose law was looked for; ``out``: tests that stand
-    out, by source: their own friction ratio and that of the others.
+    out, by source: their own friction ratio and that of the others; ``detuned``: the posterior with another natural
+    frequency, where that explains far more of the tests.
     """
 
     posterior: Posterior
     by_force: Posterior
     ladders: Mapping[str, Ladder] = field(default_factory=dict)
     out: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    detuned: Posterior | None = None
 
     @cached_property
     def place(self) -> Mapping[str, int]:
@@ -192,7 +200,14 @@ class JointFit:
         explained = 2 * sum(explains(posterior.fit, [i]) for i in tests) >= len(tests)
         far = strained_facts(posterior, scene) if explained else ()
         again = (f"{said}; then measure again{AT_LAG if 'the lag ' in said else ''}" for said in far)
-        return (FOUND.format("; ".join(parts)), *again)
+        return (FOUND.format("; ".join(parts)), *self._detuned_note(scene), *again)
+
+    def _detuned_note(self, scene: Scene) -> Iterator[str]:
+        """Yield the natural frequency that all tests ask for, where that explains far more of them."""
+        if self.detuned is not None:
+            seen, left = self.detuned.nuisances()["natural_frequency"], (self.detuned, self.posterior)
+            declare = to_declare("natural_frequency", seen["value"], seen["u"], scene)
+            yield ASKED.format(*(100.0 * posterior.fit.nrmse() for posterior in left), declare)
 
     def seating_notes(self) -> Iterator[str]:
         """Yield whose friction rises along the path in some tests and falls in others, beyond twice its error."""
@@ -204,12 +219,13 @@ class JointFit:
 
 
 def fit_together(
-    tests: Mapping[str, Sequence[Seen]], *, find_law: bool, accuracy: str
+    tests: Mapping[str, Sequence[Seen]], *, find_law: bool, accuracy: str, by_mass: bool = False
 ) -> tuple[JointFit | None, list[str]]:
     """Fit the tests of all materials together, by their mean cycles or by their rows.
 
     ``tests``: observations by material, under the scene's law; ``find_law``: the tests of each material climb from
-    plain Coulomb friction to theirs; ``accuracy``: of that ladder. Returns the joint fit (None where there is nothing
+    plain Coulomb friction to theirs; ``accuracy``: of that ladder; ``by_mass``: the frame's stiffness is that of its
+    mass and natural frequency. Returns the joint fit (None where there is nothing
     to fit), and sentences of the materials that could not be fitted.
     """
     chosen: list[Seen] = []
@@ -239,14 +255,40 @@ def fit_together(
         if out := JointFit(bare, bare).standing_out():  # made again without those that stand out
             kept = [o for o in chosen if o.source not in out]
             posterior = infer(kept, near=posterior.values())
+        detuned = None
         if of_cycles:
+            posterior, detuned = _against_another_rig(posterior, by_mass=by_mass)
             posterior, said = _against_richer_laws(posterior)
             notes += said
         else:  # their interval counts how badly few tests determine the scatter
             posterior = replace(posterior, scatter_u=np.zeros(len(posterior.unknowns)))
-        return JointFit(posterior, at_each_force(posterior), ladders, out), notes
+        return JointFit(posterior, at_each_force(posterior), ladders, out, detuned), notes
     except FAULTS as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
+
+
+def _against_another_rig(posterior: Posterior, *, by_mass: bool) -> tuple[Posterior, Posterior | None]:
+    """The posterior whose errors hold what another natural frequency moves, and the one with that frequency.
+
+    Where the laws leave a misfit and a free frequency leaves far less. An uncertainty declared too small would keep
+    the frequency where it is, and the friction carries what is wrong with it; forces do twice where the stiffness
+    follows from it (``by_mass``).
+    """
+    if explains(posterior.fit, range(len(posterior.tests))):
+        return posterior, None
+    free = [replace(o, sources=replace(o.sources, natural_frequency=ANY)) for o in posterior.observations]
+    try:
+        detuned = infer(free, near=posterior.values())
+    except FAULTS:  # no motion there: nothing that would explain the tests
+        return posterior, None
+    if detuned.fit.nrmse() > BETTER * posterior.fit.nrmse():
+        return posterior, None
+    stiffer = (1.0 + detuned.nuisances()["natural_frequency"]["value"]) ** 2 if by_mass else 1.0
+    shift = np.zeros(len(posterior.unknowns))
+    for k, (u, there) in enumerate(zip(posterior.unknowns, detuned.fit.point.tolist(), strict=True)):
+        if u.law:
+            shift[k] = u.at(u.value(there) * (stiffer if u.name == "beta" else 1.0)) - float(posterior.fit.point[k])
+    return posterior.with_shift(OTHER_CAUSE, shift), detuned
 
 
 def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:

@@ -17,7 +17,7 @@ from frictionlab.analysis.measurement import measure
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import NORMAL, SHARED, TRANSIENT, FrictionFit, Verdict
-from frictionlab.campaign.prediction import Model, elasticity
+from frictionlab.campaign.prediction import Model, elasticity, predict
 from frictionlab.campaign.trials import Trial, levels, nearest
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
@@ -35,6 +35,7 @@ UNITS = {
     "drift": "relative change of the energy per hour, mean of its magnitude",
 }
 HOUR = 3600.0
+OWN_STEPS = 3  # from the friction of its group to that of a test
 INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not determine the friction force
 LEAST_CHANGE, MOST_CHANGE = 0.1, 0.6  # of the friction force, over which that must hold
 Cell = tuple[float, float]
@@ -84,7 +85,7 @@ def drift_of(
 ) -> Drift:
     """Return the drift of a long test: from its trend, measured again if its file did not hold it, else its own slope.
 
-    ``fits``: where the friction ratio of the test's group is looked up.
+    ``fits``: where the friction ratio of the test's group is looked up, from which its own follows by its energy.
     """
     trend = trial.trend
     if trend is None and recording is not None:
@@ -111,8 +112,16 @@ def _steepness(trial: Trial, model: Model, fits: Sequence[FrictionFit], slope: f
     """Elasticity d ln E / d ln beta of a long test's energy; 0 where it changes as the friction does, or is too low."""
     beta = next((f.friction_ratio for f in fits if (f.material, f.normal_force_n) == trial.group), None)
     energy = trial.energy.value
-    middle = elasticity(model, trial.r, beta) if slope is not None and beta and energy else 0.0
-    if slope is None or beta is None or not energy or not abs(middle) >= INSENSITIVE:
+    if slope is None or beta is None or not energy:
+        return 0.0
+    middle = elasticity(model, trial.r, beta)
+    for _ in range(OWN_STEPS):  # the friction of the group gives not quite this test's energy
+        state = predict(model, trial.r, beta)
+        if state is None or not state.energy_per_cycle or not abs(middle) >= INSENSITIVE:
+            return 0.0
+        beta *= min(max((energy / state.energy_per_cycle) ** (1.0 / middle), 0.5), 2.0)
+        middle = elasticity(model, trial.r, beta)
+    if not abs(middle) >= INSENSITIVE:
         return 0.0
     change = abs(slope) * trial.duration_s / HOUR / energy / abs(middle)
     reach = min(max(change, LEAST_CHANGE), MOST_CHANGE)

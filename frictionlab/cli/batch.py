@@ -206,8 +206,8 @@ def _said(result: "Campaign") -> list[str]:
     criteria = dict.fromkeys(rank.criterion for rank in placed)
     orders = [", ".join(f"{r.rank} {r.material}" for r in placed if r.criterion == each) for each in criteria]
     notes = [(f"{fit.material} at {fit.normal_force_n:.4g} N", str(fit.note)) for fit in result.fits if fit.note]
-    doubts = [f"{note} ({', '.join(where)})" for note, where in kinds_of(notes)]
-    doubts += [note for note in result.notes if GRAVE.search(note)]
+    doubts = [note for note in result.notes if GRAVE.search(note)]
+    doubts += [f"{note} ({', '.join(where)})" for note, where in kinds_of(notes)]
     by_criterion = [f"by {criterion}: {order}" for criterion, order in zip(criteria, orders, strict=True)]
     return [*by_criterion, *(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)]
 

@@ -20,6 +20,7 @@ Level = Literal["rig", "material", "test"]
 
 WIDE = 2.0 * 1.959964  # standard deviations from end to end of a 95 % interval
 WITHIN = 0.5 + 0.5 * 0.682689  # probability below one standard deviation of a normal distribution
+LARGEST = 700.0  # of a logarithm: beyond it no double is left, and no parameter's domain
 STRONGEST = 12.0  # standard deviations: no coordinate goes farther from its prior
 SMALLEST = 1e-6  # of the cycle: a nonlinearity or crosstalk below this is not fitted
 UNDECLARED_LAG = 3.0  # half sampling intervals (standard uncertainty): prior of a lag that nobody has declared
@@ -62,7 +63,7 @@ class Unknown:
     def value(self, c: float) -> float:
         """Return the value at a coordinate."""
         raw = self.mean + self.sd * c
-        return math.exp(raw) if self.scale == "log" else raw
+        return math.exp(min(raw, LARGEST)) if self.scale == "log" else raw
 
     def at(self, value: float) -> float:
         """Return the coordinate of a value."""
