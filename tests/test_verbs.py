@@ -58,6 +58,13 @@ def test_a_comparison_of_a_log_knows_material_and_coefficient(measurement: fl.Me
     assert fl.compare(measurement, SCENE).row() == comparison.row()
 
 
+def test_a_measurement_of_another_transient_is_refused(measurement: fl.Measurement) -> None:
+    """It was taken as it was, without a word: a cycle that had not settled was compared."""
+    later = measurement.transient_s + 5.0
+    with pytest.raises(UsageError, match=r"analysis.transient_s = .*give the recording in its place"):
+        fl.compare(measurement, SCENE, transient_s=later)
+
+
 def test_settings_win_over_the_scene_and_are_validated(recording: fl.Recording) -> None:
     scene = fl.read_scene(SCENE)
     measurement = fl.analyze(recording, scene, cycles="all", natural_frequency_hz=3.0, padding=None)

@@ -128,11 +128,19 @@ def analyze(what: "Measurement | Recording | FilePath", scene: AnyScene = None, 
     ------
     AnalysisError
         The test holds no measurement: no drive, shorter than its transient, no full cycle.
+    UsageError
+        What is measured already left out another transient than is asked for.
     """
     from frictionlab.analysis.measurement import Measurement, measure
 
     known = scene_given(scene, settings, ("analysis", "rig", "model"))
     if isinstance(what, Measurement):
+        asked = known.analysis.transient_s
+        if asked is not None and abs(asked - what.transient_s) * what.sampling_rate_hz > 1.0:
+            raise UsageError(
+                f"analysis.transient_s = {asked:g}: the measurement given was made with {what.transient_s:g} s: give"
+                " the recording in its place, to be measured again"
+            )
         return what
     recording = recording_given(what, known)
     try:

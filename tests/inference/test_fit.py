@@ -249,6 +249,12 @@ def test_a_prior_with_tails_is_a_density_and_its_strain_is_what_it_loses() -> No
         assert c.strain_slope(at) == pytest.approx(difference, rel=1e-7)
 
 
+def test_a_step_far_beyond_all_doubles_is_a_value() -> None:
+    """A width of five decades times ten deviations ended a fit in `math range error`."""
+    strength = Unknown("stribeck_speed", "", scale="log", sd=100.0)
+    assert 1e300 < strength.value(10.0) < math.inf
+
+
 def test_a_step_inside_bounds_is_the_best_of_all_points_inside() -> None:
     """Against every corner, edge and face: the least of a bowl with bounds, by enumeration."""
     rng = np.random.default_rng(3)
