@@ -74,7 +74,10 @@ def batch(
     if campaign:
         if len(good) < len(rows) and not work.as_json:
             screen.print_tests(rows, screen.MEASURED, screen.headline(rows, "logs measured"))
-        _evaluate(todo, rows, law, work, again=again)
+        if made.ended:  # a report of the tests done until then would look like one of all
+            complain("the campaign is not evaluated: the same command goes on from here")
+        else:
+            _evaluate(todo, rows, law, work, again=again)
     else:
         if not work.as_json:
             _show(todo, made, wide=wide)

@@ -37,7 +37,7 @@ DETUNING = "natural_frequency_ratio"  # the frame's natural frequency over the s
 FRAME = "frame_damping_ratio"
 SUFFIXES = {"m/s": "_m_per_s", "m": "_m", "1/m": "_per_m"}
 RANGES = {"normal_force_n": "N", "base_amplitude_m": "m", "frequency_ratio": ""}
-EDGE = 1e-3  # relative: how far beyond the conditions of its tests a law is used without a word
+EDGE = 1e-2  # relative: how far beyond the conditions of its tests a law is used without a word
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 HEAD = """\

@@ -9,7 +9,7 @@ import pytest
 from frictionlab.hdf5 import write_tree
 from frictionlab.tables import write_rows
 from tests.campaign.fabricate import COEFFICIENTS, small_campaign
-from tests.desk import Run
+from tests.desk import Run, invoke
 
 TOML = """
 [rig]
@@ -119,3 +119,20 @@ def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> No
     assert done.returncode == 2
     assert "a.h5 and 2 others: a recording; campaign evaluates measurements: `frictionlab analyze" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_campaign_that_was_stopped_is_not_evaluated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of 13 logs was done: a report of one test stood there as if it were all."""
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs" / "a.csv").write_text("")
+    (tmp_path / "scene.toml").write_text(TOML)
+
+    def interrupted() -> object:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("frictionlab.verbs.chain.Batch.each", lambda *_, **__: iter(interrupted, None))
+    done = invoke("batch", tmp_path / "logs", "--campaign", "--scene", tmp_path / "scene.toml", "-o", tmp_path / "out")
+    assert done.exit_code == 130
+    assert "stopped: 0 inputs are done" in done.stderr
+    assert "not evaluated: the same command goes on" in done.stderr
+    assert not (tmp_path / "out" / "report.html").exists()
