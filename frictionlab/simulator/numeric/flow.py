@@ -178,9 +178,9 @@ class Integrated(Flow):
         return between(steps[:, 2:].reshape(len(steps), -1, COUNT), theta)
 
     def nodes(self, pieces: FloatArray) -> list[FloatArray]:
-        """Return what is recorded at the nodes of steps: displacements, rates and states (m, size, 8), ... of contacts.
+        """Return what is recorded at the nodes of m steps: displacements (m, n, 8); velocities and inner states.
 
-        These are force and slip (m, c, 8).
+        Then come force and slip of the contacts, (m, c, 8) each.
         """
         nodes = pieces[:, 2:].reshape(len(pieces), -1, COUNT)
         ends = np.cumsum((self.masses, self.components - self.masses, self.contacts))
@@ -188,10 +188,8 @@ class Integrated(Flow):
 
     def at_ends(self, pieces: FloatArray, marks: NDArray[np.int64]) -> FloatArray:
         """Return displacements, velocities and contacts' forces (k, 2 n + c) where so many steps (k,) are done."""
-        n = self.masses
-        nodes = pieces[: marks[-1], 2:].reshape(marks[-1], -1, COUNT)[
-            :, [*range(2 * n), *range(self.components, self.components + self.contacts)]
-        ]
+        q, rest, force, _ = self.nodes(pieces[: marks[-1]])
+        nodes = np.concatenate((q, rest[:, : self.masses], force), axis=1)
         return np.concatenate((nodes[:1, :, 0], nodes[marks[1:] - 1, :, STAGES]))
 
     def shown(self, tau: FloatArray) -> FloatArray:
@@ -224,9 +222,8 @@ class Integrated(Flow):
             return np.asarray(np.einsum("mi,mci->c", weight, flows))
 
         put_in = total((push * f + lead * df) * v).sum()
-        lost = (
-            total(v * np.einsum("ab,mbi->mai", damping, v)).sum() + total(bare * (speed + follow[:, None] * df)).sum()
-        )
+        lost = total(bare * (speed + follow[:, None] * df)).sum()
+        lost += total(v * np.einsum("ab,mbi->mai", damping, v)).sum()
         found = {
             "input": put_in,
             "gap": put_in - lost,

@@ -1,6 +1,6 @@
 """A sampled base motion under any laws, by either flow: what is carried between samples, and accounted for."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import ceil, inf
 from typing import Any
 
@@ -45,20 +45,19 @@ def carry(
     time, cubics = drive_of(base, parts, acceleration=frame.follows_base)
     if exact and frame.follows_base:
         feel_acceleration(flow.systems)
-    system, n = flow.systems[0], flow.masses
-    push = np.array([system["push"][:n] @ cubics[:, k : k + 2].T for k in (0, 1)])  # forces on the masses, their slopes
+    system, n, rms = flow.systems[0], flow.masses, [0.0, 0.0]
     if isinstance(flow, Integrated):
+        push = np.array([system["push"][:n] @ cubics[:, k : k + 2].T for k in (0, 1)])  # on the masses, and its slope
+        rms = [float(np.sqrt(2.0 * np.max(x**2 @ np.diff(time)) / (time[-1] - time[0]))) for x in push]
         size, rate, law = float(np.abs(push[0]).max()), float(np.abs(base.motion[1]).max()), flow.law
         law["scale"][:n], law["scale"][n : 2 * n] = min(size, 1.0), min(size, max(rate, 1e-3 * size))
         law["force"], law["first"] = size, LONGEST
     system["harmonics"], found = 0, np.zeros((len(time), 2 * n + flow.contacts))
-    passed = list(_passed(flow, time, cubics, flow.rest_at(q, v, float(cubics[0, 0])), found, kept=accounted))
+    passed = _passed(flow, time, cubics, flow.rest_at(q, v, float(cubics[0, 0])), found, kept=accounted)
+    account = _account(flow, frame, base, found, passed, rms) if accounted else {}
+    list(passed)  # if nothing is accounted for, it is carried here
     q, v, force = np.split(found[::parts], (n, 2 * n), axis=1)
-    motion = {"displacements": q, "velocities": v, "contact_forces": force}
-    if not accounted:
-        return motion
-    rms = [float(np.sqrt(2.0 * np.max(x**2 @ np.diff(time)) / (time[-1] - time[0]))) for x in push]
-    return motion | _account(flow, frame, base, found, passed, rms)
+    return {"displacements": q, "velocities": v, "contact_forces": force} | account
 
 
 def _passed(
@@ -68,17 +67,14 @@ def _passed(
 
     Beside them: when the sampling interval of each began, and under what cubic.
     """
-    works, done, made, left, steps = flow.workspace(), 0, 0, inf, isinstance(flow, Integrated)
+    works, done, made, steps = flow.workspace(), 0, 0, isinstance(flow, Integrated)
+    left = float(ALLOWED) if steps else inf
     count = 256 + 2 * min(len(cubics), CHUNK) if kept or steps else 0
     while done < len(cubics):
         flow.put(works, state)
         part, whole = slice(done, done + CHUNK), slice(done, done + CHUNK + 1)
-        pieces, marks, left = (
-            np.empty((count, flow.width)),
-            np.zeros(len(time[whole]), np.int64),
-            ALLOWED if steps else inf,
-        )
-        reached, code = travel(flow.systems, works, pieces, time[whole], cubics[part], found[whole], marks, float(left))
+        pieces, marks = np.empty((count, flow.width)), np.zeros(len(time[whole]), np.int64)
+        reached, code = travel(flow.systems, works, pieces, time[whole], cubics[part], found[whole], marks, left)
         if code == MISSING:
             made = flow.made(works, made)
         elif code != DONE:
@@ -96,12 +92,15 @@ def _passed(
 
 
 def _account(
-    flow: Flow, frame: Structure, base: BaseRecord, found: FloatArray, passed: Sequence[Any], rms: Sequence[float]
+    flow: Flow, frame: Structure, base: BaseRecord, found: FloatArray, passed: Iterator[Any], rms: list[float]
 ) -> dict[str, Any]:
     """Return what a motion does in all; `rms`: of the largest force that drives, and of its slope, times sqrt(2)."""
-    system, n, contacts, stored = flow.systems[0], flow.masses, flow.contacts, _stored(flow, frame, base, found[-1])
+    system, n, contacts, parts, stored = flow.systems[0], flow.masses, flow.contacts, [], np.zeros(flow.contacts)
     seen_of: Any = _seen_of_steps if isinstance(flow, Integrated) else _seen_of_pieces
-    sums, seen = zip(*(seen_of(flow, *part) for part in passed), strict=True)
+    for part in passed:
+        stored = _stored(flow, frame, base, found[-1])  # before what is at hand is written over; the last one counts
+        parts.append(seen_of(flow, *part))
+    sums, seen = zip(*parts, strict=True)
     put_in, gap, lost = (sum(float(part[name]) for part in sums) for name in ("input", "gap", "frame"))
     work_done, dashpots, paths = (
         sum(part[name][:contacts] for part in sums) for name in ("contact", "dashpot", "path")
