@@ -175,7 +175,10 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
 
 def _of_settling(layout: Layout, settled: float | None, transient: float) -> Iterator[str]:
     if settled is None and len(layout) >= FEW_CYCLES:
-        yield "transient_s: the motion had not settled by the end of the recording: record longer"
+        yield (
+            "transient_s: the motion had not settled by the end of the recording: numbers are of the part from"
+            f" {transient:.3g} s on: record longer"
+        )
     elif settled is not None and len(layout) >= FEW_CYCLES and settled > transient + 1.0 / layout.drive.frequency:
         yield f"transient_s: the motion settled only at {settled:.3g} s, not {transient:g}: --transient {settled:.3g}"
 
@@ -186,8 +189,14 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     share, size = float(np.var(layout.mass.mean(axis=0))) / power, answer.size
     if share < 0.5 and len(layout) >= FEW_CYCLES:
         yield f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with it: check the column"
-    growth = steadiness.growth(answer.series.amplitude, least=0.005)
-    if growth and layout.duration < steadiness.LONG_S:  # a longer test has a trend
+    growth, by_energy = (steadiness.growth(s, least=0.005) for s in (answer.series.amplitude, answer.series.energy))
+    if layout.duration >= steadiness.LONG_S and (growth or by_energy):
+        name, change = ("response_amplitude", growth) if abs(growth) > abs(by_energy) else (ENERGY, by_energy)
+        yield (
+            f"{name}: drifts by {100 * change:+.2g} % from the first cycle to the last: friction changes, and all"
+            f" means are of the whole part measured, {layout.time[0]:.4g} to {layout.end[-1]:.4g} s"
+        )
+    elif growth:
         yield (
             f"response_amplitude: drifts by {100 * growth:+.2g} % from the first cycle to the last: the contact wears,"
             " or the sensor's gain changes: compare --cycles last and all"

@@ -10,20 +10,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictionlab.analysis import cycles, spectrum
-from frictionlab.analysis.signals import Stretch, line, variance_inflation, white_noise
+from frictionlab.analysis.signals import Stretch, line, variance_inflation, variance_of_mean, white_noise
 from frictionlab.arrays import FloatArray, IntArray, runs
 
 OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its middle, over the whole change
 LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
+MEMORY_S = 60.0  # no frame of a laboratory remembers its start for longer
+LEFT = 5e-4  # of the motion: a decay that changes it by less is none
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
 
 def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | None]:
     """Until when to cut, and when the motion of a recording's parts has settled, s from ``begin``; None: it has not.
 
-    Mass and base repeat from cycle to cycle then: cycles of all parts are compared on a coarse grid with the mean of
-    the last quarter; medians of five, so that single irregular cycles are no transient. At most half is cut; what
-    repeats in the last third alone has not settled.
+    Mass and base repeat from cycle to cycle then, or drift: cycles of all parts are compared on a coarse grid with the
+    mean of the last quarter, of a long test with their own drift; medians of five, so that single irregular cycles are
+    no transient. At most half is cut; what repeats in the last third alone has not settled.
     """
     longest = max(parts, key=lambda part: len(part.base), default=None)
     if longest is None or len(longest.base) < 64 or not float(np.ptp(longest.base)) > 0.0:
@@ -36,24 +38,54 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
     if n < 8:
         start = 0.0 if n < 4 else float(starts[1])
         return start, start
-    latest = 0
+    window = int(n * MEMORY_S / (last - first)) if last - first >= LONG_S else n // 3
+    found = list[tuple[int, bool]]()
     for name in ("mass", "base"):
         signals = [getattr(part, name) for part in parts]
         rows = np.concatenate([cycles.fold(s, c.start, c.end, 64) for s, c in zip(signals, cuts, strict=True)])
         rows -= rows.mean()
-        tail = rows[-max(4, len(rows) // 4) :]
-        final = tail.mean(axis=0)
-        size, noise = max(float(final.std()), 1e-300), white_noise(getattr(longest, name))
-        squares = [np.mean((rows[some] - final) ** 2, axis=1) for some in cycles.chunks(*rows.shape)]
-        away = np.sqrt(np.concatenate(squares)) / size  # rms distance of each cycle from the final one
-        limit = max(3.0 * float(np.median(away[-len(tail) :])), 6.0 * noise / size, 0.005)
-        usual = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(away, 2, mode="edge"), 5), axis=1)
-        outside = (usual > limit).astype(np.float64)
-        share = np.cumsum(outside[::-1])[::-1] / np.arange(len(outside), 0, -1)  # of the cycles from each on
-        settled = np.flatnonzero((share <= 0.02) & (outside == 0.0))  # of the cycles after it may be farther off
-        latest = max(latest, int(settled[0]) if len(settled) else n)
+        found.append(_settled(rows, window, white_noise(getattr(longest, name))))
+    latest = max(first for first, _ in found)
     start = float(np.append(starts, math.inf)[latest]) if latest else 0.0
-    return min(0.5 * (first + last), start), start if 3 * latest <= 2 * n else None
+    return min(0.5 * float(first + last), start), start if all(seen for _, seen in found) else None
+
+
+def _settled(rows: FloatArray, window: int, noise: float) -> tuple[int, bool]:
+    """The first of the cycles (n, p) from which on they repeat, n: none does; whether that has been seen.
+
+    A transient does not outlast three windows; what goes on for more is a drift: a cycle is compared with the line
+    through the second and third window after it. From the first one on the three windows, or thirds, must not show a
+    decay (a drift is as strong in the last): summed over all cycles it is seen long after single cycles hide it.
+    """
+    n, far = len(rows), 3 * window
+    tail = rows[-max(4, n // 4) :]
+    final, squares = tail.mean(axis=0), list[FloatArray]()
+    size = max(float(final.std()), 1e-300)
+    sums = np.cumsum(np.pad(rows, ((1, 0), (0, 0))), axis=0) if n > far + 2 else None
+    for some in cycles.chunks(*rows.shape):
+        if sums is not None:
+            cycle = np.arange(n)[some]
+            at = np.minimum(cycle, n - far)
+            second, third = ((sums[at + k * window] - sums[at + (k - 1) * window]) / window for k in (2, 3))
+            final = second + (second - third) * ((at - cycle) / window + 1.5)[:, None]
+        squares.append(np.mean((rows[some] - final) ** 2, axis=1))
+    away = np.sqrt(np.concatenate(squares)) / size  # rms distance of each cycle from the final one
+    limit = max(3.0 * float(np.median(away[-len(tail) :])), 6.0 * noise / size, 0.005)
+    usual = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(away, 2, mode="edge"), 5), axis=1)
+    outside = (usual > limit).astype(np.float64)
+    share = np.cumsum(outside[::-1])[::-1] / np.arange(n, 0, -1)  # of the cycles from each on
+    settled = np.flatnonzero((share <= 0.02) & (outside == 0.0))  # of the cycles after it may be farther off
+    first = repeats = int(settled[0]) if len(settled) else n
+    while (length := min(window, (n - first) // 3)) >= 4:
+        three = rows[first : first + 3 * length].reshape(3, length, -1)
+        change = three[0].mean(axis=0) - three[2].mean(axis=0)
+        along = three @ (change / max(float(np.linalg.norm(change)), 1e-300))
+        early, late = -np.diff(along.mean(axis=1))
+        error = math.sqrt(variance_of_mean(line(np.arange(length, dtype=np.float64), along[2])[1]))
+        if float(change.std()) < LEFT * size or early - 1.15 * late < 5.0 * error:
+            break
+        first += max(1, length // 16)
+    return first, 3 * repeats <= 2 * n and (first == repeats or length >= 4)
 
 
 def growth(series: FloatArray, *, least: float = 1e-3) -> float:

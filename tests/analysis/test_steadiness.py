@@ -31,6 +31,32 @@ def test_a_drive_that_starts_late_is_part_of_the_transient() -> None:
     assert 11.0 < steadiness.transient([Stretch(0.0, 0.004, 0.5 * base, base)], 0.0)[0] < 15.0
 
 
+@pytest.mark.parametrize("per_hour", [-0.5, -0.05, 0.2, 0.5])
+@pytest.mark.parametrize("seconds", [300.0, 900.0, 1800.0])
+def test_a_drift_to_the_end_is_no_transient(seconds: float, per_hour: float) -> None:
+    """Of 900 s half was cut, as not settled: friction that wears, its start-up over after 5.3 times 3 s."""
+    t = np.arange(0.0, seconds, 0.01)
+    wear, rng = per_hour * t / 3600.0, np.random.default_rng(7)
+    mass = (1 - wear) * np.sin(2 * np.pi * t + wear * (1 - wear)) + np.exp(-t / 3.0) * np.cos(19.7 * t)
+    mass, base = (1e-3 * x + 1e-6 * rng.standard_normal(len(t)) for x in (mass, np.cos(2 * np.pi * t)))
+    start, settled = steadiness.transient([Stretch(0.0, 0.01, mass, base)], 0.0)
+    assert 13.0 < start < 30.0
+    assert settled == start
+
+
+def test_a_free_vibration_that_repeats_with_the_drive_is_part_of_the_transient() -> None:
+    """At r = 1/2 it looks alike in every cycle: from 13 s on it moved the mean cycle by 2.5 standard errors."""
+    rng, size, time = np.random.default_rng(8), 0.013, 13.0
+    for seconds in (40.0, 80.0):
+        t = np.arange(0.0, seconds, 0.004)
+        base, free = np.cos(3 * np.pi * t), size * np.exp(-t / time) * np.cos(6 * np.pi * t)
+        mass, base = (1e-3 * x + 1e-6 * rng.standard_normal(len(t)) for x in (np.sin(3 * np.pi * t) + free, base))
+        start, settled = steadiness.transient([Stretch(0.0, 0.004, mass, base)], 0.0)
+        assert settled is not None
+        assert start == pytest.approx(min(settled, seconds / 2))
+        assert 0.4e-3 < size * math.exp(-settled / time) < 2.5e-3
+
+
 def test_of_a_motion_that_never_settles_half_is_left() -> None:
     t = np.arange(0.0, 40.0, 0.004)
     base = np.cos(2 * np.pi * t)
