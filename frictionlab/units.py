@@ -31,6 +31,9 @@ QUANTITIES: dict[str, dict[str, float]] = {
         "N": 1.0,
         "mN": 1e3,
         "uN": 1e6,
+        "nN": 1e9,
+        "cN": 1e2,
+        "daN": 0.1,
         "kN": 1e-3,
         "MN": 1e-6,
         "lbf": _LBF,
@@ -139,7 +142,7 @@ def to_si(values: "NDArray[np.float64]", unit: str) -> "NDArray[np.float64]":
     per_si = QUANTITIES[_QUANTITY[unit]][unit]
     if per_si == 1.0:
         return values
-    exact = {"in": 0.0254, "min": 60.0, "h": 3600.0, "g": 9.80665, "kip": 4448.2216152605, "kN": 1e3}
+    exact = {"in": 0.0254, "min": 60.0, "h": 3600.0, "g": 9.80665, "kip": 4448.2216152605, "kN": 1e3, "daN": 10.0}
     if unit in exact:
         values *= exact[unit]
     else:

@@ -13,7 +13,7 @@ import numpy as np
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import FURTHER, LASERS, LogOptions
-from frictionlab.units import LENGTH, TIME, VOLTS, known_unit, quantity_of, split_unit
+from frictionlab.units import LENGTH, TIME, UNIT, VOLTS, known_unit, quantity_of, split_unit
 
 if TYPE_CHECKING:
     from frictionlab.logs.layouts import LogLayout
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _TIME = re.compile(
     r"t|x_value|elapsed|epoch|date ?time|clock|dt|"
     r"((acquisition|acq|relative|elapsed|epoch|abs|absolute|system|measurement|sample|sampling|log)[ _-]*)?"
-    r"(times?|zeit(en)?|temps|tempo|tiempo|time ?stamps?)([ _-]*\d+)?|(time|zeit|messzeit|timestamp)\b.*|"
+    r"(times?|zeit(en)?|temps|tempo|tiempo|time ?stamps?)([ _-]*\d+)?|(time|(uhr|mess)?zeit|timestamp)\b.*|"
     r"sekunden|seconds|millis(econds)?",
     re.IGNORECASE,
 )
@@ -37,6 +37,12 @@ _RELATIVE = re.compile(r"(.*[\W_])?(rel|relative|relativ)(\d*[\W_].*)?\d*|x ?[-â
 _NUMBERED = re.compile(r"(?:.*[\W_])?(?:mass|masse|massa|m|x)[ _-]?(\d{1,2})(?:[\W_].*)?", re.IGNORECASE)
 _NORMAL = re.compile(r"fn|fz|n|.*(normal|load|clamp|preload|anpress).*", re.IGNORECASE)
 _FRICTION = re.compile(r"f|ft|fx|fr|.*(friction|tangential|lateral|force|kraft|reib).*", re.IGNORECASE)
+_SAYS = re.compile(  # what a column holds, by the words of its name
+    r"(?P<force>force|kraft|reib|friction|tangential|\bnormal|\bload\b)|(?P<torque>torque|dreh?moment|\bmoment\b)"
+    r"|(?P<acceleration>accel|\bacc\b|beschleunig)|(?P<velocity>velocity|geschwindig)|(?P<angle>\bangle|winkel)",
+    re.IGNORECASE,
+)
+_GROUPED = re.compile(r"\s*[-+]?\d{1,3}(?:(?:\.\d{3})+,|(?:,\d{3})+\.)\d+\s*", re.ASCII)
 _CALIBRATE = "; for volts say what one is, --units 'mass=5 mm/V,base=5 mm/V'"
 _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 
@@ -144,7 +150,9 @@ def assign(
     lone = lone and not candidates(columns, "time")
     # beside other channels, a bare number is a length only where its name says whose
     sure = [c for c in columns if not more or c.unit in LENGTH or candidates([c], "mass") or candidates([c], "base")]
-    found = _with_displacements(sure, found, options, roles, file, alone=bool(more) or lone)
+    found = _with_displacements(sure, found, options, roles, log, alone=bool(more) or lone)
+    _refuse_grouped(log, list(found.values()))
+    warnings += _not_taken(_left(columns, found)) if further else []
     found = {role: layout.columns[column.index] for role, column in (found | more).items()}
     if layout.time_of and "time" not in found:  # each channel's own, where the user named none: the first one's is time
         own = [(role, layout.time_of.get(column.index)) for role, column in found.items()]
@@ -154,6 +162,33 @@ def assign(
             of_others = {f"{role}_time": layout.columns[index] for role, index in others}
             found = {"time": layout.columns[first]} | found | of_others
     return found, warnings
+
+
+def _refuse_grouped(log: "OpenLog", columns: Sequence[LogColumn]) -> None:
+    """Refuse marks between thousands in these columns: 1.027 may be either."""
+    for cells in log.rows(400):
+        for column in columns:
+            if _GROUPED.fullmatch(cells[column.index]):
+                raise LogError(
+                    f"{log.path.name}: column {column} has marks between thousands: expected plain numbers; got"
+                    f" {cells[column.index].strip()!r}: write the log without them"
+                )
+
+
+def _not_taken(columns: Sequence[LogColumn]) -> list[str]:
+    """Sentences of columns left over whose names say a quantity that their units do not."""
+    said = []
+    for column in columns:
+        word = _SAYS.search(column.name)
+        if word is None or quantity_of(column.unit) not in ("", "voltage"):
+            continue
+        quantity = str(word.lastgroup)
+        role = channel_named(replace(column, unit=UNIT[quantity])) or f"mass_{quantity}"
+        said.append(
+            f"column {column} is not taken: by its name a {quantity}, by its unit none; if it is one, give"
+            f" {_flag(role)} {column.index + 1} --units {role}={UNIT[quantity]}"
+        )
+    return said
 
 
 def _contradicted(log: "OpenLog", time: LogColumn | None, rate: float) -> list[str]:
@@ -252,11 +287,12 @@ def _with_displacements(
     found: dict[str, LogColumn],
     options: LogOptions,
     roles: Sequence[str],
-    file: str,
+    log: "OpenLog",
     *,
     alone: bool,
 ) -> dict[str, LogColumn]:
     """The columns of these roles; ``alone``: one of them, or none, will do."""
+    file = log.path.name
     times = candidates(columns, "time")
     fits = [c for c in _left(columns, found) if is_displacement(c) and c not in times]
     for role in roles:
@@ -266,13 +302,14 @@ def _with_displacements(
     left = _left(fits, found)
     if len(left) == 1 and (len(missing) == 1 or (missing and alone)):
         found[missing[0]] = left[0]
-    elif missing and left:
-        raise _unassigned(left, file, found.get("time"))
-    elif missing and not alone:
+    elif missing and (left or not alone):
+        _refuse_grouped(log, log.layout.columns)
+        if left:
+            raise _unassigned(left, file, found.get("time"))
         others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
         raise LogError(
             f"{file}: no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
-            "give --mass, --base and --unit, or --mass-log and --base-log if there is one file per sensor"
+            "correct the units in the log's head, or give --mass-log and --base-log if there is one file per sensor"
             + (_CALIBRATE if any(c.unit in VOLTS for c in columns) else "")
         )
     mass = found.get("mass")

@@ -55,10 +55,29 @@ def test_units_in_capitals_and_without_brackets_are_read_and_what_may_be_two_is_
     found = read_log(log(tmp_path, **{"TIME [S]": T, "TORQUE [NM]": X, "ANGLE [DEG]": X, "friction force / kN": FORCE}))
     np.testing.assert_allclose(found.torque, X, atol=1e-8)
     np.testing.assert_allclose(found.contact_force, 1e3 * FORCE, atol=1e-5)
-    with pytest.raises(LogError, match=r"no column for mass and base: .*in NM, .*: give --mass, --base and --unit"):
+    with pytest.raises(LogError, match=r"no column for mass and base: .*in NM, .*: correct the units in"):
         read_log(log(tmp_path, **{"t [s]": T, "M1 [NM]": X, "M2 [NM]": X}))
     with pytest.raises(ValueError, match="each with its unit"):
         LogOptions(units="mass=1.2.3 mm/V")
+
+
+@pytest.mark.parametrize(
+    ("unit", "size"), [("cN", 1e-2), ("daN", 10.0), ("nN", 1e-9), ("MN", 1e6), ("parsec", 0.0), ("V", 0.0)]
+)
+def test_a_normal_force_in_any_unit_is_read_or_named(unit: str, size: float, tmp_path: Path) -> None:
+    """In cN it was dropped without a word, and the coefficient rested on the scene's normal force."""
+    path = log(tmp_path, **{"t [s]": T, "mass [mm]": X, "base [mm]": X, f"normal [{unit}]": FORCE, "index": T})
+    recording = read_log(path)
+    said = recording.source.warnings
+    if size:
+        assert not said
+        np.testing.assert_allclose(recording.normal_force, size * FORCE, atol=1e-8 * size)
+    else:
+        assert "normal_force" not in recording.measured()
+        assert ["(4 --units normal_force=N)" in f"({w.partition('--normal-force ')[2]})" for w in said] == [True]
+        assert read_log(
+            path, LogOptions(normal_force=4, units="normal_force=2 N/V" if unit == "V" else "normal_force=N")
+        )
 
 
 def test_a_log_without_displacements_is_a_recording_that_says_what_it_lacks(tmp_path: Path) -> None:

@@ -63,6 +63,20 @@ def test_a_column_called_epoch(tmp_path: Path) -> None:
     assert_is_the_motion(read_log(log(tmp_path / "a.csv", "epoch,x [mm],y [mm]", stamps, shown(X), shown(Y))))
 
 
+def test_a_german_clock_and_marks_between_thousands(tmp_path: Path) -> None:
+    """The cause of the second was said only once mass, base and decimal mark had been given."""
+    clocks = [m.strftime("%H:%M:%S,%f") for m in MOMENTS]
+    x, y = ([text.replace(".", ",") for text in shown(values)] for values in (X, Y))
+    assert_is_the_motion(
+        read_log(log(tmp_path / "a.csv", "Uhrzeit;Masse [mm];Basis [mm]", clocks, x, y, separator=";"))
+    )
+    grouped = [f"{1e3 * v:,.2f}".translate(str.maketrans(",.", ".,")) for v in X]
+    path = log(tmp_path / "b.csv", "Zeit/ms;Masse/um;Basis/um", shown(1e3 * T, "{:.0f}"), grouped, y, separator=";")
+    for options in (LogOptions(), LogOptions(mass=2, base=3), LogOptions(mass=2, base=3, decimal=",")):
+        with pytest.raises(LogError, match=r"column 2 .*has marks between thousands: .*got '-?\d\.\d{3},"):
+            read_log(path, options)
+
+
 def test_a_log_without_names_is_asked_about_once(tmp_path: Path) -> None:
     path = log(tmp_path / "a.csv", "", shown(T), shown(X), shown(Y))
     with pytest.raises(LogError, match=r"\(time is 1\): give --mass 2 --base 3, or --mass 3 --base 2.* and --unit"):
