@@ -218,7 +218,8 @@ def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
     if 0.5 * tone.amplitude**2 < 0.2 * variance:
         raise AnalysisError(
             f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"
-            f" {50 * tone.amplitude**2 / variance:.2g} % of its power; expected a periodic base: check the base column"
+            f" {50 * tone.amplitude**2 / variance:.2g} % of its power in {len(longest.base) * longest.step:.3g} s;"
+            " expected two cycles of a periodic base at least: shorten transient_s, or check the base column"
         )
     noise = white_noise(longest.base)
     cut = cycles.cut(longest.base, tone.frequency * longest.step, noise=noise)

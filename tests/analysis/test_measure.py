@@ -129,6 +129,8 @@ def test_what_has_no_measurement_is_refused() -> None:
         measure(Recording(t, np.sin(t), np.ones(len(t))), scene(transient=5.0))
     with pytest.raises(AnalysisError, match="no drive: the strongest line of the base motion"):
         measure(Recording(t, np.sin(t), noise), scene(transient=5.0))
+    with pytest.raises(AnalysisError, match=r"in 1\.5 s; expected two cycles .*: shorten transient_s"):
+        measure(Recording(t, np.sin(t), np.cos(1.2 * t)), scene(transient=28.5))
     with pytest.raises(AnalysisError, match="at least one full cycle"):
         measure(Recording(t[:600], np.sin(t[:600]), np.cos(t[:600])), scene(transient=0.0))
 
