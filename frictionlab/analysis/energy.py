@@ -17,7 +17,7 @@ from frictionlab.analysis.cycles import some_cycles
 from frictionlab.analysis.signals import variance_of_mean
 from frictionlab.arrays import FloatArray, shifted
 from frictionlab.estimate import NOT_KNOWN, Estimate
-from frictionlab.uncertainty import Sources
+from frictionlab.uncertainty import Sources, unit_uncertainty
 
 if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
@@ -126,11 +126,12 @@ def by_load_cell(
     inertia_kg: float,
     wall_moves: bool,
     has_metres: bool,
+    one_way: bool,
 ) -> MeasuredFriction:
     """Measure friction by the channel of force or torque, if there is one.
 
     ``joules``: k Y^2; ``normal_force_n``: of this test, where no channel has it; ``inertia_kg``: mass between sensor
-    and contact.
+    and contact; ``one_way``: the contact slides one way, so that the mean of the force is no offset.
     """
     name = next((name for name in channels.FORCES if name in layout.more), None)
     if name is None or answer.is_stuck:
@@ -165,11 +166,12 @@ def by_load_cell(
     gain, pressed = sources.mass_gain, float(normal[used].mean())
     energy = (mean_over(each, used) if has_metres or is_torque else NOT_KNOWN).with_relative(math.sqrt(2.0) * gain)
     force, coefficient = over(way).with_relative(gain), over(way * normal).with_relative(math.hypot(gain, u_normal))
+    of_unit = math.hypot(sources.stiffness, 2.0 * unit_uncertainty(sources), math.sqrt(2.0) * gain)
     single = at_contact(rows[some_cycles(len(rows))])
     return MeasuredFriction(
         name=name,
-        means=ByForce(energy.over(joules), energy, force, coefficient),
-        cycle=at_contact(rows[used].mean(axis=0)),
+        means=ByForce(energy.over(joules).with_relative(of_unit), energy, force, coefficient),
+        cycle=at_contact(rows[used].mean(axis=0)) + (float(rows[used].mean()) if one_way else 0.0),
         cell=None if is_torque else LoadCell(single, pressed if math.isfinite(pressed) else None, is_measured),
         turned=turned,
     )

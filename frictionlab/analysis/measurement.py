@@ -135,7 +135,10 @@ class Measurement(Result):
 
     force_energy_per_cycle = Flat("force_energy")
     force_energy_per_cycle_j = Flat("force_energy_j")
+    force_energy_per_cycle_u = Flat("force_energy", "u")
+    force_energy_per_cycle_j_u = Flat("force_energy_j", "u")
     measured_friction_force_n = Flat("measured_force")
+    measured_friction_force_n_u = Flat("measured_force", "u")
     measured_friction_coefficient = Flat("measured_coefficient")
     measured_friction_coefficient_u = Flat("measured_coefficient", "u")
 
@@ -198,12 +201,14 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     filtered = cycle.mass_smooth, drive.frequency, of_mass
     cut = 0.0 if answer.is_stuck else channels.cut_away(*filtered, friction=slides, r=r)
     means, budget = _budgeted(cycle, means, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
+    slides_one_way = any(part.one_way for part in parts)
     friction = energy.by_load_cell(
         *(layout, answer, used, sources, joules),
         normal_force_n=normal_force_of(recording, scene),
         inertia_kg=scene.sensors.force_inertia_kg,
         wall_moves=wall_moves,
         has_metres=scene.rig.radius_m is not None or not channels.is_angular(recording.measured()),
+        one_way=slides_one_way,
     )
     taken = energy.taken_by_the_frame(cycle.mass_smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
     warnings += doubts.warnings(
@@ -238,7 +243,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         traces=traces(layout, answer.found, used),
         budget=budget,
         sources=sources,
-        slides_one_way=any(part.one_way for part in parts),
+        slides_one_way=slides_one_way,
     )
 
 

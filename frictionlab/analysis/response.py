@@ -222,7 +222,8 @@ class Cycle:
     ``kept`` (p // 2,): how much of the mass's harmonics 1 to p // 2 its filter leaves once it is taken back;
     ``each`` (n, K): complex amplitudes of harmonics 1 to K of x/Y in single steady cycles, up to 400 of them evenly
     chosen: how far one cycle may be from another;
-    ``force`` (p,) N (a torque: N m): at the contact, about its mean, known inertia taken off; None: not measured;
+    ``force`` (p,) N (a torque: N m): at the contact, about its mean unless it slides one way, known inertia taken off;
+    None: not measured;
     ``cell``: the same of single cycles;
     ``others``: the masses from the second on, of a frame of several.
     """

@@ -5,6 +5,7 @@ from dataclasses import asdict, fields
 from functools import partial
 from math import degrees, hypot, pi
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING, Any, Literal
 
 import typer
@@ -34,6 +35,7 @@ PARAMETERS = {
     "upper": "upper 95 %",
 }
 PARTS = ("parameters", "nuisances")
+APART, SURE = 0.01, 5.0  # of the median frequency, and standard errors: a tap farther off is of another frame
 DRAWN = ("time", "measured", "fitted", "unit")  # of a tap: no part of its row
 MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
 
@@ -200,6 +202,7 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     rows = work.rows(paths, partial(_tapped, scene=scene), "free vibration", places, force=work.force, silent=True)
     taps = [tap for row in rows for tap in _each(row.get("_taps"))]
     means = averages(taps)  # before the first line of --json
+    _warn_of_taps_apart(rows)
     if work.as_json:
         over_all = {f"mean_{name}": value for name, value in _numbers(means, spread=True).items()}
         screen.report_rows(({**row, **over_all} if "taps" in row else row for row in rows), as_json=True)
@@ -244,6 +247,20 @@ def _tapped(file: Path, *, scene: "Scene") -> Made:
         "_taps": taps,
     }
     return row, {"free_vibration": taps}
+
+
+def _warn_of_taps_apart(rows: Iterable[Any]) -> None:
+    """Warn, in their rows, of taps whose frequency is far from that of the others: their average is of no frame."""
+    every = [(row["warnings"], tap) for row in rows for tap in _each(row.get("_taps"))]
+    middle = median(tap.natural_frequency_hz for _, tap in every) if every else 0.0
+    for warnings, tap in every:
+        off = tap.natural_frequency_hz - middle
+        if abs(off) > max(APART * middle, SURE * tap.natural_frequency_hz_se):
+            warnings.append(
+                f"natural_frequency_hz: the tap at {tap.start_s:.4g} s, {tap.natural_frequency_hz:.4g} Hz, is"
+                f" {abs(100.0 * off / middle):.2g} % {'below' if off < 0.0 else 'above'} the median of all"
+                f" {len(every)} taps, far more than its error: is it of another mass or frame? average it by itself"
+            )
 
 
 def _numbers(means: "dict[str, Average]", *, spread: bool = False) -> dict[str, float | None]:

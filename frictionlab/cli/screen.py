@@ -121,8 +121,8 @@ _FIRST = (word("r", RATIO, 6, ".3f"), *_both("mJ", "kY²", "E", ENERGY, _millijo
 MEASURED = (
     *(*_FIRST, *_both("mm", "Y", "X", AMPLITUDE, _millimetres)),
     *(word("stops", STOPS, 4), word("regime", REGIME, 5)),
-    Shown("E force [mJ]", lambda row: with_error(row.get(f"force_{ENERGY}_j"), None, 1e3), 6),
-    *(word("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),
+    known("E force [mJ]", f"force_{ENERGY}_j", 6, times=lambda _: 1e3),
+    *(known("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),
 )
 COMPARED = (
     *(*_FIRST, known("beta", "friction_ratio", 4), known("F [N]", "friction_force_n", 8)),

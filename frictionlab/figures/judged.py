@@ -93,9 +93,16 @@ def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
         [above], [below] = figure.subfigures(2, 1, squeeze=False, height_ratios=(2.9, ladder))
         label = "load cell" if contact.is_measured else "recovered from the motion"
         looks = {"label": label, **style.LINES["measured"]}, {"label": contact.law, "color": style.PREDICTED, "lw": 1.0}
-        for ax, over_speed in zip(above.subplots(1, 2), (False, True), strict=True):
-            draw_force(contact, ax, *looks, over_speed=over_speed)
-        above.axes[0].legend(loc="center", fontsize=style.SMALL)
+        if contact.is_one_way:
+            ax, newtons = above.subplots(), contact.unit_n or 1.0
+            for force, look in zip((contact.force, contact.law_force), looks, strict=True):
+                if force is not None:
+                    ax.plot(contact.tau / style.TURN, newtons * style.unfolded(force, contact.velocity), **look)
+            ax.set(xlabel=style.ONE_WAY, ylabel="force of the contact [N]")
+        else:
+            for ax, over_speed in zip(above.subplots(1, 2), (False, True), strict=True):
+                draw_force(contact, ax, *looks, over_speed=over_speed)
+        above.axes[0].legend(loc="upper right" if contact.is_one_way else "center", fontsize=style.SMALL)
         if contact.laws:
             left, misfit, evidence = below.subplots(1, 3, width_ratios=WIDTHS)
             _draw_ladder(contact, misfit, evidence)
@@ -130,12 +137,13 @@ def _draw_residual(contact: ContactForce, ax: Axes) -> None:
         label = "standard error of the mean cycle" if edge > 0.0 else None
         ax.axhline(unit * edge, color=style.GREY, lw=0.8, ls=":", label=label)
     if contact.residual is not None:
-        ax.plot(turns, unit * contact.residual, color=style.MEASURED, lw=1.0)
-    if contact.law_velocity is not None:
+        left = style.unfolded(contact.residual, contact.velocity) if contact.is_one_way else contact.residual
+        ax.plot(turns, unit * left, color=style.MEASURED, lw=1.0)
+    if contact.law_velocity is not None and not contact.is_one_way:
         stops = np.abs(contact.law_velocity) < STILL
         ax.fill_between(turns, 0, 1, where=stops, transform=above, color=style.GREY, alpha=0.2, lw=0)
     ax.set(
-        xlabel="drive cycle, ωt / 2π (stops shaded)",
+        xlabel=style.ONE_WAY if contact.is_one_way else "drive cycle, ωt / 2π (stops shaded)",
         ylabel=f"measured - predicted [{'N' if contact.is_measured else 'µm'}]",
         xlim=(0, 1),
     )

@@ -7,14 +7,15 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from frictionlab.analysis.cycles import some_cycles
 from frictionlab.analysis.free_vibration import FreeVibration
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.arrays import FloatArray
 from frictionlab.figures import style
 from frictionlab.inference.comparison import WholeRecord
 from frictionlab.recording import Recording
 
 ZOOM = 3  # periods of the drive that the zoom shows
-FLAT = 0.01  # relative: friction is drawn over at least so much up and down
 MANY = 200  # periods, beyond which points are drawn small
 LAST_S = 5.0  # of a recording, shown by themselves
 TAPS = 3  # whose numbers stand above their figure
@@ -35,9 +36,11 @@ def recording_figure(recording: Recording, name: str = "") -> Figure:
 def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
     """Response, spectrum, loops and a measured force, with the numbers above each; ``name`` stands above them.
 
-    A motion that is given has no loop over a base.
+    A motion that is given has no loop over a base; where it goes one way the force alone is drawn.
     """
     m, traces, force = measurement, measurement.traces, measurement.cycle.force
+    if m.slides_one_way and force is not None:
+        return _one_way_figure(m, force, name)
     ratio = "r unknown" if m.frequency_ratio is None else f"r = {m.frequency_ratio:.6g}"
     index = "unknown" if m.irregularity_index is None else f"{m.irregularity_index:.2g}"
     with style.drawing(5.2 if force is None else 7.4, name or m.source, m.warnings) as figure:
@@ -63,6 +66,29 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
                 ax.plot(unit * style.closed(way), style.closed(force), color=style.MEASURED)
                 ax.locator_params(axis="x", nbins=5)
             figure.axes[-2].set_title(f"friction force {m.measured_force} N")
+    return figure
+
+
+def _one_way_figure(m: Measurement, force: FloatArray, name: str) -> Figure:
+    """Friction of each cycle over time where it is in newtons, and the mean cycle of the force (p,)."""
+    velocity, cell = m.cycle.mass_velocity, m.cycle.cell
+    with style.drawing(2.9, name or m.source, m.warnings) as figure:
+        *over_time, over_way = figure.subplots(1, 1 if cell is None else 2, squeeze=False)[0]
+        for ax in over_time if cell is not None else ():
+            each = cell.each @ velocity / np.abs(velocity).sum()
+            ax.plot(m.series.time[some_cycles(len(m.series.time))], each, "o", ms=2, color=style.MEASURED)
+            ax.set(
+                xlabel="time [s]",
+                ylabel="friction force of each cycle [N]",
+                title=f"friction force {m.measured_force} N",
+            )
+            style.flat(ax, each)
+        over_way.plot(m.cycle.tau / style.TURN, style.unfolded(force, velocity), color=style.MEASURED)
+        over_way.set(
+            xlabel=style.ONE_WAY, ylabel=f"measured {'torque [N m]' if cell is None else 'force [N]'}, mean cycle"
+        )
+        if m.measured_coefficient.known:
+            over_way.set_title(f"coefficient {m.measured_coefficient}")
     return figure
 
 
@@ -141,11 +167,7 @@ def record_figure(record: WholeRecord, title: str = "whole record") -> Figure:
         band = (record.cycle_friction - error, record.cycle_friction + error)
         ax.fill_between(time, *band, color=style.PREDICTED, alpha=0.2, lw=0)
         ax.plot(time, record.cycle_friction, color=style.PREDICTED, lw=1.0)
-        if len(record.cycle_friction):
-            middle = float(np.median(record.cycle_friction))
-            ends = [*ax.get_ylim(), middle * (1.0 - FLAT), middle * (1.0 + FLAT)]
-            ax.set_ylim(min(ends), max(ends))  # what changes by less looks as flat as it is
-        ax.ticklabel_format(axis="y", useOffset=False)
+        style.flat(ax, record.cycle_friction)
         ax.set(xlabel="time [s]", ylabel="friction ratio")
         ax = axes["misfit"]
         ax.plot(time, 100 * record.cycle_nrmse, "o-", ms=size, lw=0.8, color=style.PREDICTED)

@@ -36,6 +36,7 @@ from frictionlab.inference.record import RecordObservation, observe_record
 from frictionlab.inference.table import TableObservation, observe_table
 from frictionlab.inference.unknowns import STRAINED, STRONGEST, Unknown
 from frictionlab.inference.verdict import (
+    ANOTHER,
     UNSETTLED,
     base_words,
     better_of,
@@ -60,6 +61,8 @@ NO_ERRORS = (
     "verdict: none, for the table states no error of some numbers (columns amplitude_u, phase_u): errors are those of"
     " the scatter about the law"
 )
+ONE_WAY = "no other law was tried: the contact slides one way at one speed, which shows Coulomb friction alone"
+OF_RECORD = "it is the law that the whole record requires, of those that --law auto tried"
 OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
 MEASURED = ("frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime")
 """What a comparison repeats of its measurement."""
@@ -103,7 +106,7 @@ def compare_record(
         best, climbed = _found(observation, scene, law, None, near=found.values())
         record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
         posterior = _over_time(_as_cycle(cycle.under(best.law()), best), record)
-        by_record = compared(measurement, scene, posterior, None)
+        by_record = compared(measurement, scene, posterior, None, ANOTHER if climbed is None else OF_RECORD)
         comparison = replace(by_record, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
     else:
         record = follow(observation, found.values() | observation.start, fits_start=True)
@@ -280,6 +283,7 @@ def compare_force(
     return _judged(
         *(found, scene, ladder, found.fit.nrmse(), said),
         what="force",
+        step=ONE_WAY if measurement.slides_one_way else ANOTHER,
         floor=observation.floor,
         strained=bool(found.strained),
         facts=strained_facts(found, scene),
@@ -293,12 +297,15 @@ def compare_force(
             *(AtContact(observation.place, velocity, shown), observation.unit_n),
             residual=observation.force - shown,
             is_measured=True,
+            is_one_way=measurement.slides_one_way,
         ),
     )
 
 
-def compared(measurement: Measurement, scene: Scene, found: Posterior, ladder: Ladder | None) -> Comparison:
-    """Return a measured cycle over the prediction of a posterior, diagnosed and judged."""
+def compared(
+    measurement: Measurement, scene: Scene, found: Posterior, ladder: Ladder | None, step: str = ANOTHER
+) -> Comparison:
+    """Return a measured cycle over the prediction of a posterior, diagnosed and judged; ``step``: as of `doubts`."""
     observation = cycle_of(found.tests[0])
     state = observation.solved(found.values(), scene.model.solver)
     predicted, energy, amplitude = observation.shown(state, found.values())
@@ -320,6 +327,7 @@ def compared(measurement: Measurement, scene: Scene, found: Posterior, ladder: L
             *([f"no prediction: {state.outcome}"] if predicted is None else []),
         ],
         what="cycle",
+        step=step,
         floor=observation.floor,
         strained=diagnosis.strained,
         answered=diagnosis.answered,
@@ -360,18 +368,19 @@ def _judged(
     unsettled: bool = False,
     facts: Iterable[str] = (),
     after: Sequence[str] = (),
+    step: str = ANOTHER,
     contact: ContactForce | None = None,
     **more: Any,
 ) -> Comparison:
     """The comparison of an observation that leaves an nrmse over a floor: with its verdict, its doubts, its ladder.
 
     ``what`` is compared, its misfit over ``of``; ``said``, ``after``: sentences before the doubts, and behind
-    them; ``facts``: of sensors and rig, where they strain.
+    them; ``facts``: of sensors and rig, where they strain; ``step``: to take where no ladder was climbed.
     """
     misfit, rows = None if nrmse is None or floor is None else nrmse / floor, _rows(ladder, found, nrmse)
     verdict = verdict_of(misfit, strained=strained, answered=answered, unsettled=unsettled)
     moved = facts if verdict == "strained" else ()
-    warnings = (*said, *moved, *doubts(found, verdict, misfit, ladder, what=what, of=of), *after)
+    warnings = (*said, *moved, *doubts(found, verdict, misfit, ladder, what=what, of=of, step=step), *after)
     words = verdict_in_words(nrmse, misfit, verdict, of="force" if what == "force" else "motion")
     if contact is not None:
         points = {

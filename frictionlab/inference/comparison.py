@@ -93,7 +93,7 @@ class ContactForce:
     ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
     ``unit_m``: Y [m]; ``turn``: omega [rad/s]; ``unit_n``: k Y [N], None where the stiffness is not known; ``said``:
     law and verdict in words; ``warnings``: sentences of the comparison; ``is_measured``: the force and,
-    over its unit, ``residual`` and ``floor`` are a load cell's.
+    over its unit, ``residual`` and ``floor`` are a load cell's; ``is_one_way``: it slides one way, folded.
     """
 
     source: str
@@ -114,6 +114,7 @@ class ContactForce:
     said: str = ""
     warnings: tuple[str, ...] = ()
     is_measured: bool = False
+    is_one_way: bool = False
 
 
 class AtContact(NamedTuple):

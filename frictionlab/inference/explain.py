@@ -150,8 +150,8 @@ def _force(comparison: Comparison) -> dict[str, tuple[float, float | None, str, 
 
 
 def missed(contact: ContactForce | None) -> dict[str, float]:
-    """Rms of what a law misses, over Y: while the contact stands, slides up, slides down, as the law has it."""
-    if contact is None or contact.residual is None or contact.law_velocity is None:
+    """Rms of what a law misses, over Y: while the contact stands, slides up, slides down, by the law; one way: none."""
+    if contact is None or contact.residual is None or contact.law_velocity is None or contact.is_one_way:
         return {}
     speed = contact.law_velocity
     still = np.abs(speed) < STILL
@@ -171,7 +171,8 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
     if c.response_nrmse is None or c.response_floor is None:
         yield 0, "No prediction: this law has no steady state here."
     else:
-        verdict = VERDICTS.get(c.verdict or "", "No law that was tried explains the cycle. The best one")
+        best = "No law that was tried explains the cycle. The best one"
+        verdict = VERDICTS.get(c.verdict or "", best if c.laws else f"{c.law} does not explain the cycle: it")
         noise = f"the measurement's own error is {100 * c.response_floor:.2g} %"
         what = "force" if c.contact is not None and c.contact.is_measured else "motion"
         yield 0, f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the {what} unexplained; {noise}."

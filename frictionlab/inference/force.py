@@ -207,7 +207,7 @@ def observe_force(
     away = np.sqrt(np.mean((cell.each - np.median(cell.each, axis=0)) ** 2, axis=1))
     usual = np.flatnonzero(away <= STRANGE * max(float(np.median(away)), 1e-300))
     strangers = len(cell.each) - len(usual)
-    whole = measurement.cycle.force if not strangers else cell.each[usual].mean(axis=0)
+    whole = measurement.cycle.force if not strangers else cell.each[usual].mean(axis=0) + measurement.cycle.force.mean()
     cycles = _cycles_of(measurement, whole / unit, cell.each[usual] / unit, count, parts)
     known = of_test(measurement) | cycles.facts | {"normal_force": normal}
     return ForceObservation(

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from frictionlab.analysis.channels import low_pass
 from frictionlab.analysis.measurement import measure
 from frictionlab.errors import AnalysisError
+from frictionlab.figures import plot
+from frictionlab.inference.explain import explain
 from frictionlab.logs import read_log
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import Scene, scene_from_tables
@@ -82,6 +84,12 @@ def test_the_uncertainty_of_the_measured_coefficient_covers() -> None:
         m = measure(recording(seen, "mass_displacement", "base_displacement", "contact_force"), declared)
         truth = 0.4 * STIFFNESS * BASE_M / NORMAL_N
         off.append(((m.measured_friction_coefficient or 0.0) - truth) / (m.measured_friction_coefficient_u or 1.0))
+        assert 0.005 < (m.measured_friction_force_n_u or 0.0) / (m.measured_friction_force_n or 1.0) < 0.006
+        for energy, u in (
+            (m.force_energy_per_cycle_j, m.force_energy_per_cycle_j_u),
+            (m.force_energy_per_cycle, m.force_energy_per_cycle_u),
+        ):
+            assert 0.006 < (u or 0.0) / (energy or 1.0) < 0.014
     assert 0.55 < float(np.mean(np.abs(off) < 1.0)) < 0.82
     assert float(np.mean(np.abs(off) < 1.96)) > 0.88
 
@@ -182,6 +190,11 @@ def test_a_contact_that_turns_has_coefficient_and_energy_of_a_revolution(place: 
     assert m.measured_friction_coefficient == pytest.approx(0.3, abs=3.0 * u)
     assert m.measured_friction_force_n == pytest.approx(3.0, rel=3e-3)
     assert any("an offset of the force cannot be separated from friction" in w for w in m.warnings)
+    over_time, over_way = plot(m).axes  # neither a motion to and fro nor a force over speed: none was measured
+    np.testing.assert_allclose(over_time.lines[0].get_ydata(), 3.0, rtol=0.03)
+    force = np.asarray(over_way.lines[0].get_ydata(), float)
+    np.testing.assert_allclose(force[np.isfinite(force)], 3.0, rtol=0.2)
+    assert over_time.get_title(loc="left") == f"friction force {m.measured_force} N"
     if place is None:
         assert m.force_energy_per_cycle_j is None
     elif place == "mass_velocity":
@@ -189,6 +202,24 @@ def test_a_contact_that_turns_has_coefficient_and_energy_of_a_revolution(place: 
     else:
         assert m.drive_frequency_hz == pytest.approx(2.0, rel=1e-3)
         assert m.force_energy_per_cycle_j == pytest.approx(3.0 * 2 * math.pi * radius, rel=3e-3)
+
+
+def test_a_force_that_changes_over_the_revolution_is_drawn_as_it_is() -> None:
+    t, omega, radius = np.arange(0.0, 30.0, 0.004), 2 * math.pi * 0.5, 0.02
+    seen = {"time": t, "angle": np.mod(omega * t, 2 * math.pi), "normal_force": np.full(len(t), 20.0)}
+    seen["torque"] = 8.0 * radius * (1.0 + 0.1 * np.sin(omega * t)) + 1e-6 * np.random.default_rng(1).normal(
+        size=len(t)
+    )
+    given = scene_from_tables({"rig": {"kind": "prescribed", "radius_m": radius}})
+    m = measure(recording(seen, "angle", "torque", "normal_force"), given)
+    found = explain(m, given).comparison
+    assert any("no other law was tried: the contact slides one way" in said for said in found.warnings)
+    assert not any("--law auto" in said for said in found.warnings)
+    for ax, size in ((plot(m).axes[1], 1.0), (plot(found).axes[0], 1.0), (plot(found).axes[1], 0.0)):
+        line = next(line for line in ax.lines if len(line.get_xdata()) > 2)
+        way, force = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
+        truth = 8.0 * (size + 0.1 * np.sin(2 * math.pi * way))
+        np.testing.assert_allclose(force[np.isfinite(force)], truth[np.isfinite(force)], atol=0.02)
 
 
 def test_a_stroke_whose_column_of_displacement_stands_still_counts_by_its_force() -> None:

@@ -48,6 +48,17 @@ def test_what_it_prints_to_paste_is_a_scene(decays: list[str], tmp_path: Path) -
     assert read_scene(scene).rig.damping_ratio_u == pytest.approx(4e-4, rel=0.5)  # they differ: 0.0055, 0.0065, 0.0065
 
 
+def test_taps_that_contradict_each_other_are_named(decays: list[str], tmp_path: Path) -> None:
+    table = np.loadtxt(decays[0], delimiter=",", skiprows=1)
+    table[:, 0] *= 1.1  # of another mass
+    np.savetxt(tmp_path / "other.csv", table, "%.6f", ",", header="time [s],mass [mm],base [mm]", comments="")
+    said = invoke("free-vibration", *decays, tmp_path / "other.csv").stderr
+    assert "(other): natural_frequency_hz: the tap at" in said
+    assert "is 9.1 % below the median of all 4 taps" in said
+    assert said.count("the median of all") == 1
+    assert "the median of all" not in invoke("free-vibration", *decays).stderr
+
+
 def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
     x = np.concatenate([decaying(0.0055, 5e-6), decaying(0.0055, 5e-6)])
     x += 1e-6 * np.random.default_rng(2).standard_normal(len(x))
