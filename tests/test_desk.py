@@ -99,6 +99,11 @@ STUMBLES = [
     ),
     (("simulate", "--r", "0.5", "--beta", "0.4", "--base-amplitude", "1.8"), "metres are meant; 1.8 mm are 0.0018"),
     (("campaign", "empty", "-o", "campaign"), "no tables in empty: expected files ending in"),
+    (("init", "typo"), "typo was not there: it was made new and is empty"),
+    (
+        ("batch", LOG, "--scene", "rig.toml", "-o", "out", "--campaign", "--law", "coulomb+place"),
+        "no normal_force_n of",
+    ),
     (("compare-numeric", LOG, *SCENED, "--law-file", "law.toml", "--whole"), "`frictionlab predict --law-file LAW"),
 ]
 
@@ -111,7 +116,22 @@ def test_what_made_people_stumble_is_said(
     Path("quoted.csv").write_text(QUOTED)
     Path("empty").mkdir()
     Path("rig.toml").write_text("[rig]\nnatural_frequency_hz = 3.13\nmass_kg = 3.08\n")
-    assert said in run(*command).stderr
+    assert said in run(*command).output
+
+
+def test_figures_and_columns_left_out_are_named_and_a_single_figure_has_the_name_asked_for(tmp_path: Path) -> None:
+    t = np.arange(0.0, 20.0, 0.01)
+    (tmp_path / "disc.toml").write_text('[rig]\nkind = "prescribed"\nradius_m = 0.02\n')
+    table = np.column_stack([t, np.degrees(3.0 * t), 100.0 + 0.1 * np.sin(t**2)])
+    np.savetxt(tmp_path / "disc.csv", table, delimiter=",", header="t [s],angle [deg],torque [Nmm]", comments="")
+    done = run(
+        "compare-numeric", tmp_path / "disc.csv", "--scene", tmp_path / "disc.toml", "--plot", tmp_path / "d.png"
+    )
+    assert [path.name for path in tmp_path.glob("*.png")] == ["d.png"]
+    assert f"drawn: {tmp_path / 'd.png'}" in done.stderr
+    shown = run("analyze", LOG, *SCENED, "--transient", "4.5").stdout.splitlines()
+    assert "no space" not in shown[-1]
+    assert "stops" in shown[1] or shown[-1].startswith("no space for stops")
 
 
 def test_a_simulated_force_over_the_stiffness_makes_no_newtons_and_two_lags_are_one_sentence(tmp_path: Path) -> None:

@@ -213,7 +213,8 @@ def evaluate(
     """
     if not trials:
         raise UsageError("campaign: expected at least one measurement; got none")
-    tests, model, stiffness = in_order(trials), model_of(scene, recorded=bool(observations)), scene.rig.stiffness
+    recorded = bool(observations) or all(trial.failed for trial in trials)  # why they failed is said, not of the law
+    tests, model, stiffness = in_order(trials), model_of(scene, recorded=recorded), scene.rig.stiffness
     own: dict[Setting, list[Trial]] = {}
     for trial in tests:
         if not trial.failed:

@@ -65,6 +65,7 @@ def batch(
     if campaign:  # before the work: a folder that holds other files where results go is refused
         from frictionlab.campaign.files import check_folder
 
+        _check_facts(todo)
         check_folder(output, inputs=read)
     else:
         check_output(output / TABLE, COMPARISONS, inputs=read)
@@ -81,11 +82,25 @@ def batch(
     else:
         if not work.as_json:
             _show(todo, made, wide=wide)
+            _note_stale_campaign(todo, law)
         write_rows(good, output / TABLE)
     if not (work.as_json or work.quiet):
         screen.print_warnings(rows, verbose=work.verbose, notes=screen.assumed(todo.scene, rows))
     made[:] = [row for row in made if not todo.is_broken_off(row)]
     screen.exit_status(made)
+
+
+def _check_facts(todo: "Batch") -> None:
+    """Refuse, before the work, a campaign of tests of which the scene names no material or no normal force."""
+    from frictionlab.experiment import facts_of
+
+    facts = [facts_of(todo.scene, log).values for log in todo.logs]
+    gone = [key for key in ("material", "normal_force_n") if all(values.get(key) is None for values in facts)]
+    if gone and facts and todo.scene.rig.kind != "prescribed":
+        raise UsageError(
+            f"campaign: no {', no '.join(gone)} of any test: name them in the scene ([experiment], name_pattern or"
+            " sheet), or leave out --campaign"
+        )
 
 
 def _do(todo: "Batch", work: Inputs) -> screen.Rows:
@@ -117,11 +132,36 @@ def _show(todo: "Batch", made: screen.Rows, *, wide: bool) -> None:
         typer.echo(printable(f"recordings, measurements, comparisons and figures are in {where}"))
 
 
+def _campaign_stamp(rows: Sequence[Row], todo: "Batch", law: str | None) -> Row:
+    """What a campaign of these rows would be made of."""
+    from frictionlab.verbs.chain import digest, made_by
+
+    return {"rows": digest(rows), "law": law, "scene": made_by(todo.scene)}
+
+
+def _note_stale_campaign(todo: "Batch", law: str | None) -> None:
+    """Say that the campaign in the folder is of an earlier run, where this one would make another."""
+    from frictionlab.verbs.chain import batch as plan
+    from frictionlab.verbs.chain import stamp_at
+
+    if not (todo.folder / "report.html").exists():
+        return
+    made, rows = (
+        stamp_at(todo.folder / "made.json"),
+        plan(todo.logs, todo.scene, output=todo.folder, compare=False).rows(),
+    )
+    if made != {**_campaign_stamp(rows, todo, law), "said": made.get("said")}:
+        screen.paragraph(
+            f"report.html, friction.csv and laws in {todo.folder} are of an earlier run, of another law, scene or logs:"
+            " add --campaign to make them anew"
+        )
+
+
 def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs, *, again: bool) -> None:
     """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since, or ``again``."""
-    from frictionlab.verbs.chain import digest, made_by, stamp_at, write_stamp
+    from frictionlab.verbs.chain import stamp_at, write_stamp
 
-    stamp: Row = {"rows": digest(rows), "law": law, "scene": made_by(todo.scene)}
+    stamp = _campaign_stamp(rows, todo, law)
     report, mark, quiet = todo.folder / "report.html", todo.folder / "made.json", work.quiet or work.as_json
     made = stamp_at(mark)
     if again or not report.exists() or made != {**stamp, "said": made.get("said")}:

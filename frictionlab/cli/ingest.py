@@ -157,7 +157,7 @@ def init(
 
     if (folder / SCENE_NAME).exists() and not force:
         raise UsageError(f"{folder / SCENE_NAME}: exists: fill it in, or give --force to replace it")
-    found = look(folder)
+    is_new, found = not folder.exists(), look(folder)
     asks = sys.stdin.isatty() and sys.stdout.isatty() and not (quiet or every) and bool(found.tests)
     prompts = {key: QUESTIONS[key] for key in found.lacks if asks}
     said = {key: str(typer.prompt(text, default="", show_default=False)).strip() for key, text in prompts.items()}
@@ -165,6 +165,8 @@ def init(
     facts = dict(_fact(key, text) for key, text in answers.items())
     path = init(folder, force=force, everything=every, found=found, **facts)
     if not quiet:
+        if is_new:
+            typer.echo(printable(f"{folder} was not there: it was made new and is empty: put logs there"))
         _print_found(found, path, open_keys=[key for key in found.lacks if key not in answers])
 
 

@@ -74,6 +74,7 @@ def _read_words() -> dict[str, Words]:
 WORDS = _read_words()
 Settings = Mapping[str, tuple[type, Words]]
 """Keys of a scene's table that a command takes as options: what each takes, and its option."""
+MOST_NAMED = 3  # figures
 FEW = ("mass", "base", "contact_force", "units", "variable", "test")  # options of a log that its short help shows
 
 
@@ -182,10 +183,14 @@ def _done(path: Path, *, job: Job, places: Places, force: bool) -> Row:
     from frictionlab.figures import plot
 
     row, drawn = job(path)
-    for kind, place in places.get(path, {}).items():
-        if (result := drawn.get(kind)) is not None:
-            plot(result, place, title=path.name, force=force)
-    return {**row, "source": str(path)}
+    wanted = places.get(path, {})
+    results = [(result, place) for kind, place in wanted.items() if (result := drawn.get(kind)) is not None]
+    named = next(iter(wanted.items()), None)
+    if len(results) == 1 and named is not None and named[1].suffixes[-2:-1] != [f".{named[0]}"]:  # a file was named
+        results = [(results[0][0], named[1])]
+    for result, place in results:
+        plot(result, place, title=path.name, force=force)
+    return {**row, "source": str(path), "_figures": [str(place) for _, place in results]}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,7 +237,13 @@ class Inputs:
         one = partial(_done, job=job, places=places or {}, force=force)
         made = rows_of(inputs, one, workers=self.workers, scheduler=self.scheduler)
         watching = track(made, total=len(inputs), title=title, quiet=self.quiet or self.as_json or not watched)
-        return report_rows(watching, as_json=self.as_json and not silent)
+        rows = report_rows(watching, as_json=self.as_json and not silent)
+        done: list[Any] = rows
+        drawn = [figure for row in done for figure in row.get("_figures", ())]
+        if drawn and not (self.quiet or self.as_json):
+            more = f", ... {len(drawn)} figures" if len(drawn) > MOST_NAMED else ""
+            complain(f"drawn: {', '.join(drawn[:MOST_NAMED])}{more}")
+        return rows
 
 
 @dataclass(frozen=True, kw_only=True)

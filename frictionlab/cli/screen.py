@@ -182,8 +182,10 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
         filled |= _filled(_further(wide, filled), rows, known)
     width, widest = _width() or (WIDTH if wide is None else sys.maxsize), max(map(len, names))
     widths = {c: max(len(c.title), *map(len, texts)) + GAP for c, texts in filled.items()}
+    gone: list[str] = []
     while wide is None and len(filled) > 1 and width - sum(widths[c] for c in filled) < min(widest, LEAST_TEXT):
-        del filled[min(filled, key=lambda c: c.keep)]
+        gone.append((least := min(filled, key=lambda c: c.keep)).title)
+        del filled[least]
     first = max(min(widest, width - WIDTH // 2 if wide else width - sum(widths[c] for c in filled)), len("test"))
     typer.echo(_bold(headline))
     cut = [name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}" for name in names]
@@ -193,6 +195,8 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
         folded = textwrap.fill(said, width, subsequent_indent=" " * (first + GAP), break_on_hyphens=False)
         lines.append([f"{cut[number]:<{first}}", *(filled[c][number] for c in filled)] if known[number] else folded)
     _print_blocks(["test", *(c.title for c in filled)], lines, width)
+    if gone:
+        typer.echo(f"no space for {', '.join(gone)}: {'--json' if columns is FOUND else '--wide'}")
 
 
 def _print_blocks(heads: Sequence[str], lines: Sequence[Sequence[str] | str], width: int) -> None:

@@ -110,7 +110,7 @@ def _grid(campaign: Campaign, columns: Mapping[str, Value], quantity: str) -> Fi
         for line, row, material in zip(axes, maps, campaign.materials, strict=True):
             for ax, drawn, words in zip(line, row, columns, strict=True):
                 if drawn.is_line:
-                    _draw_line(ax, drawn, quantity, whole=classes is not None)
+                    _draw_line(ax, drawn, quantity, max(0.0, float(every.max(initial=0.0))), whole=classes is not None)
                 else:
                     mesh = _draw_map(ax, drawn, colours)
                 ax.set_title(f"{material}{words}")
@@ -123,12 +123,13 @@ def _grid(campaign: Campaign, columns: Mapping[str, Value], quantity: str) -> Fi
     return figure
 
 
-def _draw_line(ax: Axes, drawn: _Map, quantity: str, *, whole: bool) -> None:
+def _draw_line(ax: Axes, drawn: _Map, quantity: str, most: float, *, whole: bool) -> None:
+    """Values over force or frequency ratio, up to the largest of all materials."""
     over_force = len(drawn.ratios) < 2
     along = drawn.forces if over_force else drawn.ratios
     values = np.where(drawn.values == AT_REST, 0.0, drawn.values).ravel()
     ax.plot(along, values, "o" if over_force else "o-", color=MEASURED, markersize=3.0, linewidth=0.6)
-    top = float(np.nanmax(values, initial=0.0)) or 1.0
+    top = most or 1.0
     ax.set(xlabel="normal force [N]" if over_force else "frequency ratio r", ylabel=quantity)
     ax.set(xlim=(0.0, 1.05 * max(along)), ylim=(-0.06 * top, 1.12 * top))
     ax.yaxis.set_major_locator(MaxNLocator(4, integer=whole))

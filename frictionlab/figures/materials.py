@@ -80,12 +80,13 @@ def ranking(campaign: Campaign) -> Figure:
                     ax.text(0.5, place, "not known", ha="center", va="center", transform=ax.get_yaxis_transform())
                 else:
                     error = NORMAL * (rank.value_se or 0.0)
-                    ax.errorbar(rank.value, place, xerr=error, fmt="o", color=colour, capsize=2)
+                    ax.errorbar(rank.value, place, xerr=error, fmt="o", ms=3.5, color=colour, capsize=4)
             names = [fill(f"{'–' if r.rank is None else r.rank}  {r.material}", NAME) for r in ranks]
             ax.set_yticks(range(len(ranks)), names)
             ax.set(title=criterion, ylim=(len(ranks) - 0.5, -0.5), xlabel=fill(ranks[0].unit, 26) if ranks else "")
-            ax.margins(x=0.12)
-            ax.set_xlim(left=-0.03 * ax.get_xlim()[1])
+            left, right = (float(ax.dataLim.intervalx[end]) for end in (0, 1)) if ax.has_data() else (0.0, 1.0)
+            space = 0.08 * (right - min(left, 0.0))  # 0 is shown, and markers and bars are whole
+            ax.set_xlim(min(left, 0.0) - space, right + space)
             ax.xaxis.set_major_locator(MaxNLocator(3))  # four of 0.00008 would touch
             ax.xaxis.set_major_formatter("{x:g}")
     return figure

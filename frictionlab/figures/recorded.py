@@ -73,16 +73,14 @@ def _one_way_figure(m: Measurement, force: FloatArray, name: str) -> Figure:
     """Friction of each cycle over time where it is in newtons, and the mean cycle of the force (p,)."""
     velocity, cell = m.cycle.mass_velocity, m.cycle.cell
     with style.drawing(2.9, name or m.source, m.warnings) as figure:
-        *over_time, over_way = figure.subplots(1, 1 if cell is None else 2, squeeze=False)[0]
-        for ax in over_time if cell is not None else ():
+        axes = figure.subplots(1, 1 if cell is None else 2, squeeze=False)[0]
+        over_time, over_way = axes[0], axes[-1]
+        if cell is not None:
             each = cell.each @ velocity / np.abs(velocity).sum()
-            ax.plot(m.series.time[some_cycles(len(m.series.time))], each, "o", ms=2, color=style.MEASURED)
-            ax.set(
-                xlabel="time [s]",
-                ylabel="friction force of each cycle [N]",
-                title=f"friction force {m.measured_force} N",
-            )
-            style.flat(ax, each)
+            over_time.plot(m.series.time[some_cycles(len(m.series.time))], each, "o", ms=2, color=style.MEASURED)
+            over_time.set(xlabel="time [s]", ylabel="friction force of each cycle [N]")
+            over_time.set_title(f"friction force {m.measured_force} N")
+            style.flat(over_time, each)
         over_way.plot(m.cycle.tau / style.TURN, style.unfolded(force, velocity), color=style.MEASURED)
         over_way.set(
             xlabel=style.ONE_WAY, ylabel=f"measured {'torque [N m]' if cell is None else 'force [N]'}, mean cycle"

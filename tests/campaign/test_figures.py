@@ -81,6 +81,18 @@ def test_a_campaign_of_one_force_has_lines_in_place_of_maps_and_no_caption_of_ab
     assert not {"stops", "irregularity"} & {plate.name for plate in plates(one)}
 
 
+def test_lines_of_all_materials_have_one_scale_and_ranks_stand_whole_in_their_panels(scene: Scene) -> None:
+    tests = {"steel": 0.2, "brass": 0.6}
+    trials = [trial_of(row(name, 1.0, r, beta)) for name, beta in tests.items() for r in (0.3, 0.45, 0.7)]
+    drawn = {plate.name: plate.draw() for plate in plates(evaluate(trials, scene))}
+    assert len({ax.get_ylim() for ax in drawn["irregularity"].axes}) == 1
+    for ax in drawn["ranking"].axes:
+        left, right = ax.get_xlim()
+        places = np.concatenate([np.asarray(line.get_xdata(), float) for line in ax.lines])
+        assert left + 0.04 * (right - left) < places.min()
+        assert places.max() < right - 0.04 * (right - left)
+
+
 def test_tests_of_one_frequency_ratio_are_drawn_over_normal_force_with_space_around(scene: Scene) -> None:
     rows = [row("steel", force, 0.31978 + 1e-5 * force, 0.6) for force in (1.0, 1.5, 2.0)]
     campaign = evaluate([trial_of(one) for one in rows], scene)
