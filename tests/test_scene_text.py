@@ -150,8 +150,9 @@ def test_a_copy_of_a_log_counts_once_in_a_campaign(run: Run, tmp_path: Path) -> 
     assert "note: a.csv is the same as steel_N1.25_r0.3.csv, byte for byte: it is counted once" in done.stderr
     assert [log.name for log in fl.batch(places, compare=False).logs] == ["a.csv"]
     alone = ("batch", *places, "--scene", CONFIGS / "sample_data.toml", "-o", "out")
-    assert "of an earlier run" not in run(*alone).stdout
-    assert "of an earlier run, of another law" in run(*alone, "--law", "coulomb").stdout
+    assert "of an earlier run: add --campaign" in run(*alone).stderr
+    assert "of an earlier run" not in run(*alone).stderr
+    assert "of an earlier run" in run(*alone, "--law", "coulomb").stderr
 
 
 def test_a_scene_is_found_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

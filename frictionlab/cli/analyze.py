@@ -257,9 +257,8 @@ def _warn_of_taps_apart(rows: Iterable[Any]) -> None:
         off = tap.natural_frequency_hz - middle
         if abs(off) > max(APART * middle, SURE * tap.natural_frequency_hz_se):
             warnings.append(
-                f"natural_frequency_hz: the tap at {tap.start_s:.4g} s, {tap.natural_frequency_hz:.4g} Hz, is"
-                f" {abs(100.0 * off / middle):.2g} % {'below' if off < 0.0 else 'above'} the median of all"
-                f" {len(every)} taps, far more than its error: is it of another mass or frame? average it by itself"
+                f"natural_frequency_hz: the tap at {tap.start_s:.4g} s is {100.0 * off / middle:+.2g} % from the median"
+                f" of all {len(every)} taps, far more than its error: is it of another frame? average it by itself"
             )
 
 

@@ -62,11 +62,8 @@ def batch(
     for copy, log in () if work.quiet or work.as_json else todo.copies.items():
         complain(f"note: {copy.name} is the same as {log.name}, byte for byte: it is counted once")
     read = [*todo.logs, *scene.files]
-    if campaign:  # before the work: a folder that holds other files where results go is refused
-        from frictionlab.campaign.files import check_folder
-
-        _check_facts(todo)
-        check_folder(output, inputs=read)
+    if campaign:  # before the work
+        _check_campaign(todo, read)
     else:
         check_output(output / TABLE, COMPARISONS, inputs=read)
     made = _do(todo, work)
@@ -81,8 +78,7 @@ def batch(
             _evaluate(todo, rows, law, work, again=again)
     else:
         if not work.as_json:
-            _show(todo, made, wide=wide)
-            _note_stale_campaign(todo, law)
+            _show(todo, made, law, wide=wide)
         write_rows(good, output / TABLE)
     if not (work.as_json or work.quiet):
         screen.print_warnings(rows, verbose=work.verbose, notes=screen.assumed(todo.scene, rows))
@@ -90,17 +86,15 @@ def batch(
     screen.exit_status(made)
 
 
-def _check_facts(todo: "Batch") -> None:
-    """Refuse, before the work, a campaign of tests of which the scene names no material or no normal force."""
+def _check_campaign(todo: "Batch", read: Sequence[Path]) -> None:
+    """Refuse a folder that holds other files where results go, and tests of no known normal force."""
+    from frictionlab.campaign.files import check_folder
     from frictionlab.experiment import facts_of
 
     facts = [facts_of(todo.scene, log).values for log in todo.logs]
-    gone = [key for key in ("material", "normal_force_n") if all(values.get(key) is None for values in facts)]
-    if gone and facts and todo.scene.rig.kind != "prescribed":
-        raise UsageError(
-            f"campaign: no {', no '.join(gone)} of any test: name them in the scene ([experiment], name_pattern or"
-            " sheet), or leave out --campaign"
-        )
+    if facts and todo.scene.rig.kind != "prescribed" and not any("normal_force_n" in known for known in facts):
+        raise UsageError("campaign: no normal_force_n of any test: name it in the scene ([experiment], or sheet)")
+    check_folder(todo.folder, inputs=read)
 
 
 def _do(todo: "Batch", work: Inputs) -> screen.Rows:
@@ -116,8 +110,10 @@ def _do(todo: "Batch", work: Inputs) -> screen.Rows:
     return screen.report_rows((row for row in every if row is not None), as_json=True)
 
 
-def _show(todo: "Batch", made: screen.Rows, *, wide: bool) -> None:
+def _show(todo: "Batch", made: screen.Rows, law: str | None, *, wide: bool) -> None:
     """Print the table of all logs, those that had not changed too, and where the results are."""
+    from frictionlab.verbs.chain import stamp_at
+
     failed = {str(row["source"]): row for row in made if row.get("status") != "ok"}
     rows: list[Row] = []
     for log in todo.logs:
@@ -130,38 +126,16 @@ def _show(todo: "Batch", made: screen.Rows, *, wide: bool) -> None:
     if good:
         where = f"{todo.folder}{'/' * bool(todo.folder.name)}"
         typer.echo(printable(f"recordings, measurements, comparisons and figures are in {where}"))
-
-
-def _campaign_stamp(rows: Sequence[Row], todo: "Batch", law: str | None) -> Row:
-    """What a campaign of these rows would be made of."""
-    from frictionlab.verbs.chain import digest, made_by
-
-    return {"rows": digest(rows), "law": law, "scene": made_by(todo.scene)}
-
-
-def _note_stale_campaign(todo: "Batch", law: str | None) -> None:
-    """Say that the campaign in the folder is of an earlier run, where this one would make another."""
-    from frictionlab.verbs.chain import batch as plan
-    from frictionlab.verbs.chain import stamp_at
-
-    if not (todo.folder / "report.html").exists():
-        return
-    made, rows = (
-        stamp_at(todo.folder / "made.json"),
-        plan(todo.logs, todo.scene, output=todo.folder, compare=False).rows(),
-    )
-    if made != {**_campaign_stamp(rows, todo, law), "said": made.get("said")}:
-        screen.paragraph(
-            f"report.html, friction.csv and laws in {todo.folder} are of an earlier run, of another law, scene or logs:"
-            " add --campaign to make them anew"
-        )
+    is_other = todo.due or stamp_at(todo.folder / "made.json").get("law") != law
+    if is_other and (todo.folder / "report.html").exists():
+        complain(f"note: report.html, friction.csv, laws in {todo.folder} are of an earlier run: add --campaign")
 
 
 def _evaluate(todo: "Batch", rows: Sequence[Row], law: str | None, work: Inputs, *, again: bool) -> None:
     """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since, or ``again``."""
-    from frictionlab.verbs.chain import stamp_at, write_stamp
+    from frictionlab.verbs.chain import digest, made_by, stamp_at, write_stamp
 
-    stamp = _campaign_stamp(rows, todo, law)
+    stamp: Row = {"rows": digest(rows), "law": law, "scene": made_by(todo.scene)}
     report, mark, quiet = todo.folder / "report.html", todo.folder / "made.json", work.quiet or work.as_json
     made = stamp_at(mark)
     if again or not report.exists() or made != {**stamp, "said": made.get("said")}:

@@ -74,7 +74,6 @@ def _read_words() -> dict[str, Words]:
 WORDS = _read_words()
 Settings = Mapping[str, tuple[type, Words]]
 """Keys of a scene's table that a command takes as options: what each takes, and its option."""
-MOST_NAMED = 3  # figures
 FEW = ("mass", "base", "contact_force", "units", "variable", "test")  # options of a log that its short help shows
 
 
@@ -185,9 +184,9 @@ def _done(path: Path, *, job: Job, places: Places, force: bool) -> Row:
     row, drawn = job(path)
     wanted = places.get(path, {})
     results = [(result, place) for kind, place in wanted.items() if (result := drawn.get(kind)) is not None]
-    named = next(iter(wanted.items()), None)
-    if len(results) == 1 and named is not None and named[1].suffixes[-2:-1] != [f".{named[0]}"]:  # a file was named
-        results = [(results[0][0], named[1])]
+    for kind, place in list(wanted.items())[:1]:
+        if len(results) == 1 and not place.stem.endswith(f".{kind}"):  # a file was named: of the one figure there is
+            results = [(results[0][0], place)]
     for result, place in results:
         plot(result, place, title=path.name, force=force)
     return {**row, "source": str(path), "_figures": [str(place) for _, place in results]}
@@ -241,8 +240,7 @@ class Inputs:
         done: list[Any] = rows
         drawn = [figure for row in done for figure in row.get("_figures", ())]
         if drawn and not (self.quiet or self.as_json):
-            more = f", ... {len(drawn)} figures" if len(drawn) > MOST_NAMED else ""
-            complain(f"drawn: {', '.join(drawn[:MOST_NAMED])}{more}")
+            complain(f"drawn: {', '.join(drawn[:3])}{f', ... {len(drawn)} figures' * (len(drawn) > 3)}")
         return rows
 
 

@@ -184,7 +184,8 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     widths = {c: max(len(c.title), *map(len, texts)) + GAP for c, texts in filled.items()}
     gone: list[str] = []
     while wide is None and len(filled) > 1 and width - sum(widths[c] for c in filled) < min(widest, LEAST_TEXT):
-        gone.append((least := min(filled, key=lambda c: c.keep)).title)
+        least = min(filled, key=lambda c: c.keep)
+        gone += [least.title] if least.key != "friction_ratio" else []  # force and coefficient say it
         del filled[least]
     first = max(min(widest, width - WIDTH // 2 if wide else width - sum(widths[c] for c in filled)), len("test"))
     typer.echo(_bold(headline))

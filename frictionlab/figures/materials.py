@@ -85,7 +85,7 @@ def ranking(campaign: Campaign) -> Figure:
             ax.set_yticks(range(len(ranks)), names)
             ax.set(title=criterion, ylim=(len(ranks) - 0.5, -0.5), xlabel=fill(ranks[0].unit, 26) if ranks else "")
             left, right = (float(ax.dataLim.intervalx[end]) for end in (0, 1)) if ax.has_data() else (0.0, 1.0)
-            space = 0.08 * (right - min(left, 0.0))  # 0 is shown, and markers and bars are whole
+            space = 0.08 * (right - min(left, 0.0)) or 1.0  # 0 is shown, and markers and bars are whole
             ax.set_xlim(min(left, 0.0) - space, right + space)
             ax.xaxis.set_major_locator(MaxNLocator(3))  # four of 0.00008 would touch
             ax.xaxis.set_major_formatter("{x:g}")

@@ -7,7 +7,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from frictionlab.analysis.cycles import some_cycles
 from frictionlab.analysis.free_vibration import FreeVibration
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
@@ -16,6 +15,7 @@ from frictionlab.inference.comparison import WholeRecord
 from frictionlab.recording import Recording
 
 ZOOM = 3  # periods of the drive that the zoom shows
+FLAT = 0.01  # relative: friction is drawn over at least so much up and down
 MANY = 200  # periods, beyond which points are drawn small
 LAST_S = 5.0  # of a recording, shown by themselves
 TAPS = 3  # whose numbers stand above their figure
@@ -70,23 +70,14 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
 
 
 def _one_way_figure(m: Measurement, force: FloatArray, name: str) -> Figure:
-    """Friction of each cycle over time where it is in newtons, and the mean cycle of the force (p,)."""
-    velocity, cell = m.cycle.mass_velocity, m.cycle.cell
+    """The mean cycle of the force (p,): a torque, where no radius makes a force of it."""
+    quantity = "torque [N m]" if m.cycle.cell is None else "force [N]"
     with style.drawing(2.9, name or m.source, m.warnings) as figure:
-        axes = figure.subplots(1, 1 if cell is None else 2, squeeze=False)[0]
-        over_time, over_way = axes[0], axes[-1]
-        if cell is not None:
-            each = cell.each @ velocity / np.abs(velocity).sum()
-            over_time.plot(m.series.time[some_cycles(len(m.series.time))], each, "o", ms=2, color=style.MEASURED)
-            over_time.set(xlabel="time [s]", ylabel="friction force of each cycle [N]")
-            over_time.set_title(f"friction force {m.measured_force} N")
-            style.flat(over_time, each)
-        over_way.plot(m.cycle.tau / style.TURN, style.unfolded(force, velocity), color=style.MEASURED)
-        over_way.set(
-            xlabel=style.ONE_WAY, ylabel=f"measured {'torque [N m]' if cell is None else 'force [N]'}, mean cycle"
-        )
-        if m.measured_coefficient.known:
-            over_way.set_title(f"coefficient {m.measured_coefficient}")
+        ax = figure.subplots()
+        ax.plot(m.cycle.tau / style.TURN, style.unfolded(force, m.cycle.mass_velocity), color=style.MEASURED)
+        ax.set(xlabel=style.ONE_WAY, ylabel=f"measured {quantity}, mean cycle")
+        if m.measured_force.known:
+            ax.set_title(f"friction force {m.measured_force} N   coefficient {m.measured_coefficient}")
     return figure
 
 
@@ -165,7 +156,11 @@ def record_figure(record: WholeRecord, title: str = "whole record") -> Figure:
         band = (record.cycle_friction - error, record.cycle_friction + error)
         ax.fill_between(time, *band, color=style.PREDICTED, alpha=0.2, lw=0)
         ax.plot(time, record.cycle_friction, color=style.PREDICTED, lw=1.0)
-        style.flat(ax, record.cycle_friction)
+        if len(record.cycle_friction):
+            middle = float(np.median(record.cycle_friction))
+            ends = [*ax.get_ylim(), middle * (1.0 - FLAT), middle * (1.0 + FLAT)]
+            ax.set_ylim(min(ends), max(ends))  # what changes by less looks as flat as it is
+        ax.ticklabel_format(axis="y", useOffset=False)
         ax.set(xlabel="time [s]", ylabel="friction ratio")
         ax = axes["misfit"]
         ax.plot(time, 100 * record.cycle_nrmse, "o-", ms=size, lw=0.8, color=style.PREDICTED)

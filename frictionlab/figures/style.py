@@ -43,7 +43,6 @@ MEASURED, PREDICTED, BASE = BLUE, VERMILION, "#4A4A4A"
 PALETTE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 MARKERS = "os^Dv<>p"
 PAGE = 7.2  # width of a journal's page, inches
-FLAT = 0.01  # relative: friction is drawn over at least so much up and down
 ONE_WAY = "cycle: a revolution, or a tenth of the way"
 SMALL = 6  # points: words inside a panel
 HEADLINE = 105  # letters a line above a figure of the whole page
@@ -200,15 +199,6 @@ def panels(figure: Figure, count: int, across: int = 2, **how: Any) -> list[Axes
     for ax in axes[count:]:
         ax.remove()
     return axes[:count]
-
-
-def flat(ax: Axes, values: FloatArray) -> None:
-    """Draw values (n,) over at least 1 % up and down: what changes by less looks as flat as it is."""
-    if len(values):
-        middle = float(np.median(values))
-        ends = [*ax.get_ylim(), middle * (1.0 - FLAT), middle * (1.0 + FLAT)]
-        ax.set_ylim(min(ends), max(ends))
-    ax.ticklabel_format(axis="y", useOffset=False)
 
 
 def unfolded(force: FloatArray, velocity: FloatArray) -> FloatArray:

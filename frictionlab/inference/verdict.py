@@ -85,18 +85,11 @@ def base_words(count: int) -> str:
 
 
 def doubts(
-    found: Posterior,
-    verdict: Verdict | None,
-    misfit: float | None,
-    ladder: Ladder | None,
-    *,
-    what: str,
-    of: str,
-    step: str = ANOTHER,
+    found: Posterior, verdict: Verdict | None, misfit: float | None, ladder: Ladder | None, *, what: str, of: str
 ) -> Iterator[str]:
     """Yield what is not known of a law, why it does not explain a test, or why it says little that it does.
 
-    ``what``: the test is a cycle, or a table; ``of``: what the misfit is over; ``step``: what to do without a ladder.
+    ``what``: the test is a cycle, or a table; ``of``: what the misfit is over.
     """
     observation, parameters = found.tests[0].observation, found.parameters()
     beta, law = parameters["beta"], {u.name for u in found.unknowns if u.law}
@@ -112,7 +105,7 @@ def doubts(
         faint = f"the measurement's own error is {100 * observation.floor:.2g} % of the motion"
         yield f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
     if misfit is not None and misfit > EXPLAINED:
-        step = step if ladder is None else better_of(ladder, misfit)
+        step = ANOTHER if ladder is None else better_of(ladder, misfit)
         if ladder is None and "beta" in observation.held:
             held = f"{observation.held['beta']:g}"
             step = f"the friction ratio is held at {held}: leave out --beta, and beta of [model.parameters], to fit it"

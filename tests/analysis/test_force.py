@@ -190,11 +190,10 @@ def test_a_contact_that_turns_has_coefficient_and_energy_of_a_revolution(place: 
     assert m.measured_friction_coefficient == pytest.approx(0.3, abs=3.0 * u)
     assert m.measured_friction_force_n == pytest.approx(3.0, rel=3e-3)
     assert any("an offset of the force cannot be separated from friction" in w for w in m.warnings)
-    over_time, over_way = plot(m).axes  # neither a motion to and fro nor a force over speed: none was measured
-    np.testing.assert_allclose(np.asarray(over_time.lines[0].get_ydata(), float), 3.0, rtol=0.03)
+    (over_way,) = plot(m).axes  # neither a motion to and fro nor a force over speed: none was measured
     force = np.asarray(over_way.lines[0].get_ydata(), float)
     np.testing.assert_allclose(force[np.isfinite(force)], 3.0, rtol=0.2)
-    assert over_time.get_title(loc="left") == f"friction force {m.measured_force} N"
+    assert over_way.get_title(loc="left").startswith(f"friction force {m.measured_force} N")
     if place is None:
         assert m.force_energy_per_cycle_j is None
     elif place == "mass_velocity":
@@ -215,7 +214,7 @@ def test_a_force_that_changes_over_the_revolution_is_drawn_as_it_is() -> None:
     found = explain(m, given).comparison
     assert any("no other law was tried: the contact slides one way" in said for said in found.warnings)
     assert not any("--law auto" in said for said in found.warnings)
-    for ax, size in ((plot(m).axes[1], 1.0), (plot(found).axes[0], 1.0), (plot(found).axes[1], 0.0)):
+    for ax, size in ((plot(m).axes[0], 1.0), (plot(found).axes[0], 1.0), (plot(found).axes[1], 0.0)):
         line = next(line for line in ax.lines if np.size(line.get_xdata()) > 2)
         way, force = np.asarray(line.get_xdata(), float), np.asarray(line.get_ydata(), float)
         truth = 8.0 * (size + 0.1 * np.sin(2 * math.pi * way))

@@ -54,7 +54,7 @@ def test_taps_that_contradict_each_other_are_named(decays: list[str], tmp_path: 
     np.savetxt(tmp_path / "other.csv", table, "%.6f", ",", header="time [s],mass [mm],base [mm]", comments="")
     said = invoke("free-vibration", *decays, tmp_path / "other.csv").stderr
     assert "(other): natural_frequency_hz: the tap at" in said
-    assert "is 9.1 % below the median of all 4 taps" in said
+    assert "is -9.1 % from the median of all 4 taps" in said
     assert said.count("the median of all") == 1
     assert "the median of all" not in invoke("free-vibration", *decays).stderr
 

@@ -124,7 +124,7 @@ def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> No
 def test_a_campaign_that_was_stopped_is_not_evaluated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One of 13 logs was done: a report of one test stood there as if it were all."""
     (tmp_path / "logs").mkdir()
-    (tmp_path / "logs" / "a.csv").write_text("")
+    (tmp_path / "logs" / "steel_N1_r0.3.csv").write_text("")
     (tmp_path / "scene.toml").write_text(TOML)
 
     def interrupted() -> object:
