@@ -85,7 +85,8 @@ def test_results_have_a_column_for_each_of_their_keys() -> None:
 
 def test_a_column_is_renamed_in_the_schema_alone() -> None:
     """Elsewhere its name stands for attributes of results, which stay: repeated in a comparison, and of a contact."""
-    package, attributes = Path(__file__).parents[1] / "frictionlab", {"inference/compare.py", "cli/simulate.py"}
+    package = Path(__file__).parents[1] / "frictionlab"
+    attributes = {"inference/compare.py", "cli/simulate.py", "simulator/state.py"}
     naming = {
         path.relative_to(package).as_posix()
         for path in package.rglob("*.py")

@@ -283,6 +283,11 @@ def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
     }
 
 
+def taken_in(motion: Motion) -> float:
+    """Return what contacts and frame take in a cycle of a motion of whole cycles."""
+    return float(motion.sums["contact"].sum() + motion.sums["frame"]) / round((motion.end - motion.start) / (2.0 * pi))
+
+
 def last_of(motion: Motion) -> SteadyState:
     """Return the state of a motion of one cycle, the last of a run: "not settled" where it does not yet repeat."""
     numbers = numbers_of(motion, Structure.of(motion.problem))

@@ -22,7 +22,7 @@ from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
 from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of
+from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
 from frictionlab.simulator.structure import Structure
 
 TURN = 2.0 * np.pi
@@ -308,8 +308,7 @@ class Integrated(Flow):
         for _ in range(TIGHTER + 1):
             motion = flow.recorded(found.y, float(found.leg["tau"]), found.cycles, periodic=True)
             numbers = numbers_of(motion, self.frame)
-            off = numbers["closure_error"]
-            size = numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"]
+            off, size = numbers["closure_error"], taken_in(motion)
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
             dear = REFINING * len(motion.recorded) > MOST
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
