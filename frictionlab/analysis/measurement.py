@@ -133,12 +133,9 @@ class Measurement(Result):
     steady_response_amplitude = FlatKnown("steady_amplitude")
     steady_response_amplitude_se = FlatKnown("steady_amplitude", "se")
 
-    force_energy_per_cycle = Flat("force_energy")
-    force_energy_per_cycle_j = Flat("force_energy_j")
-    force_energy_per_cycle_u = Flat("force_energy", "u")
-    force_energy_per_cycle_j_u = Flat("force_energy_j", "u")
-    measured_friction_force_n = Flat("measured_force")
-    measured_friction_force_n_u = Flat("measured_force", "u")
+    force_energy_per_cycle, force_energy_per_cycle_u = Flat("force_energy"), Flat("force_energy", "u")
+    force_energy_per_cycle_j, force_energy_per_cycle_j_u = Flat("force_energy_j"), Flat("force_energy_j", "u")
+    measured_friction_force_n, measured_friction_force_n_u = Flat("measured_force"), Flat("measured_force", "u")
     measured_friction_coefficient = Flat("measured_coefficient")
     measured_friction_coefficient_u = Flat("measured_coefficient", "u")
 
@@ -197,27 +194,24 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     cycle = mean_cycle(layout, answer, used, of_mass)
     means = _means(layout, answer, used, begin + (settled or 0.0), natural, prescribed=prescribed)
     sources = sources_of_test(recording, scene, 1.0 / parts[0].step)
-    slides = abs(means.energy.value or 0.0) / (4.0 * max(answer.size, 1e-12))
-    filtered = cycle.mass_smooth, drive.frequency, of_mass
-    cut = 0.0 if answer.is_stuck else channels.cut_away(*filtered, friction=slides, r=r)
+    smooth, slides = cycle.mass_smooth, abs(means.energy.value or 0.0) / (4.0 * max(answer.size, 1e-12))
+    cut = 0.0 if answer.is_stuck else channels.cut_away(smooth, drive.frequency, of_mass, friction=slides, r=r)
     means, budget = _budgeted(cycle, means, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
-    slides_one_way = any(part.one_way for part in parts)
     friction = energy.by_load_cell(
         *(layout, answer, used, sources, joules),
         normal_force_n=normal_force_of(recording, scene),
         inertia_kg=scene.sensors.force_inertia_kg,
         wall_moves=wall_moves,
         has_metres=scene.rig.radius_m is not None or not channels.is_angular(recording.measured()),
-        one_way=slides_one_way,
+        one_way=any(part.one_way for part in parts),
     )
-    taken = energy.taken_by_the_frame(cycle.mass_smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
+    taken = energy.taken_by_the_frame(smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
     warnings += doubts.warnings(
         *(layout, answer, settled, transient, means.energy, friction, joules, taken, cut, of_mass, r),
         wall_moves=wall_moves,
         prescribed=prescribed,
     )
-    is_short = prescribed or layout.duration < steadiness.LONG_S
-    trend = None if is_short else steadiness.trend_of(layout.time, answer.series.energy)
+    is_long = not prescribed and layout.duration >= steadiness.LONG_S
     return Measurement(
         source=source_of(recording),
         warnings=(*scene.rig.doubts, *warnings),
@@ -239,11 +233,11 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         answer=answer,
         by_force=friction.means,
         cycle=replace(cycle, force=friction.cycle, cell=friction.cell),
-        trend=trend,
+        trend=steadiness.trend_of(layout.time, answer.series.energy) if is_long else None,
         traces=traces(layout, answer.found, used),
         budget=budget,
         sources=sources,
-        slides_one_way=slides_one_way,
+        slides_one_way=any(part.one_way for part in parts),
     )
 
 

@@ -35,7 +35,7 @@ UNITS = {
     "drift": "relative change of the energy per hour, mean of its magnitude",
 }
 HOUR = 3600.0
-OWN_STEPS = 3  # from the friction of its group to that of a test
+OWN_STEPS = 4  # from the friction of its group to that of a test
 INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not determine the friction force
 LEAST_CHANGE, MOST_CHANGE = 0.1, 0.6  # of the friction force, over which that must hold
 Cell = tuple[float, float]
@@ -114,15 +114,11 @@ def _steepness(trial: Trial, model: Model, fits: Sequence[FrictionFit], slope: f
     energy = trial.energy.value
     if slope is None or beta is None or not energy:
         return 0.0
-    middle = elasticity(model, trial.r, beta)
     for _ in range(OWN_STEPS):  # the friction of the group gives not quite this test's energy
-        state = predict(model, trial.r, beta)
+        state, middle = predict(model, trial.r, beta), elasticity(model, trial.r, beta)
         if state is None or not state.energy_per_cycle or not abs(middle) >= INSENSITIVE:
             return 0.0
         beta *= min(max((energy / state.energy_per_cycle) ** (1.0 / middle), 0.5), 2.0)
-        middle = elasticity(model, trial.r, beta)
-    if not abs(middle) >= INSENSITIVE:
-        return 0.0
     change = abs(slope) * trial.duration_s / HOUR / energy / abs(middle)
     reach = min(max(change, LEAST_CHANGE), MOST_CHANGE)
     ends = [elasticity(model, trial.r, beta * (1 + side * reach)) for side in (-0.5, 0.5)]
