@@ -102,7 +102,7 @@ STUMBLES = [
     (("init", "typo"), "typo was not there: it was made new and is empty"),
     (
         ("batch", LOG, "--scene", "rig.toml", "-o", "out", "--campaign", "--law", "coulomb+place"),
-        "no normal_force_n of",
+        "no normal_force_n",
     ),
     (("compare-numeric", LOG, *SCENED, "--law-file", "law.toml", "--whole"), "`frictionlab predict --law-file LAW"),
 ]

@@ -90,7 +90,7 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.Ca
     print_tests([judged], COMPARED, "1 of 1 logs, law coulomb+place+speed+breakaway")
     assert capsys.readouterr().out.splitlines()[1].split()[-3:] == ["[N]", "mu", "verdict"]
     print_tests([judged, {**judged, "law": "coulomb"}], COMPARED, "2 of 2 logs")
-    head, line, _ = capsys.readouterr().out.splitlines()[1:]
+    head, line, *_ = capsys.readouterr().out.splitlines()[1:]
     assert len(line) <= 80
     assert head.split()[-3:] == ["mu", "law", "verdict"]
     assert "coulomb+place+speed+breakaway" in line

@@ -220,7 +220,7 @@ def evaluate(
         if not trial.failed:
             own.setdefault(trial.group, []).append(trial)
     groups = {setting: screen(some, model.first, scene) for setting, some in own.items()}
-    by_mass = scene.rig.first.stiffness_n_per_m is None
+    by_mass = scene.rig.first.stiffness_n_per_m is None and stiffness is not None
     cycles = _cycles(groups, observations)
     joint, unfitted = fit_together(cycles, find_law=find_law, accuracy=scene.accuracy, by_mass=by_mass)
     joints = {} if joint is None else {setting: joint for setting in groups if joint.tests(*setting)}

@@ -22,6 +22,7 @@ from frictionlab.inference.fit import weighed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import MISSED, Posterior, explains, infer, model_of
+from frictionlab.inference.unknowns import STRAINED
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
@@ -47,6 +48,7 @@ ASKED = (
     "rig: all tests together contradict your scene's natural frequency; with another one their laws leave {:.2g} %"
     " instead of {:.2g} %: {}; errors of friction hold the difference"
 )
+STIFFNESS = "stiffness by the frequency found"  # what adds to errors
 ANY = 0.3  # relative: a natural frequency that the tests alone find ...
 BETTER = 0.5  # ... and how much less it leaves of them where it is named
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
@@ -225,8 +227,8 @@ def fit_together(
 
     ``tests``: observations by material, under the scene's law; ``find_law``: the tests of each material climb from
     plain Coulomb friction to theirs; ``accuracy``: of that ladder; ``by_mass``: the frame's stiffness is that of its
-    mass and natural frequency. Returns the joint fit (None where there is nothing
-    to fit), and sentences of the materials that could not be fitted.
+    mass and natural frequency. Returns the joint fit (None where there is nothing to fit), and sentences of the
+    materials that could not be fitted.
     """
     chosen: list[Seen] = []
     ladders: dict[str, Ladder] = {}
@@ -271,24 +273,44 @@ def _against_another_rig(posterior: Posterior, *, by_mass: bool) -> tuple[Poster
     """The posterior whose errors hold what another natural frequency moves, and the one with that frequency.
 
     Where the laws leave a misfit and a free frequency leaves far less. An uncertainty declared too small would keep
-    the frequency where it is, and the friction carries what is wrong with it; forces do twice where the stiffness
+    the frequency where it is, and the friction carries what is wrong with it; forces do once more where the stiffness
     follows from it (``by_mass``).
     """
+    as_found = _with_stiffness(posterior, posterior, by_mass=by_mass), None
     if explains(posterior.fit, range(len(posterior.tests))):
-        return posterior, None
+        return as_found
     free = [replace(o, sources=replace(o.sources, natural_frequency=ANY)) for o in posterior.observations]
     try:
         detuned = infer(free, near=posterior.values())
     except FAULTS:  # no motion there: nothing that would explain the tests
-        return posterior, None
+        return as_found
     if detuned.fit.nrmse() > BETTER * posterior.fit.nrmse():
-        return posterior, None
-    stiffer = (1.0 + detuned.nuisances()["natural_frequency"]["value"]) ** 2 if by_mass else 1.0
+        return as_found
     shift = np.zeros(len(posterior.unknowns))
-    for k, (u, there) in enumerate(zip(posterior.unknowns, detuned.fit.point.tolist(), strict=True)):
-        if u.law:
-            shift[k] = u.at(u.value(there) * (stiffer if u.name == "beta" else 1.0)) - float(posterior.fit.point[k])
-    return posterior.with_shift(OTHER_CAUSE, shift), detuned
+    for i, test in enumerate(posterior.tests):
+        for k in test.index.tolist():
+            u, there = posterior.unknowns[k], detuned.fit.find(posterior.unknowns[k].name, i)
+            if u.law and there is not None:
+                here = float(posterior.fit.point[k])
+                shift[k] = (u.value(float(detuned.fit.point[there])) - u.value(here)) / u.slope(here)
+    return _with_stiffness(posterior.with_shift(OTHER_CAUSE, shift), detuned, by_mass=by_mass), detuned
+
+
+def _with_stiffness(posterior: Posterior, found: Posterior, *, by_mass: bool) -> Posterior:
+    """The posterior whose friction holds the stiffness that follows from a mass and the frequency found.
+
+    It is the scene's times the square of the frequency's factor; only where that is far from what is declared.
+    """
+    frequency = found.nuisances().get("natural_frequency")
+    if not by_mass or frequency is None:
+        return posterior
+    declared = max((o.sources.natural_frequency for o in posterior.observations), default=0.0)
+    if abs(frequency["value"]) <= STRAINED * declared:
+        return posterior
+    stiffer = abs((1.0 + frequency["value"]) ** 2 - 1.0)
+    known = zip(posterior.unknowns, posterior.fit.point.tolist(), strict=True)
+    shift = [u.value(c) * stiffer / u.slope(c) if u.name == "beta" else 0.0 for u, c in known]
+    return posterior.with_shift(STIFFNESS, np.array(shift))
 
 
 def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:

@@ -112,7 +112,7 @@ def _steepness(trial: Trial, model: Model, fits: Sequence[FrictionFit], slope: f
     """Elasticity d ln E / d ln beta of a long test's energy; 0 where it changes as the friction does, or is too low."""
     beta = next((f.friction_ratio for f in fits if (f.material, f.normal_force_n) == trial.group), None)
     energy = trial.energy.value
-    if slope is None or beta is None or not energy:
+    if slope is None or beta is None or energy is None or energy <= 0.0:
         return 0.0
     for _ in range(OWN_STEPS):  # the friction of the group gives not quite this test's energy
         state, middle = predict(model, trial.r, beta), elasticity(model, trial.r, beta)

@@ -62,8 +62,10 @@ def batch(
     for copy, log in () if work.quiet or work.as_json else todo.copies.items():
         complain(f"note: {copy.name} is the same as {log.name}, byte for byte: it is counted once")
     read = [*todo.logs, *scene.files]
-    if campaign:  # before the work
-        _check_campaign(todo, read)
+    if campaign:  # before the work: a folder that holds other files where results go is refused
+        from frictionlab.campaign.files import check_folder
+
+        check_folder(output, inputs=read)
     else:
         check_output(output / TABLE, COMPARISONS, inputs=read)
     made = _do(todo, work)
@@ -84,17 +86,6 @@ def batch(
         screen.print_warnings(rows, verbose=work.verbose, notes=screen.assumed(todo.scene, rows))
     made[:] = [row for row in made if not todo.is_broken_off(row)]
     screen.exit_status(made)
-
-
-def _check_campaign(todo: "Batch", read: Sequence[Path]) -> None:
-    """Refuse a folder that holds other files where results go, and tests of no known normal force."""
-    from frictionlab.campaign.files import check_folder
-    from frictionlab.experiment import facts_of
-
-    facts = [facts_of(todo.scene, log).values for log in todo.logs]
-    if facts and todo.scene.rig.kind != "prescribed" and not any("normal_force_n" in known for known in facts):
-        raise UsageError("campaign: no normal_force_n of any test: name it in the scene ([experiment], or sheet)")
-    check_folder(todo.folder, inputs=read)
 
 
 def _do(todo: "Batch", work: Inputs) -> screen.Rows:

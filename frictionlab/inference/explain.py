@@ -1,4 +1,4 @@
-"""What a recording says of its contact, in a dozen lines: the law, its values in newtons, what simpler laws get wrong.
+"""What a recording says of its contact, in a dozen lines: the law, its values in newtons, what a simpler law leaves.
 
 Everything here is a `Comparison` in words; nothing is found anew. What a simpler law leaves is its row of the ladder.
 """

@@ -28,7 +28,7 @@ MOST_DEPTH = 60  # of a value in JSON; results have 3
 MOST_DIGITS = 15  # of a whole number; beyond, two of them are one float
 GRAVE = re.compile(
     r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
-    r"|times what|changes its sign|not at hand"
+    r"|times what|the fit moved|changes its sign|not at hand"
 )
 _DIGITS = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?")
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)

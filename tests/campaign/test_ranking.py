@@ -44,6 +44,14 @@ def test_a_drift_is_told_by_the_friction_of_its_own_test() -> None:
     assert found.friction_slope_per_hour == pytest.approx(0.04, rel=0.01)
 
 
+def test_an_energy_below_zero_tells_no_drift_of_friction() -> None:
+    """Its power is a complex number, and a campaign ended in a TypeError."""
+    long = {**row("steel", 1.25, 0.3, 0.6), "energy_per_cycle": -0.004, "energy_per_cycle_se": 0.002}
+    slope = {"duration_s": 900.0, "energy_trend_per_hour": 0.1, "energy_trend_per_hour_se": 0.01}
+    fit = fit_of([trial_of(row("steel", 1.25, r, 0.6, noise=0.0)) for r in (0.3, 0.7, 1.2)])
+    assert drift_of(trial_of({**long, **slope}), None, Scene(), LAW, [fit]).friction_slope_per_hour is None
+
+
 def test_without_points_the_measurements_own_slope_serves(campaign: Campaign) -> None:
     slopes = {d.trial.material: d.slope_per_hour for d in campaign.drifts}
     assert slopes == {"steel": 0.05, "aramid": 0.001, "rubber": -0.2}

@@ -17,6 +17,7 @@ from scipy.interpolate import CubicSpline
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, laws, steady_state
 from frictionlab.simulator.exact.motion import STAGES
+from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.laws.law import STILL, Contact, Parameter, Term
 from frictionlab.simulator.laws.rate_state import rate_state
 from frictionlab.simulator.numeric import Integrated
@@ -315,3 +316,22 @@ def test_a_lopsided_motion_of_an_even_contact_is_one_of_two() -> None:
     there = cycle(lopsided.problem, start, method="DOP853", rtol=1e-9)[:3]
     np.testing.assert_allclose(there, start, atol=1e-7)
     assert abs(there[0] - motion.flow.state(motion, 0.0)[0]) > 0.1  # and it is not the same motion
+
+
+def test_an_event_at_the_begin_of_a_step_moves_the_tangent_by_the_base_as_it_is_then() -> None:
+    """The base's motion of the step's end stood there, and the derivative was 0.68 for 0.42."""
+    start, tau = np.array([cos(5.0) - 0.4, 0.0]), 5.0
+    exact = Flow(Problem(0.5, 0.4)).carried(start, tau, 1.0, derived=True)[1]
+    assert Integrated(Problem(0.5, 0.4), 1e-10).carried(start, tau, 1.0, derived=True)[1] == pytest.approx(
+        exact, abs=1e-6
+    )
+
+
+@pytest.mark.parametrize("degrees", [0, 45, 135, 270])
+def test_what_friction_brakes_at_resonance_does_not_depend_on_where_the_base_begins(degrees: int) -> None:
+    """The momentary friction stood in for its bound: "unbounded" at five of eight phases."""
+    numbers = {"stiffness_ratio": 50.0, "bristle_damping": 0.1, "static_ratio": 1.2, "stribeck_speed": 0.3}
+    base = Base((cos(np.deg2rad(degrees)),), (sin(np.deg2rad(degrees)),))
+    state = steady_state(Problem(1.0, 0.9, law="coulomb+lugre", parameters=numbers, base=base))
+    assert state.outcome == "periodic"
+    assert state.energy_per_cycle == pytest.approx(0.10010768, rel=1e-5)

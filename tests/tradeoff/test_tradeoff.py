@@ -54,6 +54,7 @@ def test_the_references_of_numeric_laws_are_another_methods(name: str) -> None:
     problem, energy = tradeoff.CONTACTS[name]
     motion = Integrated(problem, 1e-12).steady().orbit
     assert motion is not None
+    assert motion.solver == "numeric"
     units = [1.0, 1.0, 1.0, problem.beta]  # the twin's age is a force
     size = {"smooth": 2, "inner": 3}[problem.law.kind] + (name == "rate-state")
     start = motion.flow.state(motion, 0.0) * units[:size]

@@ -107,7 +107,7 @@ def grows(system: Any) -> bool:
     for c in range(system.contacts):
         if system.gradient[c] != 0.0:  # the period of a free motion depends on its size
             return False
-        force += system.limit[c]
+        force += system.brake[c]
     for m in range(system.harmonics):
         k = m + 1.0
         drive = system.push[0, 0]

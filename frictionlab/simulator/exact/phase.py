@@ -65,6 +65,7 @@ SYSTEM = np.dtype(
         ("follow", "f8", (_C,)),  # 1 against the base
         ("dashpot", "f8", (_C,)),  # 2 zeta_c r
         ("limit", "f8", (_C,)),  # friction force where s = 0
+        ("brake", "f8", (_C,)),  # friction force at the highest speeds, whatever holds at the moment
         ("gradient", "f8", (_C,)),
         ("up", "f8", (_C,)),  # static over kinetic friction
         ("down", "f8", (_C,)),

@@ -117,7 +117,8 @@ def system_of(what: Problem | Structure) -> Any:
     system["masses"], system["contacts"], system["r"] = n, len(contacts), r
     for number, contact in enumerate(contacts):
         _set_sliders(system, number, contact.parameters if contact.law.kind == "elastic" else {"beta": contact.beta})
-        system["limit"][number], system["gradient"][number] = contact.beta, contact.parameter("gradient")
+        system["limit"][number] = system["brake"][number] = contact.beta
+        system["gradient"][number] = contact.parameter("gradient")
         system["up"][number], system["down"][number] = contact.static_ratios
     rigid = [i for i, contact in enumerate(contacts) if contact.law.kind in ("rigid", "smooth")]
     bound = np.column_stack((rows, follow))[rigid]
@@ -153,7 +154,8 @@ def systems_of(values: Mapping[str, FloatArray], wall: str, base: Base) -> Any:
     systems["inertia"][:, 0, 0], systems["mobility"][:, 0, 0] = r * r, 1.0 / (r * r)
     systems["stiffness"][:, 0, 0], systems["push"][:, 0, 0] = 1.0, 1.0
     systems["push"][:, 0, 1] = 2.0 * (frame + contact * moves) * r
-    systems["limit"][:, 0], systems["gradient"][:, 0] = values["beta"], values.get("gradient", 0.0)
+    systems["limit"][:, 0] = systems["brake"][:, 0] = values["beta"]
+    systems["gradient"][:, 0] = values.get("gradient", 0.0)
     systems["up"][:, 0], systems["down"][:, 0] = (values.get(f"static_ratio_{way}", 1.0) for way in ("up", "down"))
     terms = [term for term in (PLACE, BREAKAWAY) if all(p.name in values for p in term.parameters)]
     weakens, is_even = sum(term.weakens(values) for term in terms), [term.is_even(values) for term in terms]

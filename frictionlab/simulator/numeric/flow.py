@@ -135,7 +135,7 @@ class Integrated(Flow):
             law["formula"][c] = address_of(self.formulas[c], FORMULA)
             if law["states"][c] == 0:  # friction that grows with speed without end bounds every motion
                 fast = self.formulas[c](tuple(law["own"][c].tolist()), 1.0, contact.beta, 0.0, 1e300, 0.0, 1.0)[0]
-                system["limit"][c] = max(contact.beta, fast)
+                system["brake"][c] = max(contact.beta, fast)
 
     def workspace(self) -> Any:
         """Return where runs write; phases of its masses stay."""

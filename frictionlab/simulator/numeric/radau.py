@@ -300,6 +300,7 @@ def step(flow: Carrier, slot: int, h: float) -> bool:
         base_at(system, work, NODES[i] * h)
         for order in range(3):
             steps.driven[order, i] = work.f[order]
+    base_at(system, work, 0.0)  # an event may be at the begin
     before, fresh = FAILED, 1
     for _ in range(MOST):
         now = correct(flow, slot, h, fresh)
