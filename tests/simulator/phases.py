@@ -12,6 +12,7 @@ KAPPA, SIDE = 4, 6  # columns of a piece of one mass with one contact
 
 def sides(run: Motion) -> np.ndarray:
     """Direction of each piece: +1, -1 (slipping), 0 (holding)."""
+    assert run.solver == "exact"
     return np.asarray(run.rows[:, SIDE])
 
 

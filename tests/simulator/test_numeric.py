@@ -320,11 +320,10 @@ def test_a_lopsided_motion_of_an_even_contact_is_one_of_two() -> None:
 
 def test_an_event_at_the_begin_of_a_step_moves_the_tangent_by_the_base_as_it_is_then() -> None:
     """The base's motion of the step's end stood there, and the derivative was 0.68 for 0.42."""
-    start, tau = np.array([cos(5.0) - 0.4, 0.0]), 5.0
-    exact = Flow(Problem(0.5, 0.4)).carried(start, tau, 1.0, derived=True)[1]
-    assert Integrated(Problem(0.5, 0.4), 1e-10).carried(start, tau, 1.0, derived=True)[1] == pytest.approx(
-        exact, abs=1e-6
-    )
+    start, problem = np.array([cos(5.0) - 0.4, 0.0]), Problem(0.5, 0.4)
+    flows = (Flow(problem), Integrated(problem, 1e-10))
+    exact, integrated = (flow.carried(start, 5.0, 1.0, derived=True)[1] for flow in flows)
+    assert integrated == pytest.approx(exact, abs=1e-6)
 
 
 @pytest.mark.parametrize("degrees", [0, 45, 135, 270])
