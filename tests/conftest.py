@@ -4,6 +4,7 @@ Linear algebra has one thread in each process of the tests and in those that the
 threads that wait for each other cost more than they bring (560 against 474 s of CPU for all tests).
 """
 
+import gc
 import os
 import subprocess
 import sys
@@ -12,6 +13,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+sys.dont_write_bytecode = False  # or each process that tests start would compile the package and its tests again
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+gc.disable()  # until all is loaded: nothing of it is ever garbage, and looking for some takes a quarter of the loading
 for library in ("OPENBLAS", "OMP", "MKL"):  # read once, when numpy is loaded
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
@@ -73,7 +77,9 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests of the files that `make test-fast` runs: some of each part."""
+    """Mark the tests of the files that `make test-fast` runs, some of each part; from here on garbage is collected."""
+    gc.freeze()
+    gc.enable()
     for item in items:
         if _is_fast(item.path):
             item.add_marker(pytest.mark.fast)
