@@ -57,6 +57,12 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
     return answer
 
 
+@pytest.fixture
+def one_format(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A campaign's figures are written as its report needs them, not as pictures and pages beside."""
+    monkeypatch.setattr("frictionlab.figures.plates.SUFFIXES", (".svg",))
+
+
 FAST = """
     test_cli test_estimate test_experiment test_inputs test_options test_output test_recording test_scene
     test_schema test_tables analysis/test_cycles analysis/test_energy analysis/test_spectrum campaign/test_ranking

@@ -136,6 +136,7 @@ def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_says_what_to_do
     assert run("batch", "logs", "-o", "each").exit_code == 0
 
 
+@pytest.mark.usefixtures("one_format")
 def test_a_copy_of_a_log_counts_once_in_a_campaign(run: Run, tmp_path: Path) -> None:
     log, places = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", []
     for name in ("a.csv", "steel_N1.25_r0.3.csv"):

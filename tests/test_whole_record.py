@@ -402,7 +402,7 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
 
 
 def test_a_record_without_a_cycle_that_a_law_misses_is_said_to_be_missed() -> None:
-    t = np.arange(6000) / 200.0
+    t = np.arange(4000) / 200.0
     y = Y * np.sin(2.0 * math.pi * FN * (0.3 + 0.02 * t) * t)
     truth = Problem(
         1.0, 0.3, law="coulomb+speed", parameters={"contact_damping_ratio": 0.1, "frame_damping_ratio": 0.01}

@@ -53,7 +53,9 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     assert any(line.startswith("by energy: 1 ") for line in shown)
     assert "rubber" in done.stdout
     assert (tmp_path / "out" / "report.html").stat().st_size > 100_000
-    assert (tmp_path / "out" / "figures" / "irregularity.pdf").exists()
+    figures = {path.name for path in (tmp_path / "out" / "figures").iterdir()}
+    assert figures == {f"{name.partition('.')[0]}.{end}" for name in figures for end in ("svg", "pdf", "png")}
+    assert "irregularity.pdf" in figures
 
 
 @pytest.mark.parametrize(
@@ -88,6 +90,7 @@ def test_a_foreign_folder_and_a_wrong_scene_stop_it(run: Run, tmp_path: Path) ->
     assert run("campaign", "m.jsonl", "-o", "new", "--scene", "scene.toml").returncode == 2
 
 
+@pytest.mark.usefixtures("one_format")
 def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> None:
     scatter = {"aramid": 0.005, "rubber": 0.03, "steel": 0.1}
     tests = "".join(TEST % (m, mu, scatter[m]) for m, mu in COEFFICIENTS.items())
@@ -109,7 +112,7 @@ def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> No
     ranks = [(r["criterion"], r["material"]) for r in rows_of(tmp_path / "out" / "ranking.csv")]
     assert [m for c, m in ranks if c == "energy"] == ["rubber", "steel", "aramid"]
     assert [m for c, m in ranks if c == "consistency"] == ["aramid", "rubber", "steel"]
-    assert (tmp_path / "out" / "figures" / "responses.png").exists()
+    assert (tmp_path / "out" / "figures" / "responses.svg").exists()
 
 
 def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> None:

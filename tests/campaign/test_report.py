@@ -163,6 +163,7 @@ def test_every_warning_of_every_test_is_in_exactly_one_kind(said: list[tuple[str
     assert len(told) == sum(len(sources) for _, sources in kinds)
 
 
+@pytest.mark.usefixtures("one_format")
 def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path) -> None:
     rows = [
         {**row("steel", 1.0, r, 0.6), "warnings": [f"stops_per_cycle: {r:g} in some cycles", "odd"][: 1 + (r < 0.4)]}

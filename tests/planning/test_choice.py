@@ -13,7 +13,7 @@ from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer
 from frictionlab.planning.candidates import laboratory, virtual_test
 from frictionlab.planning.choose import Limits
-from frictionlab.planning.plan import running_order, sheet_rows, steps
+from frictionlab.planning.plan import Plan, running_order, sheet_rows, steps
 from frictionlab.simulator import Problem
 from tests.inference.contacts import recorded
 from tests.planning.rig import scene
@@ -33,8 +33,13 @@ def test_laboratory_time_counts_each_change_once() -> None:
         assert time.more(order).tolist() == more
 
 
-def test_changes_that_cost_time_are_saved() -> None:
-    free = fl.plan(scene(), law="coulomb+place", tests=6)
+@pytest.fixture(scope="module")
+def free() -> Plan:
+    """Six tests where changing the force costs nothing."""
+    return fl.plan(scene(setup_s=10.0), law="coulomb+place", tests=6)
+
+
+def test_changes_that_cost_time_are_saved(free: Plan) -> None:
     dear = fl.plan(scene(change_force_s=36000.0), law="coulomb+place", tests=6)
     assert len({t.normal_force_n for t in dear.tests}) < len({t.normal_force_n for t in free.tests})
     assert dear.tests[0].total_s == 36060.0
@@ -78,17 +83,15 @@ def test_an_aim_lowers_its_own_error() -> None:
     assert left("gradient") <= left()
 
 
-def test_the_running_order_sets_each_force_once_and_says_it_in_words() -> None:
-    what = scene(setup_s=10.0)
-    plan = fl.plan(what, law="coulomb+place", tests=6)
-    forces = [t.normal_force_n for t in running_order(plan)]
+def test_the_running_order_sets_each_force_once_and_says_it_in_words(free: Plan) -> None:
+    forces = [t.normal_force_n for t in running_order(free)]
     assert forces == sorted(forces)
-    lines = steps(plan)
+    lines = steps(free)
     assert sum(line.startswith("Set a normal force of") for line in lines) == len(set(forces))
     assert "Hz with 1.8 mm, record 60 s; the mass should swing" in "\n".join(lines)
-    logs = [str(row["log"]) for row in sheet_rows(plan, what)]
+    logs = [str(row["log"]) for row in sheet_rows(free, scene())]
     assert logs[0].startswith("01_test_N")
-    assert sheet_rows(plan, what)[0]["material"] is None
+    assert sheet_rows(free, scene())[0]["material"] is None
     assert len(set(logs)) == 6
 
 

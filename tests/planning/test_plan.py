@@ -98,7 +98,8 @@ def test_what_was_measured_is_known_before() -> None:
     measured: list[Mapping[str, object]] = [{"friction_coefficient": 0.6, "parameters": known}]
 
     def left(rows: list[Mapping[str, object]]) -> float:
-        test = fl.plan(scene(), tests=1, measured=rows).tests[0]
+        few = scene(frequency_ratios=[0.3, 0.8], normal_forces_n=[0.5, 1.0])
+        test = fl.plan(few, tests=1, measured=rows).tests[0]
         assert test.cumulative is not None
         return (test.cumulative["beta"] or math.inf) / test.normal_force_n
 
@@ -117,18 +118,18 @@ def test_what_the_sensors_gain_does_is_promised_as_a_comparison_states_it() -> N
 
 def test_the_law_that_a_folder_of_results_has_found_is_planned_for_unless_another_is_named(tmp_path: Path) -> None:
     """A table of comparisons, then the law of a campaign beside it; what explains its test badly counts for nothing."""
-    known = {"beta": {"value": 0.28, "u": 1e-3, "told": True}}
+    few, known = scene(frequency_ratios=[0.5], normal_forces_n=[1.0]), {"beta": {"value": 0.28, "u": 1e-3, "told": True}}
     row = {"source": "a.h5", "status": "ok", "verdict": "explained", "law": "coulomb+place", "parameters": known}
     rows = [row, {**row, "source": "b.h5"}, {**row, "source": "c.h5", "law": "coulomb+speed", "verdict": "misfit"}]
     (tmp_path / "comparisons.jsonl").write_text("\n".join(map(json.dumps, rows)))
-    plan = fl.plan(scene(), tests=1, measured=[tmp_path])
+    plan = fl.plan(few, tests=1, measured=[tmp_path])
     assert plan.law == "coulomb+place"
     assert any("1 of 3 comparisons are not counted" in note for note in plan.notes)
-    assert fl.plan(scene(), law="coulomb", tests=1, measured=[tmp_path]).law == "coulomb"
-    assert fl.plan(scene({"model": {"law": "coulomb"}}), tests=1, measured=[tmp_path]).law == "coulomb"
+    assert fl.plan(few, law="coulomb", tests=1, measured=[tmp_path]).law == "coulomb"
+    assert fl.plan(scene({"model": {"law": "coulomb"}}, frequency_ratios=[0.5], normal_forces_n=[1.0]), tests=1, measured=[tmp_path]).law == "coulomb"
     law = replace(example_law(), law="coulomb", values={"friction_coefficient": 0.5}, covariance=np.eye(1) * 1e-4)
     law.write(tmp_path / "law_brass.toml")
-    plan = fl.plan(scene(), tests=1, measured=[tmp_path])
+    plan = fl.plan(few, tests=1, measured=[tmp_path])
     assert plan.tests[0].values["beta"] == pytest.approx(0.5 * plan.tests[0].normal_force_n / (1191.0 * BASE_M))
     with pytest.raises(UsageError, match=r"expected comparisons .* of steel; got none"):
         fl.plan(scene({"experiment": {"material": "steel"}}), measured=[tmp_path])

@@ -148,16 +148,18 @@ def scipys(frame: Structure, f: Any, knots: np.ndarray) -> np.ndarray:
     """States (k, 8) of two masses with `MIXED` at knots from rest; the oracle's contact is that of a mass alone."""
     alone = [Problem(frame.r, c.beta, law=c.law, parameters=c.parameters) for c in frame.contacts]
     laws, inverse = [rates(problem, 1.0, lambda _: 0.0) for problem in alone], np.linalg.inv(frame.r**2 * frame.mass)
+    rows = [frame.row(contact) for contact in frame.contacts]
+    spring, dashpot, inertia = frame.stiffness, frame.r * frame.damping, frame.r**2
 
     def slope(t: float, y: np.ndarray) -> np.ndarray:
         q, v, forces, inner = y[:2], y[2:4], [], []
-        for contact, law, w in zip(frame.contacts, laws, (y[4:5], y[5:7]), strict=True):
-            z, speed = frame.row(contact) @ q, frame.row(contact) @ v
+        for row, law, w in zip(rows, laws, (y[4:5], y[5:7]), strict=True):
+            z, speed = row @ q, row @ v
             _, acceleration, *rest = law(t, [z, speed, *w])
-            forces.append(-z - frame.r**2 * acceleration)
+            forces.append(-z - inertia * acceleration)
             inner += rest[:-1]
-        net = frame.stiffness @ (f(t) - q) + frame.r * frame.damping @ (f(t, 1) - v)
-        net -= sum(n * frame.row(contact) for contact, n in zip(frame.contacts, forces, strict=True))
+        net = spring @ (f(t) - q) + dashpot @ (f(t, 1) - v)
+        net -= sum(n * row for row, n in zip(rows, forces, strict=True))
         return np.concatenate((v, inverse @ net, inner))
 
     states = [np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, MIXED[1].beta])]
