@@ -1,11 +1,11 @@
-"""A folder like a fresh clone, and commands run in it as a user runs them."""
+"""What tests of every part take: a folder like a fresh clone, commands run in it as a user runs them, values."""
 
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from typer.testing import CliRunner, Result
 
@@ -14,6 +14,7 @@ from frictionlab.cli import app
 ROOT = Path(__file__).parents[1]
 SAMPLE, SCENE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", ROOT / "configs" / "sample_data.toml"
 BIN = Path(sys.executable).parent
+T = TypeVar("T")
 Answer = subprocess.CompletedProcess[str]
 Run = Callable[..., Answer]
 MAKE = ("make", f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}")
@@ -23,6 +24,12 @@ OF_MAKE = {
     *("LOGS", "SCENE", "OUT", "CAMPAIGN", "CAMPAIGN_SCENE", "CAMPAIGN_LOGS"),
 }
 """What a make that runs the tests puts into their environment."""
+
+
+def present(value: T | None) -> T:
+    """What could be None, and is not."""
+    assert value is not None
+    return value
 
 
 def set_up(folder: Path, *names: str) -> Path:

@@ -12,7 +12,7 @@ import frictionlab as fl
 from frictionlab.figures.judged import contact_figure
 from frictionlab.inference.explain import Explanation, missed
 from frictionlab.simulator import Problem
-from tests.desk import SAMPLE, SCENE, invoke
+from tests.desk import SAMPLE, SCENE, invoke, present
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
 
 R, BETA, DAMPING, STIFFNESS = 0.35, 0.4, 0.03, 1191.0
@@ -35,8 +35,7 @@ def test_an_explanation_is_short_and_tells_what_the_comparison_found(told: Expla
     assert "Not tried, because only noise is left to explain: stribeck," in " ".join(told.text.split())
     assert f"{1e3 * (told.energy_j or 0.0):.4g} mJ" in told.text
     assert told.comparison.law == "coulomb+speed"
-    assert told.simpler is not None
-    assert told.simpler["law"] == "coulomb"
+    assert present(told.simpler)["law"] == "coulomb"
 
 
 def test_a_dozen_lines_keep_law_values_doubts_and_what_to_do_next(told: Explanation) -> None:
@@ -73,14 +72,12 @@ def test_values_in_newtons_are_those_of_the_contact_that_made_the_recording(told
 
 
 def test_what_a_law_misses_is_the_residual_part_by_part(told: Explanation) -> None:
-    contact = told.contact
-    assert contact is not None
+    contact = present(told.contact)
     parts, residual = missed(contact), contact.residual
     assert residual is not None
     assert set(parts) == {"stops", "slides up", "slides down"}
     assert min(parts.values()) <= math.sqrt(float(np.mean(residual**2))) <= max(parts.values())
-    assert told.simpler is not None
-    assert told.simpler["response_nrmse"] > 3 * (told.comparison.response_nrmse or math.inf)
+    assert present(told.simpler)["response_nrmse"] > 3 * (told.comparison.response_nrmse or math.inf)
 
 
 def test_a_law_that_was_not_tried_for_another_reason_is_not_among_those_that_noise_made_needless(
@@ -97,8 +94,7 @@ def test_a_law_that_was_not_tried_for_another_reason_is_not_among_those_that_noi
 
 
 def test_the_figure_has_newtons_and_millimetres_every_law_tried_the_verdict_and_the_warnings(told: Explanation) -> None:
-    contact = told.contact
-    assert contact is not None
+    contact = present(told.contact)
     figure = contact_figure(replace(contact, warnings=("friction_ratio: a warning",)))
     way, speed, left, misfit, evidence = figure.axes
     assert (way.get_xlabel(), speed.get_xlabel()) == ("displacement of the mass [mm]", "speed of the mass [mm/s]")

@@ -24,7 +24,7 @@ from frictionlab.synthetic.virtual_motion import (
     random_motion,
     wander,
 )
-from tests.desk import ROOT
+from tests.desk import ROOT, present
 
 Tables = dict[str, object]
 
@@ -49,8 +49,7 @@ def test_a_steady_start_is_the_steady_orbit() -> None:
     scene = scene_of(start="steady")
     (test,) = virtual_tests(scene)
     time = np.arange(2000) / 250.0
-    orbit = steady_state(test.problem()).orbit
-    assert orbit is not None
+    orbit = present(steady_state(test.problem()).orbit)
     tau = np.mod(2 * math.pi * test.drive_frequency_hz * time, 2 * math.pi)
     np.testing.assert_allclose(motion(test, time, scene), 1.8e-3 * orbit.at(tau)[0], atol=1e-15)
 
@@ -193,8 +192,7 @@ def test_the_truth_is_what_sensors_show_also_where_the_wall_moves(tmp_path: Path
     known = json.loads((tmp_path / "truth.jsonl").read_text())
     (test,) = virtual_tests(scene)
     tau = np.linspace(0.0, 2 * math.pi, 100_001)
-    orbit = steady_state(test.problem()).orbit
-    assert orbit is not None
+    orbit = present(steady_state(test.problem()).orbit)
     x, f = orbit.at(tau)[0], np.cos(tau)
     assert known["energy_per_cycle"] == pytest.approx(0.5 * np.sum((f[1:] + f[:-1]) * np.diff(x)), rel=1e-7)
 

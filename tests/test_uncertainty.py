@@ -16,6 +16,7 @@ from frictionlab.inference.unknowns import of_law
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.uncertainty import STATISTICAL, combined, cycle_budget, sources_of
+from tests.desk import present
 from tests.inference.contacts import recorded, scene
 
 FloatArray = NDArray[np.float64]
@@ -39,8 +40,7 @@ def test_the_shares_make_the_combined_uncertainty_and_the_standard_error_is_one_
         row = m.row()
         assert combined(m.budget[key]) == pytest.approx(row[f"{key}_u"])
         assert m.budget[key][STATISTICAL] == pytest.approx(row[f"{key}_se"] or 0.0)
-    assert m.energy_per_cycle_u is not None
-    assert m.energy_per_cycle_u > 10 * m.energy_per_cycle_se
+    assert present(m.energy_per_cycle_u) > 10 * m.energy_per_cycle_se
 
 
 @pytest.mark.parametrize(
@@ -146,8 +146,7 @@ def test_sensors_move_the_cycle_as_the_fit_thinks() -> None:
     assert {u.name for u in unknowns} >= set(CycleObservation.by_sensors)
     for i, u in enumerate(unknowns):
         if u.name in CycleObservation.by_sensors:
-            there = observation.predict(here | {u.name: u.value(u.at(here[u.name]) + 1e-4)})
-            assert there is not None
+            there = present(observation.predict(here | {u.name: u.value(u.at(here[u.name]) + 1e-4)}))
             np.testing.assert_allclose(slopes[:, i], (there - plain) / 1e-4, atol=2e-6)
 
 

@@ -28,7 +28,7 @@ from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.synthetic.virtual_motion import ramp, random_motion
-from tests.desk import invoke
+from tests.desk import invoke, present
 
 FloatArray = NDArray[np.float64]
 FN, Y, NOISE = 3.0, 2e-3, 1e-6
@@ -63,13 +63,10 @@ FRAME = {"frame_damping_ratio": 0.01}
 def test_a_record_from_rest_is_predicted_to_the_sensors_noise(r: float, beta: float) -> None:
     recording = virtual(r, 30.0, Problem(1.0, beta, frame_damping_ratio=0.01))
     seen = fl.compare(recording, SCENE, whole=True)
-    assert seen.record_nrmse is not None
-    assert seen.record_energy_difference is not None
-    assert seen.record_nrmse < 2e-3
-    assert abs(seen.record_energy_difference) < 2e-3
-    assert seen.record is not None
-    assert len(seen.record.cycle_time) == int(29.995 * r * FN)
-    assert seen.record.left == ()
+    assert present(seen.record_nrmse) < 2e-3
+    assert abs(present(seen.record_energy_difference)) < 2e-3
+    assert len(present(seen.record).cycle_time) == int(29.995 * r * FN)
+    assert present(seen.record).left == ()
 
 
 def test_a_fit_to_the_whole_record_tells_what_a_cycle_does_not() -> None:
@@ -78,8 +75,7 @@ def test_a_fit_to_the_whole_record_tells_what_a_cycle_does_not() -> None:
     recording = virtual(0.4, 25.0, Problem(1.0, 0.4, law=law, parameters=truth, frame_damping_ratio=0.01))
     scene = replace_rig(natural_frequency_hz=FN * 0.997)
     seen = fl.compare(recording, scene, law=law, fit="whole")
-    assert seen.record_nrmse is not None
-    assert seen.record_nrmse < 2e-3
+    assert present(seen.record_nrmse) < 2e-3
     assert seen.nuisances["natural_frequency"]["value"] == pytest.approx(1 / 0.997 - 1, abs=2e-4)
     for name, value in {"beta": 0.4, **truth}.items():
         found = seen.parameters[name]
@@ -128,16 +124,14 @@ def test_friction_that_drifts_is_followed_with_its_error() -> None:
     off = found - np.interp(at, t, drifting)[3:]
     assert np.abs(off - off.mean()).max() < 0.001  # of changes; the level is as sure as the friction ratio itself
     assert np.all(error < 0.002)
-    assert seen.friction_ratio_u is not None
-    assert abs(off.mean()) < 2.0 * seen.friction_ratio_u
+    assert abs(off.mean()) < 2.0 * present(seen.friction_ratio_u)
     assert any("record: friction wanders between" in sentence for sentence in seen.warnings)
 
 
 def test_a_step_of_friction_is_found_where_it_was_though_the_motion_follows_late() -> None:
     """Near resonance the motion takes some five periods to follow: 1.4 s that are taken back."""
     recording = virtual(0.97, 60.0, Problem(1.0, 0.3, frame_damping_ratio=0.01), 2, jump_at=30.0, grows=0.02)
-    record = fl.compare(recording, SCENE, fit="whole").record
-    assert record is not None
+    record = present(fl.compare(recording, SCENE, fit="whole").record)
     at, friction = record.cycle_time + 0.5 / (0.97 * FN), record.cycle_friction
     before, after = (friction[(at > t) & (at < t + 10.0)].mean() for t in (15.0, 40.0))
     assert after / before == pytest.approx(1.02, abs=0.002)
@@ -162,8 +156,7 @@ def test_a_law_without_exact_phases_is_followed_from_rest() -> None:
     recording = virtual(0.4, 20.0, law.in_frame_time())
     scene = SCENE.changed(model={"law": "coulomb+stribeck", "parameters": known})
     given = fl.compare(recording, scene, friction_ratio=0.35, whole=True)
-    assert given.record_nrmse is not None
-    assert given.record_nrmse < 2e-3
+    assert present(given.record_nrmse) < 2e-3
     assert given.predicted_energy_per_cycle == pytest.approx(given.energy_per_cycle, rel=2e-3)
 
 
@@ -220,8 +213,7 @@ def test_the_frames_ten_seconds_are_met_as_well_as_a_prototype_met_them(load: st
         rig=Rig(natural_frequency_hz=3.12, damping_ratio=0.0055), analysis=Analysis(transient_s=2.0, cycles="all")
     )
     seen = fl.compare(SHARED / f"frame_{load}.csv", scene, law=law, fit="whole")
-    assert seen.record_nrmse is not None
-    assert seen.record_nrmse < LIMITS[load, law]
+    assert present(seen.record_nrmse) < LIMITS[load, law]
     if law != "coulomb":
         assert abs(seen.nuisances["natural_frequency"]["value"]) < 0.006
         assert seen.verdict == "strained"  # by a lag that nobody declared
@@ -255,8 +247,7 @@ def test_a_record_without_a_cycle_is_fitted_as_it_is(kind: str, seconds: float) 
     recording, largest = unsteady(kind, law, seconds, detuned=0.003)
     scene = SCENE.changed(rig={"stiffness_n_per_m": 1000.0}, analysis={"transient_s": 10.0})
     seen = fl.compare(recording, scene, law="coulomb+place", fit="whole")
-    assert seen.record_nrmse is not None
-    assert seen.record_nrmse < 2e-3
+    assert present(seen.record_nrmse) < 2e-3
     truth = {"beta": 0.3 * Y / largest, "gradient": 0.05 * largest / Y}
     for name, value in truth.items():
         found = seen.parameters[name]
@@ -345,8 +336,7 @@ def test_a_record_that_needs_a_lag_nobody_declared_says_how_far_that_moved_its_v
     share = seen.budget["friction_ratio"]["the law itself"]
     assert seen.verdict == "strained"
     (asked,) = (said for said in seen.warnings if "(sensors.lag_s = +14 ms would fit: " in said)
-    lines = re.search(r"fit: (lag_s = .*) and (lag_s_u = .*)\)", asked)
-    assert lines is not None
+    lines = present(re.search(r"fit: (lag_s = .*) and (lag_s_u = .*)\)", asked))
     pasted = SCENE.changed(sensors=tomllib.loads("\n".join(lines.groups())))
     declared = fl.compare(recording, pasted, fit="whole")
     assert declared.verdict == "explained"
@@ -354,11 +344,9 @@ def test_a_record_that_needs_a_lag_nobody_declared_says_how_far_that_moved_its_v
     assert declared.friction_ratio == pytest.approx(0.3, abs=1e-3)
     assert seen.nuisances["lag_s"]["value"] == pytest.approx(0.014, abs=5e-4)
     assert any("the fit moved the lag between the channels" in said for said in seen.warnings)
-    assert seen.contact is not None
-    assert seen.contact.warnings == seen.warnings  # its figure says what the row says
-    assert seen.friction_ratio_u is not None
-    assert 0.003 < share < seen.friction_ratio_u
-    assert seen.friction_ratio == pytest.approx(0.3, abs=2 * seen.friction_ratio_u)
+    assert present(seen.contact).warnings == seen.warnings  # its figure says what the row says
+    assert 0.003 < share < present(seen.friction_ratio_u)
+    assert seen.friction_ratio == pytest.approx(0.3, abs=2 * present(seen.friction_ratio_u))
 
 
 def test_bent_sensors_and_crosstalk_are_nuisances_of_a_whole_record() -> None:
@@ -374,8 +362,7 @@ def test_bent_sensors_and_crosstalk_are_nuisances_of_a_whole_record() -> None:
     sensors = {"crosstalk": 0.002, "linearity": 0.002, "lag_s_u": 1e-4}
     seen = fl.compare(shown, SCENE.changed(sensors=sensors, rig={"damping_ratio_u": 1e-4}), fit="whole")
     assert {"base_in_mass", "mass_in_base", "cubic"} <= set(seen.nuisances)
-    assert seen.friction_ratio_u is not None
-    assert abs(seen.friction_ratio - 0.3) < 2 * seen.friction_ratio_u < 0.01
+    assert abs(seen.friction_ratio - 0.3) < 2 * present(seen.friction_ratio_u) < 0.01
     assert seen.budget["friction_ratio"]["mass_in_base"] > 0.0
 
 
@@ -393,11 +380,9 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
     slopes = observation.slopes(unknowns, values, [1.0] * len(unknowns))
     for i, u in enumerate(unknowns):
         if u.name in SENSORS:
-            there = observation.predict(here | {u.name: u.value(u.at(here[u.name]) + 1e-3)})
-            assert there is not None
+            there = present(observation.predict(here | {u.name: u.value(u.at(here[u.name]) + 1e-3)}))
             np.testing.assert_allclose(slopes[:, i], (there - plain) / 1e-3, atol=1e-9)
-    mixed = observation.predict(here | {"mass_in_base": 1e-3})
-    assert mixed is not None
+    mixed = present(observation.predict(here | {"mass_in_base": 1e-3}))
     assert 1e-5 < float(np.std(mixed - plain)) < 1e-2
 
 

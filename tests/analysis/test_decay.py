@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from frictionlab.analysis.decay import Decay, first_guess, fit_decay
 from tests.analysis.seen import STEP_M
+from tests.desk import present
 
 FloatArray = np.ndarray
 OMEGA = 2 * math.pi * 3.126
@@ -40,9 +41,7 @@ def integrated(decay: Decay, times: FloatArray) -> FloatArray:
         grid = np.concatenate([[at], times[times > at]])
         span = (at, at + 4.0 / decay.omega)
         done = solve_ivp(rates, span, [x, 0.0], events=turns, rtol=1e-11, atol=1e-14, t_eval=grid[grid < span[1]])
-        assert done.t_events is not None
-        assert done.y_events is not None
-        end, after = float(done.t_events[0][0]), float(done.y_events[0][0][0])
+        end, after = float(present(done.t_events)[0][0]), float(present(done.y_events)[0][0][0])
         inside = (times > at) & (times < end)
         found[times == at] = decay.rest + x
         found[inside] = decay.rest + done.y[0][1:][: np.count_nonzero(inside)]

@@ -12,6 +12,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
 from tests.benchmarks.recording_coverage import Sensors
+from tests.desk import present
 from tests.inference.contacts import recorded, scene
 
 FloatArray = NDArray[np.float64]
@@ -47,11 +48,9 @@ def test_a_cycle_in_a_band_has_its_harmonics_by_their_shares() -> None:
 def test_the_third_harmonic_of_a_mass_that_slides_is_what_its_friction_makes() -> None:
     """Far above resonance little friction hardly bends the cycle: its third harmonic is that of the force's."""
     state = steady_state(Problem(1.6, 0.05))
-    assert state.orbit is not None
-    x = state.orbit.at(2 * np.pi * np.arange(512) / 512)[0]
+    x = present(state.orbit).at(2 * np.pi * np.arange(512) / 512)[0]
     found = abs(np.fft.rfft(x)[3]) * 2.0 / 512
-    energy = state.energy_per_cycle
-    assert energy is not None
+    energy = present(state.energy_per_cycle)
     friction = energy / (4.0 * 0.5 * float(np.ptp(x)))
     channel, cosine = SensorChannel(cutoff=5.0, order=8), np.cos(2 * np.pi * np.arange(512) / 512)
     assert cut_away(cosine, 5.0, channel, friction=friction, r=1.6) == pytest.approx(found, rel=0.01)

@@ -34,11 +34,6 @@ def fit_of(trials: list[Trial]) -> FrictionFit:
     return fit
 
 
-def known(value: float | None) -> float:
-    assert value is not None
-    return value
-
-
 def row(
     material: str,
     force: float,

@@ -26,6 +26,7 @@ from frictionlab.simulator import Problem, steady_state
 from frictionlab.tables import write_rows
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row, steady_recording
+from tests.desk import present
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded
 
 TRUE, FORCE = 0.4, 1.5
@@ -76,8 +77,7 @@ def test_the_coefficient_comes_back_under_each_model(rig: dict[str, object], mod
     assert isinstance(parameters, dict)
     fit = only_fit(scene, rows_of(scene, **parameters))
     assert fit.friction_coefficient == pytest.approx(TRUE, rel=1e-5)
-    assert fit.friction_coefficient_se is not None
-    assert fit.friction_coefficient_se < 0.004  # the 0.2 % that no model undercuts, and few tests
+    assert present(fit.friction_coefficient_se) < 0.004  # the 0.2 % that no model undercuts, and few tests
 
 
 @pytest.mark.parametrize(
@@ -144,9 +144,7 @@ def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene
     measured = {**measure(steady_recording(), scene).row(), "source": "a.h5", "material": "steel"}
     found = evaluate([{**measured, "normal_force_n": 1.5}], scene, folders=[tmp_path], law="auto")
     assert [law["law"] for law in found.laws if law["required"]] == ["coulomb"]
-    assert found.joint is not None
-    law = found.joint.law("steel")
-    assert law is not None
+    law = present(present(found.joint).law("steel"))
     assert law.name == "coulomb"
     assert len(found.laws) > 1
 
@@ -253,6 +251,5 @@ def test_a_natural_frequency_that_all_tests_contradict_is_named_and_in_the_error
     found = joint.coefficient("steel", scene.rig.stiffness)
     assert 0.01 * TRUE < abs((found.value or 0.0) - TRUE) < 1.96 * (found.u or 0.0)
     (said,) = (note for note in joint.rig_notes(scene) if note.startswith("rig: "))
-    named = re.search(r"natural_frequency_hz = ([\d.]+)", said)
-    assert named is not None
+    named = present(re.search(r"natural_frequency_hz = ([\d.]+)", said))
     assert float(named[1]) == pytest.approx(NATURAL_HZ, rel=2e-3)

@@ -8,7 +8,8 @@ from frictionlab.campaign import evaluate
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.trials import trial_of
 from frictionlab.scene import scene_from_tables
-from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, known, row
+from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, row
+from tests.desk import present
 
 RATIOS = (0.3, 0.5, 0.6, 1.4, 1.6)
 EXACT = scene_from_tables(QUIET)
@@ -37,18 +38,18 @@ def fit_of(*, late: float = 0.0, gain: float = 0.0, tests: int = 1, ratios: tupl
 def test_a_common_lag_does_not_average_away() -> None:
     """Many tests at one frequency ratio do not tell it; over several its own pattern does (thesis eq. 2.18)."""
     few, many = (fit_of(late=0.01, tests=tests, ratios=(0.5,)) for tests in (4, 16))
-    assert known(many.friction_ratio_se) < 0.7 * known(few.friction_ratio_se)
+    assert present(many.friction_ratio_se) < 0.7 * present(few.friction_ratio_se)
     assert many.shares["lag_s"] == pytest.approx(few.shares["lag_s"], rel=0.01)
-    assert known(many.friction_ratio_u) > many.shares["lag_s"] * BETA > 0.005 * BETA
+    assert present(many.friction_ratio_u) > many.shares["lag_s"] * BETA > 0.005 * BETA
     assert fit_of(late=0.01, tests=4).shares["lag_s"] < 0.1 * few.shares["lag_s"]
 
 
 def test_the_uncertainty_of_a_gain_reaches_coefficient_and_interval() -> None:
     exact, gained = fit_of(), fit_of(gain=0.02)
     assert not exact.shares
-    assert known(exact.friction_coefficient_u) == pytest.approx(known(exact.friction_coefficient_se), rel=1e-3)
-    assert 0.005 * TRUE < known(gained.friction_coefficient_u) < 0.06 * TRUE
-    assert known(gained.friction_coefficient_high) - known(gained.friction_coefficient_low) > 3.8 * known(
+    assert present(exact.friction_coefficient_u) == pytest.approx(present(exact.friction_coefficient_se), rel=1e-3)
+    assert 0.005 * TRUE < present(gained.friction_coefficient_u) < 0.06 * TRUE
+    assert present(gained.friction_coefficient_high) - present(gained.friction_coefficient_low) > 3.8 * present(
         gained.friction_coefficient_u
     )
 
@@ -60,8 +61,8 @@ def test_a_test_whose_energy_and_amplitude_contradict_each_other_says_so_in_its_
     assert isinstance(amplitude, float)
     (fit,) = evaluate([trial_of({**known_row, "response_amplitude": 1.05 * amplitude})], EXACT).fits
     (verdict,) = fit.verdicts
-    assert known(verdict.misfit) > 5.0
-    assert abs(known(fit.friction_ratio) - BETA) < 3.0 * known(fit.friction_ratio_u)
+    assert present(verdict.misfit) > 5.0
+    assert abs(present(fit.friction_ratio) - BETA) < 3.0 * present(fit.friction_ratio_u)
 
 
 def test_an_error_that_nobody_tells_is_wide_and_said() -> None:
@@ -69,7 +70,7 @@ def test_an_error_that_nobody_tells_is_wide_and_said() -> None:
     silent = [{k: v for k, v in r.items() if not k.endswith("_se")} for r in rows]
     (told,) = evaluate([trial_of(r) for r in rows], EXACT).fits
     (fit,) = evaluate([trial_of(r) for r in silent], EXACT).fits
-    assert known(fit.friction_ratio_se) > 5.0 * known(told.friction_ratio_se)
+    assert present(fit.friction_ratio_se) > 5.0 * present(told.friction_ratio_se)
     assert "5 tests tell no standard error: 5% is taken" in fit.note
 
 

@@ -12,6 +12,7 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.sweep import warm_up
+from tests.desk import present
 from tests.simulator.closed_form import friction_limit
 
 ORBITS = json.loads((Path(__file__).parent / "reference" / "orbits.json").read_text(encoding="utf-8"))
@@ -65,9 +66,7 @@ def test_a_steady_state_agrees_with_fifty_digits(row: dict[str, str]) -> None:
     assert is_told(state, row["response_amplitude"]) or rounding_of_the_pull(problem) > 1e-10
     assert state.stuck_fraction == pytest.approx(float(row["stuck_fraction"]), rel=1e-9 + few, abs=1e-12)
     assert state.stops_per_cycle == int(row["stops_per_cycle"])
-    assert state.closure_error is not None
-    assert state.energy_per_cycle is not None
-    assert state.closure_error <= 2 * few * state.energy_per_cycle + 1e-14
+    assert present(state.closure_error) <= 2 * few * present(state.energy_per_cycle) + 1e-14
 
 
 def test_at_resonance_weak_friction_leaves_no_steady_state() -> None:
@@ -129,7 +128,7 @@ def test_a_slow_drive_is_followed_at_the_distance_of_friction(r: float) -> None:
     assert state.response_amplitude == pytest.approx(0.6, abs=1.5 * r)
     assert state.energy_per_cycle == pytest.approx(4 * 0.4 * 0.6, abs=4 * 0.4 * 1.5 * r)
     moving = 2 * (math.pi - math.acos(1 - 2 * 0.4))  # a step takes a natural period, 2 pi r
-    assert 0.5 * moving / (2 * math.pi * r) < known(state.stops_per_cycle) < moving / (2 * math.pi * r) + 2
+    assert 0.5 * moving / (2 * math.pi * r) < present(state.stops_per_cycle) < moving / (2 * math.pi * r) + 2
 
 
 @pytest.mark.parametrize("r", [0.3, 0.7, 1.0, 1.5])
@@ -169,14 +168,9 @@ def test_stops_grow_from_nothing_across_the_limit_of_continuous_motion(r: float)
     below, *above = (steady_state(Problem(r=r, beta=limit * (1 + d))) for d in (-1e-12, 1e-3, 1e-6, 1e-9))
     assert (below.stops_per_cycle, below.stuck_fraction) == (0.0, 0.0)
     assert all(state.stops_per_cycle == 2.0 for state in above)
-    stuck = [known(state.stuck_fraction) for state in above]
+    stuck = [present(state.stuck_fraction) for state in above]
     assert stuck == sorted(stuck, reverse=True)
-    assert known(above[-1].energy_per_cycle) == pytest.approx(known(below.energy_per_cycle), rel=1e-7)
-
-
-def known(value: float | None) -> float:
-    assert value is not None
-    return value
+    assert present(above[-1].energy_per_cycle) == pytest.approx(present(below.energy_per_cycle), rel=1e-7)
 
 
 def test_a_search_without_end_is_given_up_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -208,8 +202,7 @@ def test_a_dashpot_stronger_than_any_spring_leaves_the_textbook_s_creep(r: float
     if few < 0.02:
         assert state.response_amplitude == pytest.approx(0.5 * half / thick, rel=few)
         assert state.stops_per_cycle == 2.0
-    assert state.closure_error is not None
-    assert state.closure_error <= 1e-12 * known(state.energy_per_cycle)
+    assert present(state.closure_error) <= 1e-12 * present(state.energy_per_cycle)
 
 
 @pytest.mark.parametrize(("beta", "is_said"), [(1e-10, True), (1e-8, False)])
@@ -217,7 +210,7 @@ def test_energies_that_do_not_close_are_said_under_numeric_laws_too(beta: float,
     """Friction of 1e-10 under steps of 1e-8: its work is known to 1e-5 only, and that is told. Weaker: refused."""
     law = {"static_ratio": 1.2, "stribeck_speed": 1e-3}
     state = steady_state(Problem(1.7, beta, law="coulomb+stribeck", parameters=law))
-    off = known(state.closure_error) / known(state.energy_per_cycle)
+    off = present(state.closure_error) / present(state.energy_per_cycle)
     assert any("energies in and out differ" in said for said in state.warnings) == is_said == (off > 1e-6)
 
 

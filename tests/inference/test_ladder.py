@@ -14,6 +14,7 @@ from frictionlab.inference.observation import steady
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.meter import Meter
+from tests.desk import present
 from tests.inference.contacts import NATURAL_HZ, recorded, scene
 
 RUNG = {"law", "parameters", "log_evidence", "response_nrmse", "held_out_nrmse", "required", "seconds", "note"}
@@ -49,8 +50,7 @@ def test_a_law_without_exact_slides_is_found_though_exact_terms_come_near(monkey
     found = compare(recorded(truth, np.random.default_rng(3), seconds=20.0), scene(), law="auto")
     assert found.law == "coulomb+stribeck"
     assert found.verdict == "explained"
-    assert found.laws is not None
-    tried = {str(rung["law"]) for rung in found.laws}
+    tried = {str(rung["law"]) for rung in present(found.laws)}
     assert tried >= {"coulomb", "coulomb+speed", "coulomb+breakaway", "coulomb+stribeck"}
     assert not any("lugre" in law or "rate-state" in law for law in tried)
     spared = "not tried: a law that costs less, coulomb+stribeck, leaves nothing but noise"
@@ -126,8 +126,7 @@ def test_a_fault_of_one_rung_is_said_in_its_row_and_ends_nothing(
     monkeypatch.setattr(ladder._Climb, "_fitted", broken)
     found = compare(recorded(Problem(0.35, 0.4), np.random.default_rng(11), seconds=20.0), scene(), law="auto")
     assert found.law == "coulomb"
-    assert found.laws is not None
-    row = next(rung for rung in found.laws if rung["law"] == law)
+    row = next(rung for rung in present(found.laws) if rung["law"] == law)
     assert str(fault) in str(row["note"])
     assert (row["log_evidence"], row["required"]) == (None, False)
     assert any(w.startswith(f"law {law}: not compared: ") for w in found.warnings)
@@ -153,8 +152,7 @@ def test_a_lag_that_nobody_declared_is_not_taken_for_a_law() -> None:
         seen = recorded(Problem(r, beta), np.random.default_rng(seed), scatter=0.01, seconds=20.0, lag_s=3e-3)
         found = compare(seen, scene(), law="auto")
         assert found.law == "coulomb"
-        assert found.friction_ratio_u is not None
-        assert found.friction_ratio == pytest.approx(beta, abs=2.5 * found.friction_ratio_u)
+        assert found.friction_ratio == pytest.approx(beta, abs=2.5 * present(found.friction_ratio_u))
         assert found.nuisances["lag_s"]["value"] == pytest.approx(3e-3, abs=1e-3)
 
 
@@ -196,6 +194,7 @@ def test_a_natural_frequency_far_from_the_scenes_is_named_with_its_value(law: st
     found = compare(seen, scene(rig={"damping_ratio": None}), law=law)
     assert found.verdict == "strained"
     said = next(w for w in found.warnings if w.startswith("rig: natural frequency: "))
-    asked = re.search(r"this recording asks for ([0-9.]+) Hz; rig.natural_frequency_hz = \1 Hz would fit", said)
-    assert asked is not None
+    asked = present(
+        re.search(r"this recording asks for ([0-9.]+) Hz; rig.natural_frequency_hz = \1 Hz would fit", said)
+    )
     assert float(asked[1]) == pytest.approx(tuned * NATURAL_HZ, rel=0.02)

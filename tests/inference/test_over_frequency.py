@@ -14,6 +14,7 @@ from frictionlab.logs.table import read_frequency_table
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
+from tests.desk import present
 
 RATIOS = np.array([0.3, 0.5, 0.7, 0.85, 1.15, 1.3, 1.5, 1.8])
 NOISE = 0.01
@@ -26,10 +27,8 @@ def rows(beta: float = 0.4, seed: int | None = None, law: str = "coulomb", **par
     found = []
     for r in RATIOS:
         state = steady_state(Problem(float(r), beta, law=law, parameters=parameters))
-        assert state.orbit is not None
-        assert state.response_amplitude is not None
-        first = np.fft.rfft(state.orbit.at(np.arange(512) * np.pi / 256)[0])[1]
-        found.append((r, state.response_amplitude, -np.rad2deg(np.angle(first))))
+        first = np.fft.rfft(present(state.orbit).at(np.arange(512) * np.pi / 256)[0])[1]
+        found.append((r, present(state.response_amplitude), -np.rad2deg(np.angle(first))))
     made = np.array(found)
     if seed is not None:
         noise = NOISE * np.random.default_rng(seed).standard_normal((2, len(made)))
@@ -129,8 +128,7 @@ def test_an_error_of_r_is_an_error_of_friction() -> None:
 
 def test_phases_of_x_over_y_and_unused_columns_are_said(tmp_path: Path) -> None:
     made = np.column_stack([rows()[:, [0, 2]] * (1.0, -1.0), RATIOS])
-    found = read_frequency_table(written(tmp_path / "t.csv", "r,phase [deg],load", made))
-    assert found is not None
+    found = present(read_frequency_table(written(tmp_path / "t.csv", "r,phase [deg],load", made)))
     assert np.rad2deg(found.phase) == pytest.approx(rows()[:, 2])
     assert "column 3 ('load') is not used" in found.said
     assert "phase: every one is below 0" in found.said[-1]

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 
 from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, coexisting, simulate, steady_state
+from tests.desk import present
 
 
 def test_a_mass_that_rests_displaced_is_stuck() -> None:
     state = steady_state(Problem(0.74, 1.179, base=Base((1.0, 0.344), (0.0, -0.007))))
     assert state.outcome == "stuck"
     assert state.energy_per_cycle == 0.0
-    assert state.orbit is not None
-    x = float(state.orbit.at(0.0)[0])
+    x = float(present(state.orbit).at(0.0)[0])
     assert x > 0.1
     assert "comes to rest" in state.verdict
 
@@ -32,8 +32,7 @@ def test_friction_over_half_the_range_of_the_force_always_brings_the_mass_to_res
     beta = half + max(1e-3, share) * (top - half)
     state = steady_state(Problem(r, beta + 1e-6, base=base))
     assert state.outcome == "stuck"
-    assert state.orbit is not None
-    place = float(state.orbit.at(0.0)[0])
+    place = float(present(state.orbit).at(0.0)[0])
     assert f.max() - place <= beta + 2e-6
     assert place - f.min() <= beta + 2e-6
     late = float(simulate(Problem(r, beta + 1e-6, base=base), cycles=200, keep=1).at(399 * pi)[0])
@@ -44,8 +43,7 @@ def test_unequal_break_away_forces_let_the_mass_rest_to_one_side() -> None:
     uneven = {"static_ratio_up": 1.6, "static_ratio_down": 1.0}
     state = steady_state(Problem(0.7, 0.8, law="coulomb+breakaway", parameters=uneven))
     assert state.outcome == "stuck"
-    assert state.orbit is not None
-    assert -0.28 - 1e-12 <= float(state.orbit.at(0.0)[0]) <= -0.2 + 1e-12  # 1 - 1.6 * 0.8 and 0.8 - 1
+    assert -0.28 - 1e-12 <= float(present(state.orbit).at(0.0)[0]) <= -0.2 + 1e-12  # 1 - 1.6 * 0.8 and 0.8 - 1
 
 
 @pytest.mark.parametrize("over", [1e-3, 1e-6, 1e-9, 1e-12])
@@ -59,8 +57,7 @@ def test_at_resonance_stops_vanish_like_the_cube_root_of_what_friction_has_over(
 def settles_on(state: SteadyState, cycles: int, within: float = 1e-6) -> bool:
     """Whether the run from rest is on the orbit after so many cycles."""
     x, v = simulate(state.problem, cycles=cycles, keep=1).at(2 * pi * cycles)
-    assert state.orbit is not None
-    starts, rates = state.orbit.at(2 * pi * np.arange(state.period_cycles or 1))
+    starts, rates = present(state.orbit).at(2 * pi * np.arange(state.period_cycles or 1))
     return bool(np.hypot(starts - x, state.problem.r * (rates - v)).min() < within)
 
 
@@ -126,8 +123,7 @@ def test_motions_that_coexist_are_found_under_laws_that_are_not_rigid(
     assert sum(attractor.share for attractor in found) == pytest.approx(1.0)
     moving = next(attractor.state for attractor in found if attractor.state.outcome == "periodic")
     assert abs(moving.floquet_multiplier or 2.0) < 1.0
-    assert moving.orbit is not None
-    x, v = moving.orbit.at(0.0)
+    x, v = present(moving.orbit).at(0.0)
     later = simulate(problem, cycles=moving.period_cycles or 1, x0=float(x), v0=float(v), keep=1)
     if law == "coulomb+stribeck":  # no inner state: displacement and velocity say all
         assert float(later.at(later.end)[0]) == pytest.approx(float(x), abs=1e-7)
@@ -200,8 +196,7 @@ def test_the_motion_told_next_to_resonance_is_where_rest_goes_in_the_end() -> No
 def test_each_of_all_motions_is_whole() -> None:
     """An orbit found on half a cycle is mirrored: half of it was told as the whole."""
     for attractor in coexisting(Problem(0.3, 0.9, 1.3), starts=10):
-        orbit = attractor.state.orbit
-        assert orbit is not None
+        orbit = present(attractor.state.orbit)
         assert orbit.end - orbit.start == pytest.approx(2.0 * pi, abs=1e-12)
         tau = np.linspace(0.0, 2.0 * pi, 50)
         x, v = orbit.at(tau)

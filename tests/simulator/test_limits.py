@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from frictionlab.simulator import Base, Problem, SteadyState, steady_state
+from tests.desk import present
 
 TERMS = "coulomb+place+speed+breakaway"
 NEUTRAL = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
@@ -20,10 +21,8 @@ SETTINGS: dict[str, tuple[float, float, dict[str, Any]]] = {  # r and beta at wh
 
 def distance(one: SteadyState, other: SteadyState) -> float:
     """The largest difference of two orbits' displacements."""
-    assert one.orbit is not None
-    assert other.orbit is not None
     tau = np.linspace(0.0, 2.0 * np.pi, 200)
-    return float(np.abs(one.orbit.at(tau)[0] - other.orbit.at(tau)[0]).max())
+    return float(np.abs(present(one.orbit).at(tau)[0] - present(other.orbit).at(tau)[0]).max())
 
 
 def orders(sizes: tuple[float, ...], distances: list[float]) -> list[float]:

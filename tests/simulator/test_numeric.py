@@ -23,6 +23,7 @@ from frictionlab.simulator.laws.rate_state import rate_state
 from frictionlab.simulator.numeric import Integrated
 from frictionlab.simulator.numeric.radau import BERNSTEIN, MATRIX, NODES, WEIGHTS
 from frictionlab.simulator.record import BaseRecord, respond
+from tests.desk import present
 from tests.simulator.numeric_oracle import LAWS, along, cycle, steady
 
 each_law = pytest.mark.parametrize("law", LAWS)
@@ -32,11 +33,6 @@ def problem(law: str, r: float = 0.7, beta: float = 0.5, **more: Any) -> Problem
     """A problem with one of the laws, whose parameters can be overridden by `parameters`."""
     parameters = LAWS.get(law.removesuffix("+place"), {}) | more.pop("parameters", {})
     return Problem(r, beta, law=law, parameters=parameters, **more)
-
-
-def number(value: float | None) -> float:
-    assert value is not None
-    return value
 
 
 def test_the_tableau_fulfils_the_order_conditions() -> None:
@@ -67,12 +63,10 @@ def test_plain_friction_is_the_exact_solvers(asked: Problem) -> None:
     assert found.response_amplitude == pytest.approx(exact.response_amplitude, rel=1e-8)
     assert found.stops_per_cycle == exact.stops_per_cycle
     assert found.stuck_fraction == pytest.approx(exact.stuck_fraction, abs=1e-8)
-    assert number(found.floquet_multiplier) == pytest.approx(number(exact.floquet_multiplier), abs=1e-6)
+    assert present(found.floquet_multiplier) == pytest.approx(present(exact.floquet_multiplier), abs=1e-6)
     taus = np.linspace(0.0, 7.0, 41)
-    assert found.orbit is not None
-    assert exact.orbit is not None
-    np.testing.assert_allclose(found.orbit.at(taus)[0], exact.orbit.at(taus)[0], atol=1e-8)
-    np.testing.assert_allclose(found.orbit.at(taus)[1], exact.orbit.at(taus)[1], atol=1e-6)
+    np.testing.assert_allclose(present(found.orbit).at(taus)[0], present(exact.orbit).at(taus)[0], atol=1e-8)
+    np.testing.assert_allclose(present(found.orbit).at(taus)[1], present(exact.orbit).at(taus)[1], atol=1e-6)
 
 
 @each_law
@@ -81,9 +75,10 @@ def test_scipy_carries_the_orbit_back_to_its_start(law: str) -> None:
     gradient = {"gradient": 0.1} if law in ("coulomb+bouc-wen", "coulomb+stribeck") else {}
     asked = problem(law + "+place" * bool(gradient), r=0.6, parameters=gradient, **more)
     found = steady(asked)
-    assert found.orbit is not None
     size = {"smooth": 2, "inner": 3}[asked.law.kind] + (law == "coulomb+rate-state")
-    start = found.orbit.flow.state(found.orbit, 0.0)[:size] * np.array([1.0, 1.0, 1.0, asked.beta])[:size]
+    start = (
+        present(found.orbit).flow.state(present(found.orbit), 0.0)[:size] * np.array([1.0, 1.0, 1.0, asked.beta])[:size]
+    )
     end = cycle(asked, start, method="DOP853", rtol=1e-12)
     np.testing.assert_allclose(end[:size], start, atol=1e-9)
     assert end[-1] == pytest.approx(found.energy_taken, rel=1e-8)
@@ -94,7 +89,7 @@ def test_scipy_carries_the_orbit_back_to_its_start(law: str) -> None:
 def test_whatever_the_drive_energy_in_is_energy_out(law: str, r: float, beta: float) -> None:
     found = steady(problem(law, r, beta, frame_damping_ratio=0.02, base=Base((1.0, 0.05), (0.0, 0.02))))
     if found.outcome == "periodic":
-        assert number(found.closure_error) <= 1e-8 * max(number(found.energy_per_cycle), 1e-3)
+        assert present(found.closure_error) <= 1e-8 * max(present(found.energy_per_cycle), 1e-3)
 
 
 @pytest.mark.parametrize(
@@ -117,9 +112,9 @@ def test_a_neighbour_is_a_start() -> None:
 
 def test_a_stiffer_dahl_contact_tends_to_the_rigid_one_like_the_root_of_its_compliance() -> None:
     """After a turn the force is wrong over a way of beta / kappa, which takes a time of its root: so is the impulse."""
-    rigid = number(steady_state(Problem(0.7, 0.5)).energy_per_cycle)
+    rigid = present(steady_state(Problem(0.7, 0.5)).energy_per_cycle)
     off = [
-        number(steady(problem("coulomb+dahl", parameters={"stiffness_ratio": k})).energy_per_cycle) - rigid
+        present(steady(problem("coulomb+dahl", parameters={"stiffness_ratio": k})).energy_per_cycle) - rigid
         for k in (1e4, 4e4)
     ]
     assert off[0] / off[1] == pytest.approx(2.0, abs=0.05)
@@ -128,8 +123,7 @@ def test_a_stiffer_dahl_contact_tends_to_the_rigid_one_like_the_root_of_its_comp
 def test_a_loose_tolerance_sees_no_stop_where_a_slide_begins() -> None:
     """At release a slide moves like t^2: the polynomial of a long step dips below zero there, the motion does not."""
     found = steady(problem("coulomb+stribeck", r=0.3), rtol=1e-6)
-    assert found.orbit is not None
-    assert len(found.orbit.recorded) < 100
+    assert len(present(found.orbit).recorded) < 100
     assert found.stops_per_cycle == 2.0
 
 
@@ -186,18 +180,18 @@ def test_a_narrow_stribeck_curve_is_not_stepped_over() -> None:
     asked = problem("coulomb+lugre", 0.409, 0.108, parameters=curve)
     found, tight = steady(asked), steady(asked, rtol=1e-10)
     assert found.energy_per_cycle == pytest.approx(tight.energy_per_cycle, rel=1e-9)
-    assert number(found.closure_error) < 1e-10
+    assert present(found.closure_error) < 1e-10
 
 
 def test_newton_finds_the_large_motion_close_to_resonance_and_what_rest_approaches_slowly() -> None:
     found = steady(problem("coulomb+dahl", 1.0015, 0.5766, parameters={"stiffness_ratio": 120.0}))
-    exact = number(steady_state(Problem(1.0015, 0.5766)).energy_per_cycle)
+    exact = present(steady_state(Problem(1.0015, 0.5766)).energy_per_cycle)
     assert found.energy_per_cycle == pytest.approx(exact, rel=0.02)
     creeping = {"stiffness_ratio": 60.0, "gradient": 0.05}
     asked = problem("coulomb+dahl+place", 0.15, 0.226, parameters=creeping, wall="base", base=Base((1.0, 0.03)))
     slow = steady(asked)
     assert slow.outcome in ("stuck", "periodic")
-    assert number(slow.closure_error) < 1e-9
+    assert present(slow.closure_error) < 1e-9
 
 
 def test_rate_and_state_friction_makes_two_stops_where_coulombs_makes_six() -> None:
@@ -294,7 +288,7 @@ def test_a_new_law_is_one_term_in_the_list_of_laws(monkeypatch: pytest.MonkeyPat
     asked = Problem(1.0, 0.3, law="coulomb+waves", parameters={"height": 0.2, "number": 6.0}, zeta=0.02)
     assert asked.law.name == "coulomb+waves+speed"
     found = steady_state(asked._but(r=0.5))
-    assert number(found.closure_error) < 1e-9 * number(found.energy_per_cycle)
+    assert present(found.closure_error) < 1e-9 * present(found.energy_per_cycle)
     assert found.orbit is not None
     end = cycle(asked._but(r=0.5), found.orbit.flow.state(found.orbit, 0.0)[:2], method="DOP853", rtol=1e-11)
     np.testing.assert_allclose(end[:2], found.orbit.flow.state(found.orbit, 0.0)[:2], atol=1e-8)
@@ -310,8 +304,7 @@ def test_a_lopsided_motion_of_an_even_contact_is_one_of_two() -> None:
     lopsided = steady_state(Problem(0.5, 0.4, law="coulomb+lugre", parameters=values))
     assert lopsided.symmetric is False
     assert lopsided.problem.has_mirror_image
-    motion = lopsided.orbit
-    assert motion is not None
+    motion = present(lopsided.orbit)
     start = -motion.flow.state(motion, np.pi)[:3]
     there = cycle(lopsided.problem, start, method="DOP853", rtol=1e-9)[:3]
     np.testing.assert_allclose(there, start, atol=1e-7)

@@ -12,6 +12,7 @@ from mpmath import mpf
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
+from tests.desk import present
 from tests.simulator.phases import sides
 
 PERIODS = [(0.32, 1), (0.38, 4), (0.44, 3), (0.5, 1)]  # r, cycles of rest's motion at mu = 3
@@ -38,9 +39,7 @@ def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, object], solver:
     is_told = zeta == 1.0 or any("good to about" in said for said in state.warnings)
     assert is_told or error(state.energy_per_cycle, str(row["energy_per_cycle"])) <= 1e-10
     assert state.stops_per_cycle == row["stops_per_cycle"]
-    assert state.closure_error is not None
-    assert state.energy_per_cycle is not None
-    assert state.closure_error < max(1e-11, lost) * state.energy_per_cycle
+    assert present(state.closure_error) < max(1e-11, lost) * present(state.energy_per_cycle)
 
 
 @settings(max_examples=25, deadline=None)
@@ -48,15 +47,12 @@ def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, object], solver:
 def test_energies_close_and_the_orbit_repeats_everywhere(r: float, beta: float) -> None:
     assume(r != 1.0 or beta > pi / 4)  # there the motion grows for ever
     state = steady_state(Problem(r, beta), solver="exact")
-    assert state.energy_per_cycle is not None
-    assert state.closure_error is not None
-    assert state.orbit is not None
     assert state.outcome == "periodic"
     assert state.symmetric
-    assert state.closure_error < 1e-11 * state.energy_per_cycle
+    assert present(state.closure_error) < 1e-11 * present(state.energy_per_cycle)
     tau = np.linspace(0.0, 2 * pi, 50)
-    x, v = state.orbit.at(tau)
-    opposite, back = state.orbit.at(tau + pi)
+    x, v = present(state.orbit).at(tau)
+    opposite, back = present(state.orbit).at(tau + pi)
     size = np.abs(x).max()
     np.testing.assert_allclose(opposite, -x, atol=1e-12 * (size + 1e-3))
     np.testing.assert_allclose(back, -v, atol=1e-10 * (np.abs(v).max() + 1e-3))
@@ -80,38 +76,32 @@ def test_a_long_run_from_rest_arrives_at_the_orbit(
         assert sides(simulate(problem, cycles=200, keep=1)).tolist() == [0.0]
         return
     assert state.outcome == "periodic"
-    assert state.orbit is not None
-    assert state.period_cycles is not None
     tau = np.linspace(0.0, 2 * pi, 40)
     x = simulate(problem, cycles=300, keep=1).at(tau, cycle=299)[0]
-    near = min(np.abs(x - state.orbit.at(tau, cycle=k)[0]).max() for k in range(state.period_cycles))
+    near = min(np.abs(x - present(state.orbit).at(tau, cycle=k)[0]).max() for k in range(present(state.period_cycles)))
     assert near < 1e-8
 
 
 def test_the_multiplier_is_the_rate_at_which_a_disturbance_dies() -> None:
     for problem in (Problem(0.7, 0.5), Problem(0.5, 0.4), Problem(0.6, 0.3, 1.0, 0.02), Problem(0.4, 0.3, 1.3)):
         state = steady_state(problem)
-        assert state.orbit is not None
-        assert state.floquet_multiplier is not None
-        x0, v0 = (float(value) for value in state.orbit.at(0.0))
+        x0, v0 = (float(value) for value in present(state.orbit).at(0.0))
         run = simulate(problem, cycles=9, x0=x0 * (1 + 1e-6), v0=v0)
         x, v = run.at(np.zeros(7), cycle=np.arange(2, 9))
         sizes = np.hypot(x - x0, problem.r * (v - v0))
         moving = sizes > 1e-14
         rate = (sizes[moving][-1] / sizes[moving][0]) ** (1.0 / max(1, moving.sum() - 1)) if moving.sum() > 1 else 0.0
-        assert rate == pytest.approx(abs(state.floquet_multiplier), abs=0.12)
+        assert rate == pytest.approx(abs(present(state.floquet_multiplier)), abs=0.12)
 
 
 def test_a_moving_wall_is_a_fixed_one_in_other_numbers() -> None:
     # z = x - y obeys the same equation with the force r^2 cos(tau): z / r^2 is the fixed-wall motion with beta / r^2
     r, beta = 0.8, 0.3
     moving, fixed = steady_state(Problem(r, beta, wall="base")), steady_state(Problem(r, beta / r**2))
-    assert moving.orbit is not None
-    assert fixed.orbit is not None
     assert moving.contact_energy_per_cycle == pytest.approx(r**4 * (fixed.energy_per_cycle or 0.0), rel=1e-13)
     tau = np.linspace(0.0, 2 * pi, 4001)
-    x = moving.orbit.at(tau)[0]
-    np.testing.assert_allclose(x, r**2 * fixed.orbit.at(tau)[0] + np.cos(tau), atol=1e-13)
+    x = present(moving.orbit).at(tau)[0]
+    np.testing.assert_allclose(x, r**2 * present(fixed.orbit).at(tau)[0] + np.cos(tau), atol=1e-13)
     assert moving.response_amplitude == pytest.approx(np.ptp(x) / 2, rel=1e-6)
     assert (moving.response_amplitude or 0.0) >= np.ptp(x) / 2
 
@@ -167,10 +157,9 @@ def test_motions_of_several_cycles_are_found_with_static_friction(r: float, cycl
     problem = Problem(r, 0.2, mu=3.0)
     state = steady_state(problem)
     assert state.period_cycles == cycles
-    assert state.orbit is not None
     assert abs(state.floquet_multiplier or 0.0) <= 1.0
     x = simulate(problem, cycles=400, keep=cycles).at(np.zeros(cycles), cycle=np.arange(400 - cycles, 400))[0]
-    orbit = state.orbit.at(np.zeros(cycles), cycle=np.arange(cycles))[0]
+    orbit = present(state.orbit).at(np.zeros(cycles), cycle=np.arange(cycles))[0]
     np.testing.assert_allclose(np.sort(x), np.sort(orbit), atol=1e-8)
 
 
