@@ -1,4 +1,4 @@
-"""Faults that the fuzz found in sound files with senseless contents, each by itself."""
+"""A share of the mutated files of `tests.armour.fuzz`, and faults that it found, each by itself."""
 
 from pathlib import Path
 
@@ -14,7 +14,8 @@ from frictionlab.scene import scene_from_tables
 from frictionlab.synthetic import virtual_tests
 from frictionlab.tables import read_rows
 from frictionlab.verbs.evaluate import evaluate
-from tests.armour.sound import case, sound
+from tests.armour import fuzz
+from tests.armour.sound import MAKE, case, sound
 from tests.campaign.fabricate import SCENE, small_campaign
 
 
@@ -81,3 +82,21 @@ def test_an_amplitude_that_is_no_length_makes_no_virtual_test() -> None:
     tables = {"synthetic": {"base_amplitude_m": 5e-324, "tests": [test]}}
     with pytest.raises(SceneError, match=r"synthetic\.base_amplitude_m: expected an amplitude"):
         virtual_tests(scene_from_tables({"rig": {"mass_kg": 3.0, "stiffness_n_per_m": 0.1}, **tables}))
+
+
+CASES = 5
+"""Of each kind; `make fuzz` reads 20,000."""
+
+
+@pytest.mark.parametrize("kind", list(MAKE))
+def test_mutated_files_are_read_or_refused(kind: str, tmp_path: Path) -> None:
+    found = {number: outcome for number, outcome, _ in fuzz.outcomes(kind, 7, range(CASES), tmp_path)}
+    assert len(found) == CASES
+    assert {number: outcome for number, outcome in found.items() if outcome not in ("read", "refused")} == {}
+
+
+@pytest.mark.parametrize("kind", list(MAKE))
+def test_the_sound_file_is_read(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / MAKE[kind][0]
+    path.write_bytes(sound(kind))
+    fuzz.read(kind, path)

@@ -1,16 +1,28 @@
-"""The contact laws as data: names, parameters, domains, what excludes what."""
+"""The contact laws as data; what the numbers of a steady state do not say reaches row, file, figure and screen."""
 
 import itertools
+import json
 import pickle
 import re
+from pathlib import Path
 from typing import Any
 
+import h5py
+import numpy as np
 import pytest
 
 from frictionlab.errors import ParameterError, UsageError
-from frictionlab.simulator import Problem, Solver, steady_state
+from frictionlab.maps import Grid, make_map
+from frictionlab.simulator import Base, Problem, Solver, steady_state, sweep
+from frictionlab.simulator import row as places
 from frictionlab.simulator.laws import TERMS, excluded_by, law_of
+from frictionlab.simulator.notes import WORDS, Note
 from frictionlab.simulator.numeric import Integrated
+from frictionlab.simulator.problem import bound_of_force
+from frictionlab.simulator.state import from_numbers
+from frictionlab.simulator.sweep import Family, warm_up
+from frictionlab.tables import read_rows
+from tests.desk import invoke
 
 CONTRACT = """
 coulomb: beta
@@ -125,3 +137,127 @@ def test_what_is_no_number_is_refused_by_name(given: dict[str, Any], match: str)
     usual: dict[str, Any] = {"r": 0.5, "beta": 0.4, "law": "coulomb+place", "parameters": {"gradient": 0.1}}
     with pytest.raises(ParameterError, match=match):
         Problem(**(usual | given))
+
+
+CHAOS = (0.36543323682064005, 0.1186830137216871, 2.5182266324590397)
+SAID = {  # r, beta, mu, zeta, law, parameters: a word of what is to be said
+    "continuum": ((0.5, 0.2, 1.0, 0.0), "coulomb", {}),
+    "Nothing damps": ((0.5, 0.0, 1.0, 0.0), "coulomb", {}),
+    "a disturbance lasts": ((1.0 + 1e-6, 0.1, 1.0, 0.0), "coulomb", {}),
+    "factor of 1.1": ((*CHAOS, 0.0), "coulomb", {}),
+    "rest settles on": ((0.3, 0.2, 3.0, 0.0), "coulomb", {}),
+    "Friction that is larger at rest": ((0.3, 0.4, 1.2, 0.0), "coulomb+compliance", {"stiffness_ratio": 50.0}),
+    "might go on": ((0.3, 0.4, 3.0, 0.0), "coulomb", {}),
+    "mass runs away": ((0.5, 0.5, 1.0, 0.0), "coulomb+place", {"gradient": 2.5}),
+    "which no contact does": ((1.0001, 0.3, 1.0, 0.0), "coulomb+place", {"gradient": 0.1}),
+    "free vibration never dies out": ((0.3, 3.0, 1.0, 0.0), "coulomb+compliance", {"stiffness_ratio": 10.0}),
+    "falls with speed": ((0.5, 0.4, 1.0, 0.0), "coulomb+stribeck", {"static_ratio": 1.3, "stribeck_speed": 0.1}),
+    "not passive": (
+        (0.7, 0.4, 1.0, 0.0),
+        "coulomb+lugre",
+        {"stiffness_ratio": 50.0, "bristle_damping": 0.1, "static_ratio": 1.05, "stribeck_speed": 1.0},
+    ),
+}
+
+
+@pytest.mark.parametrize("words", SAID)
+def test_a_row_of_a_map_says_what_the_steady_state_says(words: str) -> None:
+    point, law, parameters = SAID[words]
+    told = steady_state(Problem(*point, law=law, parameters=parameters))
+    r, beta, mu, zeta = point
+    states = sweep([r], [beta], [mu], [zeta], law=law, parameters={name: [value] for name, value in parameters.items()})
+    (row,) = states.rows()
+    assert any(words in sentence for sentence in told.warnings)
+    assert row["warnings"] == list(told.warnings) == list(told.row()["warnings"])  # type: ignore[call-overload]
+    for key in ("energy_per_cycle", "residual", "growth_per_cycle"):
+        value = told.row()[key]
+        assert row[key] == (None if value is None else pytest.approx(value, rel=1e-12, abs=1e-14)), key
+
+
+def test_an_orbit_that_rounding_nearly_hides_is_said() -> None:
+    """On a moving wall and at large r the mass hardly moves: its motion is a difference of two large ones."""
+    state = steady_state(Problem(1e5, 0.0, wall="base", base=Base((1.0, 0.2))))
+    assert state.outcome == "periodic"
+    assert any("numbers are good to about" in said for said in state.warnings)
+
+
+def test_a_mass_that_never_moves_loses_no_digits() -> None:
+    assert steady_state(Problem(0.5, 1.4)).warnings == ()
+
+
+@pytest.mark.parametrize(("miss", "residual"), [(np.inf, None), (0.01, 0.01)])
+def test_a_search_given_up_before_it_came_anywhere_has_no_residual(miss: float, residual: float | None) -> None:
+    """A file of a map says not known by NaN; it had infinity there."""
+    row = np.full(places.ROW, np.nan)
+    row[places.OUTCOME], row[places.MISS] = places.COSTLY, miss
+    state = from_numbers(Problem(0.5, 0.4), row, None)
+    assert (state.outcome, state.notes, state.residual) == ("not found", Note.GIVEN_UP, residual)
+    assert ("missed itself by" in state.verdict) is (residual is not None)
+
+
+def test_notes_of_many_points_are_those_of_each() -> None:
+    """The rules are elementwise: arrays and numbers go through the same lines."""
+    warm_up("coulomb")
+    rng = np.random.default_rng(20)
+    r, beta = np.append(rng.uniform(0.3, 1.5, 2), [0.5, 1.0]), np.append(rng.uniform(0.0, 0.9, 2), [0.0, 0.05])
+    gradients = [0.0, 0.1]
+    states = sweep(
+        r.tolist(), beta.tolist(), [1.0, 2.0], [0.0, 0.02], law="coulomb+place", parameters={"gradient": gradients}
+    )
+    seen = set()
+    for row in states.rows():
+        r0, b0, mu, zeta, gradient = (float(str(row[key])) for key in ("r", "beta", "mu", "zeta", "gradient"))
+        told = steady_state(Problem(r0, b0, mu, zeta, law="coulomb+place", parameters={"gradient": gradient}))
+        assert row["warnings"] == list(told.warnings), told
+        seen |= {note for note in Note if note & told.notes}
+    assert len(seen) >= 4
+
+
+@pytest.mark.parametrize("wall", ["fixed", "base"])
+def test_the_force_of_many_points_is_that_of_each(wall: str) -> None:
+    points = np.array([[0.3, 0.2, 1.0, 0.0, 0.1], [1.7, 0.5, 1.0, 0.1, 0.3]])
+    family = Family("coulomb+speed", ("frame_damping_ratio",), wall)  # type: ignore[arg-type]  # a parameter's value
+    drives = bound_of_force(points[:, 0], points[:, 4], family.wall, family.base)
+    for point, drive in zip(points, np.broadcast_to(drives, 2), strict=True):
+        assert drive == pytest.approx(family.problem(point.tolist()).force_size, rel=1e-14)
+
+
+def test_every_note_has_words() -> None:
+    assert set(WORDS) == set(Note)
+    assert not any(words.endswith(".") for words in WORDS.values())
+
+
+def test_the_file_of_a_map_has_flags_with_their_meanings(tmp_path: Path) -> None:
+    for _ in make_map(Grid((0.5, 0.6), (0.2,)), tmp_path / "map.h5", workers=1):
+        pass
+    with h5py.File(tmp_path / "map.h5") as file:
+        flags = file["warnings"]
+        meanings, masks = flags.attrs["flag_meanings"].split(), flags.attrs["flag_masks"]
+        said = dict(zip(meanings, zip(masks, flags.attrs["flag_sentences"], strict=True), strict=True))
+        mask, sentence = said["continuum"]
+        assert flags[...].ravel().tolist() == [mask, 0]
+        assert sentence == WORDS[Note.CONTINUUM]
+        assert len(meanings) == len(masks) == len(Note)
+
+
+def test_a_sweep_tells_each_kind_of_warning_once_with_its_place(tmp_path: Path) -> None:
+    grid = ("sweep", "--r", "0.5,0.6", "--beta", "0.1,0.2", "-o", str(tmp_path / "map.csv"), "--force")
+    ran = invoke(*grid)
+    assert ran.stderr.count("warning") == 1
+    assert (
+        "warning: at 2 of 4 points this is one of a continuum of motions (the first: r = 0.5, beta = 0.1" in ran.stderr
+    )
+    assert "continuum" not in invoke(*grid, "--quiet").stderr
+    rows = [json.loads(line) for line in invoke(*grid, "--json").stdout.splitlines()]
+    assert [len(row["warnings"]) for row in rows] == [1, 1, 0, 0]
+    assert [row["warnings"] for row in read_rows(tmp_path / "map.csv")] == [row["warnings"] for row in rows]
+    shown = invoke("show", str(tmp_path / "map.csv")).stdout
+    assert shown.count("continuum") == 1
+    assert "row 1 and 1 more: At r = 1/2" in shown
+
+
+def test_simulate_has_its_warnings_in_the_row_and_once_on_the_screen() -> None:
+    row = json.loads(invoke("simulate", "--r", "0.5", "--beta", "0.2", "--json").stdout)
+    assert row["warnings"] == list(steady_state(Problem(0.5, 0.2)).warnings)
+    ran = invoke("simulate", "--r", "0.5", "--beta", "0.2")
+    assert (ran.stdout + ran.stderr).count("continuum") == 1

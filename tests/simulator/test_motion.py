@@ -1,4 +1,4 @@
-"""The motion of a phase, against the textbook at 50 digits and against itself in two parts."""
+"""A motion: each phase against the textbook at 50 digits, evaluated anywhere, and what sensors would show of it."""
 
 from math import nextafter, pi
 
@@ -8,8 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.simulator import Base, Problem, simulate
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
 from frictionlab.simulator.exact.answer import gap
+from frictionlab.simulator.problem import COSINE, Wall
+from tests.desk import present
 
 RATIOS = st.floats(0.01, 30.0)
 DAMPINGS = st.sampled_from([0.0, 1e-9, 0.01, 0.3, 0.999999, 1.0, 1.000001, 3.0, 10.0])
@@ -59,3 +62,128 @@ def test_the_distance_from_resonance_has_no_rounding_in_its_product(r: float, k:
     with mp.workdps(50):
         truth = 1 - mp.mpf(k) * mp.mpf(r)
         assert gap(r, float(k)) == pytest.approx(float(truth), rel=3e-16, abs=0.0 if truth else 1e-300)
+
+
+TURN = 2 * pi
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        Problem(0.1, 0.4),
+        Problem(0.7, 0.5),
+        Problem(0.3, 0.2, 1.5, 0.1),
+        Problem(0.6, 0.3, wall="base", base=Base((1.0, 0.1))),
+    ],
+    ids=["stops", "continuous", "static", "moving wall"],
+)
+def test_motion_is_continuous_and_its_velocity_its_derivative(problem: Problem) -> None:
+    run = simulate(problem, cycles=4, x0=0.3, v0=-0.2)
+    joints = run.begins[1:]
+    x0, v0 = run.at(joints - 1e-9)
+    x1, v1 = run.at(joints + 1e-9)
+    np.testing.assert_allclose(x0, x1, atol=1e-7)
+    np.testing.assert_allclose(v0, v1, atol=1e-5 / problem.r**2)
+    tau = np.linspace(0.01, 4 * TURN - 0.01, 977)
+    slope = (run.at(tau + 1e-6)[0] - run.at(tau - 1e-6)[0]) / 2e-6
+    np.testing.assert_allclose(slope, run.at(tau)[1], atol=1e-4 / problem.r**2)
+    assert run.at(0.0)[0] == pytest.approx(0.3, abs=1e-15)
+    assert run.at(0.0)[1] == pytest.approx(-0.2, abs=1e-15)
+
+
+def test_an_orbit_is_defined_at_all_times_a_run_only_within() -> None:
+    orbit = steady_state(Problem(0.3, 0.6)).orbit
+    assert orbit is not None
+    tau = np.linspace(-20.0, 20.0, 50)
+    np.testing.assert_allclose(orbit.at(tau + 3 * TURN)[0], orbit.at(tau)[0], atol=1e-13)
+    run = simulate(Problem(0.3, 0.6), cycles=2)
+    with pytest.raises(SimulationError, match="expected times between 0 and"):
+        run.at(4.1 * pi)
+    with pytest.raises(SimulationError, match="ask within the motion"):
+        simulate(Problem(0.3, 0.6), cycles=5, keep=1).at(0.0)
+
+
+def test_times_counted_from_a_cycle_are_times_counted_from_the_start() -> None:
+    run = simulate(Problem(0.4, 0.2), cycles=7, tau0=1.0)
+    tau = np.linspace(1.0, 1.0 + TURN - 1e-9, 40)
+    for cycle in range(7):
+        np.testing.assert_allclose(run.at(tau, cycle=cycle)[0], run.at(tau + cycle * TURN)[0], atol=1e-12)
+
+
+def test_a_late_part_of_a_run_is_the_same_whether_the_rest_was_kept() -> None:
+    whole, part = simulate(Problem(0.23, 0.3), cycles=9), simulate(Problem(0.23, 0.3), cycles=9, keep=2)
+    tau = np.linspace(7 * TURN, 9 * TURN, 60)
+    np.testing.assert_array_equal(whole.at(tau[:-1])[0], part.at(tau[:-1])[0])
+    assert part.cycle.min() == 7
+
+
+def test_stops_are_where_the_mass_rests() -> None:
+    run = simulate(Problem(0.1, 0.4), cycles=3)
+    middle = run.stops.mean(axis=1)
+    assert np.abs(run.at(middle)[1]).max() == 0.0
+    assert (run.stops[:, 1] > run.stops[:, 0]).all()
+
+
+def test_arrays_cannot_be_written_to() -> None:
+    run = simulate(Problem(0.5, 0.4), cycles=1)
+    with pytest.raises(ValueError, match="read-only"):
+        run.rows[0, 1] = 1.0
+
+
+HARMONICS = Base((1.0, 0.1, 0.05), (0.0, 0.02))
+
+
+def polygon(problem: Problem, points: int = 200_000) -> float:
+    """The loop's area by many points, as a measurement finds it."""
+    orbit = present(steady_state(problem).orbit)
+    tau = np.linspace(0.0, 2 * pi, points, endpoint=False)
+    x, f = orbit.at(tau)[0], problem.base.at(tau)
+    return float(0.5 * np.sum(f * (np.roll(x, -1) - np.roll(x, 1))))
+
+
+@pytest.mark.parametrize("frame", [0.0, 0.04])
+@pytest.mark.parametrize("base", [COSINE, HARMONICS])
+@pytest.mark.parametrize("wall", ["fixed", "base"])
+@pytest.mark.parametrize("r", [0.3, 1.4])
+def test_the_energy_seen_is_the_area_of_the_loop(r: float, wall: Wall, base: Base, frame: float) -> None:
+    problem = Problem(r, 0.3, zeta=0.01, wall=wall, base=base, frame_damping_ratio=frame)
+    seen = steady_state(problem).energy_per_cycle
+    assert seen == pytest.approx(polygon(problem), rel=2e-9)
+
+
+def test_what_is_seen_is_dissipated_where_the_wall_stands_and_the_frame_has_no_dashpot() -> None:
+    state = steady_state(Problem(0.5, 0.4))
+    assert state.energy_per_cycle == state.contact_energy_per_cycle
+    assert (state.stops_per_cycle, state.regime) == (2.0, "stick-slip")
+    damped = steady_state(Problem(0.5, 0.4, frame_damping_ratio=0.05))
+    assert damped.contact_energy_per_cycle == pytest.approx(4 * 0.4 * present(damped.response_amplitude), rel=1e-12)
+
+
+def test_a_mass_that_does_not_move_shows_no_loop() -> None:
+    for wall in ("fixed", "base"):
+        seen = steady_state(Problem(0.5, 1.5, wall=wall, frame_damping_ratio=0.1, base=HARMONICS))
+        assert seen.energy_per_cycle == pytest.approx(0.0, abs=1e-14)
+        assert seen.regime == "stuck"
+
+
+def test_what_does_not_exist_is_none() -> None:
+    assert steady_state(Problem(1.0, 0.3)).energy_per_cycle is None
+    run = last_cycle(Problem(0.95, 0.1, frame_damping_ratio=0.001), cycles=5)
+    assert run.outcome == "not settled"
+    seen = present(run.energy_per_cycle)
+    assert seen > 0.0
+
+
+@pytest.mark.parametrize(
+    ("law", "parameters", "solver"),
+    [
+        ("coulomb+compliance", {"stiffness_ratio": 50.0}, "exact"),
+        ("coulomb+stribeck", {"static_ratio": 1.2, "stribeck_speed": 0.1}, "numeric"),
+    ],
+)
+def test_a_run_of_another_law_comes_to_its_steady_state(law: str, parameters: dict[str, float], solver: str) -> None:
+    problem = Problem(0.4, 0.5, law=law, parameters=parameters)
+    last, steady = last_cycle(problem, cycles=20), steady_state(problem)
+    assert (last.outcome, last.solver) == ("periodic", solver)
+    assert last.energy_per_cycle == pytest.approx(steady.energy_per_cycle, rel=1e-6)
+    assert last.stops_per_cycle == steady.stops_per_cycle
