@@ -64,9 +64,9 @@ def one_format(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 FAST = """
-    test_cli test_experiment test_inputs test_output test_scene test_tables test_uncertainty analysis/test_kernels
-    campaign/test_ranking campaign/test_trials inference/test_evidence logs/test_dialects logs/test_numbers
-    simulator/test_events simulator/test_laws simulator/test_steady_state
+    test_cli test_output test_scene test_tables test_uncertainty analysis/test_kernels campaign/test_ranking
+    campaign/test_trials inference/test_evidence logs/test_dialects simulator/test_laws simulator/test_motion
+    simulator/test_steady_state
 """
 
 

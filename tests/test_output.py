@@ -1,10 +1,15 @@
-"""Tables for people: every digit whole at any width, units in heads, and what is left out is said."""
+"""Tables for people, every digit whole at any width; the loop over inputs, whatever one of them raises."""
 
 import contextlib
 import csv
 import io
+import json
 import os
 import re
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from unittest import mock
 
@@ -12,11 +17,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.cli.screen import cell, print_table
+from frictionlab.cli.screen import COMPARED as COMPARISONS_SHOWN
+from frictionlab.cli.screen import MEASURED as MEASUREMENTS_SHOWN
+from frictionlab.cli.screen import cell, print_table, print_tests, print_warnings
 from frictionlab.cli.show import show
+from frictionlab.errors import LogError, UsageError
 from frictionlab.schema import COMPARISONS, FRICTION, MEASUREMENTS, TABLES, Table
 from frictionlab.tables import Row, write_rows
-from tests.desk import invoke
+from frictionlab.units import split_unit
+from frictionlab.verbs.inputs import row_of, rows_of
+from tests.desk import BIN, SAMPLE, SCENE, invoke
 
 LONG = "build/recordings/a long folder/aramid_N1.25_r0.3.h5"
 MEASURED: Row = {
@@ -127,3 +137,157 @@ def test_show_does_not_roll_thousands_of_rows_over_a_terminal(tmp_path: Path) ->
     assert len(stream.getvalue().splitlines()) < 110
     assert "the first 100 of 1000 rows; a pipe has all" in stream.getvalue()
     assert len(shown(path)) == 1001
+
+
+def job(error: Exception | None, bad: str, path: Path) -> Row:
+    if error is not None and path.name == bad:
+        raise error
+    return {"source": str(path), "status": "ok", "warnings": ["short"]}
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (LogError("b: line 3 is damaged"), "line 3 is damaged"),
+        (FileNotFoundError(2, "No such file or directory"), "No such file or directory"),
+        (MemoryError(), "not enough memory"),
+        (KeyError("µs"), "a fault of the program, not of the input: KeyError: 'µs': please report it"),
+        (RecursionError(), "RecursionError"),
+        (UnicodeEncodeError("utf-8", "\udcff", 0, 1, "surrogates"), "UnicodeEncodeError"),
+        (ZeroDivisionError("division by zero"), "ZeroDivisionError: division by zero"),
+    ],
+)
+def test_whatever_one_input_raises_the_others_go_on(error: Exception, reason: str) -> None:
+    rows = list(rows_of([Path("a"), Path("b"), Path("c")], partial(job, error, "b")))
+    assert [row["status"] for row in rows] == ["ok", "failed", "ok"]
+    assert set(rows[1]) == {"source", "status", "reason"}
+    assert reason in str(rows[1]["reason"])
+
+
+def test_a_fault_of_the_program_says_where_it_is() -> None:
+    row = row_of(lambda path: {"unit": split_unit(path)}, Path("a"), folder=None)  # type: ignore[arg-type]
+    assert "AttributeError" in str(row["reason"])
+    assert "(frictionlab/units.py, line " in str(row["reason"])
+
+
+def test_a_fault_of_the_command_line_concerns_all() -> None:
+    with pytest.raises(UsageError, match="no such column"):
+        list(rows_of([Path("a")], partial(job, UsageError("no such column"), "a")))
+
+
+def test_warnings_are_printed_once_for_each_cause_and_grave_ones_first(capsys: pytest.CaptureFixture[str]) -> None:
+    rows: list[Row] = [{"source": f"{n}.h5", "status": "ok", "warnings": [f"short: {n} s", "hum"]} for n in range(3)]
+    rows[1]["warnings"] = ["short: 1 s", "not settled: at 3 s"]  # type: ignore[index]
+    print_warnings(rows, notes=["a note"])
+    assert capsys.readouterr().err.splitlines() == [
+        "frictionlab: warning (1): not settled: at 3 s",
+        "frictionlab: warning (3 tests): short: 0 to 2 s",
+        "frictionlab: warning (2 tests): hum",
+        "frictionlab: note: a note",
+    ]
+    print_warnings([{"warnings": [f"cause {'x' * n}" for n in range(30)]}])
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 10
+    assert lines[-1] == "... 21 more lines of warnings: -v shows them, --json has them"
+    print_warnings([{"warnings": [f"cause {'x' * n}" for n in range(30)]}], verbose=True)
+    assert len(capsys.readouterr().err.splitlines()) == 30
+
+
+def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.CaptureFixture[str]) -> None:
+    good: Row = {
+        "source": "logs/steel_250g.h5", "status": "ok", "frequency_ratio": 0.32, "energy_per_cycle": 1.2,
+        "energy_per_cycle_u": 0.005, "energy_per_cycle_j": 4.4712e-3, "stops_per_cycle": 2.0, "regime": "stuck",
+    }  # fmt: skip
+    bad: Row = {"source": "logs/b\x1b[31m.csv", "status": "failed", "reason": "empty \x1b[2J" + " and long" * 20}
+    print_tests([good, bad], MEASUREMENTS_SHOWN, "1 of 2 recordings")
+    out = capsys.readouterr().out
+    lines = out.splitlines()
+    assert lines[0] == "1 of 2 recordings"
+    assert lines[2].split() == ["steel_250g", "0.320", "4.471", "±", "0.019", "2", "stuck"]
+    assert lines[3].startswith("b\\x1b[31m.csv  failed: empty \\x1b[2J and long")
+    assert max(map(len, lines)) <= 80
+    law = {"status": "ok", "law": "coulomb+place+speed+breakaway", "verdict": "strained", "friction_coefficient": 0.31}
+    judged: Row = {**good, **law, "friction_coefficient_u": 0.03, "friction_force_n": 0.77, "friction_ratio": 0.2}
+    print_tests([judged], COMPARISONS_SHOWN, "1 of 1 logs, law coulomb+place+speed+breakaway")
+    assert capsys.readouterr().out.splitlines()[1].split()[-3:] == ["[N]", "mu", "verdict"]
+    print_tests([judged, {**judged, "law": "coulomb"}], COMPARISONS_SHOWN, "2 of 2 logs")
+    head, line, *_ = capsys.readouterr().out.splitlines()[1:]
+    assert len(line) <= 80
+    assert head.split()[-3:] == ["mu", "law", "verdict"]
+    assert "coulomb+place+speed+breakaway" in line
+    print_tests([bad], MEASUREMENTS_SHOWN, "0 of 1")
+    told = capsys.readouterr()
+    assert (told.out, len(told.err.splitlines())) == ("", 1)
+
+
+Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    def command(*words: str | Path, **options: object) -> "subprocess.CompletedProcess[bytes]":
+        line = [BIN / "frictionlab", *words]
+        how = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+        return subprocess.run(line, check=False, cwd=tmp_path, timeout=100, **how)  # type: ignore[call-overload, no-any-return]
+
+    return command
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+@pytest.mark.parametrize("words", [("ingest", SAMPLE, "-o", "a.h5", "--json"), ("show", SCENE), ("--help",)])
+def test_a_full_standard_output_is_one_line_and_the_file_is_written(
+    run: Run, tmp_path: Path, words: tuple[str | Path, ...]
+) -> None:
+    with Path("/dev/full").open("wb") as full:
+        done = run(*words, stdout=full)
+    (said,) = done.stderr.decode().splitlines()
+    assert done.returncode == 1
+    assert said.startswith("frictionlab: standard output: No space left on device")
+    assert (tmp_path / "a.h5").exists() == ("ingest" in words)
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-"])
+def test_closed_streams_are_no_fault(closed: str) -> None:
+    script = f'"$0" analyze "$1" --scene "$2" --json {closed}'
+    line: list[str | Path] = ["bash", "-c", script, BIN / "frictionlab", SAMPLE, SCENE]
+    done = subprocess.run(line, check=False, capture_output=True, timeout=100)
+    assert (done.returncode, b"Traceback" in done.stderr) == (0, False), done.stderr
+
+
+def test_a_reader_that_has_left_is_no_fault_to_speak_of(run: Run) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = run("show", SCENE, stdout=writing)
+    os.close(writing)
+    assert done.returncode == 141  # as the shell tells a program that such a pipe ended
+    assert done.stderr == b""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+def test_messages_that_cannot_be_told_are_lost_and_nothing_else(run: Run) -> None:
+    """Results and exit status are those of a standard error that takes all."""
+    with Path("/dev/full").open("wb") as full:
+        good = run("analyze", SAMPLE, "--scene", SCENE, "--natural-frequency", "0.1", "--json", stderr=full)
+        bad = run("analyze", "none.csv", stderr=full)
+        wrong = run("analyze", "--nothing", stderr=full)
+    assert (good.returncode, bad.returncode, wrong.returncode) == (0, 1, 2)
+    assert json.loads(good.stdout)["warnings"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names are bytes on Linux alone")
+def test_a_file_name_that_is_no_text_is_read_and_told(run: Run, tmp_path: Path) -> None:
+    name = os.fsdecode(b"st\xfchl_N1.25_r0.3.csv")
+    (tmp_path / name).write_bytes(SAMPLE.read_bytes())
+    (tmp_path / os.fsdecode(b"b\xe4d.csv")).write_text("nothing")
+    logs = sorted(tmp_path.glob("*.csv"))
+    done = run("ingest", *logs, "--scene", SCENE, "-o", tmp_path / "out")
+    assert done.returncode == 1
+    assert b"b\\udce4d" in done.stdout
+    assert b"st\\udcfchl_N1.25_r0.3" in done.stdout
+    recording = tmp_path / "out" / os.fsdecode(b"st\xfchl_N1.25_r0.3.h5")
+    assert recording.exists()
+    for end in ("csv", "h5"):
+        told = run("analyze", recording, "--scene", SCENE, "-o", tmp_path / f"rows.{end}", "--json")
+        assert told.returncode == 0, told.stderr
+        assert json.loads(told.stdout)["source"] == str(recording)
+    assert "udcfchl" in (tmp_path / "rows.csv").read_text(encoding="utf-8")

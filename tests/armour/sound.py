@@ -21,8 +21,7 @@ from frictionlab.scene import read_scene
 from frictionlab.scene.text import to_toml
 from frictionlab.schema import COMPARISONS, MEASUREMENTS
 from frictionlab.tables import write_rows
-from tests.armour.mutations import BINARY, TEXT, hurt
-from tests.armour.values import cells, entries, keys
+from tests.armour.mutations import BINARY, TEXT, cells, entries, hurt, keys
 from tests.campaign.fabricate import small_campaign
 from tests.desk import ROOT
 from tests.logs.samples import truth

@@ -1,7 +1,10 @@
-"""Files that lead a reader astray: pipes, groups inside themselves, arrays of which nothing is stored, deep scenes."""
+"""Files that lead a reader astray, are not as they were written, or make the HDF5 library loop for ever."""
 
 import os
 import struct
+import subprocess
+import sys
+import time
 import zipfile
 from pathlib import Path
 
@@ -10,19 +13,21 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse
+from filelock import lock_descriptor
 
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import LogError, RecordingError, SceneError, SimulationError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.figures.style import drawing, save
-from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree
+from frictionlab.hdf5 import arrays_inside, describe, is_recording, read_recording, read_tree, trial
+from frictionlab.hdf5.opening import is_whole
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.simulator import Problem, last_cycle
 from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.tables import is_table, read_rows
-from tests.armour.sound import sound
+from tests.armour.sound import case, sound
 
 
 def test_a_pipe_is_no_recording(tmp_path: Path) -> None:
@@ -186,3 +191,89 @@ def test_stamps_beyond_all_time_are_refused(tmp_path: Path) -> None:
 def test_a_record_that_lasts_for_ages_is_not_simulated() -> None:
     with pytest.raises(SimulationError, match=r"it lasts 1\.59e\+10 natural periods; expected at most 1e\+07"):
         respond(Problem(1.0, beta=0.4), BaseRecord(np.array([0.0, 5e10, 1e11]), np.array([0.0, 1.0, 0.0])))
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    found = tmp_path / "a.h5"
+    found.write_bytes(sound("recording"))
+    return found
+
+
+@pytest.mark.parametrize("kind", ["recording", "map", "rows.h5"])
+def test_what_this_package_writes_is_sealed(kind: str, path: Path) -> None:
+    raw = sound(kind)
+    for at in range(0, len(raw) - 16, len(raw) // 200):
+        path.write_bytes(raw[:at] + bytes([raw[at] ^ 0x41]) + raw[at + 1 :])
+        assert is_whole(path) is False
+    for reader in (read_recording, describe):
+        with pytest.raises(RecordingError, match=r"a\.h5: damaged: its bytes are not those that were written"):
+            reader(path)
+    assert not is_recording(path)
+    path.write_bytes(raw)
+    assert is_whole(path) is True
+    path.write_bytes(sound(f"{kind}.bare"))
+    assert is_whole(path) is None
+
+
+def test_a_recording_that_others_have_changed_is_tried_and_read(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        file["experiment"].attrs["material"] = "brass"
+    assert is_whole(path) is None
+    assert read_recording(path).experiment["material"] == "brass"
+
+
+def test_a_file_that_makes_the_library_loop_is_refused_in_seconds(path: Path) -> None:
+    """Bytes found by the fuzz: an address among the root's attributes leads the library round in C for ever."""
+    path.write_bytes(case("recording.bare", 1, 118))
+    start = time.monotonic()
+    for reader in (read_recording, describe, lambda p: arrays_inside(p, lambda *_: None)):
+        with pytest.raises(RecordingError, match="damaged"):
+            reader(path)
+    assert not is_recording(path)
+    assert time.monotonic() - start < 60
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there memory is not bounded")
+def test_a_small_file_that_takes_gigabytes_is_refused(path: Path) -> None:
+    """Found by the fuzz: a chunk that says it is 1.9 GB; the library's own word for no memory was passed over."""
+    path.write_bytes(case("recording.bare", 1, 3932))
+    for reader in (read_recording, describe):
+        with pytest.raises(RecordingError, match="damaged: reading it takes far more memory than it holds"):
+            reader(path)
+
+
+def test_an_attribute_that_kills_who_reads_it_by_name_is_refused(path: Path) -> None:
+    """Found by the fuzz: going through all attributes of this file ends in a sentence, asking for one in a crash."""
+    path.write_bytes(case("map.bare", 1, 4674))
+    code = "import sys; from pathlib import Path; from frictionlab.hdf5 import describe; describe(Path(sys.argv[1]))"
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    assert "RecordingError" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("does", "words"),
+    [
+        ("import time; time.sleep(60)", "does not end"),
+        ("import os; os.abort()", "ends the process"),
+        ("raise SystemExit(3)", "takes far more memory than it holds"),
+    ],
+)
+def test_what_the_trial_dies_of_is_said(
+    does: str, words: str, path: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    script = tmp_path / "reader.py"
+    script.write_text(does)
+    monkeypatch.setattr(trial, "__file__", str(script))
+    monkeypatch.setattr(trial, "_LONGEST_S", 1.0)
+    path.write_bytes(sound("recording.bare"))
+    os.utime(path, ns=(1, len(does)))  # as no other test has tried it
+    with pytest.raises(RecordingError, match=words):
+        read_recording(path)
+
+
+def test_another_programs_lock_does_not_keep_readers_out(path: Path) -> None:
+    with path.open("r+b", buffering=0) as writer:
+        assert lock_descriptor(writer.fileno(), blocking=False)
+        assert len(read_recording(path)) == 800

@@ -1,14 +1,18 @@
-"""One worker or several, killed or not: the same results in the same order."""
+"""One worker or several, killed or not, or a Dask cluster over TCP: the same results in the same order."""
 
+import json
 import multiprocessing
 import os
 import platform
 import signal
+import socket
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +20,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionlab import workers as run
-from frictionlab.errors import UsageError
-from frictionlab.workers import Lost, Pace, run_batches, run_each
+from frictionlab.errors import ClusterError, UsageError
+from frictionlab.workers import Lost, Pace, run_batches, run_each, sites
 from tests.workers import jobs
 
 CASES = range(300)
@@ -45,15 +49,23 @@ def test_long_work_is_handed_to_processes(monkeypatch: pytest.MonkeyPatch) -> No
     assert len(numbers) == 3
 
 
-def test_a_killed_worker_costs_no_result(tmp_path: Path) -> None:
+@pytest.fixture(params=["two processes", "a Dask cluster"])
+def site(request: pytest.FixtureRequest) -> dict[str, Any]:
+    """Where work is done, as options say it."""
+    if request.param == "two processes":
+        return {"workers": 2}
+    return {"scheduler": request.getfixturevalue("scheduler")}
+
+
+def test_a_killed_worker_costs_no_result(site: dict[str, Any], tmp_path: Path) -> None:
     job = partial(jobs.wave_unless_shot, shot=150, mark=tmp_path / "shot")
-    assert list(run_each(job, CASES, workers=2, seconds_per_batch=0.02)) == TRUTH
+    assert list(run_each(job, CASES, **site, seconds_per_batch=0.05)) == TRUTH
     assert (tmp_path / "shot").exists()
 
 
-def test_a_case_that_always_kills_is_reported_alone() -> None:
+def test_a_case_that_always_kills_is_reported_alone(site: dict[str, Any]) -> None:
     job = partial(jobs.wave_or_death, deadly=5)
-    results = list(run_each(job, range(12), workers=2))
+    results = list(run_each(job, range(12), **site))
     lost = results[5]
     assert isinstance(lost, Lost)
     assert lost.reason.startswith("its worker died each time, 3 times: out of memory, a crash in a library, or ")
@@ -73,12 +85,12 @@ def test_a_batch_is_never_empty_nor_too_long(total: int, cost: float, workers: i
             break
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_an_error_of_the_job_comes_at_its_place(workers: int) -> None:
-    results = run_each(partial(jobs.wave_or_error, wrong=3), CASES, workers=workers, seconds_per_batch=0.0)
-    assert [next(results) for _ in range(3)] == TRUTH[:3]
-    with pytest.raises(ArithmeticError, match="case 3"):
-        next(results)
+def test_an_error_of_the_job_comes_at_its_place(site: dict[str, Any]) -> None:
+    for where in (site, {"workers": 1}):
+        results = run_each(partial(jobs.wave_or_error, wrong=3), CASES, **where, seconds_per_batch=0.0)
+        assert [next(results) for _ in range(3)] == TRUTH[:3]
+        with pytest.raises(ArithmeticError, match="case 3"):
+            next(results)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -168,3 +180,101 @@ def wait_until_gone(numbers: list[int]) -> None:
             return
         time.sleep(0.05)
     pytest.fail("workers outlived their master")
+
+
+def start(folder: Path, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start one part of a cluster as the README does, where the tests' jobs can be imported."""
+    (folder / "dask.yaml").write_text(
+        "distributed: {scheduler: {allowed-failures: 0}, admin: {low-level-log-length: 0}}"
+    )
+    return subprocess.Popen(
+        [sys.executable, "-m", "dask", *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "DASK_CONFIG": str(folder)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+
+def address_in(file: Path) -> str:
+    for _ in range(600):
+        if file.exists() and (text := file.read_text()).strip():
+            return str(json.loads(text)["address"])
+        time.sleep(0.05)
+    return pytest.fail("the scheduler did not start")
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    pytest.importorskip("distributed", reason="the extra frictionlab[cluster] is not installed")
+    folder = tmp_path_factory.mktemp("cluster")
+    at_home = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+    parts = [start(folder, "scheduler", *at_home, "--scheduler-file", "address.json")]
+    address = address_in(folder / "address.json")
+    parts.append(start(folder, "worker", address, "--nworkers", "2", "--nthreads", "1", "--no-dashboard"))
+    yield address
+    for part in reversed(parts):
+        part.terminate()
+        part.wait(timeout=30)
+
+
+def test_results_are_those_of_one_process(scheduler: str) -> None:
+    assert list(run_each(jobs.slow_wave, CASES, scheduler=scheduler, seconds_per_batch=0.05)) == TRUTH
+
+
+def test_workers_of_another_version_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.importorskip("distributed").Client(scheduler, set_as_default=False) as client:
+        client.wait_for_workers(2, timeout=30)  # those that a test before has killed are back
+    monkeypatch.setattr(sites, "__version__", "0.0")
+    with pytest.raises(
+        ClusterError, match=r"([12]) of \1 workers lack this version: expected frictionlab 0\.0, as here; got"
+    ):
+        next(run_each(jobs.wave, CASES, scheduler=scheduler))
+
+
+def test_a_cluster_without_workers_and_one_that_dies_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed", reason="the extra frictionlab[cluster] is not installed")
+    monkeypatch.setattr(sites, "EMPTY_S", 0.5)
+    monkeypatch.setattr(sites, "ANSWER_S", 5.0)
+    part = start(tmp_path, "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", "address.json")
+    address = address_in(tmp_path / "address.json")
+    with pytest.raises(ClusterError, match="has had no workers for"):
+        next(run_each(jobs.wave, CASES, scheduler=address))
+    site = sites.Cluster(address)
+    future = site.submit(jobs.wave, 1)
+    part.kill()
+    part.wait(timeout=30)
+    with pytest.raises(ClusterError, match="the scheduler went away"):
+        check_until(site, 20.0)
+    site.stop()
+    assert future.done()
+
+
+def check_until(site: sites.Cluster, seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        site.look()
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "tpc://127.0.0.1:8786"])
+def test_a_wrong_address_is_answered_soon(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed", reason="the extra frictionlab[cluster] is not installed")
+    monkeypatch.setattr(sites, "ANSWER_S", 0.5)
+    with pytest.raises(ClusterError, match=f"{address}: no Dask scheduler answered within .*; do: start one with"):
+        next(run_each(jobs.wave, CASES, scheduler=address))
+
+
+def test_a_port_where_something_else_listens_is_answered_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed", reason="the extra frictionlab[cluster] is not installed")
+    monkeypatch.setattr(sites, "ANSWER_S", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        with pytest.raises(ClusterError, match="accepts the connection and does not answer"):
+            next(run_each(jobs.wave, CASES, scheduler=address))
+
+
+def test_without_dask_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(UsageError, match=r"pip install 'frictionlab\[cluster\]'"):
+        next(run_each(jobs.wave, CASES, scheduler="tcp://127.0.0.1:8786"))
