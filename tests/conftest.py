@@ -20,7 +20,7 @@ for library in ("OPENBLAS", "OMP", "MKL"):  # read once, when numpy is loaded
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 from frictionlab.simulator.sweep import warm_up  # noqa: E402 - loads numpy
-from tests.desk import Run, answer  # noqa: E402 - loads numpy
+from tests.desk import ROOT, Run, answer  # noqa: E402 - loads numpy
 
 settings.register_profile("house", derandomize=True)
 settings.load_profile("house")
@@ -42,9 +42,14 @@ KERNELS = {"coulomb": {}, "coulomb+stribeck": {"static_ratio": [1.2], "stribeck_
 def pytest_configure(config: pytest.Config) -> None:
     """Have the kernels compiled side by side before several processes test: each would compile all by itself."""
     if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
-        started = [subprocess.Popen([sys.executable, "-c", COMPILE.format(*law)]) for law in KERNELS.items()]
-        if [process for process in started if process.wait()]:
-            pytest.exit("the simulator's kernels could not be compiled ahead of the tests", returncode=3)
+        kept = getattr(config, "cache", None)  # when the sources were changed that were compiled last
+        changed = max(path.stat().st_mtime for path in (ROOT / "frictionlab" / "simulator").rglob("*.py"))
+        if kept is None or kept.get("frictionlab/kernels", 0.0) != changed:
+            started = [subprocess.Popen([sys.executable, "-c", COMPILE.format(*law)]) for law in KERNELS.items()]
+            if [process for process in started if process.wait()]:
+                pytest.exit("the simulator's kernels could not be compiled ahead of the tests", returncode=3)
+        if kept is not None:
+            kept.set("frictionlab/kernels", changed)
     if hasattr(config, "workerinput"):  # what each process of the tests solves, it solves compiled
         for law in KERNELS:
             warm_up(law)

@@ -1,8 +1,9 @@
-"""What stands on the user's disk stays: no output replaces an input, a link of one, or a file that is not ours."""
+"""What stands on the user's disk stays, whatever an output is called; the same work gives the same bytes anywhere."""
 
 import json
 import os
 import stat
+import subprocess
 import sys
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from frictionlab.synthetic import synthesize, virtual_tests
 from frictionlab.tables import write_rows
 from frictionlab.verbs.evaluate import evaluate
 from frictionlab.verbs.inputs import names_of
+from tests.armour.sound import sound
 from tests.campaign.fabricate import SCENE as CAMPAIGN
 from tests.campaign.fabricate import row as row_of
 from tests.campaign.fabricate import small_campaign
@@ -245,3 +247,40 @@ def test_a_batch_refuses_a_foreign_table_before_the_work(tmp_path: Path) -> None
     done = run("batch", SAMPLE, "--scene", SCENE, "-o", tmp_path)
     assert done.exit_code == 2, done.output
     assert sorted(path.name for path in tmp_path.iterdir()) == ["comparisons.jsonl"]
+
+
+SCRIPT = """
+import sys
+from typer.testing import CliRunner
+from frictionlab.cli import app
+
+def run(*words):
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+
+drive = ("--natural-frequency", "6", "--transient", "0.5", "-q")
+for words in (("-o", "m.csv", "--plot", "m.svg"), ("-o", "m.jsonl"), ("-o", "m.h5"), ("-o", "m.xlsx")):
+    run("analyze", "a.h5", *drive, *words)
+run("simulate", "--r", "0.3", "--beta", "0.4", "-o", "motion.h5", "--plot", "motion.pdf")
+run("sweep", "--r", "0.5,0.7", "--beta", "0.2,0.4", "-o", "map.h5", "-q", "--workers", sys.argv[1])
+"""
+PLAIN = {"PYTHONHASHSEED": "0", "LC_ALL": "C", "TZ": "UTC", "OMP_NUM_THREADS": "1"}
+OTHER = {"PYTHONHASHSEED": "7", "LC_ALL": "C.UTF-8", "TZ": "Asia/Kathmandu", "OMP_NUM_THREADS": "4", "COLUMNS": "40"}
+
+
+def made(folder: Path, environment: dict[str, str], workers: int) -> dict[str, bytes]:
+    folder.mkdir()
+    (folder / "a.h5").write_bytes(sound("recording"))
+    command = [sys.executable, "-c", SCRIPT, str(workers)]
+    done = subprocess.run(
+        command, cwd=folder, env=os.environ | environment, check=False, capture_output=True, text=True, timeout=100
+    )
+    assert done.returncode == 0, done.stderr
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_results_are_the_same_bytes_everywhere(tmp_path: Path) -> None:
+    plain, other = made(tmp_path / "one", PLAIN, 1), made(tmp_path / "two", OTHER, 2)
+    assert sorted(plain) == sorted(other)
+    assert len(plain) == 9
+    assert [name for name in plain if plain[name] != other[name]] == []
