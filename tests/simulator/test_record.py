@@ -1,7 +1,6 @@
 """The response to a sampled base motion: against slow twins, its own refinement, the steady state."""
 
 import importlib
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,37 +13,35 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem, steady_state
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.simulator import numeric_oracle as oracle
-from tests.simulator import record_naive as naive
+from tests.simulator.one_mass_twin import OneMass
 
 TERMS = {
-    "place": ("q", "gradient"),
-    "speed": ("zeta_c", "contact_damping_ratio"),
-    "compliance": ("kappa", "stiffness_ratio"),
+    "place": {"gradient"},
+    "speed": {"contact_damping_ratio"},
+    "compliance": {"stiffness_ratio"},
+    "breakaway": {"static_ratio_up", "static_ratio_down"},
 }
+
+
+def rubs(beta: float, wall: Any = "fixed", frame: float = 0.0, **own: float) -> Problem:
+    """A contact of the terms that its numbers belong to."""
+    law = "+".join(["coulomb", *(term for term, names in TERMS.items() if names & own.keys())])
+    return Problem(1.0, beta, wall=wall, law=law, parameters=own, frame_damping_ratio=frame)
+
+
 CASES = {
-    "coulomb": naive.Contact(0.25),
-    "no friction": naive.Contact(0.0, zeta_c=0.1),
-    "breakaway by direction": naive.Contact(0.2, up=1.3, down=1.1),
-    "place, speed, frame": naive.Contact(0.2, q=0.1, zeta_c=0.05, zeta_f=0.02),
-    "overdamped": naive.Contact(0.1, zeta_c=0.9, zeta_f=0.8),
-    "moving wall": naive.Contact(0.2, q=-0.05, up=1.2, down=1.2, zeta_f=0.03, wall_moves=True),
-    "elastic": naive.Contact(0.2, kappa=30.0),
-    "elastic, place, breakaway": naive.Contact(0.2, q=0.08, up=1.1, down=1.2, zeta_c=0.02, kappa=12.0),
-}
-
-
-def problem_of(law: naive.Contact) -> Problem:
-    parameters: dict[str, float] = {}
-    name = "coulomb"
-    for term, (short, long) in TERMS.items():
-        if getattr(law, short):
-            name += f"+{term}"
-            parameters[long] = getattr(law, short)
-    if (law.up, law.down) != (1.0, 1.0):
-        name += "+breakaway"
-        parameters |= {"static_ratio_up": law.up, "static_ratio_down": law.down}
-    wall: Any = "base" if law.wall_moves else "fixed"
-    return Problem(1.0, law.beta, wall=wall, law=name, parameters=parameters, frame_damping_ratio=law.zeta_f)
+    "coulomb": rubs(0.25),
+    "no friction": rubs(0.0, contact_damping_ratio=0.1),
+    "breakaway by direction": rubs(0.2, static_ratio_up=1.3, static_ratio_down=1.1),
+    "place, speed, frame": rubs(0.2, frame=0.02, gradient=0.1, contact_damping_ratio=0.05),
+    "overdamped": rubs(0.1, frame=0.8, contact_damping_ratio=0.9),
+    "moving wall": rubs(0.2, "base", 0.03, gradient=-0.05, static_ratio_up=1.2, static_ratio_down=1.2),
+    "elastic": rubs(0.2, stiffness_ratio=30.0),
+    "elastic, place, breakaway": rubs(
+        *(0.2, "fixed", 0.0), gradient=0.08, static_ratio_up=1.1, static_ratio_down=1.2, contact_damping_ratio=0.02,
+        stiffness_ratio=12.0,
+    ),
+}  # fmt: skip
 
 
 def some_base(seed: int, n: int, *, even: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -55,22 +52,31 @@ def some_base(seed: int, n: int, *, even: bool) -> tuple[np.ndarray, np.ndarray]
     return tau, sum(a * np.sin(w * tau + p) for a, w, p in tones)
 
 
+def drive_of(problem: Problem, base: BaseRecord) -> Any:
+    """F of the equation in z, by scipy's spline."""
+    f: Any = CubicSpline(base.time, base.values)
+    if problem.wall == "base":
+        return lambda t: -float(f(t, 2))
+    return lambda t: float(f(t) + 2.0 * problem.frame_damping_ratio * f(t, 1))
+
+
 @pytest.mark.parametrize("even", [True, False])
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_it_is_the_slow_twin(name: str, *, even: bool) -> None:
-    law = CASES[name]
+    problem, moves = CASES[name], CASES[name].wall == "base"
     tau, y = some_base(len(name), 60, even=even)
     base = BaseRecord(tau, y)
-    v0 = float(base.speeds[0]) if law.wall_moves else 0.3
-    seen = respond(problem_of(law), base, x0=0.1, v0=v0)
-    slow = naive.respond(law, tau, base.values, 0.1, 0.0 if law.wall_moves else 0.3)
-    z = np.array(slow.z) + (base.values if law.wall_moves else 0.0)
+    v0 = float(base.speeds[0]) if moves else 0.3
+    seen = respond(problem, base, x0=0.1, v0=v0)
+    slow = OneMass(problem, drive_of(problem, base)).follow(tau.tolist(), 0.1, 0.0 if moves else 0.3)
+    z = np.array(slow.z) + (base.values if moves else 0.0)
     assert seen.displacement == pytest.approx(z, abs=1e-10)
-    assert seen.contact_force == pytest.approx(np.array(slow.n), abs=1e-9)
+    assert seen.contact_force == pytest.approx(np.array(slow.force), abs=1e-9)
     assert seen.path == pytest.approx(slow.path, abs=1e-9)
-    assert seen.time_stuck == pytest.approx(slow.stuck, abs=1e-7)
+    assert seen.time_stuck == pytest.approx(slow.held, abs=1e-7)
     assert int(np.count_nonzero(seen.contact_events[0][:, 1])) == slow.slips
-    stored = 0.5 * (seen.contact_force[-1] - 2 * law.zeta_c * seen.velocity[-1]) ** 2 / law.kappa if law.kappa else 0.0
+    kappa, spring = problem.parameters.get("stiffness_ratio"), slow.force[-1] - 2 * problem.zeta * slow.v
+    stored = 0.5 * spring**2 / kappa if kappa else 0.0
     assert seen.friction_energy == pytest.approx(slow.friction_work - stored, abs=1e-9)
     assert seen.closure_error < 1e-8
 
@@ -117,12 +123,14 @@ def test_a_finer_sampling_of_the_same_curve_changes_nothing(
     """A cubic spline through its own points is itself: every old sample must be met again, and so must the mirror."""
     tau, y = some_base(seed, 40, even=False)
     fine = np.sort(np.concatenate([tau, tau[:-1] + np.diff(tau) * np.random.default_rng(seed).uniform(0.2, 0.8, 39)]))
-    law = naive.Contact(beta, q=q, up=mu, down=1.0, zeta_f=0.01, kappa=stiff or 0.0)
-    coarse = respond(problem_of(law), BaseRecord(tau, y))
-    finer = respond(problem_of(law), BaseRecord(fine, CubicSpline(tau, y)(fine), scale=coarse.base.scale))
+    own = {"stiffness_ratio": stiff} if stiff else {}
+    law = rubs(beta, frame=0.01, gradient=q, static_ratio_up=mu, static_ratio_down=1.0, **own)
+    coarse = respond(law, BaseRecord(tau, y))
+    finer = respond(law, BaseRecord(fine, CubicSpline(tau, y)(fine), scale=coarse.base.scale))
     assert finer.displacement[::2] == pytest.approx(coarse.displacement, abs=1e-8)
     assert finer.energy == pytest.approx(coarse.energy, abs=1e-7)
-    mirror = respond(problem_of(replace(law, q=-q, up=1.0, down=mu)), BaseRecord(tau, -y))
+    other = rubs(beta, frame=0.01, gradient=-q, static_ratio_up=1.0, static_ratio_down=mu, **own)
+    mirror = respond(other, BaseRecord(tau, -y))
     assert mirror.displacement == pytest.approx(-coarse.displacement, abs=1e-12)
 
 
@@ -132,8 +140,8 @@ def test_a_stiff_contact_meets_the_rigid_one() -> None:
     rigid = respond(Problem(1.0, 0.2), BaseRecord(tau, y)).displacement
 
     def away(kappa: float) -> float:
-        law = naive.Contact(0.2, kappa=kappa)
-        return float(np.abs(respond(problem_of(law), BaseRecord(tau, y)).displacement - rigid).max())
+        seen = respond(rubs(0.2, stiffness_ratio=kappa), BaseRecord(tau, y))
+        return float(np.abs(seen.displacement - rigid).max())
 
     assert away(1000.0) < 0.02
     assert away(1000.0) / away(4000.0) == pytest.approx(2.0, rel=0.02)
@@ -195,7 +203,7 @@ carrier = importlib.import_module("frictionlab.simulator.record.carry")
 LAWS = {name.removeprefix("coulomb+"): parameters for name, parameters in oracle.LAWS.items()}
 
 
-def integrated_problem(law: str, wall: Any = "fixed") -> Problem:
+def problem_of(law: str, wall: Any = "fixed") -> Problem:
     more = {"contact_damping_ratio": 0.02}
     if law != "rate-state":  # where friction depends on place, the twin's age is another than the law's
         more["gradient"] = 0.05
@@ -203,17 +211,9 @@ def integrated_problem(law: str, wall: Any = "fixed") -> Problem:
     return Problem(1.0, 0.15, wall=wall, law=name, parameters=LAWS[law] | more, frame_damping_ratio=0.03)
 
 
-def drive_of(problem: Problem, base: BaseRecord) -> Any:
-    """F of the equation in z, by scipy's spline."""
-    f: Any = CubicSpline(base.time, base.values)
-    if problem.wall == "base":
-        return lambda t: -float(f(t, 2))
-    return lambda t: float(f(t) + 2.0 * problem.frame_damping_ratio * f(t, 1))
-
-
 @pytest.mark.parametrize(("law", "wall"), [*((law, "fixed") for law in LAWS), ("stribeck", "base"), ("dahl", "base")])
 def test_it_is_scipys_from_knot_to_knot(law: str, wall: str) -> None:
-    problem = integrated_problem(law, wall)
+    problem = problem_of(law, wall)
     base = BaseRecord(*some_base(7, 9, even=False))
     start = np.zeros(2 + (problem.law.kind == "inner") + (law == "rate-state"))
     start[:2] = (0.1, 0.3)
