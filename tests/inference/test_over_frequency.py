@@ -10,6 +10,7 @@ from scipy.io import loadmat
 import frictionlab as fl
 from frictionlab.errors import AnalysisError, LogError, UsageError
 from frictionlab.inference import ladder
+from frictionlab.inference.table import TableObservation
 from frictionlab.logs.table import read_frequency_table
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene, scene_from_tables
@@ -65,8 +66,9 @@ def test_a_table_without_noise_gives_the_law_that_made_it() -> None:
 
 
 @pytest.mark.parametrize("stated", [True, False])
-def test_errors_cover_the_truth(stated: bool) -> None:
+def test_errors_cover_the_truth(stated: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """20 tables a case: with errors stated, and with errors from the scatter alone."""
+    monkeypatch.setattr(TableObservation, "curve", lambda *_: None)  # what is drawn takes a third of the time
     scores = []
     for seed in range(20):
         found = fl.compare(table(rows(0.4, seed), stated=stated), scene())
@@ -110,8 +112,8 @@ def test_a_law_that_is_too_simple_is_said() -> None:
 def test_a_table_climbs_as_far_as_it_must(
     law: str, known: dict[str, float], stated: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if known and not stated:  # all pairs of terms, and nothing says what noise is: half of them, for time
-        monkeypatch.setattr(ladder, "EXACT", ("speed", "breakaway"))
+    if not stated:  # nothing says what noise is, and pairs of terms are tried: those of some, for time
+        monkeypatch.setattr(ladder, "EXACT", ("speed", "breakaway") if known else ("place", "speed", "compliance"))
     found = fl.compare(table(rows(0.4, 1, law, **known), stated=stated), scene(), law="auto")
     assert found.law == law
     assert [rung["law"] for rung in found.laws or () if rung["required"]] == [law]
