@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mpmath import mpf
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
@@ -18,6 +17,7 @@ from frictionlab.simulator.exact.solve import Flow, iwan_sliders
 from tests.desk import present
 from tests.simulator.numeric_oracle import force_of
 from tests.simulator.one_mass_twin import OneMass
+from tests.simulator.test_steady_state import error
 
 TURN = 2.0 * pi
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "elastic_reference.json").read_text())
@@ -44,11 +44,6 @@ def of_reference(row: dict[str, Any]) -> Problem:
     if "sliders" in row:
         return iwan(row["r"], row["beta"], row["kappa"], row["sliders"], row["chi"], terms, **more)
     return jenkins(row["r"], row["beta"], row["kappa"], terms, **more)
-
-
-def error(value: float | None, truth: str) -> float:
-    assert value is not None
-    return float(abs(value / mpf(truth) - 1))
 
 
 @pytest.mark.parametrize("row", REFERENCE, ids=lambda row: row["why"])
