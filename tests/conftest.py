@@ -42,6 +42,7 @@ KERNELS = {"coulomb": {}, "coulomb+stribeck": {"static_ratio": [1.2], "stribeck_
 def pytest_configure(config: pytest.Config) -> None:
     """Have the kernels compiled side by side before several processes test: each would compile all by itself."""
     if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
+        gc.enable()  # the process that leads others loads no tests
         kept = getattr(config, "cache", None)  # when the sources were changed that were compiled last
         changed = max(path.stat().st_mtime for path in (ROOT / "frictionlab" / "simulator").rglob("*.py"))
         if kept is None or kept.get("frictionlab/kernels", 0.0) != changed:
