@@ -133,21 +133,6 @@ class FlatKnown(_Flat[float]):
     missing = math.nan
 
 
-class Held(Generic[T]):
-    """An attribute of a part that a result holds, under the same name; ``part``: the field of the part."""
-
-    def __init__(self, part: str) -> None:
-        self._part = part
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    def __get__(self, result: object, kind: type) -> T:
-        """Return what the part has."""
-        held: T = getattr(getattr(result, self._part), self._name)
-        return held
-
-
 def errors_of(estimate: str) -> tuple[Flat, Flat]:
     """Return the flat names of an estimate's ``se`` and ``u``."""
     return Flat(estimate, "se"), Flat(estimate, "u")

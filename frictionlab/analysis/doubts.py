@@ -5,21 +5,22 @@ Mistakes of a channel are among them: inverted, swapped, a copy, relative to the
 
 import math
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictionlab.analysis import steadiness
 from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.cycles import first_harmonic
-from frictionlab.analysis.energy import MeasuredFriction
 from frictionlab.analysis.layout import HARMONICS, Layout
-from frictionlab.analysis.response import Response
 from frictionlab.analysis.spectrum import LEAST, Line, mains_of
 from frictionlab.analysis.stops import TURN
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import DOUBTED
-from frictionlab.estimate import Estimate
 from frictionlab.schema import ENERGY
+
+if TYPE_CHECKING:
+    from frictionlab.analysis.measurement import Measurement
 
 FEW_CYCLES = 5
 QUIET = 0.01  # rounding that noise does not average away, over the step: a sensor that shows the same in every cycle
@@ -28,42 +29,27 @@ MANY = 6  # times named in one sentence
 
 
 def warnings(
-    layout: Layout,
-    answer: Response,
-    settled: float | None,
-    transient: float,
-    loop: Estimate,
-    friction: MeasuredFriction,
-    joules: float | None,
-    taken: float,
-    cut: float,
-    of_mass: SensorChannel,
-    r: float | None,
-    *,
-    wall_moves: bool,
-    prescribed: bool,
+    layout: Layout, m: "Measurement", of_mass: SensorChannel, cut: float, *, wall_moves: bool, taken: float
 ) -> list[str]:
     """Say what a reader of the numbers must know.
 
-    ``settled``, ``transient``: when the motion had settled (None: it had not), and where the transient was cut, s from
-    the recording's start; ``loop``: energy per cycle (k Y^2), of which the frame's dashpot has ``taken`` a part;
-    ``friction``: by the load cell; ``joules``: k Y^2; ``cut``: what the mass's filter cuts away, by
-    `channels.cut_away`; ``r``: frequency ratio, where known; ``wall_moves``: the wall goes with the base;
-    ``prescribed``: the motion of the mass is given, and stands in the base's place.
+    ``cut``: what the mass's filter cuts away, by `channels.cut_away`; ``wall_moves``: the wall goes with the base;
+    ``taken``: energy (k Y^2) that the frame's dashpot takes.
     """
-    said = [*_of_the_drive(layout, r), *_of_lines(layout)]
+    prescribed = m.energy.value is None  # the motion of the mass is given, and stands in the base's place
+    said = [*_of_the_drive(layout, m.frequency_ratio), *_of_lines(layout)]
     if not prescribed:
-        said = [*_of_the_channels(layout, answer, loop, r, wall_moves=wall_moves), *said]
-    said += _of_the_sampling(layout, answer, prescribed=prescribed)
-    if not answer.is_stuck:
-        said += (*_of_settling(layout, settled, transient), *_of_changes(layout, answer), *_of_stops(answer))
-    said += _of_the_load_cell(friction, loop, joules, taken)
-    if r is None and not prescribed:
+        said = [*_of_the_channels(layout, m, wall_moves=wall_moves), *said]
+    said += _of_the_sampling(layout, m, prescribed=prescribed)
+    if not m.is_stuck:
+        said += (*_of_settling(layout, m), *_of_changes(layout, m), *_of_stops(m))
+    said += _of_the_load_cell(m, taken)
+    if m.frequency_ratio is None and not prescribed:
         said.append(
             "frequency_ratio: the natural frequency is not known: give natural_frequency_hz in [rig] of the scene or"
             " --natural-frequency; `frictionlab free-vibration` measures it"
         )
-    if of_mass.cutoff is not None and cut >= 0.002 * answer.size:
+    if of_mass.cutoff is not None and cut >= 0.002 * m.size:
         said.append(
             f"response_amplitude: the mass's low-pass filter ({of_mass.cutoff:.4g} Hz, order {of_mass.order}:"
             " filter_hz, mass_filter_hz in [sensors]) cuts away the fast part of the motion: stops_per_cycle and regime"
@@ -134,7 +120,7 @@ def _of_lines(layout: Layout) -> Iterator[str]:
         )
 
 
-def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> Iterator[str]:
+def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> Iterator[str]:
     """Of few cycles and samples, and of a sensor that clips, is coarse, or too noisy to show a stop."""
     if len(layout) < FEW_CYCLES:
         yield f"cycles: only {len(layout)} full cycles after the transient, {FEW_CYCLES} show a scatter: record longer"
@@ -143,11 +129,11 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
     if prescribed:
         return
     of_mass, signals = layout.of_mass, [("base_amplitude_m", layout.base, layout.of_base, False)]
-    if not answer.is_stuck:
+    if not m.is_stuck:
         # a mass that slows or stops on its way up has steep flanks everywhere, and no corner shows a clipping sensor
-        speed = np.abs(answer.how.cycle(1024)[1])
+        speed = np.abs(m.how.cycle(1024)[1])
         fast = speed > speed.max() / 3.0
-        slows = answer.stops_per_cycle >= 2.5 or int(np.count_nonzero(fast & ~np.roll(fast, 1))) > 2
+        slows = m.stops_per_cycle >= 2.5 or int(np.count_nonzero(fast & ~np.roll(fast, 1))) > 2
         signals.append(("response_amplitude", layout.mass, of_mass, slows))
     for name, rows, sensor, slows in signals:
         rough = max(sensor.noise / math.sqrt(len(rows)), 0.125 * sensor.step)
@@ -156,8 +142,8 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
                 f"{name}: the displacement comes to its extreme at full speed and stands there, as no mass can: the"
                 " sensor clips; amplitude, energy and stops are wrong: enlarge its range"
             )
-    size = answer.size
-    if answer.is_stuck and of_mass.rounding > QUIET * of_mass.step:
+    size = m.size
+    if m.is_stuck and of_mass.rounding > QUIET * of_mass.step:
         size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
     if of_mass.step > 0.02 * size > QUIET * of_mass.step:
         step = of_mass.step / size
@@ -166,30 +152,33 @@ def _of_the_sampling(layout: Layout, answer: Response, *, prescribed: bool) -> I
             f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}: stops, stuck"
             " fraction and regime are of its steps, and the energy's error is larger than stated"
         )
-    elif not answer.is_stuck and answer.is_blurred:
+    elif not m.is_stuck and m.is_blurred:
         yield (
             "stops_per_cycle: noise and step of the sensor hide the mass's speed: no stop can be seen, nor whether the"
             " column is the mass's own displacement or that relative to the base: use a sensor of a smaller range"
         )
 
 
-def _of_settling(layout: Layout, settled: float | None, transient: float) -> Iterator[str]:
-    if settled is None and len(layout) >= FEW_CYCLES:
+def _of_settling(layout: Layout, m: "Measurement") -> Iterator[str]:
+    if len(layout) < FEW_CYCLES:
+        return
+    if m.settled_s is None:
         yield (
             "transient_s: the motion had not settled by the end of the recording: numbers are of the part from"
-            f" {transient:.3g} s on: record longer"
+            f" {m.transient_s:.3g} s on: record longer"
         )
-    elif settled is not None and len(layout) >= FEW_CYCLES and settled > transient + 1.0 / layout.drive.frequency:
-        yield f"transient_s: the motion settled only at {settled:.3g} s, not {transient:g}: --transient {settled:.3g}"
+    elif m.settled_s > m.transient_s + 1.0 / layout.drive.frequency:
+        settled = f"{m.settled_s:.3g}"
+        yield f"transient_s: the motion settled only at {settled} s, not {m.transient_s:g}: --transient {settled}"
 
 
-def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
+def _of_changes(layout: Layout, m: "Measurement") -> Iterator[str]:
     """Of a mass that does not follow the drive, drifts, jumps, or whose channel loses samples."""
     power = float(np.einsum("ij,ij->", layout.mass, layout.mass)) / layout.mass.size  # about a mean of 0
-    share, size = float(np.var(layout.mass.mean(axis=0))) / power, answer.size
+    share, size = float(np.var(layout.mass.mean(axis=0))) / power, m.size
     if share < 0.5 and len(layout) >= FEW_CYCLES:
         yield f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with it: check the column"
-    growth, by_energy = (steadiness.growth(s, least=0.005) for s in (answer.series.amplitude, answer.series.energy))
+    growth, by_energy = (steadiness.growth(s, least=0.005) for s in (m.series.amplitude, m.series.energy))
     if layout.duration >= steadiness.LONG_S and (growth or by_energy):
         name, change = ("response_amplitude", growth) if abs(growth) > abs(by_energy) else (ENERGY, by_energy)
         yield (
@@ -210,54 +199,53 @@ def _of_changes(layout: Layout, answer: Response) -> Iterator[str]:
     rough = noise * math.sqrt(2.0 / rows.shape[1]) / a_sample
     for j in steadiness.jumps(behind, noise=rough, least=0.5).tolist():
         by = float(np.median(behind[j : j + 5]) - np.median(behind[max(0, j - 5) : j]))
-        change = np.ptp(answer.series.amplitude[max(0, j - 5) : j + 5]) / size
+        change = np.ptp(m.series.amplitude[max(0, j - 5) : j + 5]) / size
         if abs(by - round(by)) < 0.2 and change < 0.02:  # of the clock, not of the motion
             when, where = ("earlier", "mass") if by < 0.0 else ("later", "base")
             yield (
                 f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when} than before:"
                 f" some look lost in the {where}'s channel: cut the log there, or give the channels their own times"
             )
-    for name, series in (("amplitude", answer.series.amplitude), ("mean position", answer.series.position)):
-        found = steadiness.jumps(series / size, noise=answer.amplitude_noise / size).tolist()
+    for name, series in (("amplitude", m.series.amplitude), ("mean position", m.series.position)):
+        found = steadiness.jumps(series / size, noise=m.amplitude_noise / size).tolist()
         if found:
             times = ", ".join(f"{layout.time[j]:.4g} s" for j in found[:MANY])
             more = f" and {len(found) - MANY} more" if len(found) > MANY else ""
             yield f"response_amplitude: the {name} of the response jumps at {times}{more}"
 
 
-def _of_stops(answer: Response) -> Iterator[str]:
+def _of_stops(m: "Measurement") -> Iterator[str]:
     """Which may be none or two; one of a motion whose halves mirror each other has a twin."""
-    often, length = answer.doubtful
-    seen = f"stops are seen from {100.0 * answer.shortest_stop:.2g} % of a cycle on"
-    if often >= 0.4 and not answer.is_blurred:
+    often, length = m.doubtful
+    seen = f"stops are seen from {100.0 * m.shortest_stop:.2g} % of a cycle on"
+    if often >= 0.4 and not m.is_blurred:
         yield (
             f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %: not"
             f" counted, for {seen}: take a quieter sensor"
         )
-    if answer.unclear is not None:
-        way, length = answer.unclear
+    if m.unclear is not None:
+        way, length = m.unclear
         yield (
             f"stops_per_cycle: within a stop of {100.0 * length:.2g} % of a cycle the mass moves by {way:.1g} Y: two"
             " stops parted by a slip, or one with a creep or a slow passage"
         )
-    count = round(answer.stops_per_cycle)
-    if count % 2 == 1 and abs(answer.stops_per_cycle - count) < 0.05 and (answer.asymmetry or 0.0) < 0.01:
+    count = round(m.stops_per_cycle)
+    if count % 2 == 1 and abs(m.stops_per_cycle - count) < 0.05 and (m.asymmetry or 0.0) < 0.01:
         yield (
             f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
-            f" {100.0 * (answer.asymmetry or 0.0):.2g} %) and stops come in pairs: one was not seen, or is none"
+            f" {100.0 * (m.asymmetry or 0.0):.2g} %) and stops come in pairs: one was not seen, or is none"
         )
-    each = answer.series.stops
+    each = m.series.stops
     if np.ptp(each) > 0.0:
         yield f"stops_per_cycle: from {each.min():g} to {each.max():g} in a cycle; {seen}"
 
 
-def _of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float | None, taken: float) -> Iterator[str]:
-    """Say where the loops of force and motion disagree; ``scale``: k Y^2 in J; ``taken``: by the frame's dashpot."""
-    if friction.turned:
-        yield f"{friction.name}: it counts the other way, for friction against motion is negative: its sign is turned"
-    by_force = friction.means.force_energy_j
-    if scale is None or loop.value is None or not by_force.value:
+def _of_the_load_cell(m: "Measurement", taken: float) -> Iterator[str]:
+    """Say where the loops of force and motion disagree; ``taken``: by the frame's dashpot, k Y^2."""
+    by_force, loop = m.force_energy_j, m.energy
+    if not (m.energy_per_cycle_j and loop.value and by_force.value):
         return
+    scale = m.energy_per_cycle_j / loop.value  # k Y^2 in J
     by_motion = (loop.value - taken) * scale
     apart = by_force.value - by_motion
     u = math.hypot(by_force.error or 0.0, (loop.error or 0.0) * scale)
@@ -274,26 +262,24 @@ def _of_the_load_cell(friction: MeasuredFriction, loop: Estimate, scale: float |
 OFF, FITS, CLEARER = 0.1, 0.3, 2.0  # what friction leaves of the force where the mass never stops, one over the other
 
 
-def _of_the_channels(
-    layout: Layout, answer: Response, loop: Estimate, r: float | None, *, wall_moves: bool
-) -> Iterator[str]:
+def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> Iterator[str]:
     mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
     of_mass, of_base = layout.of_mass, layout.of_base
-    if answer.is_stuck:
+    if m.is_stuck:
         if of_mass.noise >= 10.0 * max(of_base.noise, of_base.step):
             yield f"mass: its channel holds nothing but noise of {of_mass.noise:.3g} Y rms: check its column (--mass)"
         return
     noise = math.hypot(of_mass.noise, of_base.noise) / math.sqrt(len(layout))
     noise = math.hypot(noise, of_mass.shared, of_base.shared)
     apart = math.sqrt(max(float(np.var(mass - base)) - noise * noise, 0.0)) / float(np.std(base))
-    energy = loop.value or 0.0
+    r, energy = m.frequency_ratio, m.energy_per_cycle
     free = math.inf if r is None or wall_moves else 1.0 / max(abs(1.0 - r * r), 0.02)  # amplitude without friction
     if apart < 0.005:  # no frame with a contact follows its base so closely
         yield (
             f"mass: its channel repeats the base's (to {100.0 * apart:.2g} % of the base's motion): energy, amplitude"
             " and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
         )
-    elif energy <= -max(5.0 * (loop.se or 0.0), 0.01):
+    elif energy <= -max(5.0 * (m.energy.se or 0.0), 0.01):
         size = [np.abs(np.fft.rfft(cycle)[1 : HARMONICS + 1]) for cycle in (mass, base)]
         of_m, of_b = (float(np.linalg.norm(lines[1:]) / max(float(lines[0]), 1e-300)) for lines in size)
         swapped = "mass and base are swapped (exchange --mass and --base, [log])"
@@ -302,13 +288,13 @@ def _of_the_channels(
             shares = f"harmonics of the base {100.0 * of_b:.2g} %, of the mass {100.0 * of_m:.2g} %"
             cause = f"mass and base look swapped ({shares}): exchange --mass and --base ([log]), or turn one's sign"
         yield f"{ENERGY}: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
-    elif answer.size > 5.0 * free:
+    elif m.size > 5.0 * free:
         yield (
-            f"response_amplitude: the mass moves {answer.size:.3g} Y at r = {r:.3g}, where the frame without friction"
+            f"response_amplitude: the mass moves {m.size:.3g} Y at r = {r:.3g}, where the frame without friction"
             f" would move {free:.3g} Y: {DOUBTED} (--unit, [log.units]), or the natural frequency"
         )
-    elif r is not None and not wall_moves and not answer.is_blurred:
-        yield from _relative(mass, base, answer.stuck_fraction, r)
+    elif r is not None and not wall_moves and not m.is_blurred:
+        yield from _relative(mass, base, m.stuck_fraction, r)
 
 
 def _relative(mass: FloatArray, base: FloatArray, stuck: float, r: float) -> Iterator[str]:

@@ -91,28 +91,18 @@ class LoadCell:
     normal_is_measured: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ByForce:
-    """Means by a load cell: energy of a cycle (k Y^2, and J), friction force (N), coefficient."""
+    """Means by a load cell.
+
+    ``force_energy`` (k Y^2) and ``force_energy_j`` of a cycle, friction force ``measured_force`` (N),
+    ``measured_coefficient``.
+    """
 
     force_energy: Estimate = NOT_KNOWN
     force_energy_j: Estimate = NOT_KNOWN
     measured_force: Estimate = NOT_KNOWN
     measured_coefficient: Estimate = NOT_KNOWN
-
-
-@dataclass(frozen=True)
-class MeasuredFriction:
-    """What the load cell says: means, and the mean cycle of force (p,) N from tau = 0 on.
-
-    ``cell``: single cycles of it, of a force; ``turned``: the cell counts the other way.
-    """
-
-    name: str = ""
-    means: ByForce = ByForce()
-    cycle: FloatArray | None = None
-    cell: LoadCell | None = None
-    turned: bool = False
 
 
 def by_load_cell(
@@ -127,23 +117,26 @@ def by_load_cell(
     wall_moves: bool,
     has_metres: bool,
     one_way: bool,
-) -> MeasuredFriction:
+) -> tuple[ByForce, FloatArray | None, LoadCell | None, list[str]]:
     """Measure friction by the channel of force or torque, if there is one.
 
+    Returns means, the mean cycle (p,) from tau = 0 on, of a force also its single cycles, and what is to be said.
     ``joules``: k Y^2; ``normal_force_n``: of this test, where no channel has it; ``inertia_kg``: mass between sensor
     and contact; ``one_way``: the contact slides one way, so that the mean of the force is no offset.
     """
     name = next((name for name in channels.FORCES if name in layout.more), None)
     if name is None or answer.is_stuck:
-        return MeasuredFriction()
+        return ByForce(), None, None, []
     unit, points, is_torque = layout.drive.amplitude, layout.mass.shape[1], name == "torque"
     slid = layout.mass - layout.base if wall_moves else layout.mass
     mean = slid[used].mean(axis=0) if wall_moves else answer.how.cycle(points)[0]
     speed = np.abs(shifted(mean, order=1))
     way = 2.0 * math.pi * float(speed.mean()) * unit * answer.series.amplitude / max(answer.size, 1e-300)
     each, rows = loop_area(slid * unit, layout.more[name]), layout.more[name]
-    if turned := float(each[used].mean()) < 0.0:
+    said = list[str]()
+    if float(each[used].mean()) < 0.0:
         each, rows = -each, -rows
+        said.append(f"{name}: it counts the other way, for friction against motion is negative: its sign is turned")
     normal, u_normal = np.full(len(rows), normal_force_n or math.nan), sources.normal_force
     if is_measured := "normal_force" in layout.more:
         normal = np.abs(layout.more["normal_force"] @ speed) / max(float(speed.sum()), 1e-300)
@@ -167,14 +160,16 @@ def by_load_cell(
     energy = (mean_over(each, used) if has_metres or is_torque else NOT_KNOWN).with_relative(math.sqrt(2.0) * gain)
     force, coefficient = over(way).with_relative(gain), over(way * normal).with_relative(math.hypot(gain, u_normal))
     of_unit = math.hypot(sources.stiffness, 2.0 * unit_uncertainty(sources), math.sqrt(2.0) * gain)
-    single = at_contact(rows[some_cycles(len(rows))])
-    return MeasuredFriction(
-        name=name,
-        means=ByForce(energy.over(joules).with_relative(of_unit), energy, force, coefficient),
-        cycle=at_contact(rows[used].mean(axis=0)) + (float(rows[used].mean()) if one_way else 0.0),
-        cell=None if is_torque else LoadCell(single, pressed if math.isfinite(pressed) else None, is_measured),
-        turned=turned,
+    by_force = ByForce(
+        force_energy=energy.over(joules).with_relative(of_unit),
+        force_energy_j=energy,
+        measured_force=force,
+        measured_coefficient=coefficient,
     )
+    mean_force = at_contact(rows[used].mean(axis=0)) + (float(rows[used].mean()) if one_way else 0.0)
+    single = at_contact(rows[some_cycles(len(rows))])
+    cell = LoadCell(single, pressed if math.isfinite(pressed) else None, is_measured)
+    return by_force, mean_force, None if is_torque else cell, said
 
 
 def taken_by_the_frame(stretched: FloatArray, damping_ratio: float, r: float) -> float:

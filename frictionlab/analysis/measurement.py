@@ -17,13 +17,13 @@ import numpy as np
 from frictionlab.analysis import channels, doubts, energy, response, steadiness
 from frictionlab.analysis.energy import ByForce
 from frictionlab.analysis.layout import Layout, lay_out
-from frictionlab.analysis.response import Cycle, CycleSeries, Response, Traces, mean_cycle, traces
+from frictionlab.analysis.response import Cycle, Response, Traces, mean_cycle, traces
 from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.analysis.stretches import SHORTEST_PART, channels_of, even_stretches, is_force
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown, Held
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import window_of
@@ -47,18 +47,17 @@ class Means:
     steady_amplitude: Estimate
 
 
-@dataclass(frozen=True, repr=False)
-class Measurement(Result):
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Measurement(Means, Response, ByForce, Result):
     """What one recording says. ``None`` is not known; lengths are over Y, energies over k Y^2 unless a name says more.
 
     Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``); each has flat names too, which
     are the contract's keys: ``energy_per_cycle``, ``energy_per_cycle_se``, ``energy_per_cycle_u``. All of them
-    are described in `frictionlab.schema`. They stand in ``means``, ``answer`` (how the mass answers) and ``by_force``,
-    and are attributes of the measurement as well.
+    are described in `frictionlab.schema`; `Means`, `Response` (how the mass answers) and `ByForce` (by a load cell)
+    describe theirs.
 
-    ``energy_trend`` (k Y^2 per hour): long tests only. By a load cell: ``force_energy`` (k Y^2), ``force_energy_j``,
-    ``measured_force`` N, ``measured_coefficient``. ``cycle``, ``series``, ``trend``, ``traces``: what stands behind the
-    numbers.
+    ``energy_trend`` (k Y^2 per hour): long tests only. ``cycle``, ``series``, ``trend``, ``traces``: what stands behind
+    the numbers.
     """
 
     source: str
@@ -77,9 +76,6 @@ class Measurement(Result):
     mass_noise_m: float
     base_noise_m: float
     accuracy: str
-    means: Means
-    answer: Response
-    by_force: ByForce
     cycle: Cycle
     trend: Trend | None
     traces: Traces
@@ -88,29 +84,6 @@ class Measurement(Result):
     slides_one_way: bool = False
     status: str = "ok"
     reason: str | None = None
-
-    drive = Held[Estimate]("means")
-    ratio = Held[Estimate]("means")
-    base_amplitude = Held[Estimate]("means")
-    energy = Held[Estimate]("means")
-    amplitude = Held[Estimate]("means")
-    steady_energy = Held[Estimate]("means")
-    steady_amplitude = Held[Estimate]("means")
-    series = Held[CycleSeries]("answer")
-    stops_per_cycle = Held[float]("answer")
-    stuck_fraction = Held[float]("answer")
-    regime = Held[str]("answer")
-    energy_input_per_cycle = Held[float]("answer")
-    asymmetry = Held[float | None]("answer")
-    shortest_stop = Held[float]("answer")
-    smallest_slip = Held[float]("answer")
-    irregularity_index = Held[float | None]("answer")
-    irregularity_floor = Held[float | None]("answer")
-    base_irregularity_index = Held[float | None]("answer")
-    force_energy = Held[Estimate]("by_force")
-    force_energy_j = Held[Estimate]("by_force")
-    measured_force = Held[Estimate]("by_force")
-    measured_coefficient = Held[Estimate]("by_force")
 
     drive_frequency_hz = FlatKnown("drive")
     drive_frequency_hz_se = Flat("drive", "se")
@@ -189,6 +162,8 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     channels.check_drive(drive.frequency, channels_of(scene))
     wall_moves, r = scene.model.wall == "base", drive.frequency / natural if natural else None
     joules = scene.rig.stiffness * drive.amplitude**2 if scene.rig.stiffness else None  # k Y^2
+    is_long = layout.duration >= steadiness.LONG_S
+    one_way, normal_force_n = any(part.one_way for part in parts), normal_force_of(recording, scene)
     used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
     answer = response.response(layout, used, wall_moves=wall_moves)
     cycle = mean_cycle(layout, answer, used, of_mass)
@@ -197,26 +172,22 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     smooth, slides = cycle.mass_smooth, abs(means.energy.value or 0.0) / (4.0 * max(answer.size, 1e-12))
     cut = 0.0 if answer.is_stuck else channels.cut_away(smooth, drive.frequency, of_mass, friction=slides, r=r)
     means, budget = _budgeted(cycle, means, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
-    friction = energy.by_load_cell(
+    by_force, force, cell, said = energy.by_load_cell(
         *(layout, answer, used, sources, joules),
-        normal_force_n=normal_force_of(recording, scene),
+        normal_force_n=normal_force_n,
         inertia_kg=scene.sensors.force_inertia_kg,
         wall_moves=wall_moves,
         has_metres=scene.rig.radius_m is not None or not channels.is_angular(recording.measured()),
-        one_way=any(part.one_way for part in parts),
+        one_way=one_way,
     )
-    taken = energy.taken_by_the_frame(smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
-    warnings += doubts.warnings(
-        *(layout, answer, settled, transient, means.energy, friction, joules, taken, cut, of_mass, r),
-        wall_moves=wall_moves,
-        prescribed=prescribed,
-    )
-    is_long = not prescribed and layout.duration >= steadiness.LONG_S
-    return Measurement(
+    measured = Measurement(
+        **vars(means),
+        **vars(answer),
+        **vars(by_force),
         source=source_of(recording),
-        warnings=(*scene.rig.doubts, *warnings),
+        warnings=(),
         material=material_of(recording, scene),
-        normal_force_n=normal_force_of(recording, scene),
+        normal_force_n=normal_force_n,
         sampling_rate_hz=1.0 / parts[0].step,
         duration_s=recording.duration_s,
         transient_s=transient,
@@ -229,16 +200,16 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         mass_noise_m=layout.of_mass.noise * drive.amplitude,
         base_noise_m=layout.of_base.noise * drive.amplitude,
         accuracy=scene.accuracy,
-        means=means,
-        answer=answer,
-        by_force=friction.means,
-        cycle=replace(cycle, force=friction.cycle, cell=friction.cell),
-        trend=steadiness.trend_of(layout.time, answer.series.energy) if is_long else None,
+        cycle=replace(cycle, force=force, cell=cell),
+        trend=steadiness.trend_of(layout.time, answer.series.energy) if is_long and not prescribed else None,
         traces=traces(layout, answer.found, used),
         budget=budget,
         sources=sources,
-        slides_one_way=any(part.one_way for part in parts),
+        slides_one_way=one_way,
     )
+    taken = energy.taken_by_the_frame(smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
+    said += doubts.warnings(layout, measured, of_mass, cut, wall_moves=wall_moves, taken=taken)
+    return replace(measured, warnings=(*scene.rig.doubts, *warnings, *said))
 
 
 def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scene: Scene) -> Layout:

@@ -32,7 +32,7 @@ class CycleSeries:
     stuck: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Response:
     """How the mass answers: what is known of each cycle (n,), and of all.
 
