@@ -12,7 +12,7 @@ import numpy as np
 from frictionlab.analysis import steadiness
 from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.cycles import first_harmonic
-from frictionlab.analysis.layout import HARMONICS, Layout
+from frictionlab.analysis.layout import HARMONICS, VELOCITY, Layout
 from frictionlab.analysis.spectrum import LEAST, Line, mains_of
 from frictionlab.analysis.stops import TURN
 from frictionlab.arrays import FloatArray
@@ -90,15 +90,12 @@ def _of_lines(layout: Layout) -> Iterator[str]:
         return f"at {line.frequency:.5g} Hz, {share(line.amplitude, of_base)}"
 
     faint = LEAST * layout.drive.amplitude
-    for role, found, size in (
-        ("response_amplitude", foreign.mass, "amplitude"),
-        ("base_amplitude_m", foreign.base, "amplitude"),
-        ("stops_per_cycle", foreign.velocity, "speed"),
-    ):
-        for line in found[:MANY]:
+    for name, column in ("mass", "response_amplitude"), ("base", "base_amplitude_m"), (VELOCITY, "stops_per_cycle"):
+        size = "speed" if name == VELOCITY else "amplitude"
+        for line in foreign.lines.get(name, ())[:MANY]:
             if line.removed and line.amplitude > faint:
                 origin = mains_of(line) or "no harmonic of the drive"
-                yield f"{role}: a line {of(line, size)}, {origin}, is taken out: look for its source"
+                yield f"{column}: a line {of(line, size)}, {origin}, is taken out: look for its source"
     for line in foreign.on_harmonics[:MANY]:
         hum = mains_of(line)
         yield (
@@ -111,7 +108,7 @@ def _of_lines(layout: Layout) -> Iterator[str]:
             f"response_amplitude: hum of up to {share(foreign.masked)} may hide in a harmonic of the drive, and is in"
             " the uncertainty: drive a little faster or slower"
         )
-    low = next((line for line in (*foreign.mass, *foreign.base) if not line.removed), None)
+    low = next((line for line in (*foreign.lines["mass"], *foreign.lines["base"]) if not line.removed), None)
     if low is not None:
         beat = abs(low.frequency - max(round(low.frequency / hz), 1) * hz)
         yield (

@@ -47,19 +47,17 @@ class Drive:
 
 @dataclass(frozen=True)
 class Foreign:
-    """Lines that are no harmonics of the drive, by channel (m); of a measured ``velocity`` over the drive's (rad/s).
+    """Lines that are no harmonics of the drive, by channel (m); of a measured velocity over the drive's (rad/s).
 
     ``faintest``: amplitude of the faintest line that would be found in the mass's channel above the frame's reach (m);
     ``on_harmonics``: harmonics of the mass that stand out of those beside them; ``masked``: amplitude of hum that a
     harmonic of the drive may hide (m).
     """
 
-    mass: tuple[Line, ...] = ()
-    base: tuple[Line, ...] = ()
-    velocity: tuple[Line, ...] = ()
-    faintest: float = 0.0
-    on_harmonics: tuple[Line, ...] = ()
-    masked: float = 0.0
+    lines: Mapping[str, tuple[Line, ...]]
+    faintest: float
+    on_harmonics: tuple[Line, ...]
+    masked: float
 
 
 @dataclass(frozen=True)
@@ -71,8 +69,8 @@ class Layout:
     ``blocks``: which cycles follow each other without a gap; ``samples``: samples used of a cycle; ``of_mass``,
     ``of_base``: the sensors, over Y (of a measured velocity ``of_velocity``, over omega Y); ``offset``: mean of x over
     all cycles [m];
-    ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive; ``foreign``: lines between
-    the drive's harmonics, the high ones taken out;
+    ``spectra``: of the longest stretch, by channel, up to ten times the drive; ``foreign``: lines between the drive's
+    harmonics, the high ones taken out;
     ``base_wander`` (p,): what the base's slow wander adds to its mean cycle; ``more``: name -> cycles (n, p) of further
     channels, in SI units.
     """
@@ -87,8 +85,7 @@ class Layout:
     of_mass: Sensor
     of_base: Sensor
     offset: float
-    mass_spectrum: Spectrum
-    base_spectrum: Spectrum
+    spectra: Mapping[str, Spectrum]
     foreign: Foreign
     base_wander: FloatArray
     more: Mapping[str, FloatArray]
@@ -101,13 +98,13 @@ class Layout:
         Harmonics that stand out of those beside them are among them.
         """
         low = 2.0 * self.drive.frequency
-        some = [line.amplitude for line in self.foreign.mass if not line.removed and line.frequency > low]
+        some = [line.amplitude for line in self.foreign.lines["mass"] if not line.removed and line.frequency > low]
         return sum(some + [line.amplitude for line in self.foreign.on_harmonics]) / self.drive.amplitude
 
     @property
     def hidden(self) -> float:
         """Standard uncertainty of an extreme (Y) by lines: faint or hidden ones, and what others leave."""
-        rate, taken = self.samples * self.drive.frequency, [line for line in self.foreign.mass if line.removed]
+        rate, taken = self.samples * self.drive.frequency, [line for line in self.foreign.lines["mass"] if line.removed]
         left = [3.0 / (rate * _window(line, self.drive.frequency)) for line in taken]  # of a Hann window's mean
         unseen = math.hypot(self.foreign.faintest, self.foreign.masked) / self.drive.amplitude / math.sqrt(3.0)
         return math.hypot(unseen, self.of_mass.noise * math.sqrt(sum(left)))
@@ -116,6 +113,10 @@ class Layout:
     def duration(self) -> float:
         """From the first cycle's start to the last one's end [s]."""
         return float(self.end[-1] - self.time[0])
+
+    def seconds(self, turns: FloatArray) -> FloatArray:
+        """When so many cycles have passed [s]; what is between two blocks has no time."""
+        return np.asarray(np.interp(turns, np.arange(len(self) + 1.0), np.append(self.time, self.end[-1])))
 
     def __len__(self) -> int:
         return len(self.mass)
@@ -138,20 +139,19 @@ def lay_out(
         No drive; no full cycle of it, or fewer than six samples of one.
     """
     at = max(range(len(stretches)), key=lambda i: len(stretches[i].base))
-    stretches, cuts, foreign, base_lines, mass_lines = _cleaned(stretches, at, padding)
+    stretches, cuts, foreign, spectra = _cleaned(stretches, at, padding)
     longest, cut = stretches[at], cuts[at]
     points = cycles.points_per_cycle(1.0 / cut.frequency, least=least_points, most=most_points)
-    base = _folded([s.base for s in stretches], cuts, points)
-    mass = _folded([s.mass for s in stretches], cuts, points)
+    more = {name: _folded([s.channels[name] for s in stretches], cuts, points) for name in longest.channels}
+    mass, base = more.pop("mass"), more.pop("base")
     edges = np.cumsum([0, *(len(c) for c in cuts)]).tolist()
     blocks = tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
-    more = {name: _folded([s.more[name] for s in stretches], cuts, points) for name in longest.more}
 
     def sensor(signal: FloatArray, rows: FloatArray) -> Sensor:
         return Sensor.of(signal, float(np.ptp(rows.mean(axis=0))), 1.0 / cut.frequency)
 
     of_mass, of_base = sensor(longest.mass, mass), sensor(longest.base, base)
-    of_velocity = sensor(longest.more[VELOCITY], more[VELOCITY]) if VELOCITY in more else None
+    of_velocity = sensor(longest.channels[VELOCITY], more[VELOCITY]) if VELOCITY in more else None
     drive, wander = _drive(base, blocks, cut, longest.step, of_base)
     unit, offset = drive.amplitude, float(mass.mean())
     mass -= offset  # in place: a second copy of a long recording would be dear
@@ -169,8 +169,7 @@ def lay_out(
         of_mass=of_mass.over(unit),
         of_base=of_base.over(unit),
         offset=offset,
-        mass_spectrum=mass_lines,
-        base_spectrum=base_lines,
+        spectra=spectra,
         foreign=foreign,
         base_wander=(wander - wander.mean()) / unit,
         more=more,
@@ -180,32 +179,30 @@ def lay_out(
 
 def _cleaned(
     stretches: list[Stretch], at: int, padding: int
-) -> tuple[list[Stretch], list[Cut], Foreign, Spectrum, Spectrum]:
-    """The stretches without high lines that are no harmonics, their cycles, all lines, spectra of base and mass."""
+) -> tuple[list[Stretch], list[Cut], Foreign, dict[str, Spectrum]]:
+    """The stretches without high lines that are no harmonics, their cycles, all lines, spectra by channel."""
     longest = stretches[at]
-    base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
-    cuts = _cuts(stretches, at, base_lines)
+    lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
+    cuts = _cuts(stretches, at, lines)
     cut = cuts[at]
     spread = float(np.std(cut.end - cut.start)) * cut.frequency if len(cut) else 0.0
     drive = DriveLine(cut.frequency / longest.step, float(np.std(longest.base)) * math.sqrt(2.0), spread)
-    base = _lines_of(longest.base, base_lines, drive)
-    base_lines = base_lines.up_to(SHOWN * drive.frequency)  # the rest of a long recording's is dear
-    mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
-    mass = _lines_of(longest.mass, mass_lines, drive)
-    velocity: tuple[Line, ...] = ()
-    if VELOCITY in longest.more:
-        speed = longest.more[VELOCITY] / (2.0 * math.pi * drive.frequency)
-        velocity = _lines_of(speed, spectrum.amplitude_spectrum(speed, longest.step, padding=1), drive)
-    faintest = spectrum.faintest(mass_lines, drive)
-    foreign = Foreign(mass, base, velocity, faintest, *spectrum.on_harmonics(mass_lines, drive, mass))
+    found, spectra = dict[str, tuple[Line, ...]](), dict[str, Spectrum]()
+    for name in ("base", "mass", *({VELOCITY} & longest.channels.keys())):
+        signal = longest.channels[name] / (2.0 * math.pi * drive.frequency if name == VELOCITY else 1.0)
+        if name != "base":
+            lines = spectrum.amplitude_spectrum(signal, longest.step, padding=1)
+        found[name] = _lines_of(signal, lines, drive)
+        if name == "mass":
+            faintest, others = spectrum.faintest(lines, drive), spectrum.on_harmonics(lines, drive, found[name])
+        spectra[name] = lines.up_to(SHOWN * drive.frequency)  # the rest of a long recording's is dear
 
     def cleaned(s: Stretch, c: Cut) -> Stretch:
-        speeds = {n: _without(v, s.step, velocity, c) for n, v in s.more.items() if n == VELOCITY}
-        x, y = _without(s.mass, s.step, mass, c), _without(s.base, s.step, base, c)
-        return replace(s, mass=x, base=y, more={**s.more, **speeds})
+        clean = {name: _without(s.channels[name], s.step, gone, c) for name, gone in found.items()}
+        return replace(s, channels={**s.channels, **clean})
 
     stretches = [cleaned(s, c) for s, c in zip(stretches, cuts, strict=True)]
-    return stretches, cuts, foreign, base_lines, mass_lines.up_to(SHOWN * drive.frequency)
+    return stretches, cuts, Foreign(found, faintest, *others), spectra
 
 
 def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:

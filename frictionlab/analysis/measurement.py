@@ -17,7 +17,7 @@ import numpy as np
 from frictionlab.analysis import channels, doubts, energy, response, steadiness
 from frictionlab.analysis.energy import ByForce
 from frictionlab.analysis.layout import Layout, lay_out
-from frictionlab.analysis.response import Cycle, Response, Traces, mean_cycle, traces
+from frictionlab.analysis.response import Cycle, Response, mean_cycle
 from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.analysis.stretches import SHORTEST_PART, channels_of, even_stretches, is_force
@@ -56,7 +56,7 @@ class Measurement(Means, Response, ByForce, Result):
     are described in `frictionlab.schema`; `Means`, `Response` (how the mass answers) and `ByForce` (by a load cell)
     describe theirs.
 
-    ``energy_trend`` (k Y^2 per hour): long tests only. ``cycle``, ``series``, ``trend``, ``traces``: what stands behind
+    ``energy_trend`` (k Y^2 per hour): long tests only. ``cycle``, ``series``, ``trend``, ``layout``: what stands behind
     the numbers.
     """
 
@@ -78,7 +78,7 @@ class Measurement(Means, Response, ByForce, Result):
     accuracy: str
     cycle: Cycle
     trend: Trend | None
-    traces: Traces
+    layout: Layout
     budget: Mapping[str, Shares]
     sources: Sources
     slides_one_way: bool = False
@@ -202,7 +202,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         accuracy=scene.accuracy,
         cycle=replace(cycle, force=force, cell=cell),
         trend=steadiness.trend_of(layout.time, answer.series.energy) if is_long and not prescribed else None,
-        traces=traces(layout, answer.found, used),
+        layout=layout,
         budget=budget,
         sources=sources,
         slides_one_way=one_way,

@@ -242,27 +242,6 @@ class Cycle:
     others: tuple[OtherMass, ...] = ()
 
 
-@dataclass(frozen=True)
-class Traces:
-    """What a figure of the measurement shows; thinned, never computed on.
-
-    ``time`` (t,) s, ``mass``, ``base`` (t,) in Y: the last cycles used; ``stops`` (k, 2) s: from when to when the mass
-    stands in them; ``loop_mass``, ``loop_base`` (c, p): up to 30 of the cycles used, each closed; ``mass_frequency``,
-    ``base_frequency`` Hz, ``mass_spectrum``, ``base_spectrum`` m: amplitude spectra up to ten times the drive.
-    """
-
-    time: FloatArray
-    mass: FloatArray
-    base: FloatArray
-    stops: FloatArray
-    loop_mass: FloatArray
-    loop_base: FloatArray
-    mass_frequency: FloatArray
-    mass_spectrum: FloatArray
-    base_frequency: FloatArray
-    base_spectrum: FloatArray
-
-
 def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.SensorChannel) -> Cycle:
     """Mean of the cycles used, turned so that it starts at tau = 0, the slow wander of both channels taken off."""
     points, how = layout.mass.shape[1], answer.how
@@ -298,29 +277,4 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
         each=single(layout.mass),
         others=tuple(OtherMass(mean_of(rows, wander_of(rows.mean(axis=1))), single(rows)) for rows in others),
         kept=channels.kept(layout.drive.frequency * np.arange(1, points // 2 + 1), of_mass),
-    )
-
-
-def traces(layout: Layout, found: FloatArray, used: slice) -> Traces:
-    """Cut out what a figure shows of the cycles used; ``found`` (2, m): stops, radians of tau."""
-    points, last = layout.mass.shape[1], slice(max(0, used.stop - 6), used.stop)
-    thin = math.ceil(points / 512)
-    loops = np.unique(np.linspace(used.start, used.stop - 1, 30).round().astype(np.intp))
-    inside = np.arange(points)[::thin] / points
-    time = layout.time[last, None] + (layout.end[last] - layout.time[last])[:, None] * inside
-    shown = found.T / (2.0 * math.pi)
-    shown = np.clip(shown[(shown[:, 1] > last.start) & (shown[:, 0] < last.stop)], last.start, last.stop)
-    cycles = (layout.mass[loops], layout.base[loops])
-    closed = [np.concatenate([rows[:, ::thin], rows[:, :1]], axis=1) for rows in cycles]
-    spectra = []
-    for lines in (layout.mass_spectrum, layout.base_spectrum):  # the highest of a few neighbours: no peak is lost
-        first = np.arange(0, len(lines.frequency), math.ceil(len(lines.frequency) / 8000))
-        spectra += [lines.frequency[first], np.maximum.reduceat(lines.amplitude, first)]
-    return Traces(
-        time.ravel(),
-        layout.mass[last, ::thin].ravel(),
-        layout.base[last, ::thin].ravel(),
-        np.asarray(np.interp(shown, np.arange(len(layout) + 1.0), np.append(layout.time, layout.end[-1]))),
-        *closed,
-        *spectra,
     )

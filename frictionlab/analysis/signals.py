@@ -15,7 +15,7 @@ in mid-cycle; a lag-one correlation gives 1.7, 0.96, 0.81. A steady drift is no 
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -28,23 +28,30 @@ EVEN = 0.02  # of a step: stamps that stray no further from an even clock are ev
 
 @dataclass(frozen=True)
 class Stretch:
-    """Uninterrupted samples (n,): ``time`` of the first [s], ``step`` [s], ``mass`` and ``base`` [m], evenly spaced.
+    """Uninterrupted samples: ``time`` of the first [s], ``step`` [s], channels (n,) by their names, evenly spaced.
 
-    ``more``: further channels by their names, (n,) each; ``one_way``: the motion is one way, folded (`stretches`).
+    ``mass`` and ``base`` [m] are always among them; ``one_way``: the motion is one way, folded (`stretches`).
     """
 
     time: float
     step: float
-    mass: FloatArray
-    base: FloatArray
-    more: Mapping[str, FloatArray] = field(default_factory=dict)
+    channels: Mapping[str, FloatArray]
     one_way: bool = False
+
+    @property
+    def mass(self) -> FloatArray:
+        """Displacement of the mass (n,) m."""
+        return self.channels["mass"]
+
+    @property
+    def base(self) -> FloatArray:
+        """Displacement of the base (n,) m."""
+        return self.channels["base"]
 
     def part(self, first: int, last: int) -> "Stretch":
         """The samples from one number up to another, not included."""
-        some = slice(first, last)
-        begin, more = self.time + first * self.step, {name: values[some] for name, values in self.more.items()}
-        return replace(self, time=begin, mass=self.mass[some], base=self.base[some], more=more)
+        some = {name: values[first:last] for name, values in self.channels.items()}
+        return replace(self, time=self.time + first * self.step, channels=some)
 
     def after(self, time: float) -> "Stretch":
         """The part from a time on; empty if there is none."""

@@ -105,9 +105,10 @@ def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[sign
         said, edge = said + of_the_base, max(edge, other)
         mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
     of_the_mass = ("mass_velocity", *channels.other_masses(seen))
-    more = {name: seen[name] for name in (*channels.FORCES, "normal_force") if name in seen}
-    more |= {name: channels.restored(seen[name], step, of_mass) for name in of_the_mass if name in seen}
-    whole = signals.Stretch(float(time[0]), step, mass, base, more, one_way)
+    known = {"mass": mass, "base": base}
+    known |= {name: seen[name] for name in (*channels.FORCES, "normal_force") if name in seen}
+    known |= {name: channels.restored(seen[name], step, of_mass) for name in of_the_mass if name in seen}
+    whole = signals.Stretch(float(time[0]), step, known, one_way)
     return whole.part(edge, len(mass) - edge), said, off
 
 

@@ -1,5 +1,6 @@
 """What was recorded: a measurement, free decays, and a whole record over its prediction."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,6 +15,7 @@ from frictionlab.figures import style
 from frictionlab.inference.comparison import WholeRecord
 from frictionlab.recording import Recording
 
+CYCLES, LOOPS, THIN = 6, 30, 512  # of the last cycles, of loops and of points in one that are drawn, at most
 ZOOM = 3  # periods of the drive that the zoom shows
 FLAT = 0.01  # relative: friction is drawn over at least so much up and down
 MANY = 200  # periods, beyond which points are drawn small
@@ -38,7 +40,7 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
 
     A motion that is given has no loop over a base; where it goes one way the force alone is drawn.
     """
-    m, traces, force = measurement, measurement.traces, measurement.cycle.force
+    m, layout, force = measurement, measurement.layout, measurement.cycle.force
     if m.slides_one_way and force is not None:
         return _one_way_figure(m, force, name)
     ratio = "r unknown" if m.frequency_ratio is None else f"r = {m.frequency_ratio:.6g}"
@@ -46,14 +48,21 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
     with style.drawing(5.2 if force is None else 7.4, name or m.source, m.warnings) as figure:
         grid = figure.add_gridspec(2 if force is None else 3, 2, width_ratios=(1.35, 1.0))
         title = f"{m.regime}, {m.stops_per_cycle:.3g} stops a cycle   amplitude {m.amplitude} Y   irregularity {index}"
-        ax, lines = figure.add_subplot(grid[0, :], title=title), {"base": traces.base, "mass": traces.mass}
-        style.over_time(ax, traces.time, lines, stops=traces.stops, ylabel="displacement, x / Y, y / Y")
+        used, thin = np.flatnonzero(m.series.used), slice(None, None, math.ceil(layout.mass.shape[1] / THIN))
+        last, phase = used[-CYCLES:, None], np.arange(layout.mass.shape[1]) / layout.mass.shape[1]
+        time = (layout.time[last] + (layout.end - layout.time)[last] * phase).ravel()
+        stops = layout.seconds(m.found.T / style.TURN)
+        stops = stops[(stops[:, 1] > time[0]) & (stops[:, 0] < time[-1])]
+        lines = {"base": layout.base[last[:, 0]].ravel(), "mass": layout.mass[last[:, 0]].ravel()}
+        ax = figure.add_subplot(grid[0, :], title=title)
+        style.over_time(ax, time, lines, stops=stops, ylabel="displacement, x / Y, y / Y")
         title = f"{ratio}   Y = {1e3 * m.base_amplitude_m:.4g} mm   distortion {100 * m.base_distortion:.2g} %"
         is_given = m.energy.value is None
         _draw_spectrum(m, figure.add_subplot(grid[1, :] if is_given else grid[1, 0], title=title))
         if not is_given:
             ax = figure.add_subplot(grid[1, 1], title=f"energy {m.energy} kY² ({m.energy_rule})")
-            loops = [np.column_stack(pair) for pair in zip(traces.loop_mass, traces.loop_base, strict=True)]
+            some = np.unique(np.linspace(used[0], used[-1], LOOPS).round().astype(np.intp)).tolist()
+            loops = [style.closed(np.stack([layout.mass[j, thin], layout.base[j, thin]], axis=1)) for j in some]
             fade = max(0.15, 1.0 / len(loops))
             ax.add_collection(LineCollection(loops, colors=style.MEASURED, linewidths=0.8, alpha=fade))
             ax.autoscale_view()
@@ -83,19 +92,15 @@ def _one_way_figure(m: Measurement, force: FloatArray, name: str) -> Figure:
 
 def _draw_spectrum(measurement: Measurement, ax: Axes) -> None:
     """Amplitude spectra of mass and base, the drive frequency marked."""
-    traces, drive = measurement.traces, measurement.drive_frequency_hz
-    spectra = {
-        "base": (traces.base_frequency, traces.base_spectrum),
-        "mass": (traces.mass_frequency, traces.mass_spectrum),
-    }
-    for (label, (frequency, spectrum)), color in zip(spectra.items(), (style.GREY, style.MEASURED), strict=True):
-        ax.semilogy(frequency, 1e3 * spectrum, color=color, lw=0.8, label=label)
+    drive, spectra = measurement.drive_frequency_hz, measurement.layout.spectra
+    for label, color in (("base", style.GREY), ("mass", style.MEASURED)):
+        lines, some = spectra[label], style.thinned(spectra[label].amplitude)
+        ax.semilogy(lines.frequency[some], 1e3 * lines.amplitude[some], color=color, lw=0.8, label=label)
     height = [1e3 * measurement.base_amplitude_m]
     ax.plot([drive], height, "o", ms=5, mfc="none", color=style.VERMILION, label=f"drive, {drive:.6g} Hz")
-    top = max(float(traces.base_spectrum.max()), float(traces.mass_spectrum.max()))
-    ax.set(
-        xlabel="frequency [Hz]", ylabel="amplitude [mm]", xlim=(0, traces.base_frequency[-1]), ylim=(1e-5, 3e3 * top)
-    )
+    top = max(float(lines.amplitude.max()) for lines in spectra.values())
+    ax.set(xlabel="frequency [Hz]", ylabel="amplitude [mm]", xlim=(0, spectra["base"].frequency[-1]))
+    ax.set_ylim(1e-5, 3e3 * top)
     style.plain_numbers(ax.yaxis)
     ax.legend(loc="upper right")
 

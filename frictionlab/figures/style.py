@@ -209,7 +209,7 @@ def unfolded(force: FloatArray, velocity: FloatArray) -> FloatArray:
 
 def closed(values: FloatArray) -> FloatArray:
     """A cycle with its first point repeated at the end."""
-    return np.append(values, values[:1])
+    return np.concatenate([values, values[:1]])
 
 
 class StopColours:

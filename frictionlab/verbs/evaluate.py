@@ -6,12 +6,9 @@ from dataclasses import replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from frictionlab.analysis.measurement import Measurement, measure
-from frictionlab.analysis.response import Traces
 from frictionlab.campaign import Campaign, Watch
 from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.campaign.files import is_comparison, read_measurements, recording_of, recording_path
@@ -31,7 +28,6 @@ if TYPE_CHECKING:
     from frictionlab.figures.plates import Plate
 
 TABLES = ("model", "rig")
-NO_TRACES = Traces(*[np.zeros(0)] * 10)  # what figures show of a measurement; a campaign of hundreds holds none
 
 
 def evaluate(
@@ -127,9 +123,8 @@ def observations_of(
 def _observed(path: Path, *, scene: Scene, tests: Mapping[Path, Trial]) -> Row:
     """What is done to each recording, here or where a worker is."""
     trial = tests[path]
-    facts = {"source": trial.source, "material": trial.material, "normal_force_n": trial.normal_force_n}
-    measured = replace(measure(read_recording(path), scene), **facts, traces=NO_TRACES)  # type: ignore[arg-type]
-    return {"observation": observe(measured, scene)}
+    facts: Any = {"source": trial.source, "material": trial.material, "normal_force_n": trial.normal_force_n}
+    return {"observation": observe(replace(measure(read_recording(path), scene), **facts), scene)}
 
 
 def publish(

@@ -210,8 +210,8 @@ def test_the_transient_ends_where_mass_and_base_repeat(decay: float | None, low:
     t = np.arange(0.0, 70.0, 0.004)
     rng = np.random.default_rng(1)
     base = 1e-3 * np.cos(2 * np.pi * t) + 1e-6 * rng.standard_normal(len(t))
-    free = 0.0 if decay is None else 1e-3 * np.exp(-decay * t) * np.cos(19.7 * t)
-    start, settled = steadiness.transient([Stretch(0.0, 0.004, 1e-3 * np.sin(2 * np.pi * t) + free, base)], 0.0)
+    mass = 1e-3 * np.sin(2 * np.pi * t) + (0.0 if decay is None else 1e-3 * np.exp(-decay * t) * np.cos(19.7 * t))
+    start, settled = steadiness.transient([Stretch(0.0, 0.004, {"mass": mass, "base": base})], 0.0)
     assert low <= start <= high
     assert settled == start
 
@@ -219,7 +219,7 @@ def test_the_transient_ends_where_mass_and_base_repeat(decay: float | None, low:
 def test_a_drive_that_starts_late_is_part_of_the_transient() -> None:
     t = np.arange(0.0, 60.0, 0.004)
     base = np.where(t < 12.0, 0.0, 1e-3 * np.sin(2 * np.pi * t))
-    assert 11.0 < steadiness.transient([Stretch(0.0, 0.004, 0.5 * base, base)], 0.0)[0] < 15.0
+    assert 11.0 < steadiness.transient([Stretch(0.0, 0.004, {"mass": 0.5 * base, "base": base})], 0.0)[0] < 15.0
 
 
 @pytest.mark.parametrize("per_hour", [-0.5, -0.05, 0.2, 0.5])
@@ -230,7 +230,7 @@ def test_a_drift_to_the_end_is_no_transient(seconds: float, per_hour: float) -> 
     wear, rng = per_hour * t / 3600.0, np.random.default_rng(7)
     mass = (1 - wear) * np.sin(2 * np.pi * t + wear * (1 - wear)) + np.exp(-t / 3.0) * np.cos(19.7 * t)
     mass, base = (1e-3 * x + 1e-6 * rng.standard_normal(len(t)) for x in (mass, np.cos(2 * np.pi * t)))
-    start, settled = steadiness.transient([Stretch(0.0, 0.01, mass, base)], 0.0)
+    start, settled = steadiness.transient([Stretch(0.0, 0.01, {"mass": mass, "base": base})], 0.0)
     assert 13.0 < start < 30.0
     assert settled == start
 
@@ -242,7 +242,7 @@ def test_a_free_vibration_that_repeats_with_the_drive_is_part_of_the_transient()
         t = np.arange(0.0, seconds, 0.004)
         base, free = np.cos(3 * np.pi * t), size * np.exp(-t / time) * np.cos(6 * np.pi * t)
         mass, base = (1e-3 * x + 1e-6 * rng.standard_normal(len(t)) for x in (np.sin(3 * np.pi * t) + free, base))
-        start, settled = steadiness.transient([Stretch(0.0, 0.004, mass, base)], 0.0)
+        start, settled = steadiness.transient([Stretch(0.0, 0.004, {"mass": mass, "base": base})], 0.0)
         assert settled is not None
         assert start == pytest.approx(min(settled, seconds / 2))
         assert 0.4e-3 < size * math.exp(-settled / time) < 2.5e-3
@@ -251,7 +251,7 @@ def test_a_free_vibration_that_repeats_with_the_drive_is_part_of_the_transient()
 def test_of_a_motion_that_never_settles_half_is_left() -> None:
     t = np.arange(0.0, 40.0, 0.004)
     base = np.cos(2 * np.pi * t)
-    length, settled = steadiness.transient([Stretch(0.0, 0.004, base * (1 + 0.02 * t), base)], 0.0)
+    length, settled = steadiness.transient([Stretch(0.0, 0.004, {"mass": base * (1 + 0.02 * t), "base": base})], 0.0)
     assert length == pytest.approx(20.0)
     assert settled is None
 
