@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictionlab.analysis.signals import line, variance_inflation
+from frictionlab.analysis.signals import Sensor, line, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray, IntArray
 from frictionlab.errors import AnalysisError
 
@@ -260,17 +260,14 @@ class Smoother:
         return np.fft.irfft(lines, points), np.fft.irfft(1j * np.arange(len(lines)) * lines, points)
 
 
-def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0) -> Smoother:
-    """Decide how to smooth cycles (n, points), points even, one a row.
-
-    ``noise``: rms of the white noise of one of the ``samples`` that the sensor took of a cycle (a row may have more
-    points); ``shared``: the same of noise that cycles share, for rounding without noise follows the place.
-    """
+def smoother(rows: FloatArray, sensor: Sensor, samples: float) -> Smoother:
+    """Decide how to smooth cycles (n, points), points even, of which the sensor took so many ``samples`` each."""
     n, points = rows.shape
     mean_cycle = rows.mean(axis=0)
     lines = np.fft.rfft(mean_cycle) / points
-    floor = noise * noise / samples  # power that noise alone gives one coefficient of one cycle
-    mean_floor = floor / n + shared * shared / samples
+    floor = sensor.noise**2 / samples  # power that noise alone gives one coefficient of one cycle
+    shared = sensor.shared**2 / samples  # by all cycles: rounding without noise follows the place
+    mean_floor = floor / n + shared
     mean_share = np.ones(len(lines))
     for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
         mean_share[parity::2] = _wiener(np.abs(lines[parity::2]) ** 2, mean_floor, 1)
@@ -284,7 +281,7 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
         top = power[int(0.375 * samples) : int(0.5 * samples)]
         if len(top) >= 32:  # rounding without noise is not quite white
             floor = min(max(floor, float(np.median(top))), 4.0 * floor)
-        floor += shared * shared / samples
+        floor += shared
         own_share[1:] = _wiener(power[1:], floor, n - 1)
     k = np.arange(len(lines))
     left = 2.0 * (mean_floor * mean_share**2 + floor * own_share**2)

@@ -266,8 +266,8 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
         if of_mass.noise >= 10.0 * max(of_base.noise, of_base.step):
             yield f"mass: its channel holds nothing but noise of {of_mass.noise:.3g} Y rms: check its column (--mass)"
         return
-    noise = math.hypot(of_mass.noise, of_base.noise) / math.sqrt(len(layout))
-    noise = math.hypot(noise, of_mass.shared, of_base.shared)
+    both = of_mass.beside(of_base)
+    noise = math.hypot(both.noise / math.sqrt(len(layout)), both.shared)
     apart = math.sqrt(max(float(np.var(mass - base)) - noise * noise, 0.0)) / float(np.std(base))
     r, energy = m.frequency_ratio, m.energy_per_cycle
     free = math.inf if r is None or wall_moves else 1.0 / max(abs(1.0 - r * r), 0.02)  # amplitude without friction

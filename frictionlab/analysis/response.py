@@ -89,29 +89,27 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
     """
     of_mass, of_base, n = layout.of_mass, layout.of_base, len(layout)
     points, rounding = max(FINE, layout.mass.shape[1]), 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
-    how = smoother(layout.mass, noise=of_mass.noise, samples=layout.samples, shared=of_mass.shared)
-    slid, sliding, noise, shared = layout.mass, how, of_mass.noise, of_mass.shared
+    how = smoother(layout.mass, of_mass, layout.samples)
+    slid, sliding, sensor = layout.mass, how, of_mass
     if wall_moves:
-        slid = layout.mass - layout.base
-        noise, shared = math.hypot(noise, of_base.noise), math.hypot(shared, of_base.shared)
-        sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared)
+        slid, sensor = layout.mass - layout.base, of_mass.beside(of_base)
+        sliding = smoother(slid, sensor, layout.samples)
     x, v = smoothed(slid, sliding, points)
     thresholds = Thresholds.of(sliding.v_noise, sliding.resolution)
-    sensor = layout.of_velocity
-    if sensor is not None and not wall_moves:
+    if layout.of_velocity is not None and not wall_moves:
         rows = layout.more[VELOCITY] / (2.0 * math.pi * layout.drive.frequency * layout.drive.amplitude)
-        of_speed = smoother(rows, noise=sensor.noise, samples=layout.samples, shared=sensor.shared)
+        of_speed = smoother(rows, layout.of_velocity, layout.samples)
         v = smoothed(rows, of_speed, points)[0]
         thresholds = Thresholds.of(math.hypot(of_speed.x_noise, of_speed.x_tail), of_speed.resolution)
     found, doubts = stops.stops_of(stops.pauses(v, thresholds.still), thresholds, points)
     whole, slide = half_range(x), half_range(levelled(x, found, sliding.resolution))
-    rough, unclear = math.hypot(noise / math.sqrt(n), shared), None
+    rough, unclear = math.hypot(sensor.noise / math.sqrt(n), sensor.shared), None
     if n >= 5:  # whose mean shows a slip within a stop
         found, unclear = stops.parted(found, slid.mean(axis=0), noise=rough, dwell=thresholds.dwell, cycles=n)
     is_blurred = float(np.median(slide)) < 0.5 * float(np.median(whole))
     if is_blurred:  # a threshold above the mass's own speed makes one stop of all
         found, slide, unclear = np.zeros((2, 0)), whole, None
-    is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
+    is_stuck = float(np.median(slide)) < 4.0 * sensor.noise + rounding
     count, stuck = (np.zeros(n), np.ones(n)) if is_stuck else stops.per_cycle(found, n)
     if wall_moves:  # the mass itself stands nowhere
         slide = whole = half_range(smoothed(layout.mass, how, points)[0])
@@ -125,7 +123,9 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
         found=found,
         energy_noise=energy_noise,
         energy_shared=energy_shared,
-        amplitude_noise=_amplitude_noise(layout, how if wall_moves else sliding, slide, whole),
+        amplitude_noise=_amplitude_noise(
+            layout, how if wall_moves else sliding, float(np.mean(slide)), float(np.mean(whole))
+        ),
         stops_per_cycle=float(count.mean()),
         stuck_fraction=float(stuck.mean()),
         energy_input_per_cycle=float(energy.energy_input(layout.mass[used]).mean()),
@@ -142,15 +142,14 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
     )
 
 
-def _amplitude_noise(layout: Layout, how: Smoother, levelled: FloatArray, whole: FloatArray) -> float:
-    """Standard error of one cycle's amplitude, by the amplitudes (n,) with stops levelled and not."""
-    amplitude = float(np.mean(levelled))
+def _amplitude_noise(layout: Layout, how: Smoother, amplitude: float, whole: float) -> float:
+    """Standard error of one cycle's amplitude, by the mean one, and that with stops not levelled."""
     return math.hypot(
         how.x_noise / math.sqrt(2.0),
         how.x_tail,
         layout.of_mass.rounding / math.sqrt(2.0),
         layout.left,
-        max(0.0, float(np.mean(whole)) - amplitude - how.x_tail),  # a stop that begins as a slow passage
+        max(0.0, whole - amplitude - how.x_tail),  # a stop that begins as a slow passage
         amplitude * layout.drive.amplitude_se / layout.drive.amplitude,  # of the unit
     )
 
@@ -246,8 +245,7 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
     """Mean of the cycles used, turned so that it starts at tau = 0, the slow wander of both channels taken off."""
     points, how = layout.mass.shape[1], answer.how
     if used.stop - used.start < len(layout):
-        sensor = layout.of_mass
-        how = smoother(layout.mass[used], noise=sensor.noise, samples=layout.samples, shared=sensor.shared)
+        how = smoother(layout.mass[used], layout.of_mass, layout.samples)
 
     def turned(cycle: FloatArray) -> FloatArray:
         return np.asarray(np.roll(cycle, -(points // 4)))

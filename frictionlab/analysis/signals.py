@@ -172,6 +172,10 @@ class Sensor:
         """The same in another unit."""
         return Sensor(self.noise / unit, self.step / unit, self.rounding / unit, self.shared / unit)
 
+    def beside(self, other: "Sensor") -> "Sensor":
+        """What a difference of two channels has of both."""
+        return replace(self, noise=math.hypot(self.noise, other.noise), shared=math.hypot(self.shared, other.shared))
+
 
 # Autocorrelation -----------------------------------------------------------------------------------------------------
 

@@ -250,7 +250,7 @@ def test_smoothing_takes_the_noise_and_leaves_the_motion() -> None:
     _, orbit, _, amplitude = steady(0.5, 0.5)
     clean = orbit.at(stops.TURN * np.arange(320) / 320)[0]
     rows = clean + 4.6e-4 * generator.standard_normal((100, 320))
-    how = smoother(rows, noise=4.6e-4, samples=320.0)
+    how = smoother(rows, signals.Sensor(4.6e-4, 0.0), 320.0)
     x, v = smoothed(rows, how, POINTS)
     exact, velocity = orbit.at(stops.TURN * np.arange(POINTS) / POINTS)
     assert np.abs(x - exact).max() < 4.6e-4
@@ -264,7 +264,7 @@ def test_smoothing_keeps_what_each_cycle_has_of_its_own() -> None:
     clean = ((1.0 + 0.1 * np.sin(stops.TURN * turns / 7.3)) * np.sin(stops.TURN * turns)).reshape(60, 256)
     sizes = [naive.half_range(row) for row in clean]
     rows = clean + 1e-3 * generator.standard_normal((60, 256))
-    x, _ = smoothed(rows, smoother(rows, noise=1e-3, samples=256.0), POINTS)
+    x, _ = smoothed(rows, smoother(rows, signals.Sensor(1e-3, 0.0), 256.0), POINTS)
     np.testing.assert_allclose(half_range(x), sizes, atol=1e-3)
 
 
