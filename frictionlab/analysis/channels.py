@@ -107,9 +107,8 @@ def check_drive(drive: float, channels: tuple[SensorChannel, SensorChannel]) -> 
         left = float(np.abs(low_pass(np.array([drive]), cutoff, channel.order))[0])
         if left < LEAST_GAIN:
             raise AnalysisError(
-                f"analysis: the {role}'s low-pass filter of {cutoff:.4g} Hz and order {channel.order} leaves"
-                f" {100.0 * left:.2g} % of the drive at {drive:.4g} Hz, too little to take the motion back from: check"
-                f" {role}_filter_hz and {role}_filter_order (or filter_hz, filter_order) in [sensors]"
+                f"analysis: the {role}'s low-pass filter of {cutoff:.4g} Hz and order {channel.order} leaves too little"
+                f" of the drive ({100.0 * left:.2g} %): check {role}_filter_hz and {role}_filter_order in [sensors]"
             )
 
 
@@ -205,8 +204,7 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     if name is None:
         raise AnalysisError(
             f"analysis: the {place}'s motion was not measured: expected its displacement, velocity or acceleration; got"
-            f" {', '.join(measured)}: name its column (--{place}, --{place}-velocity, --{place}-acceleration)"
-            + ("" if place == "mass" else ', or say [rig] kind = "prescribed" where the motion is given')
+            f' {", ".join(measured)}: name its column (--{place}), or set [rig] kind = "prescribed" if it is given'
         )
     signal, rate, times = measured[name], 1.0 / step, rates[name]
     if times == 0:

@@ -51,9 +51,8 @@ def warnings(
         )
     if of_mass.cutoff is not None and cut >= 0.002 * m.size:
         said.append(
-            f"response_amplitude: the mass's low-pass filter ({of_mass.cutoff:.4g} Hz, order {of_mass.order}:"
-            " filter_hz, mass_filter_hz in [sensors]) cuts away the fast part of the motion: stops_per_cycle and regime"
-            f" may be wrong by it, and the amplitude by some {cut:.1g} Y (in its error): record with a higher cut-off"
+            f"response_amplitude: the mass's filter ({of_mass.cutoff:.4g} Hz; mass_filter_hz in [sensors]) may cut away"
+            f" {cut:.1g} Y, and make stops_per_cycle and regime wrong: record with a higher cut-off"
         )
     return said
 
@@ -61,22 +60,13 @@ def warnings(
 def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
     drive, distortion = layout.drive, layout.drive.distortion
     if r is not None and not 0.02 <= r <= 5.0:
-        yield (
-            f"frequency_ratio: {r:.3g} lies outside 0.02 to 5: check"
-            " natural_frequency_hz in [rig] (--natural-frequency) and time_unit in [log]"
-        )
+        yield f"frequency_ratio: {r:.3g} lies outside 0.02 to 5: check --natural-frequency and time_unit in [log]"
     if distortion > 0.05:
         yield f"base_distortion: harmonics 2-{HARMONICS} of the base are {100 * distortion:.2g} % of its fundamental"
     if drive.drifts and drive.wander > 0.002 * TURN:
-        yield (
-            f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a cycle"
-            " (rms), and the cycles follow it"
-        )
+        yield f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a cycle"
     if drive.growth:
-        yield (
-            f"base_amplitude_m: the base's amplitude drifts by {100 * drive.growth:+.2g} % from the first cycle to the"
-            " last, the motor's stroke or the sensor's gain: it is in the errors of all numbers over Y"
-        )
+        yield f"base_amplitude_m: drifts by {100 * drive.growth:+.2g} %, and is in the errors: check the sensor's gain"
 
 
 def _of_lines(layout: Layout) -> Iterator[str]:
@@ -97,24 +87,17 @@ def _of_lines(layout: Layout) -> Iterator[str]:
                 origin = mains_of(line) or "no harmonic of the drive"
                 yield f"{column}: a line {of(line, size)}, {origin}, is taken out: look for its source"
     for line in foreign.on_harmonics[:MANY]:
-        hum = mains_of(line)
         yield (
-            f"response_amplitude: harmonic {round(line.frequency / hz)} of the drive, {of(line)}, stands out of those"
-            f" beside it, {f'perhaps {hum}' if hum else 'a line from outside, or a contact that rings'}: the"
-            " amplitude's error holds it, stops_per_cycle may be wrong by it: drive a little faster"
+            f"response_amplitude: harmonic {round(line.frequency / hz)} of the drive, {of(line)}, stands out, perhaps"
+            f" {mains_of(line) or 'a contact that rings'}: stops_per_cycle may be wrong by it: drive a little faster"
         )
     if foreign.masked > faint and not foreign.on_harmonics:
-        yield (
-            f"response_amplitude: hum of up to {share(foreign.masked)} may hide in a harmonic of the drive, and is in"
-            " the uncertainty: drive a little faster or slower"
-        )
+        yield f"response_amplitude: hum, up to {share(foreign.masked)}, may hide in a harmonic: drive a little faster"
     low = next((line for line in (*foreign.lines["mass"], *foreign.lines["base"]) if not line.removed), None)
     if low is not None:
         beat = abs(low.frequency - max(round(low.frequency / hz), 1) * hz)
-        yield (
-            f"response_amplitude: beats: a second motion {of(low)}, comes and goes every {1.0 / beat:.3g} s"
-            f" ({hz / beat:.3g} cycles): take many beats (--cycles all)"
-        )
+        often = f"comes and goes every {1.0 / beat:.3g} s"
+        yield f"response_amplitude: beats: a second motion {of(low)}, {often}: take many (--cycles all)"
 
 
 def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> Iterator[str]:
@@ -135,10 +118,7 @@ def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> I
     for name, rows, sensor, slows in signals:
         rough = max(sensor.noise / math.sqrt(len(rows)), 0.125 * sensor.step)
         if is_clipped(rows.mean(axis=0), noise=rough, stops_on_its_way=slows):
-            yield (
-                f"{name}: the displacement comes to its extreme at full speed and stands there, as no mass can: the"
-                " sensor clips; amplitude, energy and stops are wrong: enlarge its range"
-            )
+            yield f"{name}: the sensor clips, and amplitude, energy and stops are wrong: enlarge its range"
     size = m.size
     if m.is_stuck and of_mass.rounding > QUIET * of_mass.step:
         size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
@@ -146,27 +126,24 @@ def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> I
         step = of_mass.step / size
         few = ", too coarse to say whether it moves" if 2.5 * step > 2.0 else ""  # fewer steps across
         yield (
-            f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}: stops, stuck"
-            " fraction and regime are of its steps, and the energy's error is larger than stated"
+            f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}: stops and regime"
+            " are of its steps, the energy's error is larger than stated"
         )
     elif not m.is_stuck and m.is_blurred:
         yield (
-            "stops_per_cycle: noise and step of the sensor hide the mass's speed: no stop can be seen, nor whether the"
-            " column is the mass's own displacement or that relative to the base: use a sensor of a smaller range"
+            "stops_per_cycle: the sensor's noise hides the speed: no stop can be seen, nor whether the column is"
+            " relative to the base: use a sensor of a smaller range"
         )
 
 
 def _of_settling(layout: Layout, m: "Measurement") -> Iterator[str]:
     if len(layout) < FEW_CYCLES:
         return
-    if m.settled_s is None:
-        yield (
-            "transient_s: the motion had not settled by the end of the recording: numbers are of the part from"
-            f" {m.transient_s:.3g} s on: record longer"
-        )
-    elif m.settled_s > m.transient_s + 1.0 / layout.drive.frequency:
-        settled = f"{m.settled_s:.3g}"
-        yield f"transient_s: the motion settled only at {settled} s, not {m.transient_s:g}: --transient {settled}"
+    at = m.settled_s
+    if at is None:
+        yield f"transient_s: the motion had not settled; measured is from {m.transient_s:.3g} s on: record longer"
+    elif at > m.transient_s + 1.0 / layout.drive.frequency:
+        yield f"transient_s: the motion settled only at {at:.3g} s, not {m.transient_s:g}: --transient {at:.3g}"
 
 
 def _of_changes(layout: Layout, m: "Measurement") -> Iterator[str]:
@@ -178,15 +155,9 @@ def _of_changes(layout: Layout, m: "Measurement") -> Iterator[str]:
     growth, by_energy = (steadiness.growth(s, least=0.005) for s in (m.series.amplitude, m.series.energy))
     if layout.duration >= steadiness.LONG_S and (growth or by_energy):
         name, change = ("response_amplitude", growth) if abs(growth) > abs(by_energy) else (ENERGY, by_energy)
-        yield (
-            f"{name}: drifts by {100 * change:+.2g} % from the first cycle to the last: friction changes, and all"
-            f" means are of the whole part measured, {layout.time[0]:.4g} to {layout.end[-1]:.4g} s"
-        )
+        yield f"{name}: drifts by {100 * change:+.2g} %: friction changes, and means are of all cycles measured"
     elif growth:
-        yield (
-            f"response_amplitude: drifts by {100 * growth:+.2g} % from the first cycle to the last: the contact wears,"
-            " or the sensor's gain changes: compare --cycles last and all"
-        )
+        yield f"response_amplitude: drifts by {100 * growth:+.2g} %: wear, or a sensor: compare --cycles last and all"
     # a sample lost in one channel moves all that follows against the other
     stride, points = max(1, layout.mass.shape[1] // 64), layout.mass.shape[1]
     rows, a_sample = layout.mass[:, ::stride], TURN / layout.samples
@@ -200,8 +171,8 @@ def _of_changes(layout: Layout, m: "Measurement") -> Iterator[str]:
         if abs(by - round(by)) < 0.2 and change < 0.02:  # of the clock, not of the motion
             when, where = ("earlier", "mass") if by < 0.0 else ("later", "base")
             yield (
-                f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when} than before:"
-                f" some look lost in the {where}'s channel: cut the log there, or give the channels their own times"
+                f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when}, perhaps lost in"
+                f" the {where}'s channel: cut the log there, or give the channels their own times"
             )
     for name, series in (("amplitude", m.series.amplitude), ("mean position", m.series.position)):
         found = steadiness.jumps(series / size, noise=m.amplitude_noise / size).tolist()
@@ -216,10 +187,8 @@ def _of_stops(m: "Measurement") -> Iterator[str]:
     often, length = m.doubtful
     seen = f"stops are seen from {100.0 * m.shortest_stop:.2g} % of a cycle on"
     if often >= 0.4 and not m.is_blurred:
-        yield (
-            f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %: not"
-            f" counted, for {seen}: take a quieter sensor"
-        )
+        nearly = f"{often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %"
+        yield f"stops_per_cycle: {nearly}: not counted, for {seen}: take a quieter sensor"
     if m.unclear is not None:
         way, length = m.unclear
         yield (
@@ -228,10 +197,7 @@ def _of_stops(m: "Measurement") -> Iterator[str]:
         )
     count = round(m.stops_per_cycle)
     if count % 2 == 1 and abs(m.stops_per_cycle - count) < 0.05 and (m.asymmetry or 0.0) < 0.01:
-        yield (
-            f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
-            f" {100.0 * (m.asymmetry or 0.0):.2g} %) and stops come in pairs: one was not seen, or is none"
-        )
+        yield f"stops_per_cycle: {count}, of halves that mirror each other, where stops come in pairs: one was not seen"
     each = m.series.stops
     if np.ptp(each) > 0.0:
         yield f"stops_per_cycle: from {each.min():g} to {each.max():g} in a cycle; {seen}"
@@ -248,9 +214,8 @@ def _of_the_load_cell(m: "Measurement", taken: float) -> Iterator[str]:
     u = math.hypot(by_force.error or 0.0, (loop.error or 0.0) * scale)
     if abs(apart) > max(3.0 * u, 0.02 * abs(by_motion)):
         yield (
-            f"force_{ENERGY}: the load cell gives {by_force.value:.3g} J, the loop of the motion {by_motion:.3g}"
-            f" J, {100.0 * apart / by_motion:+.2g} %: the load cell's gain or place, or stiffness_n_per_m or"
-            " damping_ratio in [rig], are off"
+            f"force_{ENERGY}: the load cell gives {by_force.value:.3g} J, {100.0 * apart / by_motion:+.2g} % off the"
+            " loop's: check its gain and place, and stiffness_n_per_m and damping_ratio in [rig]"
         )
 
 
@@ -272,24 +237,18 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     r, energy = m.frequency_ratio, m.energy_per_cycle
     free = math.inf if r is None or wall_moves else 1.0 / max(abs(1.0 - r * r), 0.02)  # amplitude without friction
     if apart < 0.005:  # no frame with a contact follows its base so closely
-        yield (
-            f"mass: its channel repeats the base's (to {100.0 * apart:.2g} % of the base's motion): energy, amplitude"
-            " and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
-        )
+        yield f"mass: its channel repeats the base's (to {100.0 * apart:.2g} %): choose its column (--mass, [log] mass)"
     elif energy <= -max(5.0 * (m.energy.se or 0.0), 0.01):
         size = [np.abs(np.fft.rfft(cycle)[1 : HARMONICS + 1]) for cycle in (mass, base)]
         of_m, of_b = (float(np.linalg.norm(lines[1:]) / max(float(lines[0]), 1e-300)) for lines in size)
-        swapped = "mass and base are swapped (exchange --mass and --base, [log])"
-        cause = f"one of the sensors counts the other way (turn the sign of its column), or {swapped}"
+        cause = "a sensor counts the other way (turn its column's sign), or exchange --mass and --base ([log])"
         if of_b > 0.02 and of_m < 0.3 * of_b:  # friction makes harmonics, a motor fewer
             shares = f"harmonics of the base {100.0 * of_b:.2g} %, of the mass {100.0 * of_m:.2g} %"
             cause = f"mass and base look swapped ({shares}): exchange --mass and --base ([log]), or turn one's sign"
         yield f"{ENERGY}: {energy:.3g} kY^2: a contact takes energy, this one would give it: {cause}"
     elif m.size > 5.0 * free:
-        yield (
-            f"response_amplitude: the mass moves {m.size:.3g} Y at r = {r:.3g}, where the frame without friction"
-            f" would move {free:.3g} Y: {DOUBTED} (--unit, [log.units]), or the natural frequency"
-        )
+        without = f"{free:.3g} Y without friction at r = {r:.3g}"
+        yield f"response_amplitude: {m.size:.3g} Y, but {without}: {DOUBTED} (--unit), or the natural frequency"
     elif r is not None and not wall_moves and not m.is_blurred:
         yield from _relative(mass, base, m.stuck_fraction, r)
 
@@ -307,8 +266,8 @@ def _relative(mass: FloatArray, base: FloatArray, stuck: float, r: float) -> Ite
             why = f"mass {word} base fits the equation of motion"
         if why:
             yield (
-                f"response_amplitude: the mass's column looks like the displacement relative to the base ({why}), whose"
-                f" amplitude and stops are not the mass's: give the mass's own displacement, mass {word} base"
+                f"response_amplitude: the column looks like the displacement relative to the base ({why}): give the"
+                f" mass's own displacement, mass {word} base"
             )
             return
 

@@ -108,19 +108,14 @@ def free_vibrations(
         if base is not None and np.count_nonzero(inside) > 1:
             share = math.sqrt(2.0) * float(np.std(base[inside])) / float(_swings(tap)[0])
         if share > 0.05:
-            refused.append(
-                f"a driven motion: the base moves by {share:.0%} of the mass's swing: expected a base at rest: hold it,"
-                " tap the mass, record until it rests"
-            )
+            refused.append(f"a driven motion: the base moves by {share:.0%} of the mass's swing: expected one at rest")
             continue
         guess = first_guess(when, height, pendulum=pendulum)
         t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
         fit = fit_decay(t, seen, guess)
         if fit.misfit > 0.1:
-            refused.append(
-                f"viscous and friction damping leave {fit.misfit:.0%} of the first swing: expected a mass that swings"
-                " freely: displace it, let go, touch nothing"
-            )
+            left = f"viscous and friction damping leave {fit.misfit:.0%} of the first swing"
+            refused.append(f"{left}: expected a mass that swings freely: displace it, let go")
             continue
         decay, se = fit.decay, fit.se
         found.append(
@@ -182,26 +177,18 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
     said = []
     if base_share > 0.005:
         said.append(
-            f"the base moves by {base_share:.1%} of the mass's swing: hold it still: frequency and damping found here"
-            " are of mass and base together"
+            f"the base moves by {base_share:.1%} of the mass's swing, and its motion is in all numbers: hold it"
         )
     if fit.decay.cubic:
         share, error = (100.0 * d.cubic * fit.decay.swing**2 for d in (fit.decay, fit.se))
-        said.append(
-            f"the spring is not linear: its force at the first swing is {share:+.2g} ± {error:.1g} % off, growing with"
-            " the cube: natural frequency, damping and friction are of small swings: test with smaller motions"
-        )
+        force = f"its force at the first swing is {share:+.2g} ± {error:.1g} % off"
+        said.append(f"the spring is not linear: {force}; natural frequency, damping, friction are of small swings")
     if fit.doubt > 3.0:  # standard errors
         names = " and ".join("viscous damping" if name == "zeta" else name for name in fit.at_zero)
-        said.append(
-            f"{names} would come out negative by {fit.doubt:.2g} standard errors and is held at 0: the damping is of "
-            "another kind than viscous and Coulomb"
-        )
+        said.append(f"{names}, negative by {fit.doubt:.2g} standard errors, is held at 0: damping is of another kind")
     if fit.misfit > 0.02:
-        said.append(
-            f"viscous and Coulomb damping leave {fit.misfit:.1%} of the first swing unexplained: stiffness or damping"
-            " of another kind, or a second mode; its share of the errors is in the bars only as far as it scatters"
-        )
+        left = f"viscous and Coulomb damping leave {fit.misfit:.1%} of the first swing"
+        said.append(f"{left}: stiffness or damping of another kind, or a second mode")
     return said
 
 
@@ -279,15 +266,13 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
     if decays and share >= 0.5:
         return decays
     quarter = max(1, len(swings) // 4)
-    early, late = (1e3 * float(np.median(some)) if len(some) else 0.0 for some in (swings[:quarter], swings[-quarter:]))
-    sizes = f"its half-cycles swing by {early:.3g} mm at first and {late:.3g} mm at the end"
     if len(swings) <= 2 * LEAST_SWINGS and not long:
         why = f"expected at least {LEAST_SWINGS} half-cycles above the noise; got {max(0, len(swings) - 1)}"
-    elif late > 1.3 * early:
-        why = f"the motion grows ({sizes}), which is negative damping or a drive, not a free decay"
+    elif float(np.median(swings[-quarter:])) > 1.3 * float(np.median(swings[:quarter])):
+        why = "the motion grows, which is negative damping or a drive, not a free decay"
     else:
         part = f"{share:.0%} of {len(swings)} half-cycles belong to a decay"
-        why = f"this is a driven motion, not a free decay ({sizes}; {part}): hold the base at rest"
+        why = f"this is a driven motion, not a free decay ({part}): hold the base at rest"
     raise AnalysisError(f"free vibration: {why}: displace the mass, let go, and record until it rests")
 
 
@@ -380,7 +365,7 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     if len(peaks) < len(signals):
         raise AnalysisError(
             f"free vibration: expected {len(signals)} modes, one for each mass; got {len(peaks)} clear in the spectrum:"
-            " displace the frame in another place, so that all modes move"
+            " displace it elsewhere"
         )
     guess = sorted(spectra[0].frequency[peaks[np.argsort(-power[peaks])][: len(signals)]].tolist())
     thin = max(1, int(1.0 / (max(guess) * 12 * step)))  # samples of its period
@@ -402,10 +387,8 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     share, *_ = np.linalg.lstsq(columns(found.x), x.T, rcond=None)
     misfit = float(np.std(found.fun)) * float(size[first]) / float(np.std(x))
     if misfit > 0.1:
-        raise AnalysisError(
-            f"free vibration: {len(x)} damped modes leave {100.0 * misfit:.2g} % of the motion: expected a free decay"
-            " of as many masses as there are columns: displace, let go, touch nothing"
-        )
+        what = f"{len(x)} damped modes leave {100.0 * misfit:.2g} % of the motion"
+        raise AnalysisError(f"free vibration: {what}: expected a free decay: displace, let go, touch nothing")
     each = share[: len(guess)] - 1j * share[len(guess) : -1]  # complex amplitudes (mode, mass)
     largest = np.take_along_axis(each, np.abs(each).argmax(axis=1)[:, None], axis=1)
     shapes = (each / largest).real

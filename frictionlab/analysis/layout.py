@@ -213,9 +213,9 @@ def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
         raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
     tone = spectrum.strongest_tone(lines)
     if 0.5 * tone.amplitude**2 < 0.2 * variance:
+        share = f"{50 * tone.amplitude**2 / variance:.2g} % of its power in {len(longest.base) * longest.step:.3g} s"
         raise AnalysisError(
-            f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"
-            f" {50 * tone.amplitude**2 / variance:.2g} % of its power in {len(longest.base) * longest.step:.3g} s;"
+            f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds {share};"
             " expected two cycles of a periodic base at least: shorten transient_s, or check the base column"
         )
     noise = white_noise(longest.base)
@@ -227,10 +227,8 @@ def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
             f" got {len(longest.base) * longest.step:.3g} s: shorten transient_s or record longer"
         )
     if cut.frequency * FEWEST_SAMPLES > 1.0:
-        raise AnalysisError(
-            f"analysis: expected at least {FEWEST_SAMPLES} samples a cycle of the drive; got {1.0 / cut.frequency:.3g}"
-            f" ({cut.frequency / longest.step:.4g} Hz): sample faster"
-        )
+        got = f"got {1.0 / cut.frequency:.3g} ({cut.frequency / longest.step:.4g} Hz): sample faster"
+        raise AnalysisError(f"analysis: expected at least {FEWEST_SAMPLES} samples a cycle of the drive; {got}")
     return cuts
 
 

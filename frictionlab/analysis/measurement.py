@@ -217,20 +217,16 @@ def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scen
     begin, how = float(recording.time[0]) + transient, scene.analysis
     steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= SHORTEST_PART]
     if not steady:
-        raise AnalysisError(
-            f"analysis: the test is shorter than its transient: expected more than {transient:g} s; got"
-            f" {recording.duration_s:.4g} s: shorten transient_s (--transient) or record longer"
-        )
+        got = f"expected more than {transient:g} s; got {recording.duration_s:.4g} s: shorten transient_s (--transient)"
+        raise AnalysisError(f"analysis: the test is shorter than its transient: {got}")
     try:
         return lay_out(steady, padding=how.padding, least_points=how.least_points, most_points=how.most_points)
     except AnalysisError as error:
         held = recording.flag_counts()["held"]
         if not held:
             raise
-        raise AnalysisError(
-            f"analysis: {held} values are held at the end of a sensor's range, and between them no cycle is whole: move"
-            f" the sensor or enlarge its range, and test again ({error})"
-        ) from error
+        what = f"analysis: {held} values are held at the end of a sensor's range: move it or enlarge its range"
+        raise AnalysisError(f"{what} ({error})") from error
 
 
 def used_cycles(end_time: FloatArray, rule: str) -> slice:
@@ -252,8 +248,9 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
     if window is not None:
         first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
     if first >= n:
-        length = end_time[-1] - end_time[-2]
-        raise AnalysisError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
+        raise AnalysisError(
+            f"cycles: window of {window:g} s: expected a cycle, {end_time[-1] - end_time[-2]:g} s: widen it"
+        )
     return slice(first, n)
 
 

@@ -45,21 +45,16 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
     warnings = [*recording.source.warnings, *said]
     by_log, by_sensors = recording.source.dialect.get("lag_s"), scene.sensors.lag_s
     if isinstance(by_log, float) and by_log and by_sensors:
-        warnings.append(
-            f"lag: [log] lag_s has moved the base by {1e3 * by_log:.3g} ms when the log was read, [sensors] lag_s moves"
-            f" it by {1e3 * by_sensors:.3g} ms more: {1e3 * (by_log + by_sensors):.3g} ms in all; declare it once"
-        )
+        twice = f"by {1e3 * by_log:.3g} ms ([log] lag_s) and {1e3 * by_sensors:.3g} ms ([sensors] lag_s)"
+        warnings.append(f"lag: the base is moved {twice}: declare it once")
     measured = next((c.name for c in recording.channels if c.name in channels.FORCES), None)
     if measured is not None and channels_of(scene)[0].cutoff is not None:
-        warnings.append(
-            f"{measured}: it is taken as unfiltered, for filter_hz and mass_filter_hz in [sensors] are of the motion:"
-            " a low-pass filter before the load cell's channel makes energy and friction force by it too small"
-        )
+        warnings.append(f"{measured}: it is taken as unfiltered, for filter_hz in [sensors] is of the motion")
     for part in recording.stretches():
         breaks = clock_breaks(part.time, step).tolist()
         warnings += _some(
             f"time: the clock passes {float(part.time[i] - part.time[i - 1]) / step:.4g} sampling intervals at"
-            f" {part.time[i]:.6g} s: it was set, or the logger paused; no cycle is cut across it"
+            f" {part.time[i]:.6g} s, as if it was set; no cycle is cut across it"
             for i in breaks
         )
         for some in (slice(a, b) for a, b in pairwise([0, *breaks, len(part)])):
@@ -75,13 +70,9 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
         raise max(refused, key=lambda part: part[1] - part[0])[2]
     warnings += _some(f"gap: the part from {a:.4g} s to {b:.4g} s is left out: {why}" for a, b, why in refused)
     if strays > 0.0:
-        warnings.append(
-            f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock; values were interpolated"
-            " by a cubic, which from 10 samples a cycle on takes less than 0.1 % of a motion"
-        )
-    warnings += _some(
-        f"gap: no samples from {a:.4g} s to {b:.4g} s; no cycle is cut across it" for a, b in recording.gaps
-    )
+        stray = f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock"
+        warnings.append(f"{stray}: values are interpolated by a cubic, which takes less than 0.1 % of a motion")
+    warnings += _some(f"gap: no samples from {a:.4g} s to {b:.4g} s; no cycle spans it" for a, b in recording.gaps)
     force = recording.experiment.get("normal_force_n")
     if force is not None and not is_force(force):
         warnings.append(f"normal_force_n: expected a number above 0; got {force!r} in the recording: it is not used")
@@ -92,9 +83,7 @@ def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[sign
     """One sound part of a recording: evenly sampled, what is to be said of it, how far its stamps stray (steps)."""
     time, (of_mass, of_base), one_way = part.time[some], channels_of(scene), False
     if len(time) < SHORTEST_PART:
-        raise AnalysisError(
-            f"analysis: expected at least {SHORTEST_PART} samples without a gap; got {len(time)}: record longer"
-        )
+        raise AnalysisError(f"analysis: expected at least {SHORTEST_PART} samples; got {len(time)}: record longer")
     seen, off = signals.evenly(time, step, {name: values[some] for name, values in part.measured().items()})
     if scene.rig.kind == "prescribed":  # the mass's motion stands in the base's place
         mass, seen, said, edge, one_way = given_motion(seen, step, scene.rig.radius_m)
@@ -119,8 +108,8 @@ def _in_newtons(recording: Recording, stiffness: float | None) -> tuple[Recordin
         return recording, []
     others = tuple(channel for channel in recording.channels if channel is not simulated)
     if stiffness is None:
-        said = "is over the stiffness, which the scene does not say: it is left out, and there are no newtons"
-        return recording.changed(channels=others), [f"contact_force: {said}: give [rig] stiffness_n_per_m"]
+        said = "contact_force: it is over the stiffness, and left out: give [rig] stiffness_n_per_m"
+        return recording.changed(channels=others), [said]
     force = Channel("contact_force", stiffness * simulated.values, simulated.sensor)
     return recording.changed(channels=(*others, force)), []
 
@@ -165,10 +154,7 @@ def given_motion(
         motion, seen, said, edge = fold[0], fold[1], [fold[2]], 0
     if channels.is_angular(measured) and radius is None:
         lengths = "radians" if ROTATIONS.keys() & seen else "parts of the record"
-        said.append(
-            f"base_amplitude_m: no motion in metres is measured: {lengths} stand for them; radius_m in [rig] makes"
-            " metres of an angle"
-        )
+        said.append(f"base_amplitude_m: {lengths} stand for metres: [rig] radius_m makes metres of an angle")
     elif radius is not None and channels.is_angular(measured):
         motion = motion * radius
         seen |= {"contact_force": seen.pop("torque") / radius} if "torque" in seen else {}
@@ -193,17 +179,13 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
     way, direction, turns, said = laid
     whole = REVOLUTION if turns else float(way[-1]) / PARTS
     if (count := float(way[-1]) / whole) < 2.0:
-        raise AnalysisError(
-            f"analysis: it turns one way: expected at least 2 revolutions; got {count:.2g}: record longer"
-        )
+        raise AnalysisError(f"analysis: it turns one way: expected 2 revolutions; got {count:.2g}: record longer")
     rising = np.maximum.accumulate(way)
     lengths = np.diff(np.searchsorted(rising, whole * np.arange(math.floor(count + 1e-9) + 1))) * step
     uneven = float(np.ptp(lengths)) > 0.1 * float(lengths.mean()) + 2.0 * step
     if uneven and turns:
-        raise AnalysisError(
-            f"analysis: it turns one way, at {1 / lengths.max():.3g} to {1 / lengths.min():.3g} cycles a second:"
-            " expected one speed: record each speed by itself"
-        )
+        speeds = f"{1 / lengths.max():.3g} to {1 / lengths.min():.3g} cycles a second"
+        raise AnalysisError(f"analysis: it turns one way, at {speeds}: expected one speed: record each by itself")
     with_motion = {n: measured[n] * direction for n in channels.FORCES if n in measured}
     seen = {n: values for n, values in measured.items() if n != "mass_velocity"} | with_motion
     if uneven:
