@@ -51,10 +51,8 @@ def solve(numbers: Sequence[int], grid: Grid, build: str) -> NDArray[np.void]:
     A worker with another ``build`` of the simulator than the one that asks refuses.
     """
     if build != digest():
-        raise ClusterError(
-            f"a worker has another build of the simulator ({digest()}): expected {build}, as here: "
-            "do: install the same files there"
-        )
+        got = f"a worker has another build of the simulator ({digest()})"
+        raise ClusterError(f"{got}: expected {build}, as here: install the same files there")
     return _records(_solve(grid.points(numbers), grid))
 
 
@@ -110,9 +108,8 @@ def make_map(
     [1]
     """
     if len(grid) > MOST_POINTS:
-        raise UsageError(
-            f"{path}: expected at most {MOST_POINTS} points; got {len(grid)}: give fewer values, or several maps"
-        )
+        what = f"expected at most {MOST_POINTS} points; got {len(grid)}"
+        raise UsageError(f"{path}: {what}: give fewer values, or several maps")
     make_folder(path.parent)
     check_replaceable(
         path, replace=force or (is_map if path.suffix == ".h5" else partial(is_table, table=STEADY_STATES))

@@ -217,13 +217,14 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
 
 def _tapped(file: Path, *, scene: "Scene") -> Made:
     """The row of an input: the averages over its taps and each of them, or the modes of several masses."""
+    from frictionlab.analysis.channels import other_masses
     from frictionlab.analysis.free_vibration import averages
     from frictionlab.logs import read_mass_log
-    from frictionlab.verbs.one_test import free_vibration, free_vibration_modes, masses_of, recording_given
+    from frictionlab.verbs.one_test import free_vibration, free_vibration_modes, recording_given
 
     recording = recording_given(file, scene, read_mass_log)
     head = {"source": str(file), "status": "ok", "reason": None}
-    if len(masses_of(recording)) > 1:
+    if other_masses(recording.measured()):
         modes = [asdict(mode) for mode in free_vibration_modes(recording, scene)]
         first = {key: value for key, value in modes[0].items() if key != "shape"}
         return {**head, "warnings": list(recording.source.warnings), **first, "modes": modes}, {}

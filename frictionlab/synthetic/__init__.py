@@ -90,10 +90,7 @@ def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
     """The log of one test, time in s and displacements in mm, and what is true of it beyond `truth`."""
     names, rate = scene.synthetic.channels, scene.synthetic.sampling_rate_hz
     if test.frame is not None and names:
-        raise SceneError(
-            f"synthetic.channels: expected none for a frame with [[rig.masses]] or [[rig.contacts]]; got"
-            f" {', '.join(names)}"
-        )
+        raise SceneError(f"synthetic.channels: expected none for a frame with [[rig.masses]]; got {', '.join(names)}")
     time = np.arange(round(test.duration_s * rate)) / rate
     more: dict[str, FloatArray] = {}
     beyond: dict[str, object] = {}

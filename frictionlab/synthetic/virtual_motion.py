@@ -101,10 +101,8 @@ def _recorded(test: SyntheticTest, scene: Scene, time: FloatArray) -> FloatArray
         raise SceneError(f"synthetic.bases: {base.name}: {error}") from error
     known = recording.time - recording.time[0]
     if known[-1] < time[-1] - 0.5 * (time[1] - time[0]):
-        raise SceneError(
-            f"synthetic.bases: {base.name}: {path} lasts {known[-1]:.6g} s; expected at least the {time[-1]:.6g} s of"
-            f" {test.log}: set duration_s"
-        )
+        lasts = f"{path} lasts {known[-1]:.6g} s; expected at least the {time[-1]:.6g} s of {test.log}"
+        raise SceneError(f"synthetic.bases: {base.name}: {lasts}: set duration_s")
     curve = CubicSpline(known, base.factor * (recording.base_displacement - recording.base_displacement[0]))
     return np.asarray(curve(np.minimum(time, known[-1])))
 
@@ -215,10 +213,8 @@ def driven(test: SyntheticTest, scene: Scene) -> Driven:
     Friction has one value for a cycle of the drive, then the next. A start from the steady state is refused.
     """
     if scene.synthetic.start == "steady":
-        raise SceneError(
-            f"synthetic.tests: {test.log}: start = 'steady' needs a plain sine; got base {test.base.name!r}"
-            + (f", channels {', '.join(scene.synthetic.channels)}" if scene.synthetic.channels else "")
-        )
+        got = f"base {test.base.name!r}, channels {', '.join(scene.synthetic.channels) or 'none'}"
+        raise SceneError(f"synthetic.tests: {test.log}: start = 'steady' needs a plain sine; got {got}")
     rate, of_base = scene.synthetic.sampling_rate_hz, [*(test.base.sweep_hz or test.base.band_hz or ())]
     of_base += [f for f, _ in test.base.spectrum or ()] + [test.drive_frequency_hz] * test.is_periodic
     every = max(1, math.ceil(FINE * max([*of_base, test.natural_frequency_hz]) / rate))

@@ -94,15 +94,11 @@ def virtual_tests(scene: Scene) -> tuple[SyntheticTest, ...]:
     if not synthetic.tests:
         raise SceneError("synthetic.tests: expected at least one [[synthetic.tests]] table; got none")
     if rig.natural_frequency is None or rig.stiffness is None:
-        raise SceneError(
-            "rig: a virtual rig needs natural frequency and stiffness: give two of natural_frequency_hz, mass_kg and"
-            " stiffness_n_per_m"
-        )
+        two = "natural_frequency_hz, mass_kg, stiffness_n_per_m"
+        raise SceneError(f"rig: a virtual rig needs natural frequency and stiffness: give two of {two}")
     if not 0.0 < rig.stiffness * synthetic.base_amplitude_m < math.inf:
-        raise SceneError(
-            f"synthetic.base_amplitude_m: expected an amplitude that the frame's {rig.stiffness:g} N/m turn into"
-            f" a force; got {synthetic.base_amplitude_m:g}"
-        )
+        got = f"times {rig.stiffness:g} N/m is no force; got {synthetic.base_amplitude_m:g}"
+        raise SceneError(f"synthetic.base_amplitude_m: expected an amplitude: what {got}")
     tests = []
     for number, group in enumerate(synthetic.tests):
         law = group.law or ("coulomb" if scene.model.law == "auto" else scene.model.law)
@@ -126,10 +122,8 @@ def _check_group(scene: Scene, group: VirtualTests, law: str, place: str) -> Non
             raise SceneError(f"{place}.physical: {error}") from error
     duration_s, rate = group.duration_s or scene.synthetic.duration_s, scene.synthetic.sampling_rate_hz
     if duration_s * rate > MOST_SAMPLES:
-        raise SceneError(
-            f"{place}: {duration_s:g} s at {rate:g} Hz are {duration_s * rate:.3g} samples: expected at most"
-            f" {MOST_SAMPLES}: shorten duration_s, or lower sampling_rate_hz"
-        )
+        got = f"{duration_s:g} s at {rate:g} Hz are {duration_s * rate:.3g} samples: expected at most {MOST_SAMPLES}"
+        raise SceneError(f"{place}: {got}: shorten duration_s, or lower sampling_rate_hz")
 
 
 def _virtual_test(scene: Scene, group: VirtualTests, law: str, force: float, ratio: float) -> SyntheticTest:
@@ -175,10 +169,7 @@ def _check_test(test: SyntheticTest, place: str) -> None:
             "a base that is no plain sine": not test.base.is_plain,
         }
         for what in (what for what, is_asked in asked.items() if is_asked):
-            raise SceneError(
-                f"{place}: a frame with [[rig.masses]] or [[rig.contacts]] has a plain sine and friction that stays the"
-                f" same; got {what}: leave it out"
-            )
+            raise SceneError(f"{place}: a frame with [[rig.masses]] or [[rig.contacts]]: leave out {what}")
         return
     place = f"{place}.{'law' if group.law else 'parameters'}" if group.law or group.parameters else "model.law"
     try:
@@ -186,7 +177,5 @@ def _check_test(test: SyntheticTest, place: str) -> None:
     except ParameterError as error:
         raise SceneError(f"{place}: {error}") from error
     if law.kind in ("elastic", "inner") and not test.is_plain_coulomb:
-        raise SceneError(
-            f"{place}: law {law.name} remembers more than where the mass is: its friction cannot drift, scatter,"
-            " wander or jump here; expected a law without memory, or friction that stays the same"
-        )
+        what = f"law {law.name} remembers more than where the mass is"
+        raise SceneError(f"{place}: {what}: expected a law without memory, or friction that stays the same")

@@ -159,10 +159,7 @@ def row_of(job: Callable[[Path], Row], path: Path, *, folder: Path | None) -> Ro
     Whatever a job raises stays with its input, a fault of the program too: the others go on and no row is lost.
     """
     if folder is not None and not os.access(folder, os.X_OK):
-        raise UsageError(
-            f"{folder}: a worker of the cluster does not see this folder: expected the same files there as here; "
-            "do: work in a folder that all machines share"
-        )
+        raise UsageError(f"{folder}: a worker does not see it: expected the same files there: use a shared folder")
     try:
         with contextlib.nullcontext() if folder is None else contextlib.chdir(folder):
             return job(path)

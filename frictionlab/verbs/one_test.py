@@ -25,9 +25,7 @@ if TYPE_CHECKING:
     from frictionlab.recording import FrequencyTable, Recording
     from frictionlab.scene import LogOptions, Scene
 
-NO_PENDULUM = (
-    'natural_frequency_hz: the spring of this angle is taken as linear; of a pendulum say [rig] restoring = "pendulum"'
-)
+NO_PENDULUM = 'natural_frequency_hz: the spring is taken as linear; of a pendulum say [rig] restoring = "pendulum"'
 JUDGED = ("model", "analysis", "rig")
 """Tables of a scene whose keys `compare` and `explain` take as settings."""
 
@@ -106,9 +104,7 @@ def _refuse_another(output: Path, there: "Recording", new: "Recording") -> None:
     old, now = ([(f.name, f.sha256) for f in recording.source.files] for recording in (there, new))
     if old and old != now:
         what = "of other bytes" if old[0][0] == now[0][0] else f"got {now[0][0]}"
-        raise OutputError(
-            f"{output}: holds the recording of {old[0][0]}; {what}: choose another output, or give --force"
-        )
+        raise OutputError(f"{output}: holds the recording of {old[0][0]}; {what}: name another, or give --force")
 
 
 def analyze(what: "Measurement | Recording | FilePath", scene: AnyScene = None, **settings: object) -> "Measurement":
@@ -137,10 +133,8 @@ def analyze(what: "Measurement | Recording | FilePath", scene: AnyScene = None, 
     if isinstance(what, Measurement):
         asked = known.analysis.transient_s
         if asked is not None and abs(asked - what.transient_s) * what.sampling_rate_hz > 1.0:
-            raise UsageError(
-                f"analysis.transient_s = {asked:g}: the measurement given was made with {what.transient_s:g} s: give"
-                " the recording in its place, to be measured again"
-            )
+            made = f"the measurement was made with {what.transient_s:g} s"
+            raise UsageError(f"analysis.transient_s = {asked:g}: {made}: give the recording in its place")
         return what
     recording = recording_given(what, known)
     try:
@@ -243,10 +237,8 @@ def compare(
         assert not isinstance(what, FrequencyTable)
     if law_file is not None:
         if whole or fit == "whole":
-            raise UsageError(
-                "law_file: a material's law is held against the steady cycle; a whole record is predicted by"
-                " `frictionlab predict --law-file LAW --base-motion RECORDING`: leave out whole and fit"
-            )
+            predict = "`frictionlab predict --law-file LAW --base-motion RECORDING` predicts a whole record"
+            raise UsageError(f"law_file: expected neither whole nor fit: {predict}")
         if law is not None or friction_ratio is not None:
             raise UsageError("law_file: a given law leaves nothing to find: give neither law nor beta")
         known_law = law_file if isinstance(law_file, MaterialLaw) else read_material_law(law_file)
@@ -318,10 +310,8 @@ def free_vibration(
     measured = recording.measured()
     mass = "mass_displacement" if "mass_displacement" in measured and not pendulum else "angle"
     if mass not in measured:
-        raise UsageError(
-            f"free vibration: expected {'the angle of a pendulum' if pendulum else 'a displacement or an angle'}; got"
-            f" {', '.join(measured)}: name its column (--angle), or change restoring in [rig]"
-        )
+        wanted = "the angle of a pendulum" if pendulum else "a displacement or an angle"
+        raise UsageError(f"free vibration: expected {wanted}; got {', '.join(measured)}: name its column (--angle)")
     taps: list[FreeVibration] = []
     refused: list[AnalysisError] = []
     for part in sorted(recording.stretches(), key=len, reverse=True):
@@ -353,16 +343,11 @@ def free_vibration_modes(
     """
     import numpy as np
 
+    from frictionlab.analysis.channels import other_masses
     from frictionlab.analysis.free_vibration import modes
     from frictionlab.logs import read_mass_log
 
-    known = scene_given(scene, settings, ("log",))
-    recording = recording_given(what, known, read_mass_log)
+    recording = recording_given(what, scene_given(scene, settings, ("log",)), read_mass_log)
     part = max(recording.stretches(), key=len)
-    return modes(part.time, np.array([part.measured()[name] for name in masses_of(part)]))
-
-
-def masses_of(recording: "Recording") -> list[str]:
-    """The displacements of all masses, from mass 1 up."""
-    found = recording.measured()
-    return [name for name in ("mass_displacement", *(f"mass_{k}_displacement" for k in range(2, 100))) if name in found]
+    found = part.measured()
+    return modes(part.time, np.array([found[name] for name in ("mass_displacement", *other_masses(found))]))

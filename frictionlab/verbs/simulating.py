@@ -103,10 +103,7 @@ def respond(
     known = scene_given(scene, settings, ("rig", "log"))
     frequency = known.rig.natural_frequency
     if frequency is None:
-        raise UsageError(
-            "natural frequency: expected the frame's, in Hz; got none; do: give --natural-frequency HZ, or "
-            "natural_frequency_hz in [rig] of the scene; `frictionlab free-vibration` measures it"
-        )
+        raise UsageError("rig.natural_frequency_hz: expected the frame's; got none: give --natural-frequency HZ")
     damping = known.rig.damping
     if not callable(problem) and damping is not None and problem.frame_damping_ratio == 0.0:
         problem = problem.with_parameters({"frame_damping_ratio": damping})
@@ -296,9 +293,8 @@ def _known_before(paths: Sequence[Path], material: str | None) -> "list[Before]"
     own = [(of, one) for of, one in own if material is None or of in (None, material)]
     names = sorted({str(of) for of, _ in own if of is not None})
     if paths and not own:
-        kinds = "comparisons (frictionlab compare-numeric -o) or law_MATERIAL.toml of a campaign"
         of = "" if material is None else f" of {material}"
-        raise UsageError(f"{paths[0]}: expected {kinds}{of}; got none")
+        raise UsageError(f"{paths[0]}: expected comparisons (compare-numeric -o) or law_MATERIAL.toml{of}; got none")
     if len(names) > 1:
         raise UsageError(f"--measured: expected tests of one material; got {', '.join(names)}: name it in [experiment]")
     return [one for _, one in own]
@@ -360,9 +356,7 @@ def predict(
             raise UsageError("base_motion: a recorded base has its own amplitude and times: give neither r nor Y")
         found = recording_given(base_motion, Scene(), read_base_log)
         if "base_displacement" not in found.measured():
-            raise UsageError(
-                f"{base_motion}: expected the base's displacement; got its acceleration: integrate it first"
-            )
+            raise UsageError(f"{base_motion}: expected the base's displacement; got its acceleration: integrate it")
         more = {} if draws is None else {"draws": draws}
         return predict_record(known, found, normal_force_n=force, **more)
     ratios = _positive(known, "frequency_ratio", None) if r is None else r
@@ -378,9 +372,7 @@ def _positive(law: "MaterialLaw", name: str, value: float | None) -> float:
     """A number of the test, by default the middle of those that the law was found under."""
     if value is None:
         if name not in law.conditions:
-            raise UsageError(
-                f"{name}: expected a number; got none, and the law of {law.material} says none of its tests"
-            )
+            raise UsageError(f"{name}: expected a number; got none, and the law's own tests have none: give one")
         value = 0.5 * sum(law.conditions[name])
     if not 0.0 < value < math.inf:
         raise UsageError(f"{name}: expected a finite number above 0; got {value:g}")
