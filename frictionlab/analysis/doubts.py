@@ -66,7 +66,7 @@ def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
     if drive.drifts and drive.wander > 0.002 * TURN:
         yield f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a cycle"
     if drive.growth:
-        yield f"base_amplitude_m: drifts by {100 * drive.growth:+.2g} %, and is in the errors: check the sensor's gain"
+        yield f"base_amplitude_m: the base's amplitude drifts by {100 * drive.growth:+.2g} %: check its sensor's gain"
 
 
 def _of_lines(layout: Layout) -> Iterator[str]:
@@ -96,8 +96,8 @@ def _of_lines(layout: Layout) -> Iterator[str]:
     low = next((line for line in (*foreign.lines["mass"], *foreign.lines["base"]) if not line.removed), None)
     if low is not None:
         beat = abs(low.frequency - max(round(low.frequency / hz), 1) * hz)
-        often = f"comes and goes every {1.0 / beat:.3g} s"
-        yield f"response_amplitude: beats: a second motion {of(low)}, {often}: take many (--cycles all)"
+        often = f"comes and goes every {1.0 / beat:.3g} s (take many, --cycles all)"
+        yield f"response_amplitude: beats: a second motion {of(low)}, {often}"
 
 
 def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> Iterator[str]:
@@ -171,8 +171,8 @@ def _of_changes(layout: Layout, m: "Measurement") -> Iterator[str]:
         if abs(by - round(by)) < 0.2 and change < 0.02:  # of the clock, not of the motion
             when, where = ("earlier", "mass") if by < 0.0 else ("later", "base")
             yield (
-                f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when}, perhaps lost in"
-                f" the {where}'s channel: cut the log there, or give the channels their own times"
+                f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when} (lost in the"
+                f" {where}'s channel?): cut the log there, or give the channels their own times"
             )
     for name, series in (("amplitude", m.series.amplitude), ("mean position", m.series.position)):
         found = steadiness.jumps(series / size, noise=m.amplitude_noise / size).tolist()
@@ -241,7 +241,7 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     elif energy <= -max(5.0 * (m.energy.se or 0.0), 0.01):
         size = [np.abs(np.fft.rfft(cycle)[1 : HARMONICS + 1]) for cycle in (mass, base)]
         of_m, of_b = (float(np.linalg.norm(lines[1:]) / max(float(lines[0]), 1e-300)) for lines in size)
-        cause = "a sensor counts the other way (turn its column's sign), or exchange --mass and --base ([log])"
+        cause = "a sensor counts the other way (turn its sign), or mass and base are swapped (--mass and --base)"
         if of_b > 0.02 and of_m < 0.3 * of_b:  # friction makes harmonics, a motor fewer
             shares = f"harmonics of the base {100.0 * of_b:.2g} %, of the mass {100.0 * of_m:.2g} %"
             cause = f"mass and base look swapped ({shares}): exchange --mass and --base ([log]), or turn one's sign"

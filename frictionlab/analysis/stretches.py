@@ -45,8 +45,10 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
     warnings = [*recording.source.warnings, *said]
     by_log, by_sensors = recording.source.dialect.get("lag_s"), scene.sensors.lag_s
     if isinstance(by_log, float) and by_log and by_sensors:
-        twice = f"by {1e3 * by_log:.3g} ms ([log] lag_s) and {1e3 * by_sensors:.3g} ms ([sensors] lag_s)"
-        warnings.append(f"lag: the base is moved {twice}: declare it once")
+        more = (
+            f"moves it by {1e3 * by_sensors:.3g} ms more: {1e3 * (by_log + by_sensors):.3g} ms in all: declare it once"
+        )
+        warnings.append(f"lag: [log] lag_s has moved the base by {1e3 * by_log:.3g} ms, [sensors] lag_s {more}")
     measured = next((c.name for c in recording.channels if c.name in channels.FORCES), None)
     if measured is not None and channels_of(scene)[0].cutoff is not None:
         warnings.append(f"{measured}: it is taken as unfiltered, for filter_hz in [sensors] is of the motion")
@@ -108,7 +110,7 @@ def _in_newtons(recording: Recording, stiffness: float | None) -> tuple[Recordin
         return recording, []
     others = tuple(channel for channel in recording.channels if channel is not simulated)
     if stiffness is None:
-        said = "contact_force: it is over the stiffness, and left out: give [rig] stiffness_n_per_m"
+        said = "contact_force: is over the stiffness, and left out: give [rig] stiffness_n_per_m"
         return recording.changed(channels=others), [said]
     force = Channel("contact_force", stiffness * simulated.values, simulated.sensor)
     return recording.changed(channels=(*others, force)), []

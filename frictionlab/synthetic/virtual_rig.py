@@ -169,7 +169,7 @@ def _check_test(test: SyntheticTest, place: str) -> None:
             "a base that is no plain sine": not test.base.is_plain,
         }
         for what in (what for what, is_asked in asked.items() if is_asked):
-            raise SceneError(f"{place}: a frame with [[rig.masses]] or [[rig.contacts]]: leave out {what}")
+            raise SceneError(f"{place}: a frame with [[rig.masses]] or [[rig.contacts]]; got {what}: leave it out")
         return
     place = f"{place}.{'law' if group.law else 'parameters'}" if group.law or group.parameters else "model.law"
     try:
