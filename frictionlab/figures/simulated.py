@@ -13,7 +13,7 @@ from frictionlab.simulator import simulate as run_from_rest
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
-    from frictionlab.simulator import Motion, SteadyState, Structure
+    from frictionlab.simulator import Base, Motion, SteadyState
 
 SAMPLES = 2000  # per cycle: smooth in print
 MOST_CYCLES = 200  # from rest, the last ones
@@ -22,46 +22,27 @@ PHASE, OVER = "phase of the drive τ/π", "displacement over Y"
 
 
 def motion_figure(state: "SteadyState") -> Figure:
-    """Displacement over two periods, or over all cycles from rest; the hysteresis loop, and the contact's force.
+    """Displacements over two periods, or over all cycles from rest; the hysteresis loop, and each contact's force.
 
-    Of several masses or contacts: all displacements, and each contact's force over its displacement.
+    That of a single contact is drawn over its speed too.
     """
-    if state.structure is not None:
-        return _structure_figure(state, state.structure)
+    contacts = 1 if state.structure is None else len(state.structure.contacts)
     with drawing(5.0, state.verdict, state.warnings) as figure:
-        grid = figure.add_gridspec(2, 4)
-        draw_motion(state, figure.add_subplot(grid[0, :3]))
-        tau, x, _ = _sampled(state)
-        loop = figure.add_subplot(grid[0, 3], xlabel="mass x/Y", ylabel="base y/Y")
-        loop.plot(x, state.problem.base.at(tau), color=PREDICTED)
-        draw_contact_force(state, figure.add_subplot(grid[1, :2]))
-        draw_contact_force(state, figure.add_subplot(grid[1, 2:]), over_speed=True)
-    return figure
-
-
-def _structure_figure(state: "SteadyState", structure: "Structure") -> Figure:
-    """Displacements of base and masses over the period, and each contact's force over its displacement."""
-    motion = state.orbit
-    if motion is None:
-        raise UsageError(f"plot: there is no motion to draw (outcome {state.outcome})")
-    tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1))
-    base, (q, _, force) = structure.base.at(tau), motion.all_at(tau)
-    with drawing(5.0, state.verdict, state.warnings) as figure:
-        grid = figure.add_gridspec(2, max(1, len(structure.contacts)))
-        lines = {"base y/Y": base, **{f"mass {n + 1} x/Y": q[:, n] for n in range(structure.masses)}}
-        above = figure.add_subplot(grid[0, :])
-        over_time(above, tau / np.pi, lines, shades(structure.masses), xlabel=PHASE, ylabel=OVER)
-        for number, contact in enumerate(structure.contacts):
-            against = f"mass {contact.against}" if isinstance(contact.against, int) else f"the {contact.against}"
-            place = q @ structure.row(contact) - (base if contact.against == "base" else 0.0)
-            below = figure.add_subplot(grid[1, number], title=f"mass {contact.mass} against {against}")
-            below.plot(place, force[:, number], color=PREDICTED)
-            below.set(xlabel="relative displacement over Y", ylabel="contact's force over k₁Y")
+        grid = figure.add_gridspec(2, 4 * max(1, contacts))
+        draw_motion(state, figure.add_subplot(grid[0, : -max(1, contacts)]))
+        tau, q, _, _ = _sampled(state)
+        loop = figure.add_subplot(grid[0, -max(1, contacts) :], xlabel="mass x/Y", ylabel="base y/Y")
+        loop.plot(q[:, 0], _base_of(state).at(tau), color=PREDICTED)
+        panels = [(0, False), (0, True)] if contacts == 1 else [(number, False) for number in range(contacts)]
+        width = 4 * contacts // max(1, len(panels))
+        for place, (number, over_speed) in enumerate(panels):
+            ax = figure.add_subplot(grid[1, width * place : width * (place + 1)])
+            draw_contact_force(state, ax, number, over_speed=over_speed)
     return figure
 
 
 def draw_motion(state: "SteadyState", ax: Axes) -> Axes:
-    """Displacement of mass and base over two periods, or over all cycles from rest; stops are shaded."""
+    """Displacements of masses and base over two periods, or over all cycles from rest; stops of one mass are shaded."""
     motion = _orbit(state)
     period, tau = motion.end - motion.start, np.linspace(motion.start, motion.end, _samples(state))
     begins = [-period, 0.0, period]  # a stop may have begun in the period before
@@ -72,19 +53,27 @@ def draw_motion(state: "SteadyState", ax: Axes) -> Axes:
         motion = run_from_rest(state.problem, cycles=round(motion.end / TURN), keep=cycles)
         tau, begins = np.linspace(motion.start, motion.end, cycles * (_samples(state) - 1) + 1), [0.0]
     stops = [((a + begin) / np.pi, (b + begin) / np.pi) for begin in begins for a, b in motion.stops]
-    lines = {"base y/Y": state.problem.base.at(tau), "mass x/Y": motion.at(tau)[0]}
-    shaded = stops if len(stops) <= MOST_STOPS else ()
-    return over_time(ax, tau / np.pi, lines, (PREDICTED,), stops=shaded, xlabel=PHASE, ylabel=OVER)
+    masses = motion.all_at(tau)[0].T
+    names = ["mass x/Y"] if len(masses) == 1 else [f"mass {number} x/Y" for number in range(1, len(masses) + 1)]
+    lines = {"base y/Y": _base_of(state).at(tau), **dict(zip(names, masses, strict=True))}
+    shaded = stops if len(masses) == 1 and len(stops) <= MOST_STOPS else ()
+    colors = (PREDICTED,) if len(masses) == 1 else shades(len(masses))
+    return over_time(ax, tau / np.pi, lines, colors, stops=shaded, xlabel=PHASE, ylabel=OVER)
 
 
-def draw_contact_force(state: "SteadyState", ax: Axes, color: str = PREDICTED, *, over_speed: bool = False) -> Axes:
-    """Draw the contact's force over the mass's displacement, or its speed, over one period."""
-    tau, x, v = _sampled(state)
-    if state.problem.wall == "base":
-        x, v = x - state.problem.base.at(tau), v - state.problem.base.rate_at(tau)
-    ax.plot(v if over_speed else x, _orbit(state).force(tau), color=color)
-    way = "speed relative to the wall over ωY" if over_speed else "mass relative to the wall z/Y"
-    ax.set(xlabel=way, ylabel="contact's force over kY")
+def draw_contact_force(state: "SteadyState", ax: Axes, number: int = 0, *, over_speed: bool = False) -> Axes:
+    """Draw the force of a contact (from 0) over its displacement, or its speed, over one period."""
+    tau, q, v, force = _sampled(state)
+    way, follows = (v if over_speed else q)[:, 0], state.structure is None and state.problem.wall == "base"
+    if state.structure is not None:
+        contact = state.structure.contacts[number]
+        way, follows = (v if over_speed else q) @ state.structure.row(contact), contact.against == "base"
+        ax.set_title(f"mass {contact.mass} against {'mass ' * isinstance(contact.against, int)}{contact.against}")
+    if follows:
+        way = way - (_base_of(state).rate_at(tau) if over_speed else _base_of(state).at(tau))
+    ax.plot(way, force[:, number] if force.shape[1] else 0.0 * tau, color=PREDICTED)
+    ax.set_xlabel("contact's speed over ωY" if over_speed else "contact's displacement over Y")
+    ax.set_ylabel("contact's force over kY")
     return ax
 
 
@@ -94,15 +83,19 @@ def _orbit(state: "SteadyState") -> "Motion":
     return state.orbit
 
 
+def _base_of(state: "SteadyState") -> "Base":
+    return (state.structure or state.problem).base
+
+
 def _samples(state: "SteadyState") -> int:
     return SAMPLES * (state.period_cycles or 1) + 1
 
 
-def _sampled(state: "SteadyState") -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Phase, displacement and speed of the mass over a period, or the last cycle."""
+def _sampled(state: "SteadyState") -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Phase, displacements and speeds of the masses and forces of the contacts over a period, or the last cycle."""
     motion = _orbit(state)
     tau = np.linspace(motion.start, motion.end, _samples(state))
-    return (tau, *motion.at(tau))
+    return (tau, *motion.all_at(tau))
 
 
 def response_figure(answer: "RecordResponse") -> Figure:
