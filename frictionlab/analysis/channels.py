@@ -95,13 +95,7 @@ def cut_away(cycle: FloatArray, drive: float, channel: SensorChannel, *, frictio
 
 
 def check_drive(drive: float, channels: tuple[SensorChannel, SensorChannel]) -> None:
-    """Refuse a channel, of mass or base, whose filter leaves too little of the drive (Hz).
-
-    Raises
-    ------
-    AnalysisError
-        Less than `LEAST_GAIN` is left.
-    """
+    """Refuse (`AnalysisError`) a channel, of mass or base, whose filter leaves too little of the drive (Hz)."""
     for role, channel in zip(("mass", "base"), channels, strict=True):
         cutoff = channel.cutoff or math.inf
         left = float(np.abs(low_pass(np.array([drive]), cutoff, channel.order))[0])
@@ -189,12 +183,8 @@ def _transfer(f: FloatArray, highpass_hz: float, times: int) -> FloatArray:
 def displacement(measured: Mapping[str, FloatArray], place: str, step: float) -> tuple[FloatArray, list[str], int]:
     """Displacement (n,) of ``mass`` or ``base``, measured or integrated, from channels (n,) by their names, SI units.
 
-    With it what to say of it, and how many samples at either end are doubtful.
-
-    Raises
-    ------
-    AnalysisError
-        Neither displacement, velocity nor acceleration was measured.
+    With it what to say of it, and how many samples at either end are doubtful. `AnalysisError`: Neither displacement,
+    velocity nor acceleration was measured.
     """
     known = f"{place}_displacement"
     rates = {known: 0, f"{place}_velocity": 1, f"{place}_acceleration": 2}

@@ -132,11 +132,7 @@ def lay_out(
     """Find the drive in the longest stretch of steady motion and lay all cycles of all stretches under each other.
 
     ``padding``: length of the FFT that finds the drive over that of the stretch; the rest: `cycles.points_per_cycle`.
-
-    Raises
-    ------
-    AnalysisError
-        No drive; no full cycle of it, or fewer than six samples of one.
+    `AnalysisError`: No drive; no full cycle of it, or fewer than six samples of one.
     """
     at = max(range(len(stretches)), key=lambda i: len(stretches[i].base))
     stretches, cuts, foreign, spectra = _cleaned(stretches, at, padding)

@@ -232,12 +232,7 @@ def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scen
 def used_cycles(end_time: FloatArray, rule: str) -> slice:
     """Which cycles a rule uses (``last``, ``all``, ``window:S``), by each cycle's start and the last end (n + 1,).
 
-    Raises
-    ------
-    UsageError
-        There is no such rule.
-    AnalysisError
-        The window is shorter than a cycle.
+    `UsageError`: There is no such rule. `AnalysisError`: The window is shorter than a cycle.
     """
     n = len(end_time) - 1
     try:

@@ -72,12 +72,7 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
     Stamps within 2 % of a step of an even clock count as even, and so do stamps that are merely written coarsely (few
     different steps, none missing). Anything else is interpolated by a cubic spline (a straight line takes 1 to 4 % of a
     motion of 10 samples a cycle, the spline less than 0.1 %), across missing samples by a straight line. Of stamps that
-    nearly coincide the first counts.
-
-    Raises
-    ------
-    AnalysisError
-        The stamps jump so far that even steps would fill the memory.
+    nearly coincide the first counts. `AnalysisError`: The stamps jump so far that even steps would fill the memory.
     """
     off = stray(time, step)
     if off < EVEN or (off < 1.0 and len(np.unique(np.rint(np.diff(time) / (1e-3 * step)))) <= 4):

@@ -31,13 +31,8 @@ KNOWN = {**ROTATIONS, "mass_displacement": 0, "mass_velocity": 1}  # by how ofte
 def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them.
 
-    A part that holds no measurement is left out where another holds one, and said.
-
-    Raises
-    ------
-    AnalysisError
-        No part holds one: no motion is measured; stamps jump; a contact that turns does so at several speeds, or less
-        than two revolutions.
+    A part that holds no measurement is left out where another holds one, and said. `AnalysisError`: No part holds one:
+    no motion is measured; stamps jump; a contact that turns does so at several speeds, or less than two revolutions.
     """
     step, parts, strays = 1.0 / recording.sampling_rate_hz, list[signals.Stretch](), 0.0
     refused = list[tuple[float, float, AnalysisError]]()
@@ -143,11 +138,8 @@ def given_motion(
 
     ``measured``: channels (n,) by their names, SI units, one sample every ``step`` s; ``radius`` m: makes a way of an
     angle and a force of a torque. Last: what is to be said, doubtful samples at either end, whether it slides one way.
-
-    Raises
-    ------
-    AnalysisError
-        No motion is measured and the force shows none; it turns at several speeds, or less than two revolutions.
+    `AnalysisError`: No motion is measured and the force shows none; it turns at several speeds, or less than two
+    revolutions.
     """
     fold = folded(measured, step)
     if fold is None:
@@ -169,11 +161,7 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
     Returned are the motion (n,) in m or rad, the channels with it, and what is to be said of it. A record of forces
     alone is taken as an even motion, where the force has one sign. A way that goes to and fro without repeating, or at
     several speeds, is laid out evenly over the way: energy and friction of its tenths are what they are.
-
-    Raises
-    ------
-    AnalysisError
-        It turns at several speeds, or less than two revolutions.
+    `AnalysisError`: It turns at several speeds, or less than two revolutions.
     """
     laid = _way(measured, step)
     if laid is None:

@@ -181,20 +181,15 @@ def truth(test: SyntheticTest) -> dict[str, object]:
 
 
 def _steady_truth(test: SyntheticTest) -> dict[str, object]:
-    keys = ("outcome", ENERGY, AMPLITUDE, STOPS, "stuck_fraction", REGIME)
     state = steady_state(test.frame or test.problem())
-    if test.frame is None:
-        first = {"outcome": state.outcome, ENERGY: state.energy_per_cycle}
-        return first | {"energy_dissipated_per_cycle": state.energy_taken} | {key: value_of(state, key) for key in keys}
-    row = state.row()
-    return {key: row[key] for key in keys} | {
-        "energy_dissipated_per_cycle": state.energy_taken,
-        "response_amplitudes": row["response_amplitudes"],
-        "contacts": row["contacts"],
-        "natural_frequencies_hz": [
-            test.natural_frequency_hz * float(ratio) for ratio in test.frame.natural_frequencies
-        ],
-    }
+    keys = ("outcome", ENERGY, AMPLITUDE, STOPS, "stuck_fraction", REGIME)
+    known: dict[str, object] = {"outcome": state.outcome, ENERGY: state.energy_per_cycle}
+    known |= {"energy_dissipated_per_cycle": state.energy_taken} | {key: value_of(state, key) for key in keys}
+    if test.frame is not None:
+        ratios = test.frame.natural_frequencies
+        known |= {key: state.row()[key] for key in ("response_amplitudes", "contacts")}
+        known["natural_frequencies_hz"] = [test.natural_frequency_hz * float(ratio) for ratio in ratios]
+    return known
 
 
 def _twelve_digits(value: object) -> object:

@@ -124,25 +124,22 @@ def cycle_friction_ratios(test: SyntheticTest, scene: Scene) -> FloatArray:
 
 def motion(test: SyntheticTest, time: FloatArray, scene: Scene) -> FloatArray:
     """Displacement of the mass (m) at the given times (s), before any sensor; (n, masses) of a frame of several."""
-    tau, from_rest = 2 * math.pi * test.drive_frequency_hz * time, scene.synthetic.start != "steady"
-    x, v, cycles = 0.0, 0.0, test.cycles
-    none = f"synthetic.tests: {test.log}: start = 'steady' needs a steady state; got "
-    if test.frame is not None:
-        if from_rest:
-            return np.asarray(test.base_amplitude_m * simulate(test.frame, cycles=cycles).all_at(tau)[0])
-        settled = steady_state(test.frame)
-        if settled.orbit is None:
-            raise SceneError(f"{none}{settled.outcome}")
-        return np.asarray(test.base_amplitude_m * settled.orbit.all_at(tau)[0])
-    if from_rest and test.is_plain_coulomb:
-        return np.asarray(test.base_amplitude_m * simulate(test.problem(), cycles=cycles).at(tau)[0])
-    if not from_rest:
-        state = steady_state(test.problem())
-        if state.orbit is None or state.period_cycles is None:
-            raise SceneError(f"{none}{state.outcome}")
-        if test.is_plain_coulomb:
-            return np.asarray(test.base_amplitude_m * state.orbit.at(np.mod(tau, 2 * math.pi * state.period_cycles))[0])
-        x, v = (float(part[0]) for part in state.orbit.at(np.zeros(1)))
+    tau, x, v = 2 * math.pi * test.drive_frequency_hz * time, 0.0, 0.0
+    what, run = test.frame or test.problem(), None
+    if scene.synthetic.start == "steady":
+        settled = steady_state(what)
+        run, period = settled.orbit, settled.period_cycles
+        if run is None or period is None:
+            raise SceneError(
+                f"synthetic.tests: {test.log}: start = 'steady' needs a steady state; got {settled.outcome}"
+            )
+        tau = np.mod(tau, 2 * math.pi * period) if test.is_plain_coulomb else tau
+        x, v = (float(part[0, 0]) for part in run.all_at(np.zeros(1))[:2])
+    elif test.is_plain_coulomb:
+        run = simulate(what, cycles=test.cycles)
+    if run is not None and test.is_plain_coulomb:
+        moved = run.all_at(tau)[0]
+        return np.asarray(test.base_amplitude_m * (moved if test.frame is not None else moved[:, 0]))
     displacement = np.empty_like(time)
     for cycle, beta in enumerate(cycle_friction_ratios(test, scene)):
         trajectory = simulate(test.problem(float(beta)), cycles=1, x0=x, v0=v)
