@@ -269,7 +269,7 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
     if len(swings) <= 2 * LEAST_SWINGS and not long:
         why = f"expected at least {LEAST_SWINGS} half-cycles above the noise; got {max(0, len(swings) - 1)}"
     elif float(np.median(swings[-quarter:])) > 1.3 * float(np.median(swings[:quarter])):
-        why = "the motion grows, which is negative damping or a drive, not a free decay"
+        why = "the motion grows as under a drive or negative damping, no free decay"
     else:
         part = f"{share:.0%} of {len(swings)} half-cycles belong to a decay"
         why = f"this is a driven motion, not a free decay ({part}): hold the base at rest"

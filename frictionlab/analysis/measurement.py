@@ -243,9 +243,8 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
     if window is not None:
         first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
     if first >= n:
-        raise AnalysisError(
-            f"cycles: window of {window:g} s: expected a cycle, {end_time[-1] - end_time[-2]:g} s: widen it"
-        )
+        length = end_time[-1] - end_time[-2]
+        raise AnalysisError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
     return slice(first, n)
 
 

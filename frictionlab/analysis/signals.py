@@ -80,8 +80,12 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
     count, most = float(time[-1] - time[0]) / step, max(1e6, 20.0 * len(time))
     if count > most:
         at = int(np.argmax(np.diff(time)))
-        jump = f"the stamps jump from {time[at]:.6g} to {time[at + 1]:.6g} s: expected at most {most:.3g} samples"
-        raise AnalysisError(f"{jump}; got {count:.3g}: ingest the log again, which flags the jump, or cut it there")
+        jump = (
+            f"the stamps jump from {time[at]:.6g} to {time[at + 1]:.6g} s, unflagged: {len(time)} samples would become"
+        )
+        raise AnalysisError(
+            f"{jump} {count:.3g}, over {most:.3g}: ingest the log again, which flags it, or cut it there"
+        )
     even, passed = np.arange(time[0], time[-1] + 1e-9 * step, step), time - time[0]
     strays = float(np.max(np.abs(passed - step * np.rint(passed / step)))) / step
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - half a second that only stray stamps need
