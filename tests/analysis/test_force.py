@@ -139,8 +139,7 @@ def test_a_filter_that_is_declared_is_taken_back_from_a_velocity_too() -> None:
     exact, names = channels_of(0.3, 0.25), ("mass_displacement", "base_displacement", "mass_velocity")
     gain = low_pass(np.fft.rfftfreq(len(exact["time"]), 0.002).astype(np.float64), 15.0, 1)
     seen = exact | {name: np.fft.irfft(np.fft.rfft(exact[name]) * gain, len(exact["time"])) for name in names}
-    both = ((exact, {}), (seen, {"filter_hz": 15.0}))
-    tests = [measure(recording(channels, *names), scene(**sensors)) for channels, sensors in both]
+    tests = [measure(recording(c, *names), scene(**s)) for c, s in ((exact, {}), (seen, {"filter_hz": 15.0}))]
     early, late = (m.layout.seconds(m.found.mean(axis=0) / (2 * math.pi)) for m in tests)
     np.testing.assert_allclose(late, early, atol=6e-3)
 
