@@ -131,8 +131,10 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
         title=f"Friction of {', '.join(campaign.materials) or 'no material'}",
         script=script,
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-        lead=_lead(campaign),
-        answers=[_answer(campaign, material, tables) for material in campaign.materials],
+        campaign=campaign,
+        tables=tables,
+        with_se=with_se,
+        short_name=short_name,
         doubts=_doubts(campaign),
         first=[plate for plate in plates if plate is first],
         plates=[plate for plate in plates if plate is not first],
@@ -146,57 +148,10 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
             if tables[f"{name}.csv"]
         ],
         tests=_tests(campaign),
-        materials=campaign.materials,
-        failures=[(short_name(trial.source), trial.reason) for trial in campaign.failures],
         warnings=_warnings(campaign),
-        notes=campaign.notes,
         assumed=scene.partition("[synthetic]")[0].strip(),
         versions=", ".join(f"{name} {number}" for name, number in packages.items()),
     )
-
-
-def _lead(campaign: Campaign) -> str:
-    """What was tested, in one sentence."""
-    measured = [trial for trial in campaign.trials if not trial.failed]
-    long = sum(trial.is_long for trial in measured)
-    forces = sorted({trial.normal_force_n for trial in measured if trial.normal_force_n})
-    ratios = sorted(trial.r for trial in measured)
-    parts = [f"{len(measured)} of {len(campaign.trials)} tests measured"]
-    if forces:
-        parts.append(f"normal force {_range(forces)} N")
-    if ratios:
-        parts.append(f"frequency ratio {_range(ratios)}")
-    if long:
-        parts.append(f"{long} long tests")
-    return "; ".join(parts) + "."
-
-
-def _range(values: Sequence[float]) -> str:
-    low, high = values[0], values[-1]
-    return f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g}"
-
-
-def _answer(campaign: Campaign, material: str, tables: Mapping[str, Sequence[Row]]) -> tuple[str, str, list[str]]:
-    """What a campaign says of one material: its name, the coefficient, else the friction ratios; and sentences."""
-    own = {name: [row for row in rows if row.get("material") == material] for name, rows in tables.items()}
-    test = next((test for test in campaign.amontons if test.material == material), None)
-    ratios = [with_se(row["friction_ratio"], row.get("friction_ratio_u")) for row in own["friction.csv"]]
-    headline = f"friction ratio {', '.join(ratios)}" if ratios else "friction not known"
-    if test is not None and test.coefficient is not None:
-        headline = f"coefficient of friction {with_se(test.coefficient, test.coefficient_se)}"
-    required = [str(row["law"]) for row in own["laws.csv"] if row.get("required")]
-    said = [f"Contact law: {required[0]}." if required else f"Predicted with: {campaign.model.words}."]
-    for row in own["parameters.csv"]:
-        if row.get("is_told"):
-            physical = row.get("physical_value") is not None
-            value = with_se(row["physical_value"], row.get("physical_value_u")) if physical else with_se(row["value"])
-            unit = f" {row['unit']}" if physical and row.get("unit") else ""
-            name = str(row["parameter"]).removesuffix("_ratio") if unit else str(row["parameter"])
-            said.append(f"{name.replace('_', ' ')}: {value}{unit}.")
-    if test is not None:
-        of_amontons = test.verdict.removeprefix(f"{material}: ")
-        said.append(f"{of_amontons[:1].upper()}{of_amontons[1:]}")
-    return material, headline, said
 
 
 def _doubts(campaign: Campaign) -> list[str]:
