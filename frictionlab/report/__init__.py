@@ -29,29 +29,12 @@ from frictionlab.tables.texts import GRAVE, kinds_of, with_error
 
 PACKAGES = ("numpy", "scipy", "pandas", "matplotlib", "h5py", "numba", "pydantic")
 MOST_DOUBTS = 6  # on the first screen; all warnings stand further down
-COLUMNS: Mapping[str, Sequence[str]] = {
-    "friction": (
-        "material", "normal_force_n", "tests", "tests_used", "friction_ratio", "friction_force_n",
-        "friction_coefficient", "friction_coefficient_scatter", "law", "note",
-    ),
-    "laws": ("material", "law", "tests", "required", "gain", "response_nrmse"),
-    "parameters": ("material", "law", "parameter", "value", "scatter", "physical_value", "unit", "is_told"),
-    "drift": (
-        "source", "material", "normal_force_n", "frequency_ratio", "duration_s", "slope_per_hour",
-        "relative_slope_per_hour", "friction_slope_per_hour", "verdict", "note",
-    ),
-    "ranking": ("rank", "material", "value", "tied_with"),
-    "tests": (
-        "material", "normal_force_n", "frequency_ratio", schema.ENERGY, f"{schema.ENERGY}_j",
-        "response_amplitude", "stops_per_cycle", "regime", "test_friction_ratio", "energy_residual", "test_misfit",
-    ),
-}  # fmt: skip
-TABLES = (
-    ("Friction", "friction", schema.FRICTION),
-    ("Contact laws", "laws", schema.MATERIAL_LAWS),
-    ("Parameters of the laws", "parameters", schema.LAW_PARAMETERS),
-    ("Long tests", "drift", schema.DRIFTS),
-)
+TABLES = {
+    "Friction": ("friction.csv", schema.FRICTION),
+    "Contact laws": ("laws.csv", schema.MATERIAL_LAWS),
+    "Parameters of the laws": ("parameters.csv", schema.LAW_PARAMETERS),
+    "Long tests": ("drift.csv", schema.DRIFTS),
+}
 UNKNOWN = "\N{EN DASH}"
 LONG = 24  # letters of a cell that the screen may cut: the whole text stands in its title
 
@@ -80,12 +63,12 @@ def with_se(value: object, error: object = None) -> str:
     return with_error(value, error).replace(" ", "\N{NO-BREAK SPACE}") if known else UNKNOWN
 
 
-def listing(table: schema.Table, rows: Iterable[Row], names: Sequence[str]) -> Listing:
-    """Some columns of a table; a number stands with its combined uncertainty, else its standard error, in one cell.
+def listing(table: schema.Table, listed: Sequence[Row], without: Sequence[str] = ()) -> Listing:
+    """What is shown of a table; a number stands with its combined uncertainty, else its standard error, in one cell.
 
     Columns that no row knows are left out.
     """
-    listed = list(rows)
+    names = [name for name in table.shown if name not in without]
     known = [name for name in names if any(row.get(name) not in (None, "") for row in listed)]
     columns = [column for name in known if (column := table.column(name)) is not None]
     heads = [Cell(column.head, title=column.sentence, is_number=column.type.is_number) for column in columns]
@@ -142,11 +125,7 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
         overview=_overview(campaign),
         at_lag=at_lag(campaign),
         rankings=list(_rankings(campaign, tables["ranking.csv"])),
-        grids=[
-            (title, listing(table, tables[f"{name}.csv"], COLUMNS[name]))
-            for title, name, table in TABLES
-            if tables[f"{name}.csv"]
-        ],
+        grids=[(title, listing(kind, tables[name])) for title, (name, kind) in TABLES.items() if tables[name]],
         tests=_tests(campaign),
         warnings=_warnings(campaign),
         assumed=scene.partition("[synthetic]")[0].strip(),
@@ -197,18 +176,15 @@ def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, st
     for criterion in CRITERIA:
         own = [row for row in rows if row["criterion"] == criterion]
         if any(row["rank"] is not None for row in own):
-            yield (
-                f"By {criterion}: {own[0]['unit']}",
-                str(own[0]["evidence"]),
-                listing(schema.RANKING, own, COLUMNS["ranking"]),
-            )
+            table = listing(schema.RANKING, own, ["criterion"])
+            yield f"By {criterion}: {own[0]['unit']}", str(own[0]["evidence"]), table
 
 
 def _tests(campaign: Campaign) -> Listing:
     """All tests, failed ones too, one line each: name, status, what was measured, remark."""
     rows = [{**row, f"{schema.ENERGY}_j_u": _joules_u(row)} for row in campaign.tables["measurements.csv"]]
     doubled = schema.ENERGY if any(row.get(f"{schema.ENERGY}_j") for row in rows) else f"{schema.ENERGY}_j"
-    known = listing(schema.TESTS, rows, [name for name in COLUMNS["tests"] if name != doubled])
+    known = listing(schema.TESTS, rows, ["source", doubled])
     cells = []
     for place, (trial, row, own) in enumerate(zip(campaign.trials, rows, known.rows, strict=True), 1):
         remark = str(row.get("reason") or row.get("left_out_of_fit") or "")

@@ -4,7 +4,7 @@ import contextlib
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,10 +29,8 @@ LATEST = 0.7  # share of a record after which nothing is said to have settled
 TOKEN = re.compile(r"([A-Za-z]*?)(\d+(?:[.,]\d+)?)([A-Za-z]*)")
 PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
-HEAD = """\
-# A scene for frictionlab, written by `frictionlab init`: what is known of the rig and of its tests.
-# A key that is off (#) is not known; `frictionlab init --all` writes every key there is, each with its sentence.
-"""
+TEN_KEYS = Path(__file__).with_name("init.toml.jinja")
+ASKED = ("natural_frequency_hz", "mass_kg", "stiffness_n_per_m", "damping_ratio", "material", "normal_force_n")
 
 
 @dataclass(frozen=True)
@@ -195,49 +193,21 @@ def init(
     OutputError
         It cannot be written.
     """
+    from jinja2 import Template
+
+    from frictionlab.analysis.free_vibration import scene_snippet
+
     path = Path(folder) / SCENE_NAME
     if path.exists() and not force:
         raise UsageError(f"{path}: exists: fill it in, or give --force to replace it")
     make_folder(path.parent)
-    lines = [] if everything else _lines(look(folder) if found is None else found, facts)
-    text = template() if everything else HEAD + "".join(f"{line}\n" for line in lines)
+    if everything:
+        text = template()
+    else:
+        found = look(folder) if found is None else found
+        of_taps = scene_snippet(found.frame).splitlines()[1:] if found.frame else []
+        known = dict.fromkeys(ASKED) | facts
+        page = Template(TEN_KEYS.read_text(encoding="utf-8"), trim_blocks=True, keep_trailing_newline=True)
+        text = page.render(found=found, facts=known, of_taps=of_taps, toml=value_text)
     write_whole(path, text.encode())
     return path
-
-
-def _lines(found: Found, facts: Mapping[str, object]) -> Iterator[str]:
-    """A scene of ten keys: those that are known on, the others off."""
-    from frictionlab.analysis.free_vibration import scene_snippet
-
-    yield "\n[rig]"
-    if found.is_tribometer:
-        yield 'kind = "prescribed"  # no log has a base: the motion is given, as on a tribometer'
-    _, *of_taps = scene_snippet(found.frame).splitlines() if found.frame else [""]
-    if of_taps:
-        yield from (f"# from {', '.join(tap.name for tap in found.taps)}:", *of_taps)
-    elif not found.is_tribometer:
-        yield _key("natural_frequency_hz", facts, "needed: a tap of the frame gives it (frictionlab free-vibration)")
-    if not found.is_tribometer:
-        yield _key("mass_kg", facts, "this or the stiffness gives newtons and joules")
-        yield _key("stiffness_n_per_m", facts, "in place of the mass")
-    if not (of_taps or found.is_tribometer):
-        frame = "of the frame; from a dashpot of c N s/m: c / (2 sqrt(k m)); taps give it"
-        yield _key("damping_ratio", facts, frame)
-    yield "\n[experiment]"
-    yield _key("name_pattern", {"name_pattern": found.name_pattern}, "what the names of the logs say")
-    yield _key("sheet", {"sheet": found.sheet}, "a CSV beside this file, with a `log` column")
-    if found.taps:
-        yield f"taps = {value_text([tap.name for tap in found.taps])}"
-    yield _key("material", facts, "of all tests, where names or sheet do not say it")
-    yield _key("normal_force_n", facts, "of all tests, where names or sheet do not say it")
-    yield "\n[analysis]"
-    settled = max(found.settled_s.values(), default=None)
-    last = "" if settled is None else f"; the last of the tests looked at settles after {settled:.3g} s"
-    yield f"# transient_s =  # cut from the beginning; by default found in each log{last}"
-    yield "\n[sensors]"
-    yield "# lag_s_u =  # how well the two channels keep the same time; by default half a sampling interval"
-
-
-def _key(name: str, facts: Mapping[str, object], words: str) -> str:
-    value = facts.get(name)
-    return f"# {name} =  # {words}" if value is None else f"{name} = {value_text(value)}"
