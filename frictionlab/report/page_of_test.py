@@ -26,20 +26,6 @@ from frictionlab.simulator import Problem
 from frictionlab.tables import Row
 
 CYCLES = 8  # of the time response, the last ones
-COMPARED = {
-    "friction_ratio": "friction ratio of this test alone (compare-numeric)",
-    "law": "law (compare-numeric)",
-    "verdict": "verdict",
-    "model": "model",
-    "response_nrmse": "nrmse of the cycle",
-    "misfit": "misfit over noise",
-}
-NO_RECORDING = "The recording is not at hand, so nothing is drawn: numbers alone."
-FORCE = (
-    "Force of the contact recovered from the mean cycle by the equation of motion: no law assumed. Above 25 harmonics"
-    " it fades out, so corners are rounded."
-)
-AS_FITTED = " Lag, frequency and damping are those that the fit of its material's tests gives."
 
 
 @dataclass(frozen=True)
@@ -112,14 +98,12 @@ def sheet_page(sheet: PageOfTest, *, back: str | None = None) -> str:
         base=base.scaled(1e3),
         means=means,
         joules=means[0].scaled(1e3 * joules) if joules else None,
-        compared={words: value for key, words in COMPARED.items() if (value := (sheet.comparison or {}).get(key))},
-        charts=[(title, svg, words) for title, svg, words in _charts(sheet) if svg],
-        silent=NO_RECORDING if sheet.measurement is None and not sheet.trial.failed else "",
+        charts=[(title, svg) for title, svg in _charts(sheet) if svg],
     )
 
 
-def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str, str]]:
-    """Title, chart and caption."""
+def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
+    """Titles, by which the template has captions, and charts."""
     measured, recording, stiffness = sheet.measurement, sheet.recording, sheet.scene.rig.stiffness
     if measured is None:
         return
@@ -133,32 +117,22 @@ def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str, str]]:
             ChartLine(time, values - np.nanmean(values), label, kind)
             for values, label, kind in ((base, "base", "other"), (mass, "mass", "measured"))
         ]
-        words = f"The last {CYCLES} cycles, about their means; grey: the base."
-        yield "Time response", chart(lines, "time [s]", "displacement [mm]"), words
-    yield (
-        "Loop",
-        chart([_loop(unit * cycle.mass, unit * cycle.base)], "mass displacement x [mm]", "base displacement y [mm]"),
-        "Its area is the energy per cycle over the stiffness.",
-    )
+        yield "Time response", chart(lines, "time [s]", "displacement [mm]")
+    x, y = "mass displacement x [mm]", "base displacement y [mm]"
+    yield "Loop", chart([_loop(unit * cycle.mass, unit * cycle.base)], x, y)
     if measured.frequency_ratio is not None:
         base = base_of(cycle, measured.base_amplitude_m_se / measured.base_amplitude_m)
         problem, late = sheet.fitted or (Problem(measured.frequency_ratio, 0.0, base=base), 0.0)
         newtons, name = (1.0, "k Y") if stiffness is None else (1e-3 * stiffness * unit, "N")
         force, label = newtons * contact_force(measured.cycle, problem, late), f"friction force [{name}]"
-        over_place, over_speed = unit * cycle.mass_smooth, 2.0 * np.pi * drive * unit * cycle.mass_velocity
-        words = FORCE if sheet.fitted is None else FORCE + AS_FITTED
-        yield "Force over displacement", chart([_loop(over_place, force)], "mass displacement x [mm]", label), words
-        yield (
-            "Force over speed",
-            chart([_loop(over_speed, force)], "mass speed [mm/s]", label),
-            "The same over the speed.",
-        )
+        yield "Force over displacement", chart([_loop(unit * cycle.mass_smooth, force)], x, label)
+        speed = 2.0 * np.pi * drive * unit * cycle.mass_velocity
+        yield "Force over speed", chart([_loop(speed, force)], "mass speed [mm/s]", label)
     cycles = [
         ChartLine(series.time[part], series.energy[part], label, kind, dots=True)
         for part, label, kind in ((~series.used, "not used", "other"), (series.used, "used", "measured"))
     ]
-    words = "Each full steady cycle; in colour those that the energy is the mean of."
-    yield "Cycles", chart(cycles, "time [s]", "energy per cycle [k Y²]"), words
+    yield "Cycles", chart(cycles, "time [s]", "energy per cycle [k Y²]")
 
 
 def _loop(x: FloatArray, y: FloatArray) -> ChartLine:
