@@ -121,7 +121,13 @@ def matched(pattern: str, name: str) -> dict[str, str] | None:
 def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
     """The facts in a log's row of a sheet; the row is found by the log's name, with or without its suffix."""
     where = f"experiment.sheet: {name}"
-    (_, keys), *rows = _rows_of(_sheet_text(folder, name), where)
+    text = _sheet_text(folder, name)
+    reader = csv.reader(io.StringIO(text), delimiter=max(",;\t", key=text.partition("\n")[0].count))
+    try:
+        every = [(number, [cell.strip() for cell in row]) for number, row in enumerate(reader, start=1)]
+    except csv.Error as error:
+        raise SceneError(f"{where}: line {reader.line_num}: {error}") from error
+    (_, keys), *rows = [(number, row) for number, row in every if any(row)] or [(1, [])]
     if "log" not in keys or len(set(keys)) < len(keys):
         raise SceneError(f"{where}: expected a `log` column and each column once; got {keys}")
     own: dict[int, dict[str, str]] = {}
@@ -160,17 +166,6 @@ def _sheet_text(folder: Path, name: str) -> str:
         raise SceneError(f"experiment.sheet: {name}: expected UTF-8 text; byte {error.start} is not") from error
     except OSError as error:
         raise SceneError(f"experiment.sheet: {name}: cannot be read ({error.strerror})") from error
-
-
-def _rows_of(text: str, where: str) -> list[tuple[int, list[str]]]:
-    """Number and cells of each row of a sheet, its head first; empty rows left out."""
-    separator = max(",;\t", key=text.partition("\n")[0].count)
-    reader = csv.reader(io.StringIO(text), delimiter=separator)
-    try:
-        rows = [(number, [cell.strip() for cell in row]) for number, row in enumerate(reader, start=1)]
-    except csv.Error as error:
-        raise SceneError(f"{where}: line {reader.line_num}: {error}") from error
-    return [(number, row) for number, row in rows if any(row)] or [(1, [])]
 
 
 def _number(text: str) -> float:

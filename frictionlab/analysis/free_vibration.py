@@ -65,11 +65,9 @@ class FreeVibration:
     def __repr__(self) -> str:
         frequency = Estimate(self.natural_frequency_hz, self.natural_frequency_hz_se)
         damping = Estimate(self.damping_ratio, self.damping_ratio_se)
-        friction = Estimate(self.friction_m, self.friction_m_se).scaled(1e6)
-        unit = "um" if self.unit == "m" else "urad"
+        friction = f"F/k {Estimate(self.friction_m, self.friction_m_se).scaled(1e6)} u{self.unit}"
         said = f", {len(self.warnings)} warnings" if self.warnings else ""
-        size, at = f"F/k {friction} {unit}", f"{self.start_s:.3g} s"
-        return f"<FreeVibration at {at}: {frequency} Hz, damping ratio {damping}, {size}{said}>"
+        return f"<FreeVibration at {self.start_s:.3g} s: {frequency} Hz, damping ratio {damping}, {friction}{said}>"
 
 
 def free_vibrations(

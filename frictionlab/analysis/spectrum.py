@@ -57,12 +57,7 @@ class Line:
 
 def hann(n: int) -> FloatArray:
     """Hann window of n points, symmetric about the middle and nowhere zero; its sum is n / 2."""
-    window = np.arange(0.5, n)
-    window *= 2.0 * math.pi / n
-    np.cos(window, out=window)
-    window *= -0.5
-    window += 0.5
-    return window
+    return np.asarray(0.5 - 0.5 * np.cos(2.0 * math.pi / n * np.arange(0.5, n)))
 
 
 def fast_length(least: int) -> int:
