@@ -24,18 +24,8 @@ from frictionlab.files import make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.schema import COMPARISONS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
-from frictionlab.verbs.inputs import (
-    EXPECTED_LOGS,
-    FAILED,
-    AnyScene,
-    FilePath,
-    files_of,
-    is_log_name,
-    logs_in,
-    names_of,
-    rows_of,
-    scene_given,
-)
+from frictionlab.verbs import inputs
+from frictionlab.verbs.inputs import FAILED, AnyScene, FilePath
 
 SETTINGS = ("analysis", "rig", "model")
 NOT_MEASURED_BY = {"synthetic", "plan"}  # tables of a scene that no result of a log depends on
@@ -74,7 +64,7 @@ class Batch:
 
     def each(self, *, workers: int | None = None, scheduler: str | None = None) -> Iterator[Row]:
         """Do what is due and yield the row of each such log as it is done, in order."""
-        rows = rows_of(self.due, self._make, workers=workers, scheduler=scheduler)
+        rows = inputs.rows_of(self.due, self._make, workers=workers, scheduler=scheduler)
         for log, row in zip(self.due, rows, strict=True):
             place = self.results(log)["measurement"]
             if not self.compares and row.get("status") == FAILED and not self._stamp_file(log).exists():
@@ -272,22 +262,22 @@ def batch(
     UsageError
         There is no log, or no such setting.
     """
-    scene = scene_given(scene, settings, SETTINGS)
+    scene = inputs.scene_given(scene, settings, SETTINGS)
     places = list(map(Path, [logs] if isinstance(logs, (str, PathLike)) else logs))
     others = [scene.folder / scene.experiment.sheet] if scene.experiment.sheet else []
     others += [tap for pattern in scene.experiment.taps for tap in scene.folder.glob(pattern)]
     beside = {os.path.realpath(path) for path in others}  # they stand among the logs and are none
-    found = tuple(log for log in files_of(places, logs_in) if os.path.realpath(log) not in beside)
-    strange = [place for place in places if not (place.exists() or is_log_name(place))]
+    found = tuple(log for log in inputs.files_of(places, inputs.logs_in) if os.path.realpath(log) not in beside)
+    strange = [place for place in places if not (place.exists() or inputs.is_log_name(place))]
     if strange:
-        raise UsageError(f"no logs in {strange[0]}: there is no such file or folder: {EXPECTED_LOGS}")
+        raise UsageError(f"no logs in {strange[0]}: there is no such file or folder: {inputs.EXPECTED_LOGS}")
     if not found:
-        raise UsageError(f"no logs in {', '.join(map(str, places))}: {EXPECTED_LOGS}")
+        raise UsageError(f"no logs in {', '.join(map(str, places))}: {inputs.EXPECTED_LOGS}")
     copies: dict[Path, Path] = {}
     if not compare:  # of copies the one that says most counts, and none is left out that says something else
         facts = {log: facts_of(scene, log).values.items() for log in found}
         alike = copies_among(sorted(found, key=lambda log: -len(facts[log])))
         copies = {copy: log for copy, log in alike.items() if facts[copy] <= facts[log]}
     found = tuple(log for log in found if log not in copies)
-    work = Batch(found, found, scene, Path(output), compare, law, names_of(found), copies)
+    work = Batch(found, found, scene, Path(output), compare, law, inputs.names_of(found), copies)
     return work if again else replace(work, due=tuple(log for log in found if not work.is_fresh(log)))
