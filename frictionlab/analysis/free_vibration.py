@@ -259,7 +259,8 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
             first = begin + int(np.argmax(swings[begin : end - 1])) + 1
             run = turnings[:, first : end - (end < turnings.shape[1])]
             long += [run] if run.shape[1] > LEAST_SWINGS else []
-    decays = tuple(run for run in long if _swings(run)[-1] <= 0.7 * _swings(run)[0])
+    # a short record sees little of its decay: 1 % a half-cycle (a damping ratio of 0.003) parts it from a drive
+    decays = tuple(run for run in long if _swings(run)[-1] <= max(0.7, 0.99 ** run.shape[1]) * _swings(run)[0])
     share = sum(run.shape[1] for run in decays) / max(1, len(swings))
     if decays and share >= 0.5:
         return decays

@@ -90,12 +90,13 @@ def test_a_coarse_clock_and_missing_samples_do_not_matter() -> None:
         (0.0 * T, r"at least 6 half-cycles above the noise; got [0-5]:"),
         (viscous(0.5), r"at least 6 half-cycles above the noise; got [0-5]:"),
         (3e-3 * np.sin(2 * math.pi * 2.35 * T), "a driven motion, not a free decay"),
+        (3e-3 * np.sin(OMEGA * T[:1250]), "a driven motion, not a free decay"),
         (1e-4 * np.exp(0.004 * OMEGA * T) * np.sin(OMEGA * T), r"the motion grows .* negative damping"),
     ],
 )
 def test_what_is_no_free_decay_is_refused_by_name(x: np.ndarray, words: str) -> None:
     with pytest.raises(AnalysisError, match=words):
-        free_vibrations(T, seen(x))
+        free_vibrations(clock(x), seen(x))
 
 
 def test_a_base_that_moves_is_a_drive_and_one_that_moves_a_little_is_said() -> None:
@@ -135,6 +136,13 @@ def test_hum_is_taken_out_under_a_clock_that_jitters() -> None:
     x = Decay(0.0, 5e-3, 0.0, OMEGA, 0.01, 0.0).at(t) + 20e-6 * np.sin(100 * math.pi * t)
     (tap,) = free_vibrations(t, x)
     assert tap.damping_ratio == pytest.approx(0.01, rel=1e-3)
+
+
+@pytest.mark.parametrize("length_s", [1.5, 2.0, 2.5])
+def test_a_short_record_of_a_decay_is_no_driven_motion(length_s: float) -> None:
+    t = T[: round(length_s * RATE)]
+    (tap,) = free_vibrations(t, seen(viscous(0.008)[: len(t)]), 0.0 * t)
+    assert tap.damping_ratio == pytest.approx(0.008, rel=0.05)
 
 
 def test_a_tap_with_a_bumped_base_is_left_out_and_the_others_stay() -> None:
