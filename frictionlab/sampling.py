@@ -33,9 +33,29 @@ def sampling_interval(time: FloatArray) -> float:
         count *= time - time[0]
         return float(count.sum()) * 12.0 / (n * (n * n - 1.0))
     count = np.zeros(n)
-    count[1:] = np.cumsum(np.where(steps > 0, np.maximum(np.rint(steps / guess), 1.0), 0.0))
-    breaks = clock_breaks(time, _pooled_slope(count, time, np.flatnonzero(steps > 1.5 * guess) + 1))
+    count[1:] = steps > 0
+    holes = holes_of(time, guess)
+    count[holes] = np.rint(steps[holes - 1] / guess)
+    count = np.cumsum(count)
+    breaks = clock_breaks(time, _pooled_slope(count, time, holes))
     return _pooled_slope(count, time, breaks)
+
+
+def holes_of(time: FloatArray, interval: float, resolution: float = 0.0) -> NDArray[np.intp]:
+    """Samples (m,) before which some are missing: one step is long, and the next eight stamps do not make it good.
+
+    Of stamps (n,) that jitter only one is late; ``interval``, ``resolution``: between samples and of the stamps [s].
+
+    Examples
+    --------
+    >>> holes_of(np.array([0, 1, 2, 2.8, 4.4, 5, 6, 7, 8, 9, 10, 11, 12, 15, 16.0]) * 0.002, 0.002).tolist()
+    [13]
+    """
+    n, at = len(time), np.flatnonzero(np.diff(time) > 1.5 * interval + resolution) + 1
+    late = np.cumsum(np.append(0.0, time - time[0] - interval * np.arange(n)))
+    begin, end = np.maximum(at - 8, 0), np.minimum(at + 8, n)
+    rise = (late[end] - late[at]) / (end - at) - (late[at] - late[begin]) / (at - begin)
+    return at[rise > 0.5 * interval]
 
 
 def clock_breaks(time: FloatArray, interval: float) -> NDArray[np.intp]:

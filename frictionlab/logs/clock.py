@@ -18,7 +18,7 @@ from frictionlab.log_options import LogOptions
 from frictionlab.logs.dialect import moment, plain
 from frictionlab.logs.table import LogTable
 from frictionlab.recording import LATEST_S, Fact, Quality
-from frictionlab.sampling import sampling_interval, step_range
+from frictionlab.sampling import holes_of, sampling_interval, step_range
 from frictionlab.units import TIME, to_si
 
 _MOST_STRAY = 0.05
@@ -124,18 +124,18 @@ def _flag_holes(base: Clock, bridge_s: float) -> None:
     repeated = steps == 0.0
     coarse = np.count_nonzero(repeated) > 0.1 * len(steps)
     resolution = float(steps[steps > 0.0].min()) if coarse else 0.0
-    holes = steps > 1.5 * base.interval + resolution
-    if holes.any():
-        long = holes & (steps > base.bridge)
-        base.quality[1:][holes] |= np.uint8(Quality.GAP_BEFORE)
-        base.quality[1:][long] |= np.uint8(Quality.NOT_BRIDGED)
-        base.missing = int(np.maximum(np.rint(steps[holes] / base.interval) - 1, 1).sum())
-        where = f"in {np.count_nonzero(holes)} places (flagged gap_before)"
-        base.warnings.append(f"{base.missing} samples are missing {where}")
+    holes = holes_of(base.time, base.interval, resolution)
+    if len(holes):
+        passed = steps[holes - 1]
+        long = holes[passed > base.bridge]
+        base.quality[holes] |= np.uint8(Quality.GAP_BEFORE)
+        base.quality[long] |= np.uint8(Quality.NOT_BRIDGED)
+        base.missing = int(np.maximum(np.rint(passed / base.interval) - 1, 1).sum())
+        base.warnings.append(f"{base.missing} samples are missing in {len(holes)} places (flagged gap_before)")
         base.warnings += [
-            f"a gap of {steps[i]:.6g} s after {base.time[i]:.6g} s is longer than {base.bridge:.3g} s: no cycle is cut "
-            "across it"
-            for i in np.flatnonzero(long)[:5].tolist()
+            f"a gap of {steps[i - 1]:.6g} s after {base.time[i - 1]:.6g} s is longer than {base.bridge:.3g} s: no cycle"
+            " is cut across it"
+            for i in long[:5].tolist()
         ]
     if coarse:  # a straight line through the stamps, between holes
         time = np.empty_like(base.time)

@@ -221,13 +221,15 @@ def test_a_stated_interval_is_checked(read: Callable[..., Recording]) -> None:
     assert not read(stated).source.warnings
 
 
-def test_jitter_does_not_bend_the_rate(read: Callable[..., Recording]) -> None:
-    rng = np.random.default_rng(3)
-    times = DATA.time + rng.normal(0, 2e-4, 1000)
-    rows = Truth(tuple((f"{t:.7f}", x, y) for t, (_, x, y) in zip(times, DATA.rows, strict=True)))
-    recording = read(table(rows, HEADER, ",").splitlines())
-    np.testing.assert_allclose(recording.sampling_rate_hz, 250.0, rtol=2e-5)
-    assert not recording.quality.any()
+@pytest.mark.parametrize("lost", [(), (300,), (300, 301, 700)])
+@pytest.mark.parametrize("stray_s", [2e-4, 7e-4])
+def test_jitter_does_not_bend_the_rate(read: Callable[..., Recording], stray_s: float, lost: tuple[int, ...]) -> None:
+    times = np.sort(DATA.time + np.random.default_rng(3).normal(0, stray_s, 1000))
+    rows = [(f"{t:.7f}", x, y) for t, (_, x, y) in zip(times, DATA.rows, strict=True)]
+    recording = read(table(Truth(tuple(np.delete(rows, lost, axis=0).tolist())), HEADER, ",").splitlines())
+    np.testing.assert_allclose(recording.sampling_rate_hz, 250.0, rtol=1e-1 * stray_s)
+    assert recording.source.dialect["missing_samples"] == len(lost)
+    assert np.flatnonzero(recording.quality).tolist() == sorted({300, 698} & {n - (n == 700) * 2 for n in lost})
 
 
 def test_stamps_too_coarse_to_tell_samples_apart_are_counted(read: Callable[..., Recording]) -> None:
