@@ -260,7 +260,8 @@ def _relative(mass: FloatArray, base: FloatArray, stuck: float, r: float) -> Ite
         others, speed = _left(other, base, r), np.abs(other[width:] - other[:-width])
         stands = float(np.mean(speed < 0.05 * speed.max())) if np.std(other) > 0.05 * np.std(base) else 0.0
         why = ""
-        if own > FITS and stands > max(0.08, 4.0 * stuck):  # a cosine for 0.03
+        # a cosine stands for 0.03; crosstalk of the base leaves a mass that fits far better than what it would be
+        if own > FITS and others < 1.2 * own and stands > max(0.08, 4.0 * stuck):
             why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
         elif others < FITS and own > max(OFF, CLEARER * others) and stuck == 0.0:
             why = f"mass {word} base fits the equation of motion"

@@ -138,6 +138,12 @@ def test_a_column_relative_to_the_base_breaks_the_equation_of_motion(r: float, b
     assert any(f"relative to the base ({words}" in sentence for sentence in said)
 
 
+def test_crosstalk_of_the_base_makes_no_relative_column() -> None:
+    one = seen(motion(0.4, 0.3265), seconds=40.0)
+    said = measure(changed(one, mass=one.mass_displacement + 0.03 * one.base_displacement), ALL).warnings
+    assert not any("relative to the base" in sentence for sentence in said)
+
+
 @pytest.mark.parametrize("natural", [0.25, 100.0])
 def test_a_frequency_ratio_that_no_rig_is_driven_at_is_said(natural: float) -> None:
     one = seen(motion(0.5, 0.4), seconds=40.0)
