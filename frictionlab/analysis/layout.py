@@ -212,7 +212,8 @@ def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
         share = f"{50 * tone.amplitude**2 / variance:.2g} % of its power in {len(longest.base) * longest.step:.3g} s"
         raise AnalysisError(
             f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds {share};"
-            " expected two cycles of a periodic base at least: shorten transient_s, or check the base column"
+            " expected two cycles of a periodic base at least: shorten transient_s, check the base column, or fit a"
+            " sweep whole (compare-numeric --fit whole)"
         )
     noise = white_noise(longest.base)
     cut = cycles.cut(longest.base, tone.frequency * longest.step, noise=noise)
