@@ -208,7 +208,8 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         slides_one_way=one_way,
     )
     taken = energy.taken_by_the_frame(smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
-    said += doubts.warnings(layout, measured, of_mass, cut, wall_moves=wall_moves, taken=taken)
+    pure = scene.model.base_harmonics == 1
+    said += doubts.warnings(layout, measured, of_mass, cut, wall_moves=wall_moves, taken=taken, pure=pure)
     return replace(measured, warnings=(*scene.rig.doubts, *warnings, *said))
 
 
