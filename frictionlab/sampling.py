@@ -55,7 +55,8 @@ def holes_of(time: FloatArray, interval: float, resolution: float = 0.0) -> NDAr
     late = np.cumsum(np.append(0.0, time - time[0] - interval * np.arange(n)))
     begin, end = np.maximum(at - 8, 0), np.minimum(at + 8, n)
     rise = (late[end] - late[at]) / (end - at) - (late[at] - late[begin]) / (at - begin)
-    return at[rise > 0.5 * interval]
+    lasting: NDArray[np.intp] = at[rise > 0.5 * interval]
+    return lasting
 
 
 def clock_breaks(time: FloatArray, interval: float) -> NDArray[np.intp]:

@@ -13,11 +13,12 @@ from frictionlab.campaign import Campaign, Watch
 from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.campaign.files import is_comparison, read_measurements, recording_of, recording_path
 from frictionlab.campaign.trials import Trial, trial_of
-from frictionlab.errors import AnalysisError
+from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.files import make_folder
 from frictionlab.hdf5 import read_recording
 from frictionlab.inference.compare import AUTO
+from frictionlab.inference.comparison import Comparison
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
@@ -31,7 +32,7 @@ TABLES = ("model", "rig")
 
 
 def evaluate(
-    measurements: Iterable[Measurement | Row | FilePath] | FilePath,
+    measurements: Iterable[Measurement | Comparison | Row | FilePath] | FilePath,
     scene: AnyScene = None,
     *,
     folders: Iterable[FilePath] = (),
@@ -60,7 +61,7 @@ def evaluate(
     Raises
     ------
     UsageError, RecordingError
-        A file does not hold measurements, or the law cannot be.
+        A file does not hold measurements, the law cannot be, or something else is given (a recording).
     """
     known = scene_given(scene, settings, TABLES)
     if law not in (None, AUTO) and law_of(law).name != law_of(known.model.law).name:  # parameters are the other law's
@@ -68,11 +69,15 @@ def evaluate(
     rows: list[Row] = []
     places = {Path(folder) for folder in folders}
     for what in [measurements] if isinstance(measurements, (str, PathLike)) else measurements:
-        if isinstance(what, (Measurement, Mapping)):
-            rows.append(what.row() if isinstance(what, Measurement) else what)
-        else:
+        if isinstance(what, (Measurement, Comparison, Mapping)):
+            rows.append(what if isinstance(what, Mapping) else what.row())
+        elif isinstance(what, (str, PathLike)):
             rows += read_measurements(Path(what))
             places |= set(recordings_beside(Path(what)))
+        else:
+            raise UsageError(
+                f"evaluate: expected measurements, comparisons, rows or files of them; got a {type(what).__name__}"
+            )
     comparisons = [row for row in rows if is_comparison(row)]
     measured = [row for row in rows if not is_comparison(row)]
     sources = {str(row["source"]) for row in measured}
