@@ -97,8 +97,8 @@ def virtual_tests(scene: Scene) -> tuple[SyntheticTest, ...]:
         two = "natural_frequency_hz, mass_kg, stiffness_n_per_m"
         raise SceneError(f"rig: a virtual rig needs natural frequency and stiffness: give two of {two}")
     if not 0.0 < rig.stiffness * synthetic.base_amplitude_m < math.inf:
-        got = f"times {rig.stiffness:g} N/m is no force; got {synthetic.base_amplitude_m:g}"
-        raise SceneError(f"synthetic.base_amplitude_m: expected an amplitude: what {got}")
+        got = f"got {synthetic.base_amplitude_m:g} m, times {rig.stiffness:g} N/m"
+        raise SceneError(f"synthetic.base_amplitude_m: expected an amplitude that makes a finite force; {got}")
     tests = []
     for number, group in enumerate(synthetic.tests):
         law = group.law or ("coulomb" if scene.model.law == "auto" else scene.model.law)
