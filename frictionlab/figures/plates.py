@@ -2,8 +2,8 @@
 
 import inspect
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -36,20 +36,6 @@ class Plate:
         """Draw it and write it as vector (SVG, PDF) and PNG."""
         figure = self.draw()
         return tuple(save(figure, path, force=force) for path in self.files(folder))
-
-
-def plates(campaign: Campaign) -> tuple[Plate, ...]:
-    """The figures that a campaign has the data for, in the report's order, under names that no two share."""
-    if not campaign.fits:
-        return ()
-    taken: Counter[str] = Counter()
-    found = []
-    for plate in _found(campaign):
-        taken[plate.name.casefold()] += 1  # letters beyond ASCII are all one in a file's name
-        count = taken[plate.name.casefold()]
-        name = plate.name if count == 1 else f"{plate.name}~{count}"
-        found.append(replace(plate, name=name))
-    return tuple(found)
 
 
 def first_of(drawn: Sequence[Plate]) -> Plate | None:
@@ -99,8 +85,10 @@ LAST: Mapping[str, tuple[str, Callable[[Campaign], bool]]] = {
 """Figures whose caption ends, from this word on, with what is there for some campaigns only."""
 
 
-def _found(campaign: Campaign) -> Iterator[Plate]:
-    for kind, (draw, each) in KINDS.items():
+def plates(campaign: Campaign) -> tuple[Plate, ...]:
+    """The figures that a campaign has the data for, in the report's order, under names that no two share."""
+    taken, found = Counter[str](), list[Plate]()
+    for kind, (draw, each) in KINDS.items() if campaign.fits else ():
         title, _, words = (inspect.getdoc(draw) or "").partition(".")
         caption = " ".join(words.split())
         last, is_there = LAST.get(kind, ("", bool))
@@ -109,5 +97,8 @@ def _found(campaign: Campaign) -> Iterator[Plate]:
             own = () if thing == "" else (thing,)
             word = thing if isinstance(thing, str) else f"{thing:.3g}"
             of = f": {'' if isinstance(thing, str) else 'r = '}{word}" if own else ""
-            safe = "".join(letter if letter in SAFE else "_" for letter in word)
-            yield Plate(f"{kind}{safe}", f"{title}{of}", caption, partial(draw, campaign, *own))
+            name = kind + "".join(letter if letter in SAFE else "_" for letter in word)
+            taken[name.casefold()] += 1  # letters beyond ASCII are all one in a file's name
+            again = f"~{taken[name.casefold()]}" * (taken[name.casefold()] > 1)
+            found.append(Plate(f"{name}{again}", f"{title}{of}", caption, partial(draw, campaign, *own)))
+    return tuple(found)
