@@ -21,6 +21,7 @@ from frictionlab.inference.observations import cycle_of
 LARGEST = 4.0  # friction ratio at which a contact that hardly slips is still looked for
 TRIED = 256  # friction ratios on either side of the one that takes in most
 SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's
+HOPELESS, LEFT = 100.0, 0.01  # of the best, and of the worst friction ratio's sum of squares: more is not followed
 OF_RECORD = 4  # starts, at most, of a whole record without a cycle
 LAGS = np.linspace(-3.0, 3.0, 25)  # standard deviations of its prior at which an undeclared lag is tried
 ROOTS = (1.0, 31.0)  # of the stiffness: a contact rings by it; beyond, it is rigid
@@ -76,14 +77,18 @@ def _by_guess(model: Model) -> FloatArray:
 def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
     """Points at the minima over the friction ratio, with the lag that fits best there, best first.
 
-    A lag only turns harmonics, so it is tried without simulating; it is one for all tests.
+    A lag only turns harmonics, so it is tried without simulating; it is one for all tests. A term that can do nothing
+    does nothing in these motions, which are then quick, and something where the fit begins.
     """
     lag, guesses = _undeclared_lag(model), point_at(model, near)
+    still = [k for k, u in enumerate(model.unknowns) if u.first is not None and u.scale == "linear"]
+    plain = guesses.copy()
+    plain[[k for k in still if model.unknowns[k].name not in near]] = 0.0
     betas = [k for k, u in enumerate(model.unknowns) if u.name == "beta"]
     observations = [cycle_of(test) for test in model.tests]
     ratios = [o.loop_friction_ratio for o in observations]
     costs = np.array(
-        [[_costs_over_lag(model, i, guesses, times * ratio, lag) for times in SEARCH] for i, ratio in enumerate(ratios)]
+        [[_costs_over_lag(model, i, plain, times * ratio, lag) for times in SEARCH] for i, ratio in enumerate(ratios)]
     )
     if not np.isfinite(costs).any():
         raise AnalysisError(
@@ -102,8 +107,10 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
 
     if len(model.tests) == 1:
         beta, times = betas[0], ratios[0] / model.tests[0].factor(betas[0])
-        least = minima(costs[0].min(axis=1))
-        return [at({beta: SEARCH[j] * times}, int(np.argmin(costs[0, j]))) for j in least]
+        left = costs[0].min(axis=1)
+        least = minima(left)
+        most = max(HOPELESS * left[least[0]], LEFT * left[np.isfinite(left)].max())
+        return [at({beta: SEARCH[j] * times}, int(np.argmin(costs[0, j]))) for j in least if left[j] <= most]
     over = np.minimum(costs, 1e300).min(axis=1).sum(axis=0)  # of each lag, every test at its own friction ratio
     best = int(np.argmin(over))
     found = {}

@@ -6,7 +6,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.simulator.laws.law import STILL, Contact, Parameter, Term, slip_speed
 
 STATIC_RATIO = Parameter(
-    "static_ratio", "μ", "static over kinetic friction force", low=1.0, usual=(1.0, 2.0), neutral=1.0
+    "static_ratio", "μ", "static over kinetic friction force", low=1.0, usual=(1.0, 2.0), neutral=1.0, first=1.2
 )
 STRIBECK_SPEED = slip_speed(
     *("stribeck_speed", "ν_s", "speed at which the static part has fallen to 1/e, over omega Y"),
@@ -38,7 +38,8 @@ STRIBECK = Term(
             "d",
             "exponent of the Stribeck curve, 1 or 2 in most texts",
             open_low=True,
-            usual=(1.0, 2.0),
+            usual=(0.5, 3.0),
+            scale="log",
             default=2.0,
         ),
     ),
