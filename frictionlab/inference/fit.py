@@ -456,6 +456,16 @@ def with_scatter(found: Fit) -> tuple[Fit, FloatArray]:
     return found, errors
 
 
+def let_apart(found: Fit) -> Fit:
+    """Return the fit whose tests may differ as far as any scatter goes, weighed by the noise alone."""
+    model, scatter = found.model, found.model.scatter.copy()
+    for k, unknown in enumerate(model.unknowns):
+        if sum(k in t.index for t in model.tests) > 1:
+            scatter[k] = max(scatter[k], FARTHEST * scatter_scale(unknown, float(found.point[k])))
+    free = replace(found, model=replace(model, scatter=scatter), true=False)
+    return weighed(free, np.zeros(len(model.tests)))
+
+
 def scatter_scale(unknown: Unknown, c: float) -> float:
     """Return the scale of the prior of an unknown's scatter, in coordinates."""
     if unknown.scatter <= 0.0 or unknown.level == "test" or unknown.scale == "log":

@@ -7,6 +7,7 @@ is the list of these terms.
 """
 
 import math
+import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -18,7 +19,7 @@ from scipy.special import gammaincinv, ndtr, ndtri
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import NOT_KNOWN, Estimate
-from frictionlab.inference.fit import Fit, Model, Test, excess_of, fit_at, fit_from, tempered, with_scatter
+from frictionlab.inference.fit import Fit, Model, Test, excess_of, fit_at, fit_from, let_apart, tempered, with_scatter
 from frictionlab.inference.observation import Observation, Reached, at_least
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
@@ -521,11 +522,16 @@ def of_several(found: Fit) -> Posterior:
     """The posterior about the fit with the likeliest scatter from test to test.
 
     What differs from test to test was counted as misfit of the law at first. Where the law with its scatter explains
-    every test, it was none, and the weights are found anew.
+    every test, it was none, and the weights are found anew. Where it does not, tests that differ much may have hidden
+    their scatter: they are fitted once more from values of their own, and what is left then is misfit.
     """
-    first = with_scatter(found)
+    first, tests = with_scatter(found), range(len(found.model.tests))
     again = with_scatter(tempered(first[0]))
-    return posterior_of(*(again if explains(again[0], range(len(again[0].model.tests))) else first))
+    if explains(again[0], tests):
+        return posterior_of(*again)
+    apart = with_scatter(tempered(with_scatter(let_apart(found))[0]))
+    explained = (sum(explains(fit, [i]) for i in tests) for fit in (apart[0], first[0]))
+    return posterior_of(*(apart if operator.gt(*explained) else first))
 
 
 def explains(fit: Fit, tests: Iterable[int]) -> bool:
