@@ -12,7 +12,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from frictionlab.inference.fit import (
 )
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.observations import CycleObservation, OfCycles
-from frictionlab.inference.posterior import Posterior, infer, misfit_is_noise, model_of, posterior_of
+from frictionlab.inference.posterior import Posterior, explains, infer, misfit_is_noise, model_of, posterior_of
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.simulator.laws import TERMS, Law, law_of, tried_of
@@ -159,6 +159,10 @@ class _Climb:
         """Whether a rung leaves nothing but noise."""
         return rung.fit is not None and all(misfit_is_noise(rung.fit, i) for i in range(len(self.observations)))
 
+    def explains(self, rung: Rung) -> bool:
+        """Whether a rung explains every test, though there may be more to it."""
+        return rung.fit is not None and explains(rung.fit, range(len(self.observations)))
+
     def upward(self, here: Rung, terms: tuple[str, ...]) -> Rung:
         """Climb from a rung, one term at a time (or two where no single one helps), as far as it is required."""
         while True:
@@ -176,9 +180,13 @@ class _Climb:
         """The best of the laws without exact slides: each alone, beside what the exact ones have, and what it takes."""
         best = top
         for terms in (SMOOTH, INNER):
-            if best is top or not self.is_noise(best):
-                good = [rung for below in (bottom, top) for rung in self.required(below, terms, 1)]
-                best = max((best, *good), key=lambda rung: rung.log_evidence)
+            if best is not top and self.is_noise(best):
+                break
+            for below, term in product((bottom, top), terms):
+                good = self.required(below, (term,), 1)
+                # a richer law may explain as much with another friction ratio: its error must hold that
+                richer = [more for rung in good if self.explains(rung) for more in self.required(rung, CHEAP, 1)]
+                best = max((best, *good, *richer), key=lambda rung: rung.log_evidence)
         if not self.is_noise(best):
             alone = self.required(bottom, DEAR, 1)
             worth = tuple(name for name in DEAR if any(rung.law.has(name) for rung in alone))
