@@ -1,6 +1,7 @@
 """Friction identified on recordings whose friction is known, for each kind of physics a scene can switch on."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -22,7 +23,8 @@ from frictionlab.sampling import sampling_interval
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
 from tests.benchmarks.adversary import NAMES, NEUTRAL, drawn, integrate, judge_decay
-from tests.inference.contacts import BASE_M, recorded, scene
+from tests.desk import present
+from tests.inference.contacts import BASE_M, NATURAL_HZ, FloatArray, recorded, scene
 
 SOLVERS = ("exact", "thesis")
 
@@ -51,6 +53,21 @@ def test_each_physics_that_a_scene_names_is_simulated_and_said(name: str) -> Non
     assert comparison.friction_ratio == pytest.approx(problem.beta, rel=0.01)
     assert comparison.response_nrmse == pytest.approx(0, abs=0.01)
     assert comparison.energy_difference == pytest.approx(0, abs=0.01)
+
+
+def test_what_a_start_that_has_not_died_out_leaves_is_not_laid_to_the_law() -> None:
+    """A contact that slides on takes nothing off its start: `--law auto` was asked for, of pure Coulomb friction."""
+    turn, zeta = 2.0 * math.pi * NATURAL_HZ, 0.005
+
+    def with_start(t: FloatArray, mass: FloatArray, base: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return mass + BASE_M * np.exp(-zeta * turn * t) * np.cos(turn * t), base
+
+    contact = Problem(0.5, 0.1, frame_damping_ratio=zeta)
+    log = recorded(contact, np.random.default_rng(3), scatter=0.0, sensors=with_start)
+    said = " ".join(compare(log, scene(rig={"damping_ratio": zeta}, analysis={"transient_s": 10.0})).warnings)
+    asked = re.search(r"the start of the recording may still be in it.*: --transient ([0-9.]+)", said)
+    assert 40.0 < float(present(asked)[1]) < 120.0
+    assert "--law auto" not in said
 
 
 def test_a_frame_whose_damping_is_not_known_is_found_to_be_damped() -> None:

@@ -20,7 +20,7 @@ from frictionlab.inference.comparison import AtContact, Comparison, ContactForce
 from frictionlab.inference.diagnose import against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.ladder import Ladder, climb
-from frictionlab.inference.material_law import MaterialLaw
+from frictionlab.inference.material_law import DETUNING, MaterialLaw
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.observations import (
     CycleObservation,
@@ -45,6 +45,7 @@ from frictionlab.inference.verdict import (
     model_words,
     never_settles,
     not_tried,
+    start_left,
     verdict_in_words,
     verdict_of,
 )
@@ -166,8 +167,8 @@ def _found(
 def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Comparison:
     """Compare a measured test with the law of its material, found elsewhere.
 
-    Fitted are only the values that scatter from test to test, each held by its scatter: the other values, the natural
-    frequency, the frame's damping and an undeclared lag are those that the law was found with.
+    Fitted are only the values that scatter from test to test, each held by its scatter and its error: the other values,
+    the natural frequency, the frame's damping and an undeclared lag are those that the law was found with.
 
     Raises
     ------
@@ -185,8 +186,9 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     drive = measurement.drive_frequency_hz
     test = (measurement.normal_force_n, measurement.base_amplitude_m, drive / law.rig["natural_frequency_hz"])
     middle = law.problem(*test)
-    moved = law.problem(*test, values={n: v + law.scatter.get(n, (0.0,))[0] for n, v in law.values.items()}).parameters
-    own = []
+    errors = dict(zip(law.values, np.sqrt(np.diag(law.covariance)).tolist(), strict=True))
+    apart = {n: v + math.hypot(*law.scatter[n], errors[n]) if n in law.scatter else v for n, v in law.values.items()}
+    moved, own = law.problem(*test, values=apart).parameters, []
     for p in law_of(law.law).own:
         mean, sd = middle.parameters[p.name], moved[p.name] - middle.parameters[p.name]
         if sd > 0.0:
@@ -194,7 +196,8 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
             own.append(Unknown(p.name, p.words, "test", mean=mean, sd=sd, low=low, law=True))
     tuned = drive / middle.r / (drive / measurement.frequency_ratio) - 1.0
     lag = law.rig.get("lag_s", 0.0) - scene.sensors.lag_s if observation.sources.lag_is_assumed else 0.0
-    own += [Unknown(n, n, mean=v, sd=HELD) for n, v in (("natural_frequency", tuned), ("lag_s", lag))]
+    for name, value, sd in (("natural_frequency", tuned, errors.get(DETUNING, 0.0)), ("lag_s", lag, 0.0)):
+        own.append(Unknown(name, name, mean=value, sd=max(HELD, sd)))
     names = {u.name for u in own}
     held = {name: value for name, value in middle.parameters.items() if name not in names}
     one = Test(observation.under(observation.law, held), np.arange(len(own)), np.ones(len(own)))
@@ -318,6 +321,9 @@ def compared(
         shift = np.zeros(len(found.unknowns))
         shift[beta] = found.values()["beta"] / found.slope(beta)
         found = found.with_shift(UNSETTLED, shift)
+    if nrmse is not None and step == ANOTHER:
+        drive = measurement.drive_frequency_hz
+        step = start_left(state, measurement.transient_s * drive, drive, nrmse, observation.floor) or step
     contact = contact_of(observation, found.values(), state, scene.rig.stiffness)
     return _judged(
         *(found, scene, ladder, nrmse, [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]),

@@ -63,41 +63,42 @@ class Diagnosis:
 
 def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     """Return what else may have made the recording of one test; ``explained``: its law leaves no more than noise."""
-    said = list(strained_facts(found, scene)) if explained else []
-    strained = bool(found.strained)
+    fitted, strained, said = found, bool(found.strained), list[str]()
     observation = cycle_of(found.tests[0])
     if not found.unknowns:
         return Diagnosis(found, strained, tuple(said))
     if strained or not explained:
-        found, more = against_richer(found)
-        said += more
+        found, said = against_richer(found)
     causes, enough, play = _causes(observation), ANSWERS, _usual_play(found) if explained else None
     if explained and not strained and observation.r <= NEAR_RESONANCE:
         enough = BY_FAR
         if len(observation.data) >= FEW * len(found.unknowns):
             worth = (*ALWAYS, "play") if play and play.shows and play.moves > _error(found) else ALWAYS
             causes = tuple(cause for cause in causes if cause.unknown.name in worth)
-    found, named, more = _other_causes(found, scene, causes, enough, explained=explained)
-    said += more
+    found, named, answered = _other_causes(found, causes, enough, explained=explained)
+    facts = strained_facts(fitted, scene, [cause.unknown.name for cause, _ in named]) if explained else ()
+    said = [*facts, *said, *(_named(cause, other, found, scene) for cause, other in named)]
     if play and not (named or play.shows) and play.moves > _error(found):
         said.append(
             f"friction_ratio: {1e6 * USUAL_PLAY:.0f} um of play in the frame to either side would look like friction"
             f" here and move the ratio by {play.moves:.2g}; its error of {_error(found):.1g} assumes none"
         )
-    return Diagnosis(found, strained or named, tuple(said), named and not explained)
+    return Diagnosis(found, strained or bool(named), tuple(said), answered and not explained)
 
 
-def strained_facts(found: Posterior, scene: Scene) -> Iterator[str]:
+def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) -> Iterator[str]:
     """Yield which known quantity the fit had to move away from what is known of it, and what to declare instead.
 
-    Of a law that explains the test: any other law finds a lag or a frequency that makes up for what it lacks.
+    Of a law that explains the test: any other law finds a lag or a frequency that makes up for what it lacks. Of those
+    ``named`` with the value that they have when they are let free, that value is the one to declare: here what is
+    declared has pulled it.
     """
     for k in found.strained:
         u, seen = found.unknowns[k], found.nuisances().get(found.unknowns[k].name)
         if seen is None:
             continue
         times = abs(float(found.fit.point[k])) / u.known_to
-        declare = to_declare(u.name, seen["value"], seen["u"], scene)
+        declare = "" if u.name in named else to_declare(u.name, seen["value"], seen["u"], scene)
         against = "what is assumed where none is declared: measure it and declare it"
         if not u.assumed:
             against = "its standard uncertainty: check it"
@@ -147,15 +148,18 @@ def _causes(observation: CycleObservation) -> tuple[Cause, ...]:
 
 
 def _other_causes(
-    found: Posterior, scene: Scene, causes: tuple[Cause, ...], enough: float, *, explained: bool
-) -> tuple[Posterior, bool, list[str]]:
-    """The posterior whose errors hold what causes move, whether one is named (`enough`: from which gain), the words."""
+    found: Posterior, causes: tuple[Cause, ...], enough: float, *, explained: bool
+) -> tuple[Posterior, list[tuple[Cause, Fit]], bool]:
+    """The posterior whose errors hold what causes move, those to name with their fits, whether one explains the test.
+
+    ``enough``: gain from which a cause is named.
+    """
     own, observation = found.fit, cycle_of(found.tests[0])
     bare = replace(found.tests[0], observation=observation.metered(Meter(WORK)))
     try:  # the same fit weighed by noise alone, followed to its minimum
         main = weighed(replace(own, model=replace(own.model, tests=(bare,), most=STEPS)), np.zeros(1))
     except NO_MOTION:
-        return found, False, []
+        return found, [], False
     likely: list[tuple[float, Cause, Fit]] = []  # the likeliest fit with each cause
     more, beta = np.zeros(len(found.unknowns)), own.find("beta")
     for cause in causes:
@@ -171,20 +175,24 @@ def _other_causes(
                 apart, wider = _apart(found, other)
                 moved = np.hypot(apart, wider) if cause.unknown.name in ALWAYS else apart  # of play a warning speaks
                 more += math.exp(min(0.0, gain)) * moved**2
-    said: list[str] = []
+    named, answered = list[tuple[Cause, Fit]](), False
     best = max((gain for gain, _, _ in likely), default=0.0)
     for gain, cause, other in sorted(likely, key=lambda one: -one[0]):
         far = beta is not None and _apart(found, other)[0][beta] > math.sqrt(float(found.covariance[beta, beta]))
-        left = other.model.tests[0].observation.nrmse(other.residual())
-        answers = gain > max(enough, best - ANSWERS) and (
-            explained or left <= EXPLAINED * observation.floor or gain > BY_FAR
-        )
+        fits = explained or _fits(other)
+        answers = gain > max(enough, best - ANSWERS) and (fits or gain > BY_FAR)
         eases = _strain(other, cause) < max(STRAINED, _strain(own, cause))
         if eases and (answers or (enough == ANSWERS and explained and gain > 0.0 and far)):
-            said.append(_named(cause, other, found, scene))
+            named.append((cause, other))
+            answered = answered or fits
     if (more > 0.09 * np.diag(found.covariance)).any():
         found = found.with_shift(OTHER_CAUSE, np.sqrt(more))
-    return found, bool(said), said
+    return found, named, answered
+
+
+def _fits(other: Fit) -> bool:
+    observation = cycle_of(other.model.tests[0])
+    return observation.nrmse(other.residual()) <= EXPLAINED * observation.floor
 
 
 def _apart(found: Posterior, other: Fit) -> tuple[FloatArray, FloatArray]:
@@ -312,9 +320,10 @@ def _named(cause: Cause, other: Fit, found: Posterior, scene: Scene) -> str:
     elif cause.unknown.name == "play":
         asks = f"this recording asks for {1e6 * value * observation.unit:.2g} um to either side"
     else:
-        asks = "this recording asks for it"
+        in_ms = cause.unknown.name == "lag_s"
+        asks = f"this recording asks for {1e3 * value:+.3g} ms" if in_ms else f"this recording asks for {value:.3g}"
     u = 0.0 if k is None else cause.unknown.sd * math.sqrt(float(np.linalg.inv(other.precision)[k, k]))
-    declare = to_declare(cause.unknown.name, value, u, scene)
+    declare = to_declare(cause.unknown.name, value, u, scene) if _fits(other) else ""
     declared = f"; {declare}" if declare else ""
     own, there = found.values().get("beta"), other.values().get("beta")
     moves = "" if own is None or there is None else f"; the friction ratio would be {there:.4g} in place of {own:.4g}"

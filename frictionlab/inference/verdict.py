@@ -17,6 +17,9 @@ FAINT = 0.1  # error of the measured cycle over its size from which nearly any l
 VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
 RESTLESS = 0.02  # error of the measured cycle over its size that steady motions do not have
 OUTLASTS = 100.0  # times the cycles measured: what disturbs a motion so long has not died out in them
+START = (
+    0.3  # of what a law misses, or of the noise: a start, once as large as the motion, of which less is left is gone
+)
 ANOTHER = "another may: --law auto"
 UNSETTLED = "motion that is not steady"
 
@@ -57,6 +60,20 @@ def never_settles(state: SteadyState, cycles: int, floor: float) -> str | None:
         f"verdict: the motion is not steady (its mean cycle is known to {100 * floor:.2g} %) and cannot have become so:"
         f" a disturbance of the steady state lasts {lasts:.2g} cycles, {cycles} were measured; the error of the"
         " friction ratio is as large as itself; do: measure farther from resonance, or give rig.damping_ratio"
+    )
+
+
+def start_left(state: SteadyState, left_out: float, drive: float, nrmse: float, floor: float) -> str | None:
+    """Say that what a law misses may be the start of the recording, which has not died out in the cycles left out.
+
+    ``left_out``: transient, in cycles; ``drive``: Hz; ``floor``: error of the measured mean cycle over its rms.
+    """
+    if not 0.0 < state.memory < 1.0 or state.memory**left_out < START * nrmse:
+        return None
+    needed = math.log(START * floor) / math.log(state.memory) / drive
+    return (
+        f"the start of the recording may still be in it, for a disturbance of this motion lasts"
+        f" {-1.0 / math.log(state.memory):.2g} cycles: --transient {needed:.2g} (record longer if it is)"
     )
 
 
