@@ -224,7 +224,7 @@ def _tapped(file: Path, *, scene: "Scene") -> Made:
 
     recording = recording_given(file, scene, read_mass_log)
     head = {"source": str(file), "status": "ok", "reason": None}
-    if other_masses(recording.measured()):
+    if other_masses(recording.measured()) and "mass_displacement" in recording.measured():
         modes = [asdict(mode) for mode in free_vibration_modes(recording, scene)]
         first = {key: value for key, value in modes[0].items() if key != "shape"}
         return {**head, "warnings": list(recording.source.warnings), **first, "modes": modes}, {}
