@@ -170,6 +170,8 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
     >>> row = {"source": "a.h5", "status": "ok", RATIO: 0.5, ENERGY: 2.1, AMPLITUDE: 1.3}
     >>> trial_of(row).reason
     'no material, no normal_force_n: name them in the scene ([experiment], name_pattern or sheet)'
+    >>> trial_of({**row, "warnings": ["no row for a: its facts are not known"]}).reason.split(": name them")[0]
+    'no material, no normal_force_n: no row for a: its facts are not known'
     >>> trial_of(row, {"material": "steel", "normal_force_n": 1.25}).group
     ('steel', 1.25)
     """
@@ -219,7 +221,8 @@ def _reason(trial: Trial) -> str | None:
         return encodable(str(said)) if said else "its measurement failed and gives no reason"
     gone = [key for key in ("material", "normal_force_n") if not getattr(trial, key)]
     if gone:
-        return f"no {', no '.join(gone)}: name them in the scene ([experiment], name_pattern or sheet)"
+        why = next((f"{said}: " for said in row.get("warnings", ()) if "its facts are not known" in said), "")
+        return f"no {', no '.join(gone)}: {why}name them in the scene ([experiment], name_pattern or sheet)"
     if len(trial.material or "") > LONGEST_NAME:
         got = len(trial.material or "")
         return f"material: expected a name of at most {LONGEST_NAME} characters; got {got}: shorten it"
