@@ -31,6 +31,7 @@ GRAVE = re.compile(
     r"|times what|the fit moved|changes its sign|not at hand"
 )
 _DIGITS = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?")
+_TO = re.compile(r"( \w{1,3})? to ")  # of a range, also of one that names its unit twice
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 _FORMULA = re.compile(r"'*[=+\-@\t\r\uff1d\uff0b\uff0d\uff20]")  # full-width forms as well
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufffe\uffff]")  # escape sequences of terminals begin so
@@ -274,8 +275,8 @@ def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, 
     --------
     >>> kinds_of([("a", "lag: 3 s"), ("b", "no unit"), ("c", "lag: 4.5e-3 s")])
     [('lag: 4.5e-3 to 3 s', ('a', 'c')), ('no unit', ('b',))]
-    >>> kinds_of([("a", "from 2 to 5 N"), ("b", "from 1 to 4 N")])
-    [('from 1 to 5 N', ('a', 'b'))]
+    >>> kinds_of([("a", "from 2 N to 5 N"), ("b", "from 1 N to 4 N")])
+    [('from 1 N to 5 N', ('a', 'b'))]
     """
     found: dict[str, list[tuple[str, str]]] = {}
     for source, sentence in warnings:
@@ -295,7 +296,7 @@ def _in_one(sentences: Sequence[str]) -> str:
         low, high = (pick(numbers, key=_size) for pick in (min, max))
         sign = "-" if before.endswith((" -", "(-")) else ""
         whole = low if _size(low) == _size(high) else f"{low} to {sign}{high}"
-        said += [low if after == " to " else high if before == " to " else whole, after]
+        said += [low if _TO.fullmatch(after) else high if _TO.fullmatch(before) else whole, after]
     return "".join(said)
 
 
