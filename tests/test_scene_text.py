@@ -71,7 +71,7 @@ def test_show_prints_a_scene_that_can_be_pasted(run: Run) -> None:
 def test_init_writes_a_scene_once(run: Run, tmp_path: Path) -> None:
     first = run("init", "my tests")
     assert first.exit_code == 0, first.stderr
-    assert "next: frictionlab batch my tests" in first.stdout
+    assert 'next: frictionlab batch "my tests"' in first.stdout
     path = tmp_path / "my tests" / "frictionlab.toml"
     assert read_scene(path) == Scene()
     path.write_text("[rig]\nmass_kg = 2.0\n")
@@ -97,9 +97,12 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
         (logs / log.name).write_bytes(log.read_bytes())
     (logs / "tap1.csv").write_text(tap(0.0))
     (logs / "broken.csv").write_text("nothing")
+    (logs / "more").mkdir()
+    (logs / "more" / "steel.csv").write_text(tap(1.0))
     done = run("init", "logs")
     assert done.exit_code == 0, done.stderr
-    assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 1 not read"
+    assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 2 not read"
+    assert "not read: more: logs of a folder in the folder" in done.stdout
     assert "natural frequency 3.13" in done.stdout
     assert done.stdout.splitlines()[-1] == "next: frictionlab batch logs --campaign"
     scene = read_scene(logs / "frictionlab.toml")

@@ -199,4 +199,5 @@ def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
     to_fill_in = f"; to fill in: {', '.join(open_keys)}" if open_keys else ""
     screen.paragraph(f"the scene is {path}{to_fill_in}", indent="    ")
     together = " --campaign" if len(found.tests) > 1 and not found.is_tribometer else ""
-    typer.echo(printable(f"next: frictionlab batch {path.parent}{together}"))
+    place = f'"{path.parent}"' if " " in str(path.parent) else path.parent
+    typer.echo(printable(f"next: frictionlab batch {place}{together}"))

@@ -16,6 +16,7 @@ from frictionlab.cli import MORE, complain
 from frictionlab.errors import UsageError
 from frictionlab.log_options import LogOptions
 from frictionlab.tables import Row, check_output, write_rows
+from frictionlab.tables.texts import kinds_of
 
 if TYPE_CHECKING:
     from frictionlab.cli.screen import Rows, Shown
@@ -214,9 +215,8 @@ class Inputs:
         from frictionlab.verbs.inputs import not_read_in
 
         found = {} if self.quiet or self.as_json else not_read_in(places)
-        if found:
-            names = ", ".join(path.name for path in list(found)[:3])
-            complain(f"note: passed over: {names}{', ...' * (len(found) > 3)}: {min(found.values())}")
+        for reason, names in kinds_of((path.name, why) for path, why in found.items()):
+            complain(f"note: passed over: {', '.join(names[:3])}{', ...' * (len(names) > 3)}: {reason}")
 
     def rows(
         self,

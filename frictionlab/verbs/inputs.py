@@ -93,10 +93,13 @@ def logs_in(folder: Path) -> list[Path]:
 
 
 def not_read_in(places: Iterable[Path]) -> dict[Path, str]:
-    """Files in these folders that seem to hold numbers and cannot be read, each with what to do about it."""
+    """Files in these folders that seem to hold numbers and cannot be read, and folders of logs, with what to do."""
     reason = "no log by its name: give the file itself, or save it as CSV, with columns of time, mass and base"
+    inner = "logs of a folder in the folder: give it as well"
     files = [path for place in places if place.is_dir() for path in sorted(place.iterdir())]
-    return {path: reason for path in files if path.suffix.lower() in OTHER_DATA}
+    found = {path: reason for path in files if path.suffix.lower() in OTHER_DATA}
+    folders = [path for path in files if path.is_dir() and path.name[0] != "." and not (path / "made.json").exists()]
+    return found | {path: inner for path in folders if any(map(is_log_name, path.iterdir()))}
 
 
 def recordings_in(folder: Path) -> list[Path]:
