@@ -221,7 +221,7 @@ def _reason(trial: Trial) -> str | None:
         return encodable(str(said)) if said else "its measurement failed and gives no reason"
     gone = [key for key in ("material", "normal_force_n") if not getattr(trial, key)]
     if gone:
-        why = next((f"{said}: " for said in row.get("warnings", ()) if "its facts are not known" in said), "")
+        why = next((f"{said}: " for said in trial.warnings if "its facts are not known" in said), "")
         return f"no {', no '.join(gone)}: {why}name them in the scene ([experiment], name_pattern or sheet)"
     if len(trial.material or "") > LONGEST_NAME:
         got = len(trial.material or "")
