@@ -5,7 +5,7 @@ import io
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -118,8 +118,31 @@ def matched(pattern: str, name: str) -> dict[str, str] | None:
     return None if found is None else dict(zip(parts[1::2], found, strict=True))
 
 
+def rows_without_log(scene: Scene, places: Iterable[Path]) -> list[str]:
+    """Logs that the scene's sheet names, and that are neither among these files and folders nor beside them."""
+    folders = {place if place.is_dir() else place.parent for place in places}
+    files = [path for folder in folders if folder.is_dir() for path in folder.iterdir()]
+    there = {name for path in files for name in (path.name, stem_of(path))}
+    rows = _sheet_rows(scene.folder, scene.experiment.sheet) if scene.experiment.sheet else []
+    return [entry for _, entry, _ in rows if entry not in there]
+
+
 def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
     """The facts in a log's row of a sheet; the row is found by the log's name, with or without its suffix."""
+    rows = _sheet_rows(folder, name)
+    own = {number: facts for number, entry, facts in rows if entry in (log.name, stem_of(log))}
+    where = f"experiment.sheet: {name}"
+    if not own:
+        warnings.append(f"sheet {name}: no row for {log.name}: its facts are not known")
+        return {}
+    if len(own) > 1:
+        raise SceneError(f"{where}: {len(own)} rows for {log.name}: expected one")
+    ((number, facts),) = own.items()
+    return {key: _sheet_fact(key, text, f"{where}: row {number}") for key, text in facts.items() if key and text}
+
+
+def _sheet_rows(folder: Path, name: str) -> list[tuple[int, str, dict[str, str]]]:
+    """Number, log and facts of each row of a sheet."""
     where = f"experiment.sheet: {name}"
     text = _sheet_text(folder, name)
     reader = csv.reader(io.StringIO(text), delimiter=max(",;\t", key=text.partition("\n")[0].count))
@@ -130,7 +153,7 @@ def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict
     (_, keys), *rows = [(number, row) for number, row in every if any(row)] or [(1, [])]
     if "log" not in keys or len(set(keys)) < len(keys):
         raise SceneError(f"{where}: expected a `log` column and each column once; got {keys}")
-    own: dict[int, dict[str, str]] = {}
+    found = list[tuple[int, str, dict[str, str]]]()
     for number, row in rows:
         if len(row) != len(keys):
             raise SceneError(f"{where}: row {number}: expected {len(keys)} cells; got {len(row)}")
@@ -138,15 +161,8 @@ def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict
         entry = Path(facts.pop("log"))
         if entry.is_absolute() or ".." in entry.parts:
             raise SceneError(f"{where}: row {number}: {str(entry)!r} leaves the sheet's folder")
-        if entry.name in (log.name, stem_of(log)):
-            own[number] = facts
-    if not own:
-        warnings.append(f"sheet {name}: no row for {log.name}: its facts are not known")
-        return {}
-    if len(own) > 1:
-        raise SceneError(f"{where}: {len(own)} rows for {log.name}: expected one")
-    ((number, facts),) = own.items()
-    return {key: _sheet_fact(key, text, f"{where}: row {number}") for key, text in facts.items() if key and text}
+        found.append((number, entry.name, facts))
+    return found
 
 
 def _sheet_text(folder: Path, name: str) -> str:

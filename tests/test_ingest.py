@@ -218,3 +218,10 @@ def test_files_of_numbers_that_are_no_logs_are_named(log: Path) -> None:
     noted = run(log.parent, "--dry-run")
     assert noted.exit_code == 0
     assert "note: passed over: more.json: no log by its name: give the file itself, or save it as CSV" in noted.stderr
+
+
+def test_a_row_of_the_sheet_without_a_log_is_named(log: Path) -> None:
+    write(log.with_name("sheet.csv"), f"log,material\n{log.name},steel\nrun9.csv,steel\n")
+    write(log.with_name("scene.toml"), "[experiment]\nsheet = 'sheet.csv'\n")
+    noted = run(log.parent, "--dry-run", "--scene", log.with_name("scene.toml"))
+    assert "note: rows of sheet.csv without a log, 1 in all: run9.csv" in noted.stderr

@@ -58,7 +58,7 @@ def batch(
         output = Path(".." if raw == Path.cwd() else "") / f"{raw.name}{RESULTS}"
     single = None if campaign else law
     todo = plan(files_of(logs), scene, output=output, compare=not campaign, law=single, again=again, **settings)
-    work.note_not_read(logs)
+    work.note_not_read(logs, scene)
     for copy, log in () if work.quiet or work.as_json else todo.copies.items():
         complain(f"note: {copy.name} is the same as {log.name}, byte for byte: it is counted once")
     read = [*todo.logs, *scene.files]

@@ -210,13 +210,18 @@ class Inputs:
 
         return scene_given(scene_of(self.scene, beside=first, quiet=self.quiet or self.as_json), settings, tables)
 
-    def note_not_read(self, places: Sequence[Path]) -> None:
-        """Say which files of these folders look like data and are passed over."""
+    def note_not_read(self, places: Sequence[Path], scene: "Scene") -> None:
+        """Say which files of these folders look like data and are passed over, and which the sheet alone names."""
+        from frictionlab.experiment import rows_without_log
         from frictionlab.verbs.inputs import not_read_in
 
         found = {} if self.quiet or self.as_json else not_read_in(places)
         for reason, names in kinds_of((path.name, why) for path, why in found.items()):
             complain(f"note: passed over: {', '.join(names[:3])}{', ...' * (len(names) > 3)}: {reason}")
+        lost = [] if self.quiet or self.as_json else rows_without_log(scene, places)
+        if lost:
+            some = f"{', '.join(lost[:3])}{', ...' * (len(lost) > 3)}"
+            complain(f"note: rows of {scene.experiment.sheet} without a log, {len(lost)} in all: {some}")
 
     def rows(
         self,
