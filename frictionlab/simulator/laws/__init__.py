@@ -6,6 +6,8 @@ A new law that is integrated is a file with its formula and what is said of it, 
 those whose phases have a closed form.
 """
 
+from difflib import get_close_matches
+
 from frictionlab.errors import ParameterError
 from frictionlab.simulator.laws.bouc_wen import BOUC_WEN
 from frictionlab.simulator.laws.dahl import DAHL
@@ -83,7 +85,9 @@ def law_of(name: str | Law) -> Law:
     names = [part.strip() for part in name.split("+")]
     for part in names:
         if part not in TERMS:
-            raise ParameterError(f"law {name!r}: {part!r} is no term; expected coulomb or a sum of {', '.join(TERMS)}")
+            meant = "".join(f"; did you mean {near}?" for near in get_close_matches(part, TERMS, n=1))
+            every = ", ".join(TERMS)
+            raise ParameterError(f"law {name!r}: {part!r} is no term; expected coulomb or a sum of {every}{meant}")
     if names[0] != "coulomb" or len(set(names)) < len(names):
         raise ParameterError(f"law {name!r}: expected a sum that starts with coulomb and has each term once")
     terms = tuple(TERMS[part] for part in names)
