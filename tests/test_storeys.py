@@ -73,6 +73,7 @@ def test_the_command_gives_a_list_over_masses_and_contacts(desk: Path) -> None:
     assert taken == pytest.approx(row["energy_per_cycle"], rel=0.01)  # the frame's dashpots pull at the base too
     assert row["energy_per_cycle_j"] == pytest.approx(row["energy_per_cycle"] * 800.0 * 4e-6)
     assert "amplitude of each mass: 1.09" in (shown := run(*words).stdout)
+    assert "frame_damping_ratio" not in shown
     assert "contact of mass  against  law" in shown
 
 

@@ -279,6 +279,8 @@ def _numbers_of(row: Row) -> Row:
         found |= {} if key in hidden else {key: value}
         if key == "zeta" and isinstance(held, Mapping) and held.get("frame_damping_ratio"):
             found["frame zeta"] = held["frame_damping_ratio"]
+        elif key == "parameters" and isinstance(held, Mapping):  # the damping of storeys is in their structure
+            found[key] = {name: number for name, number in held.items() if number or name != "frame_damping_ratio"}
     return found
 
 
