@@ -266,37 +266,45 @@ def _energy(verdict: Verdict, fit: FrictionFit) -> _Level:
 
 
 def _by_consistency(cells: Cells) -> Standing:
-    """Geometric mean of the excess irregularity over the common cells; ties by a paired t-test of its logarithm."""
-    logs = {
-        m: {c: x for c, tests in own.items() if (x := _log_irregularity(tests)) is not None} for m, own in cells.items()
+    """Geometric mean of the excess irregularity over the common cells; ties by a paired t-test of its logarithm.
+
+    Its error holds how far it may lie from the excess of each test, all of them up or down: noise is of the sensors.
+    """
+    seen = {
+        m: {c: x for c, tests in own.items() if (x := _irregularity(tests)) is not None} for m, own in cells.items()
     }
-    common = _common(logs)
+    common = _common(seen)
     if not common:
         return {}, lambda _a, _b: 1.0, "no test with a known irregularity is common to all materials"
-    table = np.array([[own[c] for c in common] for own in logs.values()])
+    table = np.array([[own[c][0] for c in common] for own in seen.values()])
     freedom = (len(table) - 1) * (len(common) - 1)
     left = table - table.mean(axis=1, keepdims=True) - table.mean(axis=0) + table.mean()
     spread = math.sqrt(float(np.sum(left**2)) / freedom / len(common)) if freedom else None
-    rows = dict(zip(logs, table, strict=True))
+    rows = dict(zip(seen, table, strict=True))
     found = {}
     for m, row in rows.items():
-        value = math.exp(float(row.mean()))
-        found[m] = _Level(value, None if spread is None else value * spread)
+        value, noise = math.exp(float(row.mean())), math.fsum(seen[m][c][1] for c in common) / len(common)
+        found[m] = _Level(value, None if spread is None else math.hypot(value * spread, noise))
     evidence = f"{_count(common)} that all materials have in common, compared in pairs"
     return found, lambda a, b: _paired_p(rows[a] - rows[b]), evidence
 
 
-def _log_irregularity(tests: Tests) -> float | None:
-    """Mean logarithm of the irregularity beyond noise; nothing is seen below a third of the noise itself."""
-    logs = []
+def _irregularity(tests: Tests) -> tuple[float, float] | None:
+    """Mean logarithm of the irregularity beyond noise, and the standard deviation that noise gives it.
+
+    Nothing is seen below a third of the noise itself; between its least and its most any excess is as likely.
+    """
+    logs, widths = [], []
     for verdict, _ in tests:
         trial = verdict.trial
         is_transient = verdict.excluded is not None and verdict.excluded.cause in TRANSIENT
         if is_transient or trial.excess_irregularity is None or trial.regime == "stuck":
             continue
         floor = max(trial.irregularity_floor, trial.base_irregularity, 1e-9)
+        low, high = trial.irregularity_interval
         logs.append(math.log(max(trial.excess_irregularity, floor / 3.0)))
-    return math.fsum(logs) / len(logs) if logs else None
+        widths.append(((high or 0.0) - (low or 0.0)) / math.sqrt(12.0))
+    return (math.fsum(logs) / len(logs), math.fsum(widths) / len(widths)) if logs else None
 
 
 def _by_drift(drifts: Sequence[Drift]) -> Standing:
