@@ -254,7 +254,7 @@ def evaluate(
         comparisons={str(row.get("source")): row for row in comparisons},
         joint=joint,
     )
-    by_rig = () if joint is None else (*joint.rig_notes(scene), *joint.seating_notes())
+    by_rig = () if joint is None else (*joint.stray_notes(), *joint.rig_notes(scene), *joint.seating_notes())
     named = elsewhere(tests, folders)
     strangers = [NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])] if named else []
     return replace(found, notes=(*_notes(found), *unfitted, *by_rig, *strangers))

@@ -21,7 +21,7 @@ from frictionlab.inference.diagnose import OTHER_CAUSE, strained_facts, to_decla
 from frictionlab.inference.fit import weighed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import MISSED, Posterior, explains, infer, model_of
+from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
 from frictionlab.inference.unknowns import STRAINED
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
@@ -42,6 +42,11 @@ VARIES = (
 TURNS = (
     "{}: the gradient changes its sign from test to test ({:+.2g} to {:+.2g} per Y): a contact seated anew between"
     " tests has another one; its scatter is in the bands of predictions"
+)
+STRAY = 10.0  # times the misfit of any other test of its material: such a test is named
+STRAYS = (
+    "{}: its law misses {:.3g} times the noise of {}, and at most {:.2g} times that of any other test: check that"
+    " test's normal force ({:g} N), material and base amplitude"
 )
 AT_LAG = ": measurements.csv has energies at the lag declared, all else at the lag found"
 ASKED = (
@@ -210,6 +215,19 @@ class JointFit:
             seen, left = self.detuned.nuisances()["natural_frequency"], (self.detuned, self.posterior)
             declare = to_declare("natural_frequency", seen["value"], seen["u"], scene)
             yield ASKED.format(*(100.0 * posterior.fit.nrmse() for posterior in left), declare)
+
+    def misfit(self, i: int) -> float:
+        """Return what the joint fit leaves of test i, over what noise leaves."""
+        observation = self.posterior.fit.model.tests[i].observation
+        return observation.nrmse(self.posterior.fit.residual(i)) / observation.floor
+
+    def stray_notes(self) -> Iterator[str]:
+        """Yield the test of a material that its law misses far more than all others: a wrong fact is the first cause."""
+        for material in self.materials if self.of_cycles else ():
+            *others, worst = sorted(self.tests(material), key=self.misfit)
+            if len(others) > 1 and self.misfit(worst) > STRAY * max(self.misfit(others[-1]), EXPLAINED):
+                seen, most = self.posterior.observations[worst], self.misfit(others[-1])
+                yield STRAYS.format(material, self.misfit(worst), seen.source, most, seen.normal_force or 0.0)
 
     def seating_notes(self) -> Iterator[str]:
         """Yield whose friction rises along the path in some tests and falls in others, beyond twice its error."""

@@ -192,13 +192,9 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[Row, ...]:
 def loops_of(joint: JointFit, stiffness: float | None) -> tuple[Loop, ...]:
     """Return the loops of a few tests of each material that the law explains best, slow, middling and fast."""
     observations, found = joint.posterior.observations, list[Loop]()
-
-    def over_floor(i: int) -> float:
-        return observations[i].nrmse(joint.posterior.fit.residual(i)) / observations[i].floor
-
     for material in joint.materials:
         order = sorted(joint.tests(material), key=lambda i: observations[i].r)
-        best = [min(map(int, part), key=over_floor) for part in np.array_split(np.array(order), SHOWN) if len(part)]
+        best = [min(map(int, part), key=joint.misfit) for part in np.array_split(np.array(order), SHOWN) if len(part)]
         for i in best:
             observation, values = observations[i], joint.posterior.values(i)
             state = observation.state(values)

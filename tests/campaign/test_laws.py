@@ -276,6 +276,19 @@ def test_a_material_that_its_law_does_not_explain_leaves_the_others_their_scatte
     assert posterior.values(1)["beta"] == pytest.approx(0.42, rel=0.01)
 
 
+def test_a_test_whose_force_is_mistyped_is_named() -> None:
+    """Of twelve tests one was named 30 N in place of 3: an error three times as large, and no word which."""
+    generator, seen = np.random.default_rng(5), list[CycleObservation]()
+    for i, force in enumerate((FORCE, FORCE, FORCE, 10.0 * FORCE)):
+        rig = {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": 1190.0}
+        scene = scene_from_tables({"rig": rig, "experiment": {"normal_force_n": force}})
+        made = measure(recorded(Problem((0.4, 0.7)[i % 2], 0.3), generator, seconds=20.0), scene)
+        seen.append(replace(observe(made, scene), source=f"{i}.h5", material="steel"))
+    joint, _ = fit_together({"steel": seen}, find_law=False, accuracy="balanced")
+    (said,) = present(joint).stray_notes()
+    assert re.search(r"steel: .* of 3.h5, .*: check that test's normal force \(", said)
+
+
 def scene_of(**behaviour: float) -> Scene:
     test = {"material": "steel", "normal_forces_n": [1.25], "frequency_ratios": [0.4], "friction_coefficient": 0.6}
     return scene_from_tables(
