@@ -222,7 +222,7 @@ class JointFit:
         return observation.nrmse(self.posterior.fit.residual(i)) / observation.floor
 
     def stray_notes(self) -> Iterator[str]:
-        """Yield the test of a material that its law misses far more than all others: a wrong fact is the first cause."""
+        """Yield the test of a material that its law misses far more than all others: a fact of it may be wrong."""
         for material in self.materials if self.of_cycles else ():
             *others, worst = sorted(self.tests(material), key=self.misfit)
             if len(others) > 1 and self.misfit(worst) > STRAY * max(self.misfit(others[-1]), EXPLAINED):
