@@ -35,10 +35,12 @@ FAULTS = (FrictionlabError, ArithmeticError, np.linalg.LinAlgError)
 BY_TWO_NUMBERS = (
     "{}: friction from two numbers of each test (energy and amplitude), for no law could be fitted to their cycles: {}"
 )
+UNLIKE = "{}: {} does not explain all cycles"
 VARIES = (
-    "{}: {} does not explain all cycles; its friction coefficient would be {:.3g} times as large if friction may vary"
-    " with place and speed, and its error holds the difference: --law auto finds the law that the tests require"
+    "; its friction coefficient would be {:.3g} times as large if friction may vary with place and speed, and its error"
+    " holds the difference"
 )
+DO_FIND = ": --law auto finds the law that the tests require"
 TURNS = (
     "{}: the gradient changes its sign from test to test ({:+.2g} to {:+.2g} per Y): a contact seated anew between"
     " tests has another one; its scatter is in the bands of predictions"
@@ -55,6 +57,7 @@ ASKED = (
 )
 STIFFNESS = "stiffness by the frequency found"  # what adds to errors
 ANY = 0.3  # relative: a natural frequency that the tests alone find ...
+SAME = 5e-3  # relative: a friction coefficient that differs by less is not said to
 BETTER = 0.5  # ... and how much less it leaves of them where it is named
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 Seen = CycleObservation | RowObservation
@@ -278,7 +281,7 @@ def fit_together(
         detuned = None
         if of_cycles:
             posterior, detuned = _against_another_rig(posterior, by_mass=by_mass)
-            posterior, said = _against_richer_laws(posterior)
+            posterior, said = _against_richer_laws(posterior, do="" if find_law else DO_FIND)
             notes += said
         else:  # their interval counts how badly few tests determine the scatter
             posterior = replace(posterior, scatter_u=np.zeros(len(posterior.unknowns)))
@@ -331,7 +334,7 @@ def _with_stiffness(posterior: Posterior, found: Posterior, *, by_mass: bool) ->
     return posterior.with_shift(STIFFNESS, np.array(shift))
 
 
-def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:
+def _against_richer_laws(posterior: Posterior, do: str) -> tuple[Posterior, list[str]]:
     """The posterior whose errors hold what place and speed would say, of each material whose law leaves a misfit."""
     said, joint = [], JointFit(posterior, posterior)
     for material in joint.materials:
@@ -347,7 +350,9 @@ def _against_richer_laws(posterior: Posterior) -> tuple[Posterior, list[str]]:
         shift = np.zeros(len(posterior.unknowns))
         shift[k] = (varied[0] - own) / slope
         posterior = posterior.with_shift(MISSED, shift)
-        said.append(VARIES.format(material, posterior.law(tests[0]).name, varied[0] / own))
+        times = varied[0] / own
+        varies = VARIES.format(times) if abs(times - 1.0) > SAME else ""
+        said.append(UNLIKE.format(material, posterior.law(tests[0]).name) + varies + do)
     return posterior, said
 
 
