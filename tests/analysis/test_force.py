@@ -16,6 +16,7 @@ from frictionlab.inference.explain import explain
 from frictionlab.logs import read_log
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.verbs.one_test import compare
 from tests.analysis.seen import BASE_M, NATURAL_HZ, steady, through_laser
 from tests.desk import present
 
@@ -112,6 +113,9 @@ def test_inertia_between_cell_and_contact_changes_the_force_and_not_its_energy()
     size = float(np.std(right.cycle.force))
     assert float(np.std(present(blind.cycle.force) - right.cycle.force)) > 0.1 * size
     assert float(np.std(present(knowing.cycle.force) - right.cycle.force)) < 0.05 * size
+    for kg in (0.0, 0.2):
+        said = compare(recording(heavy, *names), scene(force_inertia_kg=kg)).warnings
+        assert any("follows the acceleration: give force_inertia_kg" in each for each in said) == (kg == 0.0)
 
 
 @pytest.mark.parametrize(("channel", "r", "beta"), [("mass_velocity", 0.5, 0.2), ("mass_acceleration", 0.7, 0.3)])
