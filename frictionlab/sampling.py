@@ -51,11 +51,12 @@ def holes_of(time: FloatArray, interval: float, resolution: float = 0.0) -> NDAr
     >>> holes_of(np.array([0, 1, 2, 2.8, 4.4, 5, 6, 7, 8, 9, 10, 11, 12, 15, 16.0]) * 0.002, 0.002).tolist()
     [13]
     """
-    n, at = len(time), np.flatnonzero(np.diff(time) > 1.5 * interval + resolution) + 1
-    late = np.cumsum(np.append(0.0, time - time[0] - interval * np.arange(n)))
-    begin, end = np.maximum(at - 8, 0), np.minimum(at + 8, n)
+    passed = np.diff(time) / interval
+    at = np.flatnonzero(passed > 1.5 + resolution / interval) + 1
+    late = np.cumsum(np.append([0.0, 0.0], np.cumsum(np.minimum(passed, 10.0) - 1.0)))  # a clock set by years: 9 steps
+    begin, end = np.maximum(at - 8, 0), np.minimum(at + 8, len(time))
     rise = (late[end] - late[at]) / (end - at) - (late[at] - late[begin]) / (at - begin)
-    lasting: NDArray[np.intp] = at[rise > 0.5 * interval]
+    lasting: NDArray[np.intp] = at[rise > 0.5]
     return lasting
 
 

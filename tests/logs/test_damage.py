@@ -13,6 +13,7 @@ from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.logs.sensor import examine, step_and_range
 from frictionlab.recording import LineCount, Quality, Recording
+from frictionlab.sampling import holes_of
 from tests.analysis.hostile import motion, seen
 from tests.analysis.seen import STEP_M
 from tests.logs.fuzz import case, check, lines_of
@@ -230,6 +231,12 @@ def test_jitter_does_not_bend_the_rate(read: Callable[..., Recording], stray_s: 
     np.testing.assert_allclose(recording.sampling_rate_hz, 250.0, rtol=1e-1 * stray_s)
     assert recording.source.dialect["missing_samples"] == len(lost)
     assert np.flatnonzero(recording.quality).tolist() == sorted({300, 698} & {n - (n == 700) * 2 for n in lost})
+
+
+def test_holes_are_found_after_a_clock_was_set_by_years() -> None:
+    time = np.arange(300_000) * 1e-4
+    time[1000:] += 1e9
+    assert holes_of(np.delete(time, [200_000]), 1e-4).tolist() == [1000, 200_000]
 
 
 def test_stamps_too_coarse_to_tell_samples_apart_are_counted(read: Callable[..., Recording]) -> None:
