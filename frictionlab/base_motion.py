@@ -98,7 +98,7 @@ class RecordResponse:
 
 def respond_to(
     recording: Recording,
-    what: Problem | Callable[[float], Structure],
+    what: Problem | Callable[[float], Problem | Structure],
     *,
     natural_frequency_hz: float,
     stiffness_n_per_m: float | None = None,
@@ -117,8 +117,8 @@ def respond_to(
     recording : Recording
         Its base drives; its mass is not looked at.
     what : Problem or callable
-        What moves, with r = 1; beta is over k times the largest displacement of the base from its first value, Y. A
-        frame of several masses is given as a function of Y [m].
+        What moves, with r = 1; beta is over k times the largest displacement of the base from its first value, Y.
+        Friction that is known in newtons, or a frame of several masses, is given as a function of Y [m].
     natural_frequency_hz : float
         Of the frame; of several masses, of the first storey alone.
     stiffness_n_per_m : float, optional
@@ -137,7 +137,8 @@ def respond_to(
     SimulationError
         The base does not move, or the law cannot be integrated.
     """
-    follows = what.wall == "base" if isinstance(what, Problem) else what(1.0).follows_base
+    sketch = what if isinstance(what, Problem) else what(1.0)
+    follows = sketch.wall == "base" if isinstance(sketch, Problem) else sketch.follows_base
     part, warnings = sound_base(recording, jumps=is_acceleration)
     omega, y, u = 2.0 * math.pi * natural_frequency_hz, part.base_displacement, None
     tau = omega * (part.time - part.time[0])

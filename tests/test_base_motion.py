@@ -231,13 +231,29 @@ def test_the_law_is_that_of_the_other_commands(quake: Path) -> None:
     }
 
 
+def test_friction_in_newtons_is_over_the_largest_excursion_of_the_base(quake: Path, tmp_path: Path) -> None:
+    """It was refused, and beta over an excursion asked for that nobody has in hand."""
+    scene = tmp_path / "rig.toml"
+    scene.write_text(f"[rig]\nstiffness_n_per_m = 1000.0\nnatural_frequency_hz = {FN}\ndamping_ratio = 0.01\n")
+    y = np.loadtxt(quake, delimiter=",", skiprows=1)[:, 1]
+    beta = 0.3 * 2.0 / (1000.0 * 1e-3 * float(np.abs(y - y[0]).max()))
+    common = ("--base-motion", quake, "--scene", scene, "--json")
+    by_force = json.loads(run(*common, "--coefficient", 0.3, "--normal-force", 2.0).stdout)
+    by_ratio = json.loads(run(*common, "--beta", repr(beta)).stdout)
+    assert by_force["parameters"] == pytest.approx(by_ratio["parameters"], rel=1e-9)
+    assert by_force["peak_displacement"] == pytest.approx(by_ratio["peak_displacement"], rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("--beta", "0.4"), "expected --r R (a steady state) or --base-motion FILE"),
         (("--beta", "0.4", "--r", "0.5", "--unit", "mm"), "--unit: belongs to --base-motion"),
         (("--beta", "0.4", "--r", "0.5", "--base-motion", "a.csv"), "got both"),
-        (("--coefficient", "0.3", "--base-motion", "a.csv"), "with --base-motion expected --beta BETA"),
+        (
+            ("--coefficient", "0.3", "--base-motion", "a.csv"),
+            "expected --beta BETA (friction force over k Y), or, all of",
+        ),
         (("--beta", "0.4", "--cycles", "3", "--base-motion", "a.csv"), "--cycles: a recorded base is followed once"),
         (("--beta", "0.4", "--base-motion", "a.csv", "-o", "a.xlsx"), "expected a recording, a name ending in .h5"),
     ],

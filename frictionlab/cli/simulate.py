@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -92,12 +92,13 @@ def simulate(
             moves = _structure(rubbing, known, ())
             _follow(lambda amplitude: moves(1.0, amplitude), base_motion, scene, settings, highpass, to)
             return
-        if rubbing.beta is None:
-            raise UsageError(
-                "friction: with --base-motion expected --beta BETA, the friction force over k times the largest"
-                " displacement of the base from its first value"
-            )
-        _follow(_posed(1.0, rubbing, known, from_rest=True)[0], base_motion, scene, settings, highpass, to)
+        by_force = rubbing.beta is None  # over k Y, which is known once the base is read
+
+        def contact(amplitude: float) -> "Problem":
+            return _posed(1.0, replace(rubbing, base_amplitude=amplitude), known, from_rest=not by_force)[0]
+
+        once = contact(1.0)  # a contradiction is refused before anything is read
+        _follow(contact if by_force else once, base_motion, scene, settings, highpass, to)
         return
     stray = [words.flags for key, (_, words) in SETTINGS.items() if key in settings]
     stray += ["--highpass"] if highpass is not None else []
@@ -309,7 +310,7 @@ def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) 
 
 
 def _follow(
-    problem: "Problem | Callable[[float], Structure]",
+    problem: "Problem | Callable[[float], Problem | Structure]",
     path: Path,
     scene: Path | None,
     settings: Mapping[str, object],

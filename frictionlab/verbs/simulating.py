@@ -66,7 +66,7 @@ def simulate(problem: "Problem | Structure", *, cycles: int | None = None, solve
 
 def respond(
     what: "Recording | FilePath",
-    problem: "Problem | Callable[[float], Structure]",
+    problem: "Problem | Callable[[float], Problem | Structure]",
     scene: "AnyScene" = None,
     *,
     highpass_hz: float | None = None,
@@ -80,7 +80,8 @@ def respond(
         A recording, its file, a log with a base column, or one column of any table (``base="2"``).
     problem : Problem or callable
         The contact law, with r = 1 (time is counted in omega_n t); beta is over k times the largest displacement of the
-        base from its first value, Y. A frame of several masses is given as a function of Y [m].
+        base from its first value, Y. Friction that is known in newtons, or a frame of several masses, is given as a
+        function of Y [m].
     scene, **settings
         ``[rig]`` gives natural frequency, stiffness and, where the problem has none, the frame's damping ratio;
         ``[log]`` what the log does not say itself. Keys of both may be set: ``natural_frequency_hz=3.13, unit="mm"``.
