@@ -27,7 +27,8 @@ def motion_figure(state: "SteadyState") -> Figure:
     That of a single contact is drawn over its speed too.
     """
     contacts = 1 if state.structure is None else len(state.structure.contacts)
-    with drawing(5.0, state.verdict, state.warnings) as figure:
+    posed = "" if state.structure is not None else f"{repr(state.problem)[1:-1].removeprefix('Problem ')}. "
+    with drawing(5.0, posed + state.verdict, state.warnings) as figure:
         grid = figure.add_gridspec(2, 4 * max(1, contacts))
         draw_motion(state, figure.add_subplot(grid[0, : -max(1, contacts)]))
         tau, q, _, _ = _sampled(state)
