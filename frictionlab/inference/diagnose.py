@@ -34,6 +34,7 @@ AS_LIKELY = -4.0  # the same from which what it moves belongs to u
 BETTER = 0.7  # of what a law misses: a richer one that leaves less was right to be asked
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
 OTHER_CAUSE = "another cause than the law"
+LEAST_FREE = 0.1  # share of what is known of a fact that its data must say: else the prior alone does
 STEPS, WORK = 25, 1.5e5  # of the fit with a cause let free, and what all of them may cost
 TRIED = (0.0, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0)  # relative, of a natural frequency
 USUAL_PLAY, LITTLE_PLAY = 1e-5, 1e-6  # m to either side: what a bolted frame may have; by which slopes are taken
@@ -89,16 +90,18 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
 def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) -> Iterator[str]:
     """Yield which known quantity the fit had to move away from what is known of it, and what to declare instead.
 
-    Of a law that explains the test: any other law finds a lag or a frequency that makes up for what it lacks. Of those
-    ``named`` with the value that they have when they are let free, that value is the one to declare: here what is
-    declared has pulled it.
+    Of a law that explains the test: any other law finds a lag or a frequency that makes up for what it lacks. What is
+    to be declared is what the data say without the prior, which has pulled the value found; of those ``named`` with the
+    value that they have when they are let free, that value.
     """
     for k in found.strained:
         u, seen = found.unknowns[k], found.nuisances().get(found.unknowns[k].name)
         if seen is None:
             continue
-        times = abs(float(found.fit.point[k])) / u.known_to
-        declare = "" if u.name in named else to_declare(u.name, seen["value"], seen["u"], scene)
+        c = float(found.fit.point[k])
+        times, free = abs(c) / u.known_to, 1.0 / max(1.0 - u.hold(c) * float(found.plain[k, k]), LEAST_FREE)
+        asked = u.mean + u.sd * c * free, seen["u"] * math.sqrt(free)
+        declare = "" if u.name in named else to_declare(u.name, *asked, scene)
         against = "what is assumed where none is declared: measure it and declare it"
         if not u.assumed:
             against = "its standard uncertainty: check it"
