@@ -267,17 +267,17 @@ def test_a_material_that_its_law_does_not_explain_leaves_the_others_their_scatte
     """Friction 15 % apart from test to test was taken for misfit of all, as soon as one material was not explained."""
     generator, seen = np.random.default_rng(5), dict[str, list[CycleObservation]]()
     scene = scene_from_tables({"rig": {"natural_frequency_hz": NATURAL_HZ}, "experiment": {"normal_force_n": FORCE}})
-    for material, spread in {"steel": (0.3, 0.42, 0.36), "brass": (0.5, 0.62, 0.44)}.items():
+    for material, spread in {"steel": (0.3, 0.42, 0.36), "brass": (0.5, 0.44)}.items():
         contacts = [Problem(0.5, beta) for beta in spread]
         if material == "brass":
-            contacts[2] = Problem(0.5, 0.44, law="coulomb+place", parameters={"gradient": 0.2})
-        made = [measure(recorded(contact, generator, seconds=20.0), scene) for contact in contacts]
+            contacts[1] = Problem(0.5, 0.44, law="coulomb+place", parameters={"gradient": 0.2})
+        made = [measure(recorded(contact, generator, seconds=12.0), scene) for contact in contacts]
         each = [replace(observe(m, scene), source=f"{material}{i}", material=material) for i, m in enumerate(made)]
         seen[material] = each
     joint, _ = fit_together(seen, find_law=False, accuracy="balanced")
     posterior = present(joint).posterior
     assert all(explains(posterior.fit, [i]) for i in range(3))
-    assert not explains(posterior.fit, [5])
+    assert not explains(posterior.fit, [4])
     assert posterior.values(1)["beta"] == pytest.approx(0.42, rel=0.01)
 
 
@@ -287,7 +287,7 @@ def test_a_test_whose_force_is_mistyped_is_named() -> None:
     for i, force in enumerate((FORCE, FORCE, FORCE, 10.0 * FORCE)):
         rig = {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": 1190.0}
         scene = scene_from_tables({"rig": rig, "experiment": {"normal_force_n": force}})
-        made = measure(recorded(Problem((0.4, 0.7)[i % 2], 0.3), generator, seconds=20.0), scene)
+        made = measure(recorded(Problem((0.4, 0.7)[i % 2], 0.3), generator, seconds=12.0), scene)
         seen.append(replace(observe(made, scene), source=f"{i}.h5", material="steel"))
     joint, _ = fit_together({"steel": seen}, find_law=False, accuracy="balanced")
     (said,) = present(joint).stray_notes()

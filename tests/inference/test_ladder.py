@@ -76,8 +76,8 @@ def test_a_dashpot_beside_a_stribeck_curve_is_in_the_error_where_noise_hides_it(
 def test_the_exponent_of_a_stribeck_curve_is_not_pulled_amid_one_and_two() -> None:
     """Its prior was 1.5 +- 0.25, so that 2, in half of all texts, came out 1.8 to 3 errors too small."""
     more = {"static_ratio": 1.3, "stribeck_speed": 0.1, "stribeck_exponent": 2.0}
-    truth = Problem(0.25, 0.4, law="coulomb+stribeck", parameters=more)
-    found = compare(recorded(truth, np.random.default_rng(7), scatter=3e-4, seconds=30.0), scene(), law=truth.law.name)
+    truth = Problem(0.4, 0.4, law="coulomb+stribeck", parameters=more)
+    found = compare(recorded(truth, np.random.default_rng(6), scatter=3e-4, seconds=30.0), scene(), law=truth.law.name)
     for name, value in more.items():
         assert abs(found.parameters[name]["value"] - value) < 1.5 * found.parameters[name]["u"], name
 
