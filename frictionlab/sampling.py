@@ -32,13 +32,14 @@ def sampling_interval(time: FloatArray) -> float:
         count = np.linspace(-0.5 * (n - 1), 0.5 * (n - 1), n)
         count *= time - time[0]
         return float(count.sum()) * 12.0 / (n * (n * n - 1.0))
-    count = np.zeros(n)
-    count[1:] = steps > 0
-    holes = holes_of(time, guess)
-    count[holes] = np.rint(steps[holes - 1] / guess)
-    count = np.cumsum(count)
-    breaks = clock_breaks(time, _pooled_slope(count, time, holes))
-    return _pooled_slope(count, time, breaks)
+    interval, count = guess, np.zeros(n)
+    for _ in range(2):  # the usual step of coarse stamps is far from their interval
+        holes = holes_of(time, interval)
+        passed = np.append(0.0, steps > 0)
+        passed[holes] = np.rint(steps[holes - 1] / interval)
+        count = np.cumsum(passed)
+        interval = _pooled_slope(count, time, holes)
+    return _pooled_slope(count, time, clock_breaks(time, interval))
 
 
 def holes_of(time: FloatArray, interval: float, resolution: float = 0.0) -> NDArray[np.intp]:

@@ -20,7 +20,7 @@ from frictionlab.inference.comparison import AtContact, Comparison, ContactForce
 from frictionlab.inference.diagnose import against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.ladder import Ladder, climb
-from frictionlab.inference.material_law import DETUNING, MaterialLaw
+from frictionlab.inference.material_law import DETUNING, FRAME, MaterialLaw
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.observations import (
     CycleObservation,
@@ -167,8 +167,8 @@ def _found(
 def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Comparison:
     """Compare a measured test with the law of its material, found elsewhere.
 
-    Fitted are only the values that scatter from test to test, each held by its scatter and its error: the other values,
-    the natural frequency, the frame's damping and an undeclared lag are those that the law was found with.
+    Fitted are only the values of the law, each held by its error and its scatter from test to test, and the natural
+    frequency by its error: the frame's damping and an undeclared lag are those that the law was found with.
 
     Raises
     ------
@@ -187,7 +187,8 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     test = (measurement.normal_force_n, measurement.base_amplitude_m, drive / law.rig["natural_frequency_hz"])
     middle = law.problem(*test)
     errors = dict(zip(law.values, np.sqrt(np.diag(law.covariance)).tolist(), strict=True))
-    apart = {n: v + math.hypot(*law.scatter[n], errors[n]) if n in law.scatter else v for n, v in law.values.items()}
+    of_rig = {FRAME: 0.0, DETUNING: 0.0}
+    apart = {n: v + of_rig.get(n, math.hypot(*law.scatter.get(n, ()), errors[n])) for n, v in law.values.items()}
     moved, own = law.problem(*test, values=apart).parameters, []
     for p in law_of(law.law).own:
         mean, sd = middle.parameters[p.name], moved[p.name] - middle.parameters[p.name]
@@ -205,8 +206,8 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     found = posterior_of(fit_from(Model((one,), tuple(own), np.zeros(len(own))), starts))
     judged = compared(measurement, scene, found, None)
     far = [
-        f"{u.name}: {u.value(c):.4g} fits this test, the law says {u.mean:.4g}: {abs(c):.0f} times its scatter:"
-        " the law does not hold here: is it another material, or another normal force?"
+        f"{u.name}: {u.value(c):.4g} fits this test, the law says {u.mean:.4g}: {abs(c):.0f} times its error and"
+        " scatter: the law does not hold here: is it another material, or another normal force?"
         for u, c in zip(own, found.fit.point.tolist(), strict=True)
         if u.law and abs(c) > STRAINED
     ]
@@ -322,8 +323,9 @@ def compared(
         shift[beta] = found.values()["beta"] / found.slope(beta)
         found = found.with_shift(UNSETTLED, shift)
     if nrmse is not None and step == ANOTHER:
-        drive = measurement.drive_frequency_hz
-        step = start_left(state, measurement.transient_s * drive, drive, nrmse, observation.floor) or step
+        drive, noise = measurement.drive_frequency_hz, {"nrmse": nrmse, "floor": observation.floor}
+        left_out = measurement.transient_s * drive
+        step = start_left(state, left_out=left_out, cycles=measurement.cycles, drive=drive, **noise) or step
     contact = contact_of(observation, found.values(), state, scene.rig.stiffness)
     return _judged(
         *(found, scene, ladder, nrmse, [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]),

@@ -63,17 +63,23 @@ def never_settles(state: SteadyState, cycles: int, floor: float) -> str | None:
     )
 
 
-def start_left(state: SteadyState, left_out: float, drive: float, nrmse: float, floor: float) -> str | None:
+def start_left(
+    state: SteadyState, *, left_out: float, cycles: int, drive: float, nrmse: float, floor: float
+) -> str | None:
     """Say that what a law misses may be the start of the recording, which has not died out in the cycles left out.
 
-    ``left_out``: transient, in cycles; ``drive``: Hz; ``floor``: error of the measured mean cycle over its rms.
+    ``left_out``: transient, in cycles; ``cycles``: whose mean was measured; ``drive``: Hz; ``floor``: error of the mean
+    cycle over its rms.
     """
-    if not 0.0 < state.memory < 1.0 or state.memory**left_out < START * nrmse:
+    if not 0.0 < state.memory < 1.0:
         return None
-    needed = math.log(START * floor) / math.log(state.memory) / drive
+    in_mean = state.memory**left_out * (1.0 - state.memory**cycles) / (cycles * (1.0 - state.memory))
+    if in_mean < START * nrmse:
+        return None
+    needed = math.ceil(math.log(START * floor) / math.log(state.memory) / drive)
     return (
         f"the start of the recording may still be in it, for a disturbance of this motion lasts"
-        f" {-1.0 / math.log(state.memory):.2g} cycles: --transient {needed:.2g} (record longer if it is)"
+        f" {-1.0 / math.log(state.memory):.2g} cycles: --transient {needed}, or record longer; else {ANOTHER}"
     )
 
 

@@ -316,8 +316,10 @@ def test_a_law_found_elsewhere_judges_a_test_by_its_scatter_alone(brass: tuple[f
     assert held["natural_frequency"] == pytest.approx(law.values[DETUNING] - 1.0, abs=3.0 * error)
     assert present(judged.friction_ratio_u) > 0.1 * error  # at 1e-8 it was that of this test's noise alone
     assert not any("the law does not hold here" in w for w in judged.warnings)
-    without = replace(law, scatter={})  # no unknown at all: the law as it stands
-    assert (fl.compare(place / "250g.h5", facts, law_file=without).response_nrmse or 0.0) > 0.05
+    without = replace(law, scatter={})  # of one test: its values have their errors, and no scatter is known
+    assert fl.compare(place / "250g.h5", facts, law_file=without).verdict == "explained"
+    exact = replace(without, covariance=1e-12 * law.covariance)  # no unknown at all: the law as it stands
+    assert present(fl.compare(place / "250g.h5", facts, law_file=exact).response_nrmse) > 0.05
     with pytest.raises(UsageError, match="law_file: a given law leaves nothing to find"):
         fl.compare(place / "250g.h5", facts, law="coulomb", law_file=law)
 
