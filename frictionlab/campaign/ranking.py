@@ -284,7 +284,7 @@ def _by_consistency(cells: Cells) -> Standing:
     found = {}
     for m, row in rows.items():
         value, noise = math.exp(float(row.mean())), math.fsum(seen[m][c][1] for c in common) / len(common)
-        found[m] = _Level(value, None if spread is None else math.hypot(value * spread, noise))
+        found[m] = _Level(value, None if spread is None else value * math.hypot(spread, noise))
     evidence = f"{_count(common)} that all materials have in common, compared in pairs"
     return found, lambda a, b: _paired_p(rows[a] - rows[b]), evidence
 
@@ -302,8 +302,9 @@ def _irregularity(tests: Tests) -> tuple[float, float] | None:
             continue
         floor = max(trial.irregularity_floor, trial.base_irregularity, 1e-9)
         low, high = trial.irregularity_interval
-        logs.append(math.log(max(trial.excess_irregularity, floor / 3.0)))
-        widths.append(((high or 0.0) - (low or 0.0)) / math.sqrt(12.0))
+        excess = max(trial.excess_irregularity, floor / 3.0)
+        logs.append(math.log(excess))
+        widths.append(((high or 0.0) - (low or 0.0)) / math.sqrt(12.0) / excess)
     return (math.fsum(logs) / len(logs), math.fsum(widths) / len(widths)) if logs else None
 
 

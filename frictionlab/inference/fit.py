@@ -430,11 +430,12 @@ def weighed(found: Fit, shares: FloatArray, *, follows: bool = True) -> Fit:
     return descend(moved) if follows else moved
 
 
-def with_scatter(found: Fit) -> tuple[Fit, FloatArray]:
+def with_scatter(found: Fit, farthest: float = FARTHEST, *, lifts: bool = False) -> tuple[Fit, FloatArray]:
     """Return the fit with the likeliest scatter from test to test, and the standard errors of the scatters (m,).
 
     Each scatter is tried on a grid, the others held, until nothing moves: the marginal likelihood of all tests by their
-    linear slopes, times a half-Cauchy prior. One test gives no scatter.
+    linear slopes, times a half-Cauchy prior. One test gives no scatter. ``farthest``: scales of its prior beyond which a
+    scatter is a misfit; ``lifts``: not so of a scatter found there, for a law that explains its tests has no misfit.
     """
     model = found.model
     errors = np.zeros(len(model.unknowns))
@@ -446,14 +447,15 @@ def with_scatter(found: Fit) -> tuple[Fit, FloatArray]:
             for k, unknown in enumerate(model.unknowns):
                 scale = scatter_scale(unknown, float(found.point[k]))
                 if scale > 0.0 and sum(k in t.index for t in model.tests) > 1:
-                    scatter[k], errors[k] = _likeliest(found, scatter, k, scale)
+                    scatter[k], errors[k] = _likeliest(found, scatter, k, scale, farthest)
         old, moved = found.model.scatter, replace(found.model, scatter=scatter)
         local = tuple(
             np.divide(old[t.index] * d, scatter[t.index], out=np.zeros(len(d)), where=scatter[t.index] > 0.0)
             for t, d in zip(model.tests, found.local, strict=True)
         )
         found = descend(fit_at(moved, found.point, local))
-    return found, errors
+    scales = [farthest * scatter_scale(u, c) for u, c in zip(model.unknowns, found.point.tolist(), strict=True)]
+    return with_scatter(found, math.inf) if lifts and (found.model.scatter > scales).any() else (found, errors)
 
 
 def let_apart(found: Fit) -> Fit:
@@ -473,11 +475,11 @@ def scatter_scale(unknown: Unknown, c: float) -> float:
     return unknown.scatter * abs(unknown.value(c)) / unknown.sd
 
 
-def _likeliest(found: Fit, scatter: FloatArray, k: int, scale: float) -> tuple[float, float]:
+def _likeliest(found: Fit, scatter: FloatArray, k: int, scale: float, farthest: float) -> tuple[float, float]:
     """The mean of one scatter under its posterior on the grid, where it is clearly above zero, and its error."""
     tried = SCATTERS * scale
     score = log_marginals(found, np.where(np.arange(len(scatter)) == k, tried[:, None], scatter))
-    score -= np.log1p(SCATTERS**2) + 0.5 * (SCATTERS / FARTHEST) ** 2
+    score -= np.log1p(SCATTERS**2) + 0.5 * (SCATTERS / farthest) ** 2
     edges = np.concatenate([[0.0], 0.5 * (tried[1:] + tried[:-1]), tried[-1:]])
     weight = np.exp(score - score.max()) * np.diff(edges)
     weight /= weight.sum()

@@ -526,10 +526,10 @@ def of_several(found: Fit) -> Posterior:
     their scatter: they are fitted once more from values of their own, and what is left then is misfit.
     """
     first, tests = with_scatter(found), range(len(found.model.tests))
-    again = with_scatter(tempered(first[0]))
+    again = with_scatter(tempered(first[0]), lifts=True)
     if explains(again[0], tests):
         return posterior_of(*again)
-    apart = with_scatter(tempered(with_scatter(let_apart(found))[0]))
+    apart = with_scatter(tempered(with_scatter(let_apart(found))[0]), lifts=True)
     explained = (sum(explains(fit, [i]) for i in tests) for fit in (apart[0], first[0]))
     return posterior_of(*(apart if operator.gt(*explained) else first))
 

@@ -279,6 +279,7 @@ def test_a_material_that_its_law_does_not_explain_leaves_the_others_their_scatte
     assert all(explains(posterior.fit, [i]) for i in range(3))
     assert not explains(posterior.fit, [4])
     assert posterior.values(1)["beta"] == pytest.approx(0.42, rel=0.01)
+    assert present(posterior.estimate("beta", 0).u) > 0.9 * np.std((0.3, 0.42, 0.36), ddof=1) / math.sqrt(3)
 
 
 def test_a_test_whose_force_is_mistyped_is_named() -> None:
