@@ -136,7 +136,7 @@ def test_a_notebook_gets_frames_pages_and_figures(
     assert fl.evaluate(tmp_path / "m.jsonl", SCENE).materials == campaign.materials
     assert fl.evaluate([comparison], SCENE).fits[0].material == "steel"
     with pytest.raises(fl.UsageError, match=r"expected measurements, comparisons, .*; got a Recording"):
-        fl.evaluate([recording], SCENE)  # type: ignore[list-item]
+        fl.evaluate(recording, SCENE)  # type: ignore[arg-type]
     with pytest.raises(fl.UsageError, match="law: explain finds the law"):
         fl.explain(recording, SCENE, law="coulomb")
     told = fl.explain(comparison)

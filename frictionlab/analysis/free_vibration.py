@@ -110,10 +110,12 @@ def free_vibrations(
             continue
         guess = first_guess(when, height, pendulum=pendulum)
         t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
-        fit = fit_decay(t, seen, guess)
-        if fit.misfit > 0.1:
-            left = f"viscous and friction damping leave {fit.misfit:.0%} of the first swing"
-            refused.append(f"{left}: expected a mass that swings freely: displace it, let go")
+        fit, faded = fit_decay(t, seen, guess), 1.0 - float(_swings(tap)[-1] / _swings(tap)[0])
+        if fit.misfit > (0.1 if faded >= FADED else 0.01):
+            left = f"viscous and friction damping leave {fit.misfit:.1%} of the first swing, of which {faded:.0%} fade"
+            refused.append(
+                f"{left}: expected a mass that swings freely: displace it, let go, and record until it rests"
+            )
             continue
         decay, se = fit.decay, fit.se
         found.append(
@@ -134,7 +136,7 @@ def free_vibrations(
                 misfit=fit.misfit,
                 cubic_share=decay.cubic * decay.swing**2,
                 cubic_share_se=se.cubic * decay.swing**2 if decay.cubic else None,
-                warnings=tuple(_warnings(fit, share)),
+                warnings=tuple(_warnings(fit, share, faded)),
                 time=t,
                 measured=seen,
                 fitted=seen - fit.residual,
@@ -171,8 +173,10 @@ def _thinned(time: FloatArray, x: FloatArray, half_period: float, rest: float) -
     return t, rest + (mean - rest) / kept
 
 
-def _warnings(fit: DecayFit, base_share: float) -> list[str]:
+def _warnings(fit: DecayFit, base_share: float, faded: float) -> list[str]:
     said = []
+    if faded < FADED:
+        said.append(f"only {faded:.0%} of the swing fades in this record, and under a drive it may too: record longer")
     if base_share > 0.005:
         said.append(
             f"the base moves by {base_share:.1%} of the mass's swing, and its motion is in all numbers: hold it"
@@ -236,6 +240,7 @@ def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:
 
 # Where a mass swings freely ------------------------------------------------------------------------------------------
 
+FADED = 0.3  # share of its first swing that a decay has lost, from which no drive is asked after
 LEAST_SWINGS = 6  # half-cycles
 
 
@@ -260,7 +265,7 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
             run = turnings[:, first : end - (end < turnings.shape[1])]
             long += [run] if run.shape[1] > LEAST_SWINGS else []
     # a short record sees little of its decay: 1 % a half-cycle (a damping ratio of 0.003) parts it from a drive
-    decays = tuple(run for run in long if _swings(run)[-1] <= max(0.7, 0.99 ** run.shape[1]) * _swings(run)[0])
+    decays = tuple(run for run in long if _swings(run)[-1] <= max(1.0 - FADED, 0.99 ** run.shape[1]) * _swings(run)[0])
     share = sum(run.shape[1] for run in decays) / max(1, len(swings))
     if decays and share >= 0.5:
         return decays

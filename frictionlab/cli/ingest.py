@@ -53,7 +53,7 @@ def ingest(
         raise UsageError(f"expected either LOG... or --mass-log FILE with --base-log FILE; got {got}")
     scene = work.scene_for(logs[0] if logs else mass_log, settings, ("log",))
     inputs = files_of(logs or [], logs_in) if mass_log is None else [mass_log]
-    work.note_not_read(logs or [], scene)
+    work.note_not_read(logs or [log for log in (mass_log, base_log) if log], scene)
     outputs: Mapping[Path, Path] = {}
     if not dry_run:
         outputs = _places(inputs, output)

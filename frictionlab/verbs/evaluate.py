@@ -68,7 +68,9 @@ def evaluate(
         known = known.changed(model={"law": law_of(law).name, "parameters": {}})
     rows: list[Row] = []
     places = {Path(folder) for folder in folders}
-    for what in [measurements] if isinstance(measurements, (str, PathLike)) else measurements:
+    if isinstance(measurements, (str, PathLike, Mapping)) or not isinstance(measurements, Iterable):
+        measurements = [measurements]
+    for what in measurements:
         if isinstance(what, (Measurement, Comparison, Mapping)):
             rows.append(what if isinstance(what, Mapping) else what.row())
         elif isinstance(what, (str, PathLike)):

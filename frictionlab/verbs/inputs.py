@@ -98,8 +98,18 @@ def not_read_in(places: Iterable[Path]) -> dict[Path, str]:
     inner = "logs of a folder in the folder: give it as well"
     files = [path for place in places if place.is_dir() for path in sorted(place.iterdir())]
     found = {path: reason for path in files if path.suffix.lower() in OTHER_DATA}
-    folders = [path for path in files if path.is_dir() and path.name[0] != "." and not (path / "made.json").exists()]
-    return found | {path: inner for path in folders if any(map(is_log_name, path.iterdir()))}
+    return found | {path: inner for path in files if path.name[0] != "." and path.is_dir() and _holds_logs(path)}
+
+
+def _holds_logs(folder: Path) -> bool:
+    """Whether a folder holds logs, and not results; one that must not be looked into holds none."""
+    try:
+        names = {path.name for path in folder.iterdir()}
+    except OSError:
+        return False
+    return names.isdisjoint(("made.json", "measurements.csv", "report.html")) and any(
+        is_log_name(Path(n)) for n in names
+    )
 
 
 def recordings_in(folder: Path) -> list[Path]:

@@ -84,6 +84,9 @@ def test_a_coarse_clock_and_missing_samples_do_not_matter() -> None:
     assert tap.friction_m == pytest.approx(5e-6, rel=0.05)
 
 
+SETTLING = 9e-4 * np.exp(-0.02 * OMEGA * T)  # what a drive begins with
+
+
 @pytest.mark.parametrize(
     ("x", "words"),
     [
@@ -91,6 +94,7 @@ def test_a_coarse_clock_and_missing_samples_do_not_matter() -> None:
         (viscous(0.5), r"at least 6 half-cycles above the noise; got [0-5]:"),
         (3e-3 * np.sin(2 * math.pi * 2.35 * T), "a driven motion, not a free decay"),
         (3e-3 * np.sin(OMEGA * T[:1250]), "a driven motion, not a free decay"),
+        ((SETTLING * np.sin(OMEGA * T) + 3e-3 * np.sin(0.9 * OMEGA * T))[:1000], "leave 3.9% .* of which 29% fade"),
         (1e-4 * np.exp(0.004 * OMEGA * T) * np.sin(OMEGA * T), r"the motion grows .* negative damping"),
     ],
 )
