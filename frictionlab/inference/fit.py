@@ -434,8 +434,8 @@ def with_scatter(found: Fit, farthest: float = FARTHEST, *, lifts: bool = False)
     """Return the fit with the likeliest scatter from test to test, and the standard errors of the scatters (m,).
 
     Each scatter is tried on a grid, the others held, until nothing moves: the marginal likelihood of all tests by their
-    linear slopes, times a half-Cauchy prior. One test gives no scatter. ``farthest``: scales of its prior beyond which a
-    scatter is a misfit; ``lifts``: not so of a scatter found there, for a law that explains its tests has no misfit.
+    linear slopes, times a half-Cauchy prior. One test gives no scatter. ``farthest``: scales of its prior beyond which
+    scatter is misfit; ``lifts``: not so of a scatter found there, for a law that explains its tests has no misfit.
     """
     model = found.model
     errors = np.zeros(len(model.unknowns))
