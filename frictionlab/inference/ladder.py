@@ -159,10 +159,6 @@ class _Climb:
         """Whether a rung leaves nothing but noise."""
         return rung.fit is not None and all(misfit_is_noise(rung.fit, i) for i in range(len(self.observations)))
 
-    def explains(self, rung: Rung) -> bool:
-        """Whether a rung explains every test, though there may be more to it."""
-        return rung.fit is not None and explains(rung.fit, range(len(self.observations)))
-
     def upward(self, here: Rung, terms: tuple[str, ...]) -> Rung:
         """Climb from a rung, one term at a time (or two where no single one helps), as far as it is required."""
         while True:
@@ -178,14 +174,15 @@ class _Climb:
 
     def onto_numeric(self, bottom: Rung, top: Rung) -> Rung:
         """The best of the laws without exact slides: each alone, beside what the exact ones have, and what it takes."""
-        best = top
+        best, tests = top, range(len(self.observations))
         for terms in (SMOOTH, INNER):
             if best is not top and self.is_noise(best):
                 break
             for below, term in product((bottom, top), terms):
                 good = self.required(below, (term,), 1)
                 # a richer law may explain as much with another friction ratio: its error must hold that
-                richer = [more for rung in good if self.explains(rung) for more in self.required(rung, CHEAP, 1)]
+                fits = [rung for rung in good if rung.fit is not None and explains(rung.fit, tests)]
+                richer = [more for rung in fits for more in self.required(rung, CHEAP, 1)]
                 best = max((best, *good, *richer), key=lambda rung: rung.log_evidence)
         if not self.is_noise(best):
             alone = self.required(bottom, DEAR, 1)

@@ -7,7 +7,6 @@ is the list of these terms.
 """
 
 import math
-import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -530,8 +529,8 @@ def of_several(found: Fit) -> Posterior:
     if explains(again[0], tests):
         return posterior_of(*again)
     apart = with_scatter(tempered(with_scatter(let_apart(found))[0]), lifts=True)
-    explained = (sum(explains(fit, [i]) for i in tests) for fit in (apart[0], first[0]))
-    return posterior_of(*(apart if operator.gt(*explained) else first))
+    more = sum(explains(apart[0], [i]) - explains(first[0], [i]) for i in tests)
+    return posterior_of(*(apart if more > 0 else first))
 
 
 def explains(fit: Fit, tests: Iterable[int]) -> bool:

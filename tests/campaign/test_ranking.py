@@ -107,6 +107,12 @@ def test_an_irregularity_that_noise_hides_is_known_to_the_noise(scene: Scene) ->
         assert present(rank.value_se) > 0.2e-3
 
 
+def test_materials_whose_names_differ_in_capitals_only_are_named(scene: Scene) -> None:
+    rows = [row(m, 1.5, r, 0.6) for m in ("brass", "Brass", "zinc") for r in RATIOS]
+    (said,) = (n for n in evaluate([trial_of(r) for r in rows], scene).notes if "capitals" in n)
+    assert said.startswith("Brass, brass: names that differ in capitals only")
+
+
 def test_only_the_common_tests_count(scene: Scene) -> None:
     """Steel's extra tests would put it first; where both were tested, rubber dissipates more."""
     rows = [row("rubber", 1.0, r, 0.95) for r in RATIOS] + [row("steel", 1.0, r, 0.6) for r in RATIOS]
