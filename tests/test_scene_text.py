@@ -99,6 +99,8 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     (logs / "broken.csv").write_text("nothing")
     (logs / "more").mkdir()
     (logs / "more" / "steel.csv").write_text(tap(1.0))
+    (logs / "results").mkdir()  # of a campaign: no logs, whatever their suffix
+    (logs / "results" / "measurements.csv").write_text("source\n")
     done = run("init", "logs")
     assert done.exit_code == 0, done.stderr
     assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 2 not read"
