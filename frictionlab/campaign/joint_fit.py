@@ -221,8 +221,7 @@ class JointFit:
 
     def misfit(self, i: int) -> float:
         """Return what the joint fit leaves of test i, over what noise leaves."""
-        observation = self.posterior.fit.model.tests[i].observation
-        return observation.nrmse(self.posterior.fit.residual(i)) / observation.floor
+        return self.posterior.fit.nrmse([i]) / self.posterior.observations[i].floor
 
     def stray_notes(self) -> Iterator[str]:
         """Yield the test of a material that its law misses far more than all others: a fact of it may be wrong."""

@@ -14,7 +14,7 @@ from frictionlab.cli import printable, screen
 from frictionlab.cli.options import Inputs, LogSettings, number_of
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs
-from frictionlab.tables.texts import kinds_of, with_error
+from frictionlab.tables.texts import few_of, kinds_of, with_error
 from frictionlab.verbs.inputs import files_of, logs_in, names_of
 
 if TYPE_CHECKING:
@@ -194,8 +194,8 @@ def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
         where = f"the sheet {found.sheet}" if found.sheet else f"their names, {found.name_pattern}"
         screen.paragraph(f"facts of the tests: from {where}", indent="    ")
     if found.odd and not found.sheet:
-        names = f"{', '.join(found.odd[:3])}{', ...' * (len(found.odd) > 3)}"
-        screen.paragraph(f"names that do not follow it: {names}: rename them, or list all in a sheet", indent="    ")
+        odd = f"names that do not follow it: {few_of(found.odd)}: rename them, or list all in a sheet"
+        screen.paragraph(odd, indent="    ")
     to_fill_in = f"; to fill in: {', '.join(open_keys)}" if open_keys else ""
     screen.paragraph(f"the scene is {path}{to_fill_in}", indent="    ")
     together = " --campaign" if len(found.tests) > 1 and not found.is_tribometer else ""

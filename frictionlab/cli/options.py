@@ -16,7 +16,7 @@ from frictionlab.cli import MORE, complain
 from frictionlab.errors import UsageError
 from frictionlab.log_options import LogOptions
 from frictionlab.tables import Row, check_output, write_rows
-from frictionlab.tables.texts import kinds_of
+from frictionlab.tables.texts import few_of, kinds_of
 
 if TYPE_CHECKING:
     from frictionlab.cli.screen import Rows, Shown
@@ -215,13 +215,12 @@ class Inputs:
         from frictionlab.experiment import rows_without_log
         from frictionlab.verbs.inputs import not_read_in
 
-        found = {} if self.quiet or self.as_json else not_read_in(places)
-        for reason, names in kinds_of((path.name, why) for path, why in found.items()):
-            complain(f"note: passed over: {', '.join(names[:3])}{', ...' * (len(names) > 3)}: {reason}")
-        lost = [] if self.quiet or self.as_json else rows_without_log(scene, places)
-        if lost:
-            some = f"{', '.join(lost[:3])}{', ...' * (len(lost) > 3)}"
-            complain(f"note: rows of {scene.experiment.sheet} without a log, {len(lost)} in all: {some}")
+        if self.quiet or self.as_json:
+            return
+        for reason, names in kinds_of((path.name, why) for path, why in not_read_in(places).items()):
+            complain(f"note: passed over: {few_of(names)}: {reason}")
+        if lost := rows_without_log(scene, places):
+            complain(f"note: rows of {scene.experiment.sheet} without a log, {len(lost)} in all: {few_of(lost)}")
 
     def rows(
         self,

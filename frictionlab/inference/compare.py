@@ -388,8 +388,7 @@ def _judged(
     misfit, rows = None if nrmse is None or floor is None else nrmse / floor, _rows(ladder, found, nrmse)
     verdict = verdict_of(misfit, strained=strained, answered=answered, unsettled=unsettled)
     moved = facts if verdict == "strained" else ()
-    doubtful = (text.replace(ANOTHER, step) for text in doubts(found, verdict, misfit, ladder, what=what, of=of))
-    warnings = (*said, *moved, *doubtful, *after)
+    warnings = (*said, *moved, *doubts(found, verdict, misfit, ladder, what=what, of=of, step=step), *after)
     words = verdict_in_words(nrmse, misfit, verdict, of="force" if what == "force" else "motion")
     if contact is not None:
         points = {

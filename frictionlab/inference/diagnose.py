@@ -18,7 +18,7 @@ from frictionlab.estimate import with_digits
 from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, weighed
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of
-from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, infer, model_of
+from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown
 from frictionlab.scene import Scene
@@ -182,7 +182,7 @@ def _other_causes(
     best = max((gain for gain, _, _ in likely), default=0.0)
     for gain, cause, other in sorted(likely, key=lambda one: -one[0]):
         far = beta is not None and _apart(found, other)[0][beta] > math.sqrt(float(found.covariance[beta, beta]))
-        fits = explained or _fits(other)
+        fits = explained or explains(other, [0])
         answers = gain > max(enough, best - ANSWERS) and (fits or gain > BY_FAR)
         eases = _strain(other, cause) < max(STRAINED, _strain(own, cause))
         if eases and (answers or (enough == ANSWERS and explained and gain > 0.0 and far)):
@@ -191,11 +191,6 @@ def _other_causes(
     if (more > 0.09 * np.diag(found.covariance)).any():
         found = found.with_shift(OTHER_CAUSE, np.sqrt(more))
     return found, named, answered
-
-
-def _fits(other: Fit) -> bool:
-    observation = cycle_of(other.model.tests[0])
-    return observation.nrmse(other.residual()) <= EXPLAINED * observation.floor
 
 
 def _apart(found: Posterior, other: Fit) -> tuple[FloatArray, FloatArray]:
@@ -326,7 +321,7 @@ def _named(cause: Cause, other: Fit, found: Posterior, scene: Scene) -> str:
         in_ms = cause.unknown.name == "lag_s"
         asks = f"this recording asks for {1e3 * value:+.3g} ms" if in_ms else f"this recording asks for {value:.3g}"
     u = 0.0 if k is None else cause.unknown.sd * math.sqrt(float(np.linalg.inv(other.precision)[k, k]))
-    declare = to_declare(cause.unknown.name, value, u, scene) if _fits(other) else ""
+    declare = to_declare(cause.unknown.name, value, u, scene) if explains(other, [0]) else ""
     declared = f"; {declare}" if declare else ""
     own, there = found.values().get("beta"), other.values().get("beta")
     moves = "" if own is None or there is None else f"; the friction ratio would be {there:.4g} in place of {own:.4g}"

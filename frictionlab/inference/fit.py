@@ -454,8 +454,8 @@ def with_scatter(found: Fit, farthest: float = FARTHEST, *, lifts: bool = False)
             for t, d in zip(model.tests, found.local, strict=True)
         )
         found = descend(fit_at(moved, found.point, local))
-    scales = [farthest * scatter_scale(u, c) for u, c in zip(model.unknowns, found.point.tolist(), strict=True)]
-    return with_scatter(found, math.inf) if lifts and (found.model.scatter > scales).any() else (found, errors)
+    bounds = [FARTHEST * scatter_scale(u, c) for u, c in zip(model.unknowns, found.point.tolist(), strict=True)]
+    return with_scatter(found, math.inf) if lifts and (found.model.scatter > bounds).any() else (found, errors)
 
 
 def let_apart(found: Fit) -> Fit:

@@ -81,9 +81,8 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
     does nothing in these motions, which are then quick, and something where the fit begins.
     """
     lag, guesses = _undeclared_lag(model), point_at(model, near)
-    still = [k for k, u in enumerate(model.unknowns) if u.first is not None and u.scale == "linear"]
     plain = guesses.copy()
-    plain[[k for k in still if model.unknowns[k].name not in near]] = 0.0
+    plain[[u.first is not None and u.scale == "linear" and u.name not in near for u in model.unknowns]] = 0.0
     betas = [k for k, u in enumerate(model.unknowns) if u.name == "beta"]
     observations = [cycle_of(test) for test in model.tests]
     ratios = [o.loop_friction_ratio for o in observations]

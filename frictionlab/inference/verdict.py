@@ -17,9 +17,7 @@ FAINT = 0.1  # error of the measured cycle over its size from which nearly any l
 VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
 RESTLESS = 0.02  # error of the measured cycle over its size that steady motions do not have
 OUTLASTS = 100.0  # times the cycles measured: what disturbs a motion so long has not died out in them
-START = (
-    0.3  # of what a law misses, or of the noise: a start, once as large as the motion, of which less is left is gone
-)
+START = 0.3  # of what a law misses, or of the noise: of a start as large as the motion, less than that is gone
 ANOTHER = "another may: --law auto"
 UNSETTLED = "motion that is not steady"
 
@@ -68,8 +66,7 @@ def start_left(
 ) -> str | None:
     """Say that what a law misses may be the start of the recording, which has not died out in the cycles left out.
 
-    ``left_out``: transient, in cycles; ``cycles``: whose mean was measured; ``drive``: Hz; ``floor``: error of the mean
-    cycle over its rms.
+    ``left_out``: transient, in cycles; ``cycles``: in the mean; ``drive``: Hz; ``floor``: its error over its rms.
     """
     if not 0.0 < state.memory < 1.0:
         return None
@@ -108,11 +105,18 @@ def base_words(count: int) -> str:
 
 
 def doubts(
-    found: Posterior, verdict: Verdict | None, misfit: float | None, ladder: Ladder | None, *, what: str, of: str
+    found: Posterior,
+    verdict: Verdict | None,
+    misfit: float | None,
+    ladder: Ladder | None,
+    *,
+    what: str,
+    of: str,
+    step: str,
 ) -> Iterator[str]:
     """Yield what is not known of a law, why it does not explain a test, or why it says little that it does.
 
-    ``what``: the test is a cycle, or a table; ``of``: what the misfit is over.
+    ``what``: the test is a cycle, or a table; ``of``: what the misfit is over; ``step``: to take without a ladder.
     """
     observation, parameters = found.tests[0].observation, found.parameters()
     beta, law = parameters["beta"], {u.name for u in found.unknowns if u.law}
@@ -128,7 +132,7 @@ def doubts(
         faint = f"the measurement's own error is {100 * observation.floor:.2g} % of the motion"
         yield f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
     if misfit is not None and misfit > EXPLAINED:
-        step = ANOTHER if ladder is None else better_of(ladder, misfit)
+        step = step if ladder is None else better_of(ladder, misfit)
         if ladder is None and "beta" in observation.held:
             held = f"{observation.held['beta']:g}"
             step = f"the friction ratio is held at {held}: leave out --beta, and beta of [model.parameters], to fit it"

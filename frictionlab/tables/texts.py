@@ -265,6 +265,11 @@ def names_in_json(path: Path) -> tuple[str, ...]:
     return found
 
 
+def few_of(names: Sequence[str]) -> str:
+    """Return three names at most in one text, and that there are more."""
+    return f"{', '.join(names[:3])}{', ...' * (len(names) > 3)}"
+
+
 def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, ...]]]:
     """Group warnings (source, sentence) by cause, grave ones first.
 

@@ -108,7 +108,7 @@ def _holds_logs(folder: Path) -> bool:
     except OSError:
         return False
     return names.isdisjoint(("made.json", "measurements.csv", "report.html")) and any(
-        is_log_name(Path(n)) for n in names
+        map(is_log_name, map(Path, names))
     )
 
 
