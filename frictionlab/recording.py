@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from frictionlab.arrays import sampling_interval, step_range
 from frictionlab.errors import RecordingError
-from frictionlab.sampling import sampling_interval, step_range
 from frictionlab.units import UNIT
 
 if TYPE_CHECKING:

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 import frictionlab as fl
 from frictionlab import compare
 from frictionlab.analysis.measurement import measure
+from frictionlab.arrays import sampling_interval
 from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.inference.fit import fit_from, followed
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import model_of
 from frictionlab.inference.starts import point_at
 from frictionlab.recording import LineCount, Quality, Recording, Source, SourceFile
-from frictionlab.sampling import sampling_interval
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
 from tests.benchmarks.adversary import NAMES, NEUTRAL, drawn, integrate, judge_decay

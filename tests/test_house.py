@@ -19,43 +19,41 @@ PACKAGE = Path(__file__).parents[1] / "frictionlab"
 ALL = "arrays"  # types that every module may name
 PLAN = """
 __init__:
-arrays:
+arrays: errors
 errors:
 simulator: errors schema
 files: errors
-schema: __init__ estimate
-estimate:
+schema: __init__ uncertainty
 tables: errors files hdf5 schema
 workers: __init__ errors
-sampling: errors
-recording: errors sampling units
+recording: errors units
 units:
 log_options: units
 scene: errors files log_options simulator
 experiment: errors files scene
 hdf5: __init__ errors files recording schema units
 maps: errors files hdf5 schema simulator tables workers
-logs: errors hdf5 log_options recording sampling units
-analysis: errors estimate recording sampling scene schema uncertainty
+logs: errors hdf5 log_options recording units
+analysis: errors recording scene schema uncertainty
 uncertainty: scene schema
-planning: analysis errors estimate inference scene schema simulator uncertainty
-inference: analysis base_motion errors estimate files recording scene schema simulator uncertainty
+planning: analysis errors inference scene schema simulator uncertainty
+inference: analysis base_motion errors files recording scene schema simulator uncertainty
 synthetic: analysis base_motion errors files hdf5 logs scene schema simulator
-campaign: analysis errors estimate files hdf5 inference recording scene schema simulator tables uncertainty
+campaign: analysis errors files hdf5 inference recording scene schema simulator tables uncertainty
 tradeoff: analysis inference recording scene schema simulator
 base_motion: analysis errors recording simulator
 figures: analysis base_motion campaign errors files inference planning recording schema simulator
-verbs: __init__ analysis base_motion campaign errors estimate experiment figures files hdf5 inference logs planning
-  recording report scene schema simulator synthetic tables workers
+verbs: __init__ analysis base_motion campaign errors experiment figures files hdf5 inference logs planning
+  recording report scene schema simulator synthetic tables uncertainty workers
 __main__: cli
-report: __init__ analysis campaign estimate figures files inference recording scene schema simulator tables
+report: __init__ analysis campaign figures files inference recording scene schema simulator tables uncertainty
 """
 MAY_IMPORT = {
     own: set(allowed.split())
     for own, _, allowed in (line.partition(":") for line in re.split(r"\n(?! )", PLAN.strip()))
 }
 # what a module of analysis other than measurement and stretches may import beside its neighbours
-KERNELS = {"uncertainty", "errors", "estimate", "schema", "sampling"}
+KERNELS = {"uncertainty", "errors", "schema"}
 HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich", "asyncio", "filelock")
 OWNERS = {
     "distributed": {"workers"},

@@ -11,17 +11,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from frictionlab import compare
+from frictionlab import compare, uncertainty
 from frictionlab.analysis.channels import SensorChannel, low_pass, restored
 from frictionlab.analysis.measurement import Measurement, measure
-from frictionlab.estimate import Average, Estimate, Flat, FlatKnown, average
 from frictionlab.inference.comparison import Comparison
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.unknowns import of_law
 from frictionlab.scene import Scene
 from frictionlab.schema import COMPARISONS, MEASUREMENTS, Table
 from frictionlab.simulator import Problem
-from frictionlab.uncertainty import STATISTICAL, combined, cycle_budget, sources_of
+from frictionlab.uncertainty import STATISTICAL, Average, Estimate, Flat, FlatKnown, average, combined, sources_of
 from tests.desk import present
 from tests.inference.contacts import recorded, scene
 
@@ -130,7 +129,7 @@ def test_a_cubic_sensor_moves_the_numbers_by_their_share() -> None:
     tau = 2 * np.pi * np.arange(512) / 512
     mass, base = 0.8 * np.cos(tau - 0.6), np.cos(tau)
     sources = replace(sources_of(scene(), 250.0), linearity=0.002)
-    share = cycle_budget(mass, base, sources, turn=6.0, unit=1.0)
+    share = uncertainty.cycle_budget(mass, base, sources, turn=6.0, unit=1.0)
     assert share["energy_per_cycle"]["linearity of the sensors"] == pytest.approx(
         0.8 * math.pi * math.sin(0.6) * 0.003 * math.sqrt(2.0), rel=0.01
     )

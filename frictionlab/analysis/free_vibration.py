@@ -17,10 +17,9 @@ from scipy.signal import find_peaks
 from frictionlab.analysis.decay import ONE_SIDED, Decay, DecayFit, decay_errors, first_guess, fit_decay
 from frictionlab.analysis.signals import evenly, white_noise
 from frictionlab.analysis.spectrum import amplitude_spectrum, without_hum
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, sampling_interval
 from frictionlab.errors import AnalysisError
-from frictionlab.estimate import Average, Estimate, average, with_digits
-from frictionlab.sampling import sampling_interval
+from frictionlab.uncertainty import Average, Estimate, average, with_digits
 
 KEPT = {"natural_frequency_hz": 1e-4, "damping_ratio": 0.02}  # relative: what a clock, and a frame mounted again, do
 

@@ -14,21 +14,32 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from frictionlab.analysis import channels, doubts, energy, response, steadiness
-from frictionlab.analysis.energy import ByForce
+from frictionlab.analysis import channels, doubts, response, steadiness
 from frictionlab.analysis.layout import Layout, lay_out
-from frictionlab.analysis.response import Cycle, Response, mean_cycle
+from frictionlab.analysis.response import ByForce, Cycle, Response, mean_cycle
 from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.analysis.stretches import SHORTEST_PART, channels_of, even_stretches, is_force
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import window_of
 from frictionlab.schema import AMPLITUDE, ESTIMATED, MEASUREMENTS, RATIO, Result
-from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
+from frictionlab.uncertainty import (
+    FILTER,
+    LINES,
+    NOT_KNOWN,
+    STATISTICAL,
+    Estimate,
+    Flat,
+    FlatKnown,
+    Shares,
+    Sources,
+    combined,
+    cycle_budget,
+    sources_of,
+)
 
 
 @dataclass(frozen=True)
@@ -172,7 +183,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     smooth, slides = cycle.mass_smooth, abs(means.energy.value or 0.0) / (4.0 * max(answer.size, 1e-12))
     cut = 0.0 if answer.is_stuck else channels.cut_away(smooth, drive.frequency, of_mass, friction=slides, r=r)
     means, budget = _budgeted(cycle, means, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
-    by_force, force, cell, said = energy.by_load_cell(
+    by_force, force, cell, said = response.by_load_cell(
         *(layout, answer, used, sources, joules),
         normal_force_n=normal_force_n,
         inertia_kg=scene.sensors.force_inertia_kg,
@@ -207,7 +218,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         sources=sources,
         slides_one_way=one_way,
     )
-    taken = energy.taken_by_the_frame(smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
+    taken = response.taken_by_the_frame(smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
     pure = scene.model.base_harmonics == 1
     said += doubts.warnings(layout, measured, of_mass, cut, wall_moves=wall_moves, taken=taken, pure=pure)
     return replace(measured, warnings=(*scene.rig.doubts, *warnings, *said))
@@ -257,8 +268,8 @@ def _means(
     drive, series = layout.drive, answer.series
 
     def over(some: slice) -> tuple[Estimate, Estimate]:
-        area = energy.mean_over(series.energy, some, noise=answer.energy_noise, shared=answer.energy_shared)
-        size = energy.mean_over(series.amplitude, some)
+        area = steadiness.mean_over(series.energy, some, noise=answer.energy_noise, shared=answer.energy_shared)
+        size = steadiness.mean_over(series.amplitude, some)
         size = Estimate(size.value, math.hypot(size.se or 0.0, answer.amplitude_noise))
         return NOT_KNOWN if prescribed else area, size  # a mass that drives itself has no loop and no ratio
 

@@ -12,6 +12,7 @@ import numpy as np
 from frictionlab.analysis import cycles, spectrum
 from frictionlab.analysis.signals import Stretch, line, variance_inflation, variance_of_mean, white_noise
 from frictionlab.arrays import FloatArray, IntArray, runs
+from frictionlab.uncertainty import Estimate
 
 OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its middle, over the whole change
 LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
@@ -187,3 +188,24 @@ def irregularity_floor(rows: FloatArray, noise: float) -> float | None:
     """
     size = float(np.mean(_row_sums(rows))) / rows.shape[1]
     return 2.0 * noise / math.sqrt(math.pi) / size if size > 0.0 else None
+
+
+def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: float = 0.0) -> Estimate:
+    """Mean of a per-cycle series (n,) over the cycles used, with its standard error; a steady drift is no scatter.
+
+    ``noise``: standard error of one value from sensor noise alone, below which none is stated (0: not known, and then
+    fewer than three cycles have no error); ``shared``: what all cycles have in common.
+    """
+    part, n, drift = values[used], len(values), growth(values)
+    mean = float(part.mean())
+    # a few cycles take the scatter of all, about the line of a drift; what leaves much of the variance is a step
+    level = values - drift * float(values.mean()) * np.linspace(-0.5, 0.5, n)
+    some = part if len(part) >= 8 else level if level.var() < 0.1 * values.var() else values
+    if len(some) <= 2 and not noise:
+        return Estimate(mean)
+    drift *= (len(part) - 1) / max(n - 1, 1)  # within the cycles used
+    square = noise * noise / len(part)
+    if len(some) > 2 and float(some.var(ddof=1)) > noise * noise * (1.0 + 2.0 * math.sqrt(2.0 / (len(some) - 1))):
+        alone = float(some.var(ddof=1)) / len(part)
+        square = max(alone if len(part) == 1 else variance_of_mean(some) * len(some) / len(part), square)
+    return Estimate(mean, math.hypot(math.sqrt(square), shared, OF_A_RAMP * drift * mean))

@@ -14,10 +14,9 @@ from itertools import pairwise
 import numpy as np
 
 from frictionlab.analysis import channels, signals, spectrum
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, clock_breaks
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Channel, Fact, Recording
-from frictionlab.sampling import clock_breaks
 from frictionlab.scene import Scene
 
 MOST_GAPS = 5  # named one by one

@@ -17,13 +17,12 @@ from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.campaign.prediction import Model, elasticity, fundamental, loop_ratio, observe_row, predict
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial, short_name
 from frictionlab.errors import DOUBTED
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FrictionNames
 from frictionlab.inference.comparison import loop_energy
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, infer
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, SteadyState
-from frictionlab.uncertainty import Sources, sources_of, unit_uncertainty
+from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat, FrictionNames, Sources, sources_of, unit_uncertainty
 
 UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand for the test
 ASYMMETRIC = 0.1  # asymmetry above which a symmetric law cannot stand for the test

@@ -16,7 +16,6 @@ from scipy.special import ndtr, stdtrit
 
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.errors import FrictionlabError
-from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.inference.diagnose import OTHER_CAUSE, strained_facts, to_declare, varied_friction
 from frictionlab.inference.fit import weighed
 from frictionlab.inference.ladder import Ladder, climb
@@ -26,6 +25,7 @@ from frictionlab.inference.unknowns import STRAINED
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
+from frictionlab.uncertainty import NOT_KNOWN, Estimate
 
 OUTLIER = 4.0  # robust standard deviations from which a test stands out ...
 FEWEST = 5  # ... among so many tests of its material

@@ -20,7 +20,6 @@ from scipy.special import fdtrc, stdtrit
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
-from frictionlab.estimate import Estimate
 from frictionlab.inference.compare import contact_of
 from frictionlab.inference.comparison import ContactForce, loop_energy
 from frictionlab.inference.fit import Model, fit_from, scatter_scale
@@ -31,6 +30,7 @@ from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.schema import AMPLITUDE, ENERGY, LEFT_OUT
 from frictionlab.tables import Row
+from frictionlab.uncertainty import Estimate
 
 SIGNIFICANT = 0.05
 SHOWN = 3  # loops of a material

@@ -20,9 +20,9 @@ from frictionlab.campaign.friction import NORMAL, SHARED, TRANSIENT, FrictionFit
 from frictionlab.campaign.prediction import Model, elasticity, predict
 from frictionlab.campaign.trials import Trial, levels, nearest
 from frictionlab.errors import AnalysisError
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
+from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat
 
 SURE = 0.05
 CRITERIA = ("energy", "consistency", "drift")

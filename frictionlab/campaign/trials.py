@@ -9,11 +9,11 @@ from pathlib import Path
 
 from frictionlab.analysis.steadiness import LONG_S, Trend
 from frictionlab.errors import UsageError
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, FlatKnown
 from frictionlab.scene.keys import CYCLES, window_of
 from frictionlab.schema import AMPLITUDE, BASE, ENERGY, ESTIMATED, MEASUREMENTS, RATIO, STOPS
 from frictionlab.tables import Row, plain
 from frictionlab.tables.texts import encodable
+from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat, FlatKnown
 
 MOST = sys.float_info.max
 CUT = 0.01  # relative: what cutting and sampling the cycles a little differently does to an irregularity index

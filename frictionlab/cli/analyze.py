@@ -18,8 +18,8 @@ from frictionlab.tables.texts import with_error
 from frictionlab.verbs.inputs import files_of, recordings_in
 
 if TYPE_CHECKING:
-    from frictionlab.estimate import Average
     from frictionlab.scene import Scene
+    from frictionlab.uncertainty import Average
 
 Made = tuple[Row, Mapping[str, object]]
 """The row of an input, and by kind of figure what is drawn of it."""

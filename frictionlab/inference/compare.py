@@ -15,7 +15,6 @@ import numpy as np
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
 from frictionlab.inference.diagnose import against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
@@ -54,6 +53,7 @@ from frictionlab.scene import Scene
 from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import respond
+from frictionlab.uncertainty import Estimate
 
 HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires

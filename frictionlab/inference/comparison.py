@@ -9,9 +9,9 @@ import numpy as np
 
 from frictionlab.analysis.response import Cycle
 from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.estimate import Estimate, FlatKnown, FrictionNames
 from frictionlab.schema import COMPARISONS, Result
 from frictionlab.simulator import Base, Problem
+from frictionlab.uncertainty import Estimate, FlatKnown, FrictionNames
 
 FADE = 25.0  # harmonics of a contact's force above this fade out
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
-from frictionlab.estimate import with_digits
 from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, weighed
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of
@@ -23,7 +22,8 @@ from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.meter import Meter
+from frictionlab.simulator.problem import Meter
+from frictionlab.uncertainty import with_digits
 
 NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
 FEW = 4  # data an unknown: with fewer nothing strains, whatever the rig is

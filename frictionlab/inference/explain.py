@@ -13,7 +13,6 @@ import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
-from frictionlab.estimate import Estimate
 from frictionlab.inference.compare import AUTO, compare_measurement
 from frictionlab.inference.comparison import Comparison, ContactForce
 from frictionlab.inference.diagnose import OTHER_CAUSE
@@ -22,6 +21,7 @@ from frictionlab.inference.posterior import AS_KNOWN, MISSED, NOISE, limits_in_w
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.simulator.laws import law_of
+from frictionlab.uncertainty import Estimate
 
 WIDTH = 80
 STILL = 1e-9  # of omega Y: a contact that is slower stands

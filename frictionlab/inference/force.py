@@ -22,7 +22,6 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.signals import white_noise
 from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import AnalysisError
-from frictionlab.estimate import Estimate
 from frictionlab.inference.observation import NO_MOTION, SENSORS, Reached, Values
 from frictionlab.inference.observations import (
     FEWEST_CYCLES,
@@ -39,7 +38,7 @@ from frictionlab.inference.posterior import Posterior
 from frictionlab.inference.unknowns import STRAINED, Unknown, lag
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law
-from frictionlab.uncertainty import lag_of_samples, unit_uncertainty
+from frictionlab.uncertainty import Estimate, lag_of_samples, unit_uncertainty
 
 PARTS = 128  # of a cycle, at most
 FEWEST_PARTS = 8  # that must be clear of stops and turns

@@ -38,7 +38,7 @@ from frictionlab.inference.posterior import Posterior, explains, infer, misfit_i
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.simulator.laws import TERMS, Law, law_of, tried_of
-from frictionlab.simulator.meter import Meter, OverspentError
+from frictionlab.simulator.problem import Meter, OverspentError
 
 CHEAP = tried_of("rigid")  # a fraction of a millisecond a steady state
 YIELDING = tried_of("elastic")

@@ -20,8 +20,7 @@ from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law
-from frictionlab.simulator.meter import Meter, OverspentError
-from frictionlab.simulator.problem import Wall
+from frictionlab.simulator.problem import Meter, OverspentError, Wall
 from frictionlab.uncertainty import Sources
 
 Values = Mapping[str, float]

@@ -22,7 +22,6 @@ from frictionlab.analysis.response import Cycle
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, contact_force, harmonics_of, loop_energy
 from frictionlab.inference.observation import (
     BENDS,
@@ -38,7 +37,7 @@ from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
-from frictionlab.uncertainty import bends
+from frictionlab.uncertainty import Estimate, bends
 
 Motion = tuple[SteadyState, ComplexArray]
 

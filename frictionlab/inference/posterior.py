@@ -17,13 +17,13 @@ from scipy.special import gammaincinv, ndtr, ndtri
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
-from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.inference.fit import Fit, Model, Test, excess_of, fit_at, fit_from, let_apart, tempered, with_scatter
 from frictionlab.inference.observation import Observation, Reached, at_least
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor
 from frictionlab.simulator.laws import Law
+from frictionlab.uncertainty import NOT_KNOWN, Estimate
 
 LEVEL = 0.95  # of a limit
 EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most

@@ -18,7 +18,7 @@ from frictionlab.inference.unknowns import Unknown, factor
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, SteadyState
-from frictionlab.simulator.meter import Meter
+from frictionlab.simulator.problem import Meter
 from frictionlab.uncertainty import sources_of
 
 SEEN = ("natural_frequency", "gain", "lag_s", "frame_damping_ratio")  # what a table shows of the rig

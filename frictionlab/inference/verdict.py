@@ -4,14 +4,13 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import Verdict
 from frictionlab.inference.ladder import Ladder
 from frictionlab.inference.posterior import EXPLAINED, Posterior, limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import Law
-from frictionlab.uncertainty import unit_uncertainty
+from frictionlab.uncertainty import Estimate, unit_uncertainty
 
 FAINT = 0.1  # error of the measured cycle over its size from which nearly any law explains it
 VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague

@@ -12,13 +12,12 @@ from datetime import UTC, datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, holes_of, sampling_interval, step_range
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.dialect import moment, plain
 from frictionlab.logs.table import LogTable
 from frictionlab.recording import LATEST_S, Fact, Quality
-from frictionlab.sampling import holes_of, sampling_interval, step_range
 from frictionlab.units import TIME, to_si
 
 _MOST_STRAY = 0.05

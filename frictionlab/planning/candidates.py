@@ -17,7 +17,6 @@ import numpy as np
 
 from frictionlab.analysis.response import Cycle
 from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
-from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import harmonics_of
 from frictionlab.inference.diagnose import OTHER_CAUSE, diagnose
 from frictionlab.inference.fit import Model, placed
@@ -29,7 +28,7 @@ from frictionlab.inference.verdict import friction_of
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
-from frictionlab.uncertainty import sources_of
+from frictionlab.uncertainty import Estimate, sources_of
 
 ASSUMED_COEFFICIENT = (0.4, 0.2)  # dry contacts lie about here; said where it is assumed
 POINTS = 512  # of a virtual cycle

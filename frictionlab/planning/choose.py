@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
-from frictionlab.estimate import NOT_KNOWN, Estimate
 from frictionlab.inference.fit import followed, log_evidence
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.inference.posterior import Posterior, infer
 from frictionlab.planning.candidates import HOUR, Candidate, Laboratory, VirtualTest, diagnosed, together, virtual_test
 from frictionlab.planning.plan import Plan, PlannedTest
 from frictionlab.simulator.laws import law_of
+from frictionlab.uncertainty import NOT_KNOWN, Estimate
 
 MOST = 10  # tests, where nobody says how many
 SWEEPS = 2  # through the tests chosen, each compared with all others again

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
 
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.scene import Scene
 from frictionlab.schema import PLANS, Result
+from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from frictionlab.campaign import Campaign
 from frictionlab.campaign.files import MARK
 from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.trials import Trial, short_name
-from frictionlab.estimate import Estimate
 from frictionlab.figures.materials import at_lag
 from frictionlab.files import write_whole
 from frictionlab.inference.comparison import contact_force
@@ -24,6 +23,7 @@ from frictionlab.report.charts import TEMPLATES, ChartLine, chart
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.tables import Row
+from frictionlab.uncertainty import Estimate
 
 CYCLES = 8  # of the time response, the last ones
 

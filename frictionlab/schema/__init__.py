@@ -210,7 +210,7 @@ class Result:
     def _repr_html_(self) -> str:
         """What a screen shows of its rows, numbers with their uncertainty; and the figure, as SVG, if there is one."""
         import frictionlab  # noqa: PLC0415 - figures are drawn by a part of the package above this one
-        from frictionlab.estimate import Estimate  # noqa: PLC0415
+        from frictionlab.uncertainty import Estimate  # noqa: PLC0415
 
         every, alone = self.to_pandas(), len(self.rows()) == 1
         kind = table_of([str(name) for name in every])

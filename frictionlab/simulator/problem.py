@@ -1,6 +1,7 @@
-"""What is simulated: frequency ratio, contact law, wall and motion of the base; validated once, then frozen."""
+"""What is asked: frequency ratio, law, wall and motion of the base, validated once; and the work it may cost."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Literal, Self
@@ -8,7 +9,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from frictionlab.errors import ParameterError, SimulationError
+from frictionlab.errors import FrictionlabError, ParameterError, SimulationError
 from frictionlab.simulator.laws import Friction, Law, Parameter, law_of
 
 Wall = Literal["fixed", "base"]
@@ -16,6 +17,8 @@ Wall = Literal["fixed", "base"]
 R = Parameter("r", "r", "drive over natural frequency", low=1e-6, high=1e6, usual=(0.1, 3.0))
 MU = Parameter("mu", "μ", "static over kinetic friction force", low=1.0, usual=(1.0, 2.0))
 ZETA = Parameter("zeta", "ζ", "damping ratio of the contact's dashpot", usual=(0.0, 0.1))
+STATE = 100.0  # steps of integration that an integrated steady state costs beside its own
+EXACT_STATE, LOOKS = 50.0, 13.0  # what an exact one costs beside its evaluations, and how many of these cost a step
 
 
 @dataclass(frozen=True)
@@ -244,3 +247,29 @@ def _with_shorthands(law: Law, mu: float | None, zeta: float | None) -> tuple[La
     stands_for["contact_damping_ratio"] = zeta
     law = law_of(name)
     return law, {p.name: value for p in law.own if (value := stands_for.get(p.name)) is not None}
+
+
+class OverspentError(FrictionlabError, RuntimeError):
+    """The work that a search may do is used up; no fault of what was asked last."""
+
+
+class Meter:
+    """Work left to a search, in steps of integration: the same on every machine, so that it ends at the same place."""
+
+    def __init__(self, steps: float) -> None:
+        self.left = steps
+
+    @contextmanager
+    def keeping(self, steps: float) -> Iterator[None]:
+        """Within it, so many steps are out of reach: what comes after has them."""
+        self.left -= steps
+        try:
+            yield
+        finally:
+            self.left += steps
+
+    def take(self, steps: float) -> None:
+        """Book so many steps; OverspentError where no work is left."""
+        self.left -= steps
+        if self.left < 0.0:
+            raise OverspentError("the steps of integration allowed are used up")

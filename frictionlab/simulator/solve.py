@@ -4,9 +4,8 @@ from math import isfinite, pi
 from typing import Any, get_args
 
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.motion import Motion
-from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.problem import Meter, Problem
 from frictionlab.simulator.state import Solver, SteadyState, last_of
 from frictionlab.simulator.structure import Structure
 from frictionlab.simulator.thesis import thesis_run

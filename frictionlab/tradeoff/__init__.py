@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from frictionlab.analysis import cycles, energy, spectrum
+from frictionlab.analysis import cycles, response, spectrum
 from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import FloatArray
 from frictionlab.inference.compare import compare_measurement
@@ -282,7 +282,7 @@ def _loop_energy(one: Recording, *, points: int) -> FloatArray:
     start = 1.0 + period * np.arange(math.floor(DURATION_S * DRIVE_HZ) - 1, dtype=np.float64)
     mass = cycles.fold(one.mass_displacement, start, start + period, points)
     base = cycles.fold(one.base_displacement, start, start + period, points)
-    return energy.loop_area(mass, base) / BASE_M**2
+    return response.loop_area(mass, base) / BASE_M**2
 
 
 def _energy(one: Recording, rule: str) -> float:

@@ -247,7 +247,7 @@ def compare(
         return compare_measurement(analyze(what, known), known, law=law, friction_ratio=friction_ratio)
     if isinstance(what, Measurement):
         raise UsageError("compare: the whole record; expected a recording, its file or a log; got a measurement")
-    from frictionlab.simulator.meter import OverspentError
+    from frictionlab.simulator.problem import OverspentError
 
     recording = recording_given(what, known)
     try:

@@ -20,7 +20,7 @@ from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
-    from frictionlab.estimate import Average
+    from frictionlab.uncertainty import Average
 
 MOST_READ = 12  # logs that are read; the names of all are
 MOVES = 0.05  # a base that moves more than this share of the mass drives it

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.fft import next_fast_len
 
-from frictionlab.analysis import cycles, energy, signals, stops
+from frictionlab.analysis import cycles, response, signals, steadiness, stops
 from frictionlab.analysis.cycles import smoothed, smoother
 from frictionlab.analysis.measurement import measure, used_cycles
 from frictionlab.analysis.response import half_range
@@ -30,12 +30,12 @@ def test_area_of_fourier_series_in_closed_form(harmonics: list[tuple[float, floa
         y += a * np.cos(k * tau) + b * np.sin(k * tau)
         x += c * np.cos(k * tau) + d * np.sin(k * tau)
         expected += math.pi * k * (a * d - b * c)
-    assert energy.loop_area(x[None], y[None])[0] == pytest.approx(expected, abs=1e-4)
+    assert response.loop_area(x[None], y[None])[0] == pytest.approx(expected, abs=1e-4)
 
 
 def test_richardson_beats_the_polygon() -> None:
     x, y = 0.5 * np.sin(TAU), np.cos(TAU)
-    polygon, area = naive.shoelace(x, y), energy.loop_area(x[None], y[None])[0]
+    polygon, area = naive.shoelace(x, y), response.loop_area(x[None], y[None])[0]
     assert abs(polygon / (0.5 * math.pi) - 1) == pytest.approx(1.6e-3, rel=0.01)
     assert abs(area / (0.5 * math.pi) - 1) < 4e-6
 
@@ -43,17 +43,17 @@ def test_richardson_beats_the_polygon() -> None:
 def test_energy_input_is_the_loop_of_a_cosine_base() -> None:
     tau = TAU - math.pi / 2
     x = (0.3 * np.sin(tau) - 0.2 * np.cos(tau) + 0.1 * np.sin(3 * tau))[None]
-    assert energy.energy_input(x)[0] == pytest.approx(0.3 * math.pi, rel=1e-12)
-    assert energy.loop_area(x, np.cos(tau)[None])[0] == pytest.approx(0.3 * math.pi, rel=1e-4)
+    assert response.energy_input(x)[0] == pytest.approx(0.3 * math.pi, rel=1e-12)
+    assert response.loop_area(x, np.cos(tau)[None])[0] == pytest.approx(0.3 * math.pi, rel=1e-4)
 
 
 def test_noise_of_a_loop_is_as_stated() -> None:
     generator = np.random.default_rng(2)
     x, y, sx, sy = 0.5 * np.sin(TAU), np.cos(TAU), 0.02, 0.01
-    areas = energy.loop_area(
+    areas = response.loop_area(
         x + sx * generator.standard_normal((4000, 64)), y + sy * generator.standard_normal((4000, 64))
     )
-    assert areas.std() == pytest.approx(energy.loop_area_noise(x, y, sx, sy, 64.0), rel=0.05)
+    assert areas.std() == pytest.approx(response.loop_area_noise(x, y, sx, sy, 64.0), rel=0.05)
 
 
 def test_rules_choose_their_cycles() -> None:
@@ -71,10 +71,10 @@ def test_rules_choose_their_cycles() -> None:
 
 def test_one_cycle_carries_the_scatter_of_all() -> None:
     values = np.random.default_rng(1).normal(2.0, 0.1, 200)
-    mean = energy.mean_over(values, slice(199, 200), noise=0.001)
+    mean = steadiness.mean_over(values, slice(199, 200), noise=0.001)
     assert mean.value == values[-1]
     assert mean.se == pytest.approx(0.1, rel=0.15)
-    assert energy.mean_over(values[:1], slice(0, 1), noise=0.02).se == 0.02
+    assert steadiness.mean_over(values[:1], slice(0, 1), noise=0.02).se == 0.02
 
 
 N, FREQUENCY = 20_000, 0.00734567

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from frictionlab.analysis import energy
+from frictionlab.analysis import steadiness
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.recording import Channel, Quality, Recording
 from frictionlab.scene import Scene, scene_from_tables
@@ -124,7 +124,7 @@ def test_the_drift_of_a_whole_test_is_no_error_of_a_short_window() -> None:
         (slice(990, 1000), 3e-4, 7e-4),
         (slice(0, 1000), 0.028, 0.1),
     ):
-        assert least < (energy.mean_over(values, some).se or 0.0) < most
+        assert least < (steadiness.mean_over(values, some).se or 0.0) < most
 
 
 def test_a_part_that_is_too_short_is_left_out_and_said() -> None:

@@ -14,12 +14,11 @@ from frictionlab.campaign.friction import FrictionFit, Reason
 from frictionlab.campaign.prediction import MODEL_FLOOR, RATIO_FLOOR, Model, observe_row
 from frictionlab.campaign.trials import Trial, trial_of
 from frictionlab.errors import DOUBTED
-from frictionlab.estimate import Estimate, scatter_beyond
 from frictionlab.inference.fit import fit_from
 from frictionlab.inference.posterior import model_of
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
-from frictionlab.uncertainty import sources_of
+from frictionlab.uncertainty import Estimate, scatter_beyond, sources_of
 from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, row
 from tests.campaign.fabricate import fit_of as fit
 from tests.desk import present

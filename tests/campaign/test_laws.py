@@ -18,7 +18,6 @@ from frictionlab.campaign.joint_fit import _against_richer_laws, fit_together
 from frictionlab.campaign.laws import AmontonsTest, amontons, amontons_of
 from frictionlab.campaign.trials import trial_of
 from frictionlab.errors import ParameterError, UsageError
-from frictionlab.estimate import Estimate
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.posterior import explains, infer
@@ -27,6 +26,7 @@ from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic import synthesize, virtual_tests
 from frictionlab.tables import write_rows
+from frictionlab.uncertainty import Estimate
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row, steady_recording
 from tests.desk import present

@@ -13,7 +13,7 @@ from frictionlab.inference.fit import Fit
 from frictionlab.inference.observation import steady
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
-from frictionlab.simulator.meter import Meter
+from frictionlab.simulator.problem import Meter
 from tests.desk import present
 from tests.inference.contacts import NATURAL_HZ, recorded, scene
 

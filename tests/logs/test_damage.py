@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictionlab.arrays import holes_of
 from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.logs.sensor import examine, step_and_range
 from frictionlab.recording import LineCount, Quality, Recording
-from frictionlab.sampling import holes_of
 from tests.analysis.hostile import motion, seen
 from tests.analysis.seen import STEP_M
 from tests.logs.fuzz import case, check, lines_of

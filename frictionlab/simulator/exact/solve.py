@@ -32,11 +32,10 @@ from frictionlab.simulator.exact.phase import (
     TIRED,
     make_phase,
 )
-from frictionlab.simulator.laws.exact import BREAKAWAY, PLACE
-from frictionlab.simulator.meter import EXACT_STATE, LOOKS, Meter
+from frictionlab.simulator.laws import BREAKAWAY, PLACE
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import COARSE, SLOW, Note
-from frictionlab.simulator.problem import Base, Problem
+from frictionlab.simulator.problem import EXACT_STATE, LOOKS, Base, Meter, Problem
 from frictionlab.simulator.state import Outcome, SteadyState, from_numbers, numbers_of, taken_in
 from frictionlab.simulator.structure import Contact, Structure
 

@@ -3,8 +3,7 @@
 from math import exp, log
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.laws.exact import STIFFNESS
-from frictionlab.simulator.laws.law import NO_AGE, Contact, Parameter, Term
+from frictionlab.simulator.laws.law import NO_AGE, STIFFNESS, Contact, Parameter, Term
 
 
 def bouc_wen(own: FloatArray, side: float, friction: float, _z: float, v: float, n: float, _age: float) -> Contact:

@@ -1,8 +1,7 @@
 """A contact that yields and slips without a corner between the two (Dahl)."""
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.laws.exact import STIFFNESS
-from frictionlab.simulator.laws.law import NO_AGE, Contact, Term
+from frictionlab.simulator.laws.law import NO_AGE, STIFFNESS, Contact, Term
 
 
 def dahl(own: FloatArray, side: float, friction: float, _z: float, v: float, n: float, _age: float) -> Contact:

@@ -118,6 +118,17 @@ positive = functools.partial(Parameter, open_low=True, scale="log")
 """A parameter above zero, of which the order of magnitude is known."""
 slip_speed = functools.partial(positive, lengths=1, rates=1)
 """One that is a speed, over omega Y."""
+STIFFNESS = positive(
+    "stiffness_ratio",
+    "κ",
+    "tangential contact stiffness over the frame's stiffness k",
+    usual=(10.0, 1000.0),
+    neutral=inf,
+    first=100.0,
+    physical="contact_stiffness_n_per_m",
+    shown=(1e-3, "N/mm", "stiffness of the contact"),
+    determined_by="a smaller amplitude of the base, in which the contact bends more than it slides",
+)
 
 
 @dataclass(frozen=True)

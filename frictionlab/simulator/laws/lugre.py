@@ -3,8 +3,7 @@
 from math import exp
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.laws.exact import STIFFNESS
-from frictionlab.simulator.laws.law import NO_AGE, Contact, Parameter, Term, Values
+from frictionlab.simulator.laws.law import NO_AGE, STIFFNESS, Contact, Parameter, Term, Values
 from frictionlab.simulator.laws.stribeck import STATIC_RATIO, STRIBECK_SPEED
 
 

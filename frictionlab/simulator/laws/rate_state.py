@@ -7,8 +7,7 @@ A. Cabboi, T. Putelat and J. Woodhouse, The frequency response of dynamic fricti
 from math import exp
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.laws.exact import STIFFNESS
-from frictionlab.simulator.laws.law import Contact, Parameter, Term, Values, positive, slip_speed
+from frictionlab.simulator.laws.law import STIFFNESS, Contact, Parameter, Term, Values, positive, slip_speed
 
 
 def rate_state(own: FloatArray, side: float, friction: float, _z: float, v: float, n: float, psi: float) -> Contact:

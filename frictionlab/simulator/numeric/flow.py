@@ -16,12 +16,11 @@ from frictionlab.simulator.exact.motion import COUNT, STAGES, WORK
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STEEP
 from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, feel_acceleration
 from frictionlab.simulator.laws import TERMS, Friction, formula_of
-from frictionlab.simulator.meter import STATE, Meter
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
 from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS
-from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.problem import STATE, Meter, Problem
 from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
 from frictionlab.simulator.structure import Structure
 
