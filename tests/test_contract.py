@@ -135,7 +135,7 @@ def test_a_failed_input_is_its_source_and_reason_and_the_others_go_on(tmp_path: 
     assert list(alone) == ["source", "status", "reason"]
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".jsonl", ".h5", ".xlsx"])
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl", ".h5"])
 def test_a_table_of_any_suffix_begins_with_the_contracts_columns(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"new/table{suffix}"
     done = invoke("analyze", LOG, *SCENED, "-q", "-o", path)

@@ -170,7 +170,7 @@ def predict(
     figure = to.figure("prediction", read)
     ratios = None if r is None else values_of(r, "--r")
     if to.output is not None:
-        check_output(to.output, PREDICTIONS, force=to.force, inputs=read, rows=len(ratios or ()))
+        check_output(to.output, PREDICTIONS, force=to.force, inputs=read)
     several = len(ratios or ())
     with count("predict", quiet=to.quiet or to.as_json or several < SEVERAL, total=several) as progress:
         found = predict(
@@ -246,7 +246,7 @@ def sweep(
     rs, betas, mus, zetas = (tuple(values_of(text, f"--{name}")) for name, text in four)
     more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
     grid = maps.Grid(rs, betas, mus, zetas, wall, law or "coulomb", more)
-    check_output(output, STEADY_STATES, force=force, rows=len(grid))
+    check_output(output, STEADY_STATES, force=force)
     figure = Results(plot=plot, force=force).figure("map")
     if figure is not None:  # before the work
         from frictionlab.figures.grids import PANELS, check_axes, map_figure

@@ -19,11 +19,11 @@ from frictionlab.verbs.inputs import is_log_name
 
 MOST = 100  # rows on a terminal
 LOOP = (0.3, 0.6)  # frequency and friction ratio of the loop of a law
-TABLES = (".csv", ".jsonl", ".xlsx")
+TABLES = (".csv", ".jsonl")
 
 
 def show(file: Path) -> None:
-    """Show what is in a recording (.h5), a scene (.toml), a result (.csv, .jsonl, .xlsx, .h5) or a log.
+    """Show what is in a recording (.h5), a scene (.toml), a result (.csv, .jsonl, .h5) or a log.
 
     Example: frictionlab show configs/frame.toml
     """

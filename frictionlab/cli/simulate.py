@@ -213,7 +213,7 @@ def _settle(
     if to.output is not None:
         check_output(to.output, MOTIONS, force=to.force)
         if every and is_tree:
-            raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
+            raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv or .jsonl")
     figure, start = to.figure("motion"), time.perf_counter()
     found = coexisting(problem) if every else ()
     states: list[SteadyState] = [each.state for each in found] or [simulate(problem, cycles=cycles, solver=solver)]

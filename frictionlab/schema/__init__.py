@@ -1,6 +1,6 @@
 """Every column of every table: its name, type, unit, range, title and a sentence; the one home of these facts.
 
-From here follow the files (CSV, JSON Lines, Excel, HDF5 with ``units`` and ``long_name``), what ``show`` and the
+From here follow the files (CSV, JSON Lines, HDF5 with ``units`` and ``long_name``), what ``show`` and the
 commands print, labels of figures, and what a campaign takes for possible. The facts stand in ``columns.toml`` beside
 this file. Code reaches numbers by attributes of results, and a row's cells by the names below.
 """

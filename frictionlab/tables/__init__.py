@@ -1,4 +1,4 @@
-"""Rows of results in files: CSV, JSON Lines, Excel and HDF5, whole or not at all, read back as written.
+"""Rows of results in files: CSV, JSON Lines and HDF5, whole or not at all, read back as written.
 
 A row is a mapping from the schema's names to values. Not-known is ``null`` in JSON and an empty cell elsewhere (NaN in
 HDF5's numbers); NaN and infinity appear in no text. What a column is says `frictionlab.schema`.
@@ -11,16 +11,12 @@ In HDF5 ``/rows`` holds an array per column, and ``/cycles/N`` the series behind
 """
 
 import csv
-import io
 import os
-import re
-import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from datetime import datetime
 from itertools import chain, islice
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -28,21 +24,14 @@ from frictionlab.errors import RecordingError, UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable, write_whole
 from frictionlab.schema import MOTIONS, OUTCOME, STEADY_STATES, TABLES, Table, Type, column_of, is_marked, table_of
 from frictionlab.tables import texts
-from frictionlab.tables.texts import CellError, checked, encodable, fitting, flat, harmless, unquoted
+from frictionlab.tables.texts import CellError, checked, encodable, flat
 from frictionlab.tables.texts import Row as Row
 from frictionlab.tables.texts import json_line as json_line
 from frictionlab.tables.texts import plain as plain
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx")
-EITHER = ".csv, .jsonl, .h5 or .xlsx"
-SHEET_ROWS = (1 << 20) - 1  # of a spreadsheet, beside its head
+SUFFIXES = (".csv", ".jsonl", ".h5")
+EITHER = ".csv, .jsonl or .h5 (a spreadsheet program opens .csv)"
 ROWS, SERIES = "rows", "cycles"  # groups in HDF5
-MOST_BYTES = 1 << 30  # unpacked, of a spreadsheet that is read
-LONGEST_CELL = 32_767  # characters that Excel holds
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # the date on everything in a spreadsheet: the same rows give the same bytes
 
 
 def write_rows(
@@ -59,9 +48,9 @@ def write_rows(
     Parameters
     ----------
     rows : iterable of mappings
-        CSV and JSON Lines are written as they come; the others hold all rows first.
+        CSV and JSON Lines are written as they come; HDF5 holds all rows first.
     path : Path
-        ``.csv``, ``.jsonl``, ``.h5`` or ``.xlsx``.
+        ``.csv``, ``.jsonl`` or ``.h5``.
     table : Table, optional
         What the rows are: all its columns are written, then what else the rows hold. Without it the rows' own keys.
     force : bool
@@ -95,9 +84,6 @@ def write_rows(
     if _kind(path) == ".csv":
         write_whole(path, texts.in_pieces(texts.csv_lines(rows, names)))
         return
-    if _kind(path) == ".xlsx":
-        write_whole(path, _excel_bytes(rows, names))
-        return
     if table is None:
         raise UsageError(f"{path}: HDF5 says what its rows are: expected the table they belong to; got none")
     from frictionlab.hdf5 import write_tree
@@ -122,17 +108,10 @@ def _kind(path: Path) -> str:
     return path.suffix.lower()
 
 
-def check_output(
-    path: Path,
-    table: Table | None = None,
-    *,
-    force: bool = False,
-    inputs: Iterable[Path] = (),
-    rows: int = 0,
-) -> None:
+def check_output(path: Path, table: Table | None = None, *, force: bool = False, inputs: Iterable[Path] = ()) -> None:
     """Refuse an output that could not be written, before the long work.
 
-    Parameters as in `write_rows`; ``rows``: how many there will be, where that is known.
+    Parameters as in `write_rows`.
 
     Raises
     ------
@@ -141,8 +120,6 @@ def check_output(
     """
     if _kind(path) not in SUFFIXES:
         raise UsageError(f"{path}: expected an output ending in {EITHER}; got {path.suffix or 'no suffix'}")
-    if _kind(path) == ".xlsx" and rows > SHEET_ROWS:
-        raise UsageError(f"{path}: a spreadsheet holds {SHEET_ROWS} rows, not {rows}: write .csv")
     if path.is_dir():
         raise UsageError(f"{path}: is a folder: give the name of a file in it")
     refuse_inputs([path], inputs)
@@ -160,7 +137,7 @@ def is_table(path: Path, table: Table | None = None) -> bool:
             return path.is_file()
         if _kind(path) == ".h5":
             return _format_of(path) in {kind.format for kind in kinds}
-        names = _NAMES.get(_kind(path), texts.names_in_json)(path)
+        names = texts.names_in_csv(path) if _kind(path) == ".csv" else texts.names_in_json(path)
     except (OSError, ValueError, KeyError, RecursionError, csv.Error, UsageError):
         return False
     if names == OUTCOME:
@@ -205,76 +182,10 @@ def read_rows(path: str | PathLike[str], table: Table | None = None) -> list[dic
             raise UsageError(f"{path}: expected a table of frictionlab; got {found or 'another file'}")
         return list(rows_of(read_tree(path, kind=kind.format), path, kind))
     try:
-        return list(_READ[_kind(path)](path, table))
+        read = texts.read_csv if _kind(path) == ".csv" else texts.read_json_lines
+        return list(read(path, table))
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror}): give the path of an existing result") from error
-
-
-def _excel_bytes(rows: Iterable[Row], names: Sequence[str]) -> bytes:
-    """An Excel file with one sheet of these rows; `UsageError` where there are more than it holds."""
-    import openpyxl
-
-    lines = [[_excel_cell(row.get(name)) for name in names] for row in islice(rows, SHEET_ROWS + 1)]
-    if len(lines) > SHEET_ROWS:
-        raise UsageError(f"expected at most {SHEET_ROWS} rows in a spreadsheet; got more: write .csv")
-    book = openpyxl.Workbook(write_only=True)
-    book.properties.created = book.properties.modified = datetime(*_EPOCH)  # noqa: DTZ001 (a fixed date, no moment)
-    sheet = book.create_sheet("frictionlab")
-    sheet.append([_excel_cell(name) for name in names])
-    for line in lines:
-        sheet.append(line)
-    file, dated = io.BytesIO(), io.BytesIO()
-    book.save(file)
-    with zipfile.ZipFile(file) as old, zipfile.ZipFile(dated, "w", zipfile.ZIP_DEFLATED) as new:
-        for name in old.namelist():
-            data = old.read(name)
-            if name == "docProps/core.xml":
-                data = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", data)
-            new.writestr(zipfile.ZipInfo(name, _EPOCH), data, zipfile.ZIP_DEFLATED)
-    return dated.getvalue()
-
-
-def _excel_cell(value: object) -> bool | int | float | str | None:
-    single = flat(value)
-    if isinstance(single, int) and not isinstance(single, bool) and abs(single) > 1 << 53:
-        return str(single)
-    single = harmless(single) if isinstance(single, str) else single
-    if isinstance(single, str) and len(single) > LONGEST_CELL:
-        raise UsageError(f"expected at most {LONGEST_CELL} characters in a spreadsheet's cell; got more: write .csv")
-    return single
-
-
-def _read_excel(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
-    """The rows of the first sheet of an Excel file; `UsageError` where it, or a cell, is none."""
-    frame = _frame_of(path)
-    names = [unquoted(str(name)) for name in frame.columns]
-    kind = table or table_of(names)
-    columns = [column_of(name, kind) for name in names]
-    for number, line in enumerate(frame.astype(object).where(frame.notna(), None).to_numpy().tolist(), 2):
-        cells = (unquoted(cell) if isinstance(cell, str) else cell for cell in line)
-        known = (c if c is None or isinstance(c, (bool, int, float)) else str(c) for c in cells)  # a date is text
-        yield fitting(zip(names, known, columns, strict=True), checked, f"{path}, row {number}")
-
-
-def _names_in_excel(path: Path) -> tuple[str, ...]:
-    return tuple(unquoted(str(name)) for name in _frame_of(path, 0).columns)
-
-
-def _frame_of(path: Path, rows: int | None = None) -> "pd.DataFrame":
-    """The first sheet; whatever openpyxl raises of a damaged file, which no list of exceptions holds, is its fault."""
-    import pandas as pd
-
-    try:
-        with zipfile.ZipFile(path) as parts:
-            size = sum(part.file_size for part in parts.infolist())
-        most = rows if size <= MOST_BYTES else 0
-        frame = pd.read_excel(path, dtype=object, nrows=most, keep_default_na=False, na_values=[""], engine="openpyxl")
-    except Exception as error:
-        said = str(error).partition("\n")[0][:200] or type(error).__name__
-        raise UsageError(f"{path}: expected a table as .xlsx; cannot be read ({said})") from error
-    if size > MOST_BYTES:
-        raise UsageError(f"{path}: expected a table as .xlsx; cannot be read (claims {size} bytes unpacked)")
-    return frame
 
 
 def _array_of(name: str, rows: Sequence[Row], table: Table) -> object:
@@ -311,8 +222,3 @@ def rows_of(tree: Mapping[str, Any], path: Path, table: Table) -> Iterator[dict[
             except CellError as error:
                 raise RecordingError(f"{path}, row {number}: {error}: make it again") from error
         yield row
-
-
-_NAMES = {".csv": texts.names_in_csv, ".jsonl": texts.names_in_json, ".xlsx": _names_in_excel}
-_READ = {".csv": texts.read_csv, ".jsonl": texts.read_json_lines, ".xlsx": _read_excel}
-"""Suffix -> what reads the names of its columns, and its rows."""

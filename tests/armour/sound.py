@@ -128,7 +128,7 @@ MAKE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "recording.bare": ("a.h5", _bare(_write)),
     "map.bare": ("m.h5", _bare(_map)),
     "rows.h5.bare": ("r.h5", _bare(_rows)),
-    **{f"rows.{end}": (f"r.{end}", _rows) for end in ("csv", "jsonl", "h5", "xlsx")},
+    **{f"rows.{end}": (f"r.{end}", _rows) for end in ("csv", "jsonl", "h5")},
     "comparisons.csv": ("c.csv", _comparisons),
     **{f"log.{end}": (f"l.csv.{end}", _text_log) for end in ("gz", "zip")},
     "log.tdms": ("l.tdms", _tdms),

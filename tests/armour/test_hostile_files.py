@@ -26,7 +26,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.simulator import Problem, last_cycle
 from frictionlab.simulator.record import BaseRecord, respond
-from frictionlab.tables import is_table, read_rows
+from frictionlab.tables import read_rows
 from tests.armour.sound import case, sound
 
 
@@ -100,14 +100,6 @@ def test_a_name_that_is_no_text_is_drawn_as_it_is_escaped(tmp_path: Path) -> Non
 def test_more_cycles_than_anybody_waits_for_are_refused() -> None:
     with pytest.raises(UsageError, match="expected 1 to 10000000; got 1000000000"):
         last_cycle(Problem(r=0.5, beta=0.4), cycles=10**9)
-
-
-def test_a_spreadsheet_that_says_it_is_encrypted_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "rows.xlsx"
-    path.write_bytes(_with_flag(sound("rows.xlsx"), 0x0001))
-    assert not is_table(path)
-    with pytest.raises(UsageError, match=r"rows\.xlsx: expected a table as \.xlsx; cannot be read \(.*is encrypted"):
-        list(read_rows(path))
 
 
 @pytest.mark.parametrize("name", [b"xl/workbook.xml", b"docProps/app.xml"])

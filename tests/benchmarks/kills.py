@@ -59,7 +59,6 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "ingest": ("ingest", LOG, "--scene", SCENE, "-o", "out/a.h5"),
     "analyze csv": ("analyze", "a.h5", *DRIVE, "-o", "out/m.csv", "--plot", "out"),
     "analyze h5": ("analyze", "a.h5", *DRIVE, "-o", "out/m.h5"),
-    "analyze xlsx": ("analyze", "a.h5", *DRIVE, "-o", "out/m.xlsx"),
     "simulate": ("simulate", "--r", "0.3", "--beta", "0.4", "-o", "out/s.h5", "--plot", "out/s.pdf"),
     "campaign": ("campaign", "m.jsonl", "-o", "out"),
     "synthesize": ("synthesize", "--scene", "synthetic.toml", "-o", "out"),
