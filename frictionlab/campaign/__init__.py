@@ -81,8 +81,8 @@ class Campaign(Result):
     ``trials``: all tests, failed ones last; ``fits``: one per material and normal force; ``amontons``: one per
     material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``: the
     prediction of each fit over frequency; ``responses``: examples, where the recordings are at hand; ``notes``:
-    sentences about the campaign as a whole; ``comparisons``: the row of `compare-numeric` by source, where it is given;
-    ``folders``: where recordings stand; ``joint``: the fit of all tests together, where recordings are at hand.
+    sentences about the campaign as a whole; ``folders``: where recordings stand; ``joint``: the fit of all tests
+    together, where recordings are at hand.
     """
 
     trials: tuple[Trial, ...]
@@ -95,7 +95,6 @@ class Campaign(Result):
     notes: tuple[str, ...]
     model: Model
     scene: Scene
-    comparisons: Mapping[str, Row] = field(default_factory=dict, repr=False)
     folders: tuple[Path, ...] = ()
     joint: JointFit | None = field(default=None, repr=False)
 
@@ -194,7 +193,6 @@ def evaluate(
     scene: Scene,
     *,
     folders: Sequence[Path] = (),
-    comparisons: Sequence[Row] = (),
     observations: Mapping[str, CycleObservation] = {},
     find_law: bool = False,
     watch: Watch = iter,
@@ -202,9 +200,9 @@ def evaluate(
     """Evaluate a campaign: `frictionlab.evaluate`, once files are read.
 
     ``trials``: one per test, in any order, failed ones too; ``folders``: where recordings are looked for, which give
-    the long tests' points and the examples; ``comparisons``: rows that are shown beside their tests; ``observations``:
-    by source the mean cycle of each test whose recording is at hand: these are fitted together on one rig;
-    ``find_law``: find the law that each material's tests require together; ``watch``: wraps the groups.
+    the long tests' points and the examples; ``observations``: by source the mean cycle of each test whose recording is
+    at hand: these are fitted together on one rig; ``find_law``: find the law that each material's tests require
+    together; ``watch``: wraps the groups.
 
     Raises
     ------
@@ -251,7 +249,6 @@ def evaluate(
         model=model,
         scene=scene,
         folders=tuple(folders),
-        comparisons={str(row.get("source")): row for row in comparisons},
         joint=joint,
     )
     by_rig = () if joint is None else (*joint.stray_notes(), *joint.rig_notes(scene), *joint.seating_notes())

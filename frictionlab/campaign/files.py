@@ -23,6 +23,10 @@ IS_RECORDING = (
     "a recording; campaign evaluates measurements: `frictionlab analyze RECORDING... -o measurements.jsonl`, then"
     " `frictionlab campaign measurements.jsonl -o FOLDER`"
 )
+IS_COMPARISON = (
+    "comparisons; campaign evaluates measurements: give those of `frictionlab analyze -o`, or the folder measurements"
+    " of `frictionlab batch`"
+)
 CYCLES = 8  # shown of a short test, its last ones
 TABLES = {
     "measurements.csv": schema.TESTS,
@@ -43,7 +47,7 @@ def read_measurements(path: Path) -> list[Row]:
     Raises
     ------
     UsageError
-        It is a recording, the file is not there, is of another kind, is empty, or a line of it is damaged.
+        It is a recording, is not there, is of another kind (comparisons), is empty, or a line of it is damaged.
     RecordingError
         An ``.h5`` file that holds no measurements, a recording for example.
     """
@@ -62,14 +66,9 @@ def read_measurements(path: Path) -> list[Row]:
         raise UsageError(
             f"{path}: row {strange[0]}: expected a measurement with a source; got none: is it another table?"
         )
-    if any(is_comparison(row) for row in rows):
-        return [{"law": None, **row} for row in rows]  # a failed comparison is one too
+    if any("law" in row for row in rows):
+        raise UsageError(f"{path}: {IS_COMPARISON}")
     return rows
-
-
-def is_comparison(row: Row) -> bool:
-    """Whether a row is of a comparison (or its failure), no measurement."""
-    return "law" in row or "laws" in row
 
 
 def _at_home(row: Row) -> Row:

@@ -22,7 +22,6 @@ from frictionlab.recording import Recording
 from frictionlab.report.charts import TEMPLATES, ChartLine, chart
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
-from frictionlab.tables import Row
 from frictionlab.uncertainty import Estimate
 
 CYCLES = 8  # of the time response, the last ones
@@ -32,15 +31,14 @@ CYCLES = 8  # of the time response, the last ones
 class PageOfTest:
     """What a page of one test shows; ``measurement``, ``recording``: where the recording is at hand.
 
-    ``verdict``: what the campaign's fit says of it; ``comparison``: the row of `compare-numeric`, where it is given;
-    ``fitted``: what the fit of all tests simulates for this one, and the phase (rad) by which its base's channel is
-    late; ``at_lag``: in words, that its energies are those at the lag found.
+    ``verdict``: what the campaign's fit says of it; ``fitted``: what the fit of all tests simulates for this one, and
+    the phase (rad) by which its base's channel is late; ``at_lag``: in words, that its energies are those at the lag
+    found.
     """
 
     trial: Trial
     scene: Scene
     verdict: Verdict | None = None
-    comparison: Row | None = None
     fitted: tuple[Problem, float] | None = None
     at_lag: str = ""
     measurement: Measurement | None = None
@@ -55,9 +53,7 @@ class PageOfTest:
     def warnings(self) -> tuple[str, ...]:
         """All that is to be warned of, each once."""
         again = () if self.measurement is None else self.measurement.warnings
-        own = (self.comparison or {}).get("warnings")
-        compared = [str(text) for text in own] if isinstance(own, (list, tuple)) else []
-        return tuple(dict.fromkeys((*self.trial.warnings, *again, *compared)))
+        return tuple(dict.fromkeys((*self.trial.warnings, *again)))
 
 
 def sheet_name(number: int, trial: Trial) -> str:
@@ -142,7 +138,5 @@ def _loop(x: FloatArray, y: FloatArray) -> ChartLine:
 def sheets_of(campaign: Campaign) -> list[PageOfTest]:
     """The pages of a campaign, in the order of its tests, without what their recordings would add."""
     fitted = {} if campaign.joint is None else campaign.joint.problems()
-    verdicts, rows, sources = campaign.verdicts, campaign.comparisons, [t.source for t in campaign.trials]
-    known = [(verdicts.get(name), rows.get(name), fitted.get(name)) for name in sources]
-    lag = at_lag(campaign)
-    return [PageOfTest(t, campaign.scene, *more, lag) for t, more in zip(campaign.trials, known, strict=True)]
+    verdicts, lag = campaign.verdicts, at_lag(campaign)
+    return [PageOfTest(t, campaign.scene, verdicts.get(t.source), fitted.get(t.source), lag) for t in campaign.trials]

@@ -11,19 +11,18 @@ from typing import TYPE_CHECKING, Any
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.campaign import Campaign, Watch
 from frictionlab.campaign import evaluate as evaluate_trials
-from frictionlab.campaign.files import is_comparison, read_measurements, recording_of, recording_path
+from frictionlab.campaign.files import IS_COMPARISON, read_measurements, recording_of, recording_path
 from frictionlab.campaign.trials import Trial, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.files import make_folder
 from frictionlab.hdf5 import read_recording
 from frictionlab.inference.compare import AUTO
-from frictionlab.inference.comparison import Comparison
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
-from frictionlab.verbs.inputs import FAILED, AnyScene, FilePath, rows_of, scene_given
+from frictionlab.verbs.inputs import AnyScene, FilePath, rows_of, scene_given
 
 if TYPE_CHECKING:
     from frictionlab.figures.plates import Plate
@@ -32,7 +31,7 @@ TABLES = ("model", "rig")
 
 
 def evaluate(
-    measurements: Iterable[Measurement | Comparison | Row | FilePath] | FilePath,
+    measurements: Iterable[Measurement | Row | FilePath] | FilePath,
     scene: AnyScene = None,
     *,
     folders: Iterable[FilePath] = (),
@@ -46,8 +45,7 @@ def evaluate(
     Parameters
     ----------
     measurements : iterable, str or Path
-        A file, or measurements, rows of them (failed ones too) and files that `frictionlab analyze` wrote, mixed;
-        comparisons or files of them too: their ``laws`` say which law each material requires.
+        A file, or measurements, rows of them (failed ones too) and files that `frictionlab analyze` wrote, mixed.
     scene, **settings
         ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold;
         ``[experiment]`` gives the facts of each test by the name of its source. Keys of the first two may be set.
@@ -71,43 +69,25 @@ def evaluate(
     if isinstance(measurements, (str, PathLike, Mapping)) or not isinstance(measurements, Iterable):
         measurements = [measurements]
     for what in measurements:
-        if isinstance(what, (Measurement, Comparison, Mapping)):
+        if isinstance(what, (Measurement, Mapping)):
             rows.append(what if isinstance(what, Mapping) else what.row())
         elif isinstance(what, (str, PathLike)):
             rows += read_measurements(Path(what))
             places |= set(recordings_beside(Path(what)))
         else:
-            raise UsageError(
-                f"evaluate: expected measurements, comparisons, rows or files of them; got a {type(what).__name__}"
-            )
-    comparisons = [row for row in rows if is_comparison(row)]
-    measured = [row for row in rows if not is_comparison(row)]
-    sources = {str(row["source"]) for row in measured}
-    alone = [row for row in comparisons if str(row["source"]) not in sources]
-    measured += [_of_comparison(row, known, sorted(places)) for row in alone]
-    trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in measured]
+            raise UsageError(f"evaluate: expected measurements, rows or files of them; got a {type(what).__name__}")
+    if any("law" in row for row in rows):
+        raise UsageError(f"evaluate: {IS_COMPARISON}")
+    trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in rows]
     observations = observations_of(trials, known, folders=sorted(places), workers=workers)
     return evaluate_trials(
         trials,
         known,
         folders=sorted(places),
-        comparisons=comparisons,
         observations=observations,
         find_law=law == AUTO,
         watch=watch,
     )
-
-
-def _of_comparison(row: Row, scene: Scene, folders: Sequence[Path]) -> Row:
-    """The measurement behind a comparison: of its recording, else what the comparison says, Y by its force beta k Y."""
-    recording = recording_of(trial_of(row), folders) if row.get("status") != FAILED else None
-    if recording is not None:
-        with contextlib.suppress(AnalysisError):
-            return {**measure(recording, scene).row(), "source": row["source"]}
-    force, ratio, stiffness = row.get("friction_force_n"), row.get("friction_ratio"), scene.rig.stiffness
-    if stiffness and isinstance(force, float) and isinstance(ratio, float) and ratio > 0.0:
-        return {"base_amplitude_m": force / (stiffness * ratio), **row}
-    return row
 
 
 def recordings_beside(table: Path) -> list[Path]:

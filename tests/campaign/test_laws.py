@@ -105,41 +105,12 @@ def test_the_words_say_what_was_simulated() -> None:
     assert "base wall" in said.words
 
 
-def comparison(source: str, **evidence: float) -> dict[str, object]:
-    """A comparison whose ladder found these log evidences, by law ('_' for '+')."""
-    rungs = [{"law": law.replace("_", "+"), "log_evidence": e, "response_nrmse": 0.03} for law, e in evidence.items()]
-    best = max(rungs, key=lambda rung: float(str(rung["log_evidence"])))
-    numbers = {"frequency_ratio": 0.5, "energy_per_cycle": 2.0, "response_amplitude": 1.3}
-    return {"source": source, "status": "ok", **numbers, "law": best["law"], "laws": rungs}
-
-
-def test_comparisons_join_their_measurements_and_stand_alone_where_there_is_none(scene: Scene, tmp_path: Path) -> None:
-    """Measurements and comparisons of the same tests, and one test of which there is a comparison alone."""
-    rows = [row("steel", 1.5, r, 0.6) for r in (0.3, 0.7, 1.4)]
-    told = [comparison(str(r["source"]), coulomb=0.0, coulomb_place=6.0) for r in rows]
-    alone = {**comparison("alone.h5", coulomb=0.0, coulomb_place=6.0), "material": "steel", "normal_force_n": 1.5}
-    write_rows(rows, tmp_path / "m.jsonl")
-    write_rows([*told, alone, {"source": "lost.h5", "status": "failed", "reason": "no drive"}], tmp_path / "c.jsonl")
-    joined = evaluate([tmp_path / "m.jsonl", tmp_path / "c.jsonl"], scene)
-    assert [t.source for t in joined.failures] == ["lost.h5"]
-    assert len(joined.trials) == 5
-    assert joined.laws == ()  # evidence of single tests is none of the material: its scatter would be counted as law
-
-
-def test_a_comparison_alone_stands_for_the_recording_behind_it(scene: Scene, tmp_path: Path) -> None:
-    facts = {"material": "steel", "normal_force_n": 1.5}
-    write_recording(steady_recording().changed(experiment=facts), tmp_path / "a.h5")
-    of_recording = evaluate([{**measure(steady_recording(), scene).row(), "source": "a.h5", **facts}], scene)
-    (found,) = evaluate([comparison("a.h5", coulomb=0.0)], scene, folders=[tmp_path]).fits
-    assert (found.material, found.law) == ("steel", "coulomb")
-    assert found.friction_coefficient == pytest.approx(of_recording.fits[0].friction_coefficient, rel=1e-3)
-    row = {
-        **comparison("b.h5", coulomb=0.0),
-        **facts,
-        "friction_ratio": 0.35,
-        "friction_force_n": 0.35 * STIFFNESS * 2e-3,
-    }
-    assert evaluate([row], scene).trials[0].base_amplitude_m == pytest.approx(2e-3)
+def test_comparisons_are_no_measurements_of_a_campaign(scene: Scene, tmp_path: Path) -> None:
+    compared = {**row("steel", 1.5, 0.3, 0.6), "law": "coulomb", "verdict": "explained"}
+    write_rows([compared], tmp_path / "c.jsonl")
+    for given, place in ((tmp_path / "c.jsonl", r"c\.jsonl: "), ([compared], "evaluate: ")):
+        with pytest.raises(UsageError, match=f"{place}comparisons; campaign evaluates measurements: give those of"):
+            evaluate(given, scene)
 
 
 def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene: Scene, tmp_path: Path) -> None:
