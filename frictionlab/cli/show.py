@@ -1,6 +1,5 @@
 """To look up: ``frictionlab show`` a file, ``laws`` of contact; ``synthesize`` logs, ``tradeoff`` of accuracy."""
 
-import contextlib
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -9,21 +8,21 @@ import typer
 
 from frictionlab.cli import printable
 from frictionlab.cli.options import Results, scene_of
-from frictionlab.cli.screen import FOUND, count, paragraph, print_table, print_tests, track, warnings_of
-from frictionlab.errors import FrictionlabError, LogError, UsageError
+from frictionlab.cli.screen import count, paragraph, print_table, track, warnings_of
+from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of
 from frictionlab.tables import Row, check_output, has_rows, json_line, read_rows, write_rows
-from frictionlab.tables.texts import kinds_of, names_in_csv
-from frictionlab.verbs.inputs import is_log_name
+from frictionlab.tables.texts import kinds_of
 
 MOST = 100  # rows on a terminal
 LOOP = (0.3, 0.6)  # frequency and friction ratio of the loop of a law
 TABLES = (".csv", ".jsonl")
+OF_A_LOG = "; what is in a log says `frictionlab ingest --dry-run {}`"
 
 
 def show(file: Path) -> None:
-    """Show what is in a recording (.h5), a scene (.toml), a result (.csv, .jsonl, .h5) or a log.
+    """Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .h5).
 
     Example: frictionlab show configs/frame.toml
     """
@@ -37,15 +36,14 @@ def show(file: Path) -> None:
             _show_scene(file)
         elif suffix in TABLES or (suffix == ".h5" and has_rows(file)):
             _show_rows(file)
-        elif is_log_name(file):
-            _show_log(file)
         elif suffix == ".h5":
             from frictionlab.hdf5 import describe
 
             typer.echo("\n".join(map(printable, describe(file))))
         else:
-            expected = f"{', '.join((*TABLES, '.toml', '.h5'))}, or a log"
-            raise UsageError(f"{file}: expected one of {expected}; got {file.suffix or 'no suffix'}")
+            expected = ", ".join((*TABLES, ".toml", ".h5"))
+            got = file.suffix or "no suffix"
+            raise UsageError(f"{file}: expected one of {expected}; got {got}{OF_A_LOG.format(file)}")
     except OSError as error:
         if isinstance(error, FrictionlabError):
             raise
@@ -66,32 +64,12 @@ def _show_scene(file: Path) -> None:
     typer.echo(f"# {len(lines) - len(given)} keys are not given: `frictionlab init --all` lists them")
 
 
-def _show_log(file: Path) -> None:
-    """What was found in a log, as ``ingest --dry-run`` says it; LogError where it is none."""
-    from frictionlab.cli.ingest import ingested, print_evidence
-    from frictionlab.scene import find_scene
-    from frictionlab.verbs.inputs import scene_given
-
-    row, _ = ingested(file, scene=scene_given(find_scene(file)))
-    print_tests([row], FOUND, "a log")
-    print_evidence([row])
-
-
 def _show_rows(file: Path) -> None:
-    """The table, then failures and warnings, once for each kind; a CSV that is no result is a log, if it can be one."""
-    if file.suffix == ".csv":
-        head: list[str] = []
-        with contextlib.suppress(UnicodeDecodeError):  # results are in UTF-8
-            head = list(names_in_csv(file))
-        if table_of(head) is None:
-            with contextlib.suppress(LogError):
-                _show_log(file)
-                return
+    """The table, then failures and warnings, once for each kind."""
     try:
         rows = read_rows(file)
     except UsageError as error:
-        hint = f"; if it is a log, `frictionlab ingest --dry-run {file}` says what is missing"
-        raise UsageError(f"{error}{hint if file.suffix == '.csv' else ''}") from error
+        raise UsageError(f"{error}{OF_A_LOG.format(file) if file.suffix == '.csv' else ''}") from error
     good = [row for row in rows if row.get("status") != "failed"]
     names = list(dict.fromkeys(key for row in good for key in row))
     if good:
