@@ -20,7 +20,6 @@ from frictionlab.scene import Rig, Scene, read_scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic import log_of, synthesize, virtual_tests
 from frictionlab.synthetic.virtual_motion import (
-    base_motion,
     cycle_friction_ratios,
     driven,
     motion,
@@ -243,7 +242,6 @@ def moving(base: Tables, test: Tables | None = None, folder: Path = Path(), **sy
 
 
 SWEEP: Tables = {"motion": "sweep", "sweep_hz": [1.0, 4.0]}
-RANDOM: Tables = {"motion": "random", "band_hz": [0.5, 4.0], "ramp_s": 1.0}
 MOTOR: Tables = {"ramp_s": 2.0, "amplitude_wander": 0.05, "frequency_wander": 0.01}
 SINE: Tables = {"frequency_ratios": [0.5]}
 
@@ -252,7 +250,10 @@ SINE: Tables = {"frequency_ratios": [0.5]}
     ("base", "test"),
     [
         (SWEEP | {"ramp_s": 1.0}, {}),
-        (RANDOM, {"law": "coulomb+place+speed", "parameters": {"gradient": 0.05, "contact_damping_ratio": 0.03}}),
+        (
+            SWEEP | {"ramp_s": 1.0},
+            {"law": "coulomb+place+speed", "parameters": {"gradient": 0.05, "contact_damping_ratio": 0.03}},
+        ),
         (MOTOR, SINE),
         (MOTOR, SINE | {"law": "coulomb+stribeck", "parameters": {"static_ratio": 1.3, "stribeck_speed": 0.3}}),
     ],
@@ -291,12 +292,13 @@ def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
 
 
 def test_random_motion_has_the_power_it_is_given_and_none_beyond() -> None:
-    table = [[0.5, 0.0], [1.0, 2e-6], [3.0, 1e-6]]
-    scene = moving({"motion": "random", "spectrum": table})
-    base = base_motion(virtual_tests(scene)[0], scene, np.arange(100_000) / 250.0)
-    assert np.std(base) == pytest.approx(math.sqrt(0.5 * 0.5 * 2e-6 + 2.0 * 1.5e-6), rel=0.05)
-    power = np.abs(np.fft.rfft(base * np.hanning(len(base)))) ** 2
-    f = np.fft.rfftfreq(len(base), 1 / 250.0)
+    places, density = [0.5, 1.0, 3.0], [0.0, 2e-6, 1e-6]
+    given = random_motion(
+        100_000, 1 / 250.0, lambda f: np.interp(f, places, density, 0.0, 0.0), np.random.default_rng(0)
+    )
+    assert np.std(given) == pytest.approx(math.sqrt(0.5 * 0.5 * 2e-6 + 2.0 * 1.5e-6), rel=0.05)
+    power = np.abs(np.fft.rfft(given * np.hanning(len(given)))) ** 2
+    f = np.fft.rfftfreq(len(given), 1 / 250.0)
     assert power[(f < 0.45) | (f > 3.1)].sum() < 1e-5 * power.sum()
     assert power[(f > 1.0) & (f < 2.0)].sum() / power[(f > 2.0) & (f < 3.0)].sum() == pytest.approx(
         1.75 / 1.25, rel=0.15
@@ -308,25 +310,6 @@ def test_a_wandering_amplitude_forgets_itself_after_its_correlation_time() -> No
     assert np.sqrt(np.mean(steps**2)) == pytest.approx(0.02, rel=0.05)
     for lag, left in ((30, math.exp(-1.0)), (60, math.exp(-4.0))):
         assert np.mean(steps[:, :-lag] * steps[:, lag:]) / np.mean(steps**2) == pytest.approx(left, abs=0.05)
-    white = random_motion(50_000, 0.01, lambda f: np.where(f > 0.0, 0.02, 0.0), np.random.default_rng(3))
-    assert np.std(white) == pytest.approx(1.0, rel=0.02)
-
-
-def test_a_recorded_base_moves_again_and_a_short_one_is_refused(tmp_path: Path) -> None:
-    t = np.arange(2001) / 100.0
-    y = 5.0 + 2.0 * np.sin(2 * np.pi * 0.7 * t) ** 3
-    rows = [f"{a:.6f},{b:.6f}" for a, b in zip(t, y, strict=True)]
-    (tmp_path / "seen.csv").write_text("\n".join(["time [s],q", *rows]) + "\n")
-    base: Tables = {"motion": "file", "file": "seen.csv", "column": "q", "unit": "mm", "factor": 0.5}
-    scene = moving(base, folder=tmp_path, noise_m=0.0, step_m=0.0)
-    log = samples(log_of(virtual_tests(scene)[0], scene)[0])
-    assert log[:, 2] == pytest.approx(np.sin(2 * np.pi * 0.7 * log[:, 0]) ** 3, abs=2e-5)
-    long = moving(base, {"duration_s": 30.0}, folder=tmp_path)
-    with pytest.raises(SceneError, match=r"b: .*seen.csv lasts 20 s; expected at least the 29.996 s of steel_N1.25_b"):
-        log_of(virtual_tests(long)[0], long)[0]
-    lost = moving(base | {"file": "nothing.csv"}, folder=tmp_path)
-    with pytest.raises(SceneError, match=r"synthetic.bases: b: .*nothing.csv"):
-        log_of(virtual_tests(lost)[0], lost)[0]
 
 
 def test_wandering_friction_is_told_period_by_period(tmp_path: Path) -> None:
@@ -353,11 +336,8 @@ def test_a_motor_that_has_started_up_reaches_the_plain_sines_orbit() -> None:
     ("base", "test", "match"),
     [
         ({"motion": "sweep"}, {}, "motion = 'sweep' needs sweep_hz"),
-        ({"motion": "random"}, {}, "needs band_hz or spectrum, one of them; got none"),
-        ({"band_hz": [1.0, 2.0]}, SINE, "band_hz belongs to motion = 'random'; got motion = 'sine'"),
-        ({"motion": "random", "band_hz": [2.0, 1.0]}, {}, "the lowest frequency first"),
-        ({"motion": "random", "spectrum": [[1.0, 1.0], [1.0, 2.0]]}, {}, "frequencies that increase"),
-        ({"motion": "random", "spectrum": [[1.0, 0.0], [2.0, 0.0]]}, {}, "a density above 0"),
+        ({"sweep_hz": [1.0, 2.0]}, SINE, r"no other motion has it; got \[1.0, 2.0\] of motion = 'sine'"),
+        ({"motion": "random"}, {}, "base.*motion: expected 'sine' or 'sweep'; got 'random'"),
         (SWEEP, SINE, "has its own frequencies: leave them out"),
         ({}, {}, "expected at least one: a sine moves at them"),
         (SWEEP, {"base": "c"}, r"expected a name in \[\[synthetic.bases\]\] \(b\); got 'c'"),
@@ -371,11 +351,9 @@ def test_what_makes_no_sense_is_refused(base: Tables, test: Tables, match: str) 
 def test_the_scene_beside_this_works(tmp_path: Path) -> None:
     scene = fl.read_scene(ROOT / "configs" / "base_motions.toml").changed(synthetic={"duration_s": 5.0})
     names = [test.log for test in synthesize(scene, tmp_path)]
-    assert names == [
-        *("steel_N1.25_r0.4_motor.csv", "steel_N1.25_sweep.csv", "rubber_N1.25_random.csv", "steel_N1.25_recorded.csv")
-    ]
+    assert names == ["steel_N1.25_r0.4_motor.csv", "steel_N1.25_sweep.csv", "rubber_N1.25_r0.5_motor.csv"]
     truths = [json.loads(line) for line in (tmp_path / "truth.jsonl").read_text().splitlines()]
-    assert [truth["base"]["motion"] for truth in truths] == ["sine", "sweep", "random", "file"]
+    assert [truth["base"]["motion"] for truth in truths] == ["sine", "sweep", "sine"]
     assert truths[0]["energy_per_cycle"] > 0.0
     assert "energy_per_cycle" not in truths[1]
 

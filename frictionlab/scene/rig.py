@@ -223,9 +223,7 @@ class VirtualBase(SceneTable):
     """``[[synthetic.bases]]``: a motion of the virtual base; a group of tests takes it by its name."""
 
     name: FileWord = key("What tests call it; it ends the names of their logs.", ...)
-    motion: Literal["sine", "sweep", "random", "file"] = key(
-        '"sine" at each frequency ratio, "sweep", "random", or "file": as recorded.', "sine"
-    )
+    motion: Literal["sine", "sweep"] = key('"sine" at each frequency ratio, or "sweep".', "sine")
     ramp_s: NonNegative = key("The motor starts up within this time: its amplitude grows smoothly from 0.", 0.0)
     amplitude_wander: NonNegative = key("Relative rms of a wandering amplitude.", 0.0)
     amplitude_wander_s: Positive = key("Correlation time of that: after it, e^-1 is left.", 5.0)
@@ -233,32 +231,12 @@ class VirtualBase(SceneTable):
     frequency_wander_s: Positive = key("Correlation time of that.", 5.0)
     sweep_hz: Annotated[list[Positive], Two] | None = key("First and last frequency of a sweep as long as the test.")
     sweep_scale: Literal["linear", "log"] = key('"linear": Hz a second; "log": octaves a second.', "linear")
-    band_hz: Annotated[list[NonNegative], Two] | None = key("Band of a random motion, equally strong between.")
-    spectrum: list[Annotated[list[NonNegative], Two]] | None = key("Or its power density: [[Hz, m^2/Hz], ...].")
-    rms_m: Positive | None = key("Rms of a random motion; by default the spectrum's, or base_amplitude_m / sqrt(2).")
-    file: str | None = key("A recording, a log or a table beside the scene: its base moves so, from its first value.")
-    column: str | None = key("Of a table: the base's column, by its name or its number from 1.")
-    unit: str | None = key("Unit of that column, where the table does not say it.")
-    factor: float = key("The recorded motion is made so many times as large.", 1.0, allow_inf_nan=False)
 
     @model_validator(mode="after")
     def _has_what_it_needs(self) -> Self:
-        needs = {"sweep": ("sweep_hz",), "random": ("band_hz", "spectrum"), "file": ("file",)}
-        for motion, names in needs.items():
-            given = [name for name in names if getattr(self, name) is not None]
-            if motion == self.motion and len(given) != 1:
-                got = " and ".join(given) or "none"
-                raise ValueError(f"motion = {motion!r} needs {' or '.join(names)}, one of them; got {got}")
-            if motion != self.motion and given:
-                raise ValueError(f"{given[0]} belongs to motion = {motion!r}; got motion = {self.motion!r}")
-        if self.band_hz and not self.band_hz[0] < self.band_hz[1]:
-            raise ValueError(f"band_hz: expected the lowest frequency first; got {self.band_hz}")
-        if self.spectrum is not None:
-            places, densities = [place for place, _ in self.spectrum], [density for _, density in self.spectrum]
-            if len(places) < 2 or sorted(set(places)) != places:
-                raise ValueError(f"spectrum: expected at least two frequencies that increase; got {places}")
-            if not any(densities):
-                raise ValueError("spectrum: expected a density above 0 somewhere; got none")
+        if (self.motion == "sweep") != (self.sweep_hz is not None):
+            got = "none" if self.sweep_hz is None else f"{self.sweep_hz} of motion = {self.motion!r}"
+            raise ValueError(f"motion = 'sweep' needs sweep_hz, and no other motion has it; got {got}")
         return self
 
     @property

@@ -1,7 +1,7 @@
 """How the base of a virtual test moves, and its mass.
 
-The base: a sine, a sweep, random, or as recorded; a motor that starts up and wanders. The mass: from rest or steadily,
-cycle by cycle, under a plain sine or any other base.
+The base: a sine or a sweep of a motor that starts up and wanders. The mass: from rest or steadily, cycle by cycle,
+under a plain sine or any other base.
 """
 
 import math
@@ -12,10 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from frictionlab.arrays import FloatArray
-from frictionlab.base_motion import sound_base
-from frictionlab.errors import FrictionlabError, SceneError
-from frictionlab.hdf5 import read_recording
-from frictionlab.logs import read_base_log
+from frictionlab.errors import SceneError
 from frictionlab.scene import Scene
 from frictionlab.simulator import simulate, steady_state
 from frictionlab.simulator.record import BaseRecord, Response, respond
@@ -26,24 +23,12 @@ HOUR_S = 3600.0
 
 
 def base_motion(test: SyntheticTest, scene: Scene, time: FloatArray) -> FloatArray:
-    """Displacement of a test's base (m) at even times (n,) from 0; SceneError for a record unread, or too short."""
+    """Displacement of a test's base (m) at even times (n,) from 0."""
     base, step = test.base, float(time[1] - time[0])
     size = ramp(time / base.ramp_s) if base.ramp_s else np.ones(len(time))
     if base.amplitude_wander:
         draws = test.draws(scene, "amplitude")
         size = size * (1 + wander(len(time), step, base.amplitude_wander, base.amplitude_wander_s, draws))
-    if base.motion == "file":
-        return np.asarray(size * _recorded(test, scene, time))
-    if base.motion == "random":
-        known = np.array(base.spectrum or [[f, 1.0] for f in base.band_hz or ()]).T  # frequency; density
-        power = float(np.trapezoid(known[1], known[0]))
-        own = math.sqrt(power) if base.spectrum else test.base_amplitude_m / math.sqrt(2.0)
-        density = known[1] * ((base.rms_m or own) ** 2 / power)
-
-        def inside(f: FloatArray) -> FloatArray:
-            return np.where(f > 0.0, np.interp(f, known[0], density, left=0.0, right=0.0), 0.0)
-
-        return np.asarray(size * random_motion(len(time), step, inside, test.draws(scene, "base")))
     frequency = np.full(len(time), test.drive_frequency_hz)
     if base.sweep_hz is not None:
         (first, last), share = base.sweep_hz, time / time[-1]
@@ -87,24 +72,6 @@ def random_motion(
     )
     lines[0] = lines[0].real * math.sqrt(2.0)  # half as wide, and counted once
     return np.asarray(np.fft.irfft(0.5 * whole * lines, whole)[:n])
-
-
-def _recorded(test: SyntheticTest, scene: Scene, time: FloatArray) -> FloatArray:
-    """The sound part of a recorded base at other times, from its first value."""
-    base, path = test.base, scene.folder / (test.base.file or "")
-    given = {key: value for key, value in (("base", base.column), ("unit", base.unit)) if value is not None}
-    try:
-        is_recording = path.suffix.lower() in (".h5", ".hdf5")
-        seen = read_recording(path) if is_recording else read_base_log(path, scene.changed(log=given).log)
-        recording = sound_base(seen)[0]
-    except FrictionlabError as error:
-        raise SceneError(f"synthetic.bases: {base.name}: {error}") from error
-    known = recording.time - recording.time[0]
-    if known[-1] < time[-1] - 0.5 * (time[1] - time[0]):
-        lasts = f"{path} lasts {known[-1]:.6g} s; expected at least the {time[-1]:.6g} s of {test.log}"
-        raise SceneError(f"synthetic.bases: {base.name}: {lasts}: set duration_s")
-    curve = CubicSpline(known, base.factor * (recording.base_displacement - recording.base_displacement[0]))
-    return np.asarray(curve(np.minimum(time, known[-1])))
 
 
 def cycle_friction_ratios(test: SyntheticTest, scene: Scene) -> FloatArray:
@@ -212,8 +179,7 @@ def driven(test: SyntheticTest, scene: Scene) -> Driven:
     if scene.synthetic.start == "steady":
         got = f"base {test.base.name!r}, channels {', '.join(scene.synthetic.channels) or 'none'}"
         raise SceneError(f"synthetic.tests: {test.log}: start = 'steady' needs a plain sine; got {got}")
-    rate, of_base = scene.synthetic.sampling_rate_hz, [*(test.base.sweep_hz or test.base.band_hz or ())]
-    of_base += [f for f, _ in test.base.spectrum or ()] + [test.drive_frequency_hz] * test.is_periodic
+    rate, of_base = scene.synthetic.sampling_rate_hz, test.base.sweep_hz or [test.drive_frequency_hz]
     every = max(1, math.ceil(FINE * max([*of_base, test.natural_frequency_hz]) / rate))
     time = np.arange((round(test.duration_s * rate) - 1) * every + 1) / (rate * every)
     tau, base = 2 * math.pi * test.natural_frequency_hz * time, base_motion(test, scene, time) / test.base_amplitude_m
