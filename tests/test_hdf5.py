@@ -12,7 +12,6 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from nexusformat.nexus import nxload
 
 from frictionlab.errors import OutputError, RecordingError
 from frictionlab.hdf5 import is_recording, read_recording, read_tree, write_recording, write_tree
@@ -122,15 +121,6 @@ def test_xarray_opens_it(engine: str, path: Path) -> None:
         assert data.attrs["material"] == "steel"
     with xr.open_dataset(path, engine=engine) as data:  # without being asked anything
         assert data["mass_displacement"].dims == ("time",)
-
-
-def test_a_nexus_reader_opens_it(path: Path) -> None:
-    with nxload(path) as root:
-        data = root["entry/data"]
-        assert data.nxsignal.nxname == "mass_displacement"
-        assert [axis.nxname for axis in data.nxaxes] == ["time"]
-        assert data.nxsignal.attrs["units"] == "m"
-        np.testing.assert_array_equal(data.nxsignal.nxvalue, RECORDING.mass_displacement)
 
 
 def test_an_existing_recording_is_replaced_and_nothing_else(path: Path, tmp_path: Path) -> None:

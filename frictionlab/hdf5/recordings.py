@@ -19,7 +19,6 @@ The tree, format version 1::
         /dialect          attrs: what was found in the logs
         /options          attrs: what the user had said
     /experiment           attrs: material, normal_force (N), and whatever else is known of this test
-    /entry                NXentry with hard links to the arrays in /entry/data (NXdata), for NeXus readers
 
 Behind the HDF5 part, where other programs do not look, stands its seal (`frictionlab.hdf5.opening`).
 """
@@ -93,22 +92,13 @@ def pieces_of(recording: Recording, *, created: datetime | None = None) -> tuple
         material = recording.experiment.get("material")
         title = storable(f"{words}: {names}" + (f" ({material})" if material else ""))
         when = (created or datetime.now(UTC)).isoformat(timespec="seconds")
-        file.attrs.update({"Conventions": "CF-1.11", "title": title, "created": when, "default": "entry"})
+        file.attrs.update({"Conventions": "CF-1.11", "title": title, "created": when})
         _write_arrays(file, recording)
         _write_source(file.create_group("source", track_order=True), recording.source)
         long, short = _NORMAL_FORCE
         facts = {short if key == long else key: value for key, value in recording.experiment.items()}
         facts |= {f"{short}_units": "N"} if short in facts else {}
         write_facts(file.create_group("experiment", track_order=True), facts)
-        entry = file.create_group("entry", track_order=True)  # of NeXus
-        entry.attrs.update({"NX_class": "NXentry", "default": "data"})
-        data, channels = entry.create_group("data", track_order=True), list(measured)
-        data.attrs.update({"NX_class": "NXdata", "signal": channels[0], "axes": "time"})
-        if channels[1:]:
-            data.attrs["auxiliary_signals"] = np.array(channels[1:], dtype=TEXT)
-        for name in ("time", *channels, "quality"):
-            data[name] = file[name]
-        entry["title"] = title
 
     return opening.new_file(fill, format=FORMAT, format_version=opening.FORMAT_VERSION)
 
