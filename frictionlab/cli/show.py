@@ -41,9 +41,8 @@ def show(file: Path) -> None:
 
             typer.echo("\n".join(map(printable, describe(file))))
         else:
-            expected = ", ".join((*TABLES, ".toml", ".h5"))
-            got = file.suffix or "no suffix"
-            raise UsageError(f"{file}: expected one of {expected}; got {got}{OF_A_LOG.format(file)}")
+            got = f"{file.suffix or 'no suffix'}{OF_A_LOG.format(file)}"
+            raise UsageError(f"{file}: expected one of .csv, .jsonl, .toml, .h5; got {got}")
     except OSError as error:
         if isinstance(error, FrictionlabError):
             raise

@@ -18,20 +18,6 @@ from frictionlab.simulator.sweep import StateMap, sweep
 from frictionlab.simulator.thesis import thesis_run
 
 __all__ = [
-    "COSINE",
-    "Attractor",
-    "Base",
-    "Contact",
-    "Motion",
-    "Problem",
-    "Solver",
-    "StateMap",
-    "SteadyState",
-    "Structure",
-    "coexisting",
-    "last_cycle",
-    "simulate",
-    "steady_state",
-    "sweep",
-    "thesis_run",
-]
+    "COSINE", "Attractor", "Base", "Contact", "Motion", "Problem", "Solver", "StateMap", "SteadyState", "Structure",
+    "coexisting", "last_cycle", "simulate", "steady_state", "sweep", "thesis_run",
+]  # fmt: skip

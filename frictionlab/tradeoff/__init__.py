@@ -24,7 +24,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.schema import ENERGY
-from frictionlab.simulator import Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
+from frictionlab.simulator import Base, Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
 from frictionlab.simulator.numeric import RTOL, Integrated
 
 ROUNDING = 1e-14  # errors below this are all the same: rounding
@@ -118,7 +118,7 @@ def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Run]) 
 
 
 Knob = Callable[[], tuple[Setting, ...]]
-Measured = tuple[str, Callable[[Recording], float | FloatArray], bool]
+Measured = tuple[str, Callable[[Recording], float | FloatArray], bool, float]
 # Energy per cycle (r, beta) from 50-digit orbits: tests/simulator/reference/make_reference.py, rounded to 25 digits.
 CONTINUOUS, CONTINUOUS_ENERGY = Problem(0.7, 0.5), 3.488507872497761966686743
 STICK_SLIP, STICK_SLIP_ENERGY = Problem(0.5, 0.4), 2.126042266393348841691811
@@ -176,6 +176,25 @@ def cycles_waited() -> tuple[Setting, ...]:
     return run_trials("cycles waited", ENERGY, DIGITS, trials)
 
 
+def physics() -> tuple[Setting, ...]:
+    """What each piece of physics costs, and what leaving it out does to a rig that has all of them (r = 0.5)."""
+    base = Base((1.0, 0.02, 0.03, 0.0, 0.01), (0.0, 0.01, 0.02, 0.01, 0.0))
+    full = Problem(0.5, 0.4, mu=1.2, zeta=0.02, base=base)
+    truth = steady_state(full, solver="exact").energy_per_cycle or float("nan")
+    settings = {
+        "Coulomb friction": Problem(0.5, 0.4),
+        "+ damping": Problem(0.5, 0.4, zeta=0.02),
+        "+ static ratio": Problem(0.5, 0.4, mu=1.2),
+        "+ 5 harmonics": Problem(0.5, 0.4, base=base),
+        "+ all three": full,
+    }
+    trials = [
+        Run(name, partial(steady_state, problem), _off(truth), default=name == "Coulomb friction")
+        for name, problem in settings.items()
+    ]
+    return run_trials("physics switched on", ENERGY, "a rig that has all three, exact orbit", trials)
+
+
 def tolerance_of(name: str) -> tuple[Setting, ...]:
     """The integrator's tolerance under a law without exact slides (r = 0.3, beta = 0.6)."""
     problem, truth = CONTACTS[name]
@@ -197,35 +216,35 @@ def orbit() -> tuple[Motion, float]:
 
 
 @cache
-def recording(seed: int) -> Recording:
+def recording(rate: float, seed: int) -> Recording:
     """One recording of the orbit; noise (rms over Y) and phase its own, so that no sampling grid is favoured."""
-    time = np.arange(round(DURATION_S * RATE_HZ)) / RATE_HZ
-    tau = 2 * math.pi * (DRIVE_HZ * time + np.random.default_rng([seed, round(RATE_HZ)]).uniform())
-    off = NOISE * np.random.default_rng([seed, round(RATE_HZ), 1]).standard_normal((2, len(time)))
+    time = np.arange(round(DURATION_S * rate)) / rate
+    tau = 2 * math.pi * (DRIVE_HZ * time + np.random.default_rng([seed, round(rate)]).uniform())
+    off = NOISE * np.random.default_rng([seed, round(rate), 1]).standard_normal((2, len(time)))
     mass = orbit()[0].at(np.mod(tau, 2 * math.pi))[0]
     return Recording(time, BASE_M * (mass + off[0]), BASE_M * (np.cos(tau) + off[1]))
 
 
 def _each(knob: str, quantity: str, truth: float, *settings: Measured, count: int = FEW) -> tuple[Setting, ...]:
-    """Measure every recording with each setting: (name, what measures it, whether it is the default)."""
-    those = [recording(seed) for seed in range(count)]
-    trials = [
-        Run(name, partial(_joined, measured, those), _off(truth), default) for name, measured, default in settings
-    ]
+    """Measure every recording with each setting: (name, what measures it, whether it is the default, sampling rate)."""
+    trials = []
+    for name, measured, default, rate in settings:
+        those = [recording(rate, seed) for seed in range(count)]
+        trials.append(Run(name, partial(_joined, measured, those), _off(truth), default))
     return tuple(replace(s, seconds=s.seconds / count) for s in run_trials(knob, quantity, TRUTH, trials))
 
 
-def _joined(by: Callable[[Recording], float | FloatArray], those: Sequence[Recording]) -> FloatArray:
-    return np.hstack([by(one) for one in those])
+def _joined(measured: Callable[[Recording], float | FloatArray], those: Sequence[Recording]) -> FloatArray:
+    return np.hstack([measured(one) for one in those])
 
 
 def padding() -> tuple[Setting, ...]:
     """Padding of the FFT that finds the drive, without and with interpolation, and the phases that analyze adds."""
     ways = (("highest bin", _highest_bin, (1, 4, 64)), ("interpolated", _interpolated, (1, 4, 16)))
     settings: list[Measured] = [
-        (f"{n}x, {name}", partial(way, padding=n), False) for name, way, many in ways for n in many
+        (f"{n}x, {name}", partial(way, padding=n), False, RATE_HZ) for name, way, many in ways for n in many
     ]
-    settings += [(f"{n}x, phases", partial(_phases, padding=n), n == 4) for n in (1, 4, 16)]
+    settings += [(f"{n}x, phases", partial(_phases, padding=n), n == 4, RATE_HZ) for n in (1, 4, 16)]
     n = round(DURATION_S * RATE_HZ)
     bound = math.sqrt(6.0 / (n * (n * n - 1.0))) * NOISE * RATE_HZ / math.pi / DRIVE_HZ  # [Rife and Boorstyn 1974]
     found = _each("fft padding", "drive_frequency_hz", DRIVE_HZ, *settings, count=RECORDINGS)
@@ -252,7 +271,7 @@ def points_per_cycle() -> tuple[Setting, ...]:
     """Points a cycle is laid out on before its loop's area is taken; the default is one per sample."""
     usual = cycles.points_per_cycle(RATE_HZ / DRIVE_HZ)
     settings: list[Measured] = [
-        (str(n), partial(_loop_energy, points=n), n == usual) for n in (32, 64, 128, usual, 1024)
+        (str(n), partial(_loop_energy, points=n), n == usual, RATE_HZ) for n in (32, 64, 128, usual, 1024)
     ]
     return _each("points per cycle", f"{ENERGY} of one cycle", orbit()[1], *settings, count=RECORDINGS)
 
@@ -274,12 +293,19 @@ def _energy(one: Recording, rule: str) -> float:
 def cycles_averaged() -> tuple[Setting, ...]:
     """Cycles that the energy is the mean of; the thesis takes the last."""
     rules = ("last", "window:15", "all")
-    settings: list[Measured] = [(rule, partial(_energy, rule=rule), rule == "all") for rule in rules]
+    settings: list[Measured] = [(rule, partial(_energy, rule=rule), rule == "all", RATE_HZ) for rule in rules]
     return _each("cycles averaged", ENERGY, orbit()[1], *settings)
 
 
 def _cycle_energies(one: Recording, scene: Scene = SCENE) -> FloatArray:
     return measure(one, scene).series.energy
+
+
+def sampling_rate() -> tuple[Setting, ...]:
+    """Samples per second of the sensor; the default is that of `synthesize`."""
+    rates = (25.0, 100.0, RATE_HZ, 1000.0, 4000.0)
+    settings: list[Measured] = [(f"{rate:g} Hz", _cycle_energies, rate == RATE_HZ, rate) for rate in rates]
+    return _each("sampling rate", f"{ENERGY} of one cycle", orbit()[1], *settings)
 
 
 def accuracy_of(command: str) -> tuple[Setting, ...]:
@@ -292,7 +318,7 @@ def accuracy_of(command: str) -> tuple[Setting, ...]:
         return compare_measurement(measure(one, scene), scene).friction_ratio
 
     quantity, truth = (f"{ENERGY} of one cycle", orbit()[1]) if command == "analyze" else ("friction_ratio", BETA)
-    settings: list[Measured] = [(name, partial(run, level=name), name == "balanced") for name in LEVELS]
+    settings: list[Measured] = [(name, partial(run, level=name), name == "balanced", RATE_HZ) for name in LEVELS]
     return _each(f"{command} --accuracy", quantity, truth, *settings)
 
 
@@ -302,10 +328,11 @@ FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
             partial(solver_of, "continuous motion", CONTINUOUS, CONTINUOUS_ENERGY, (1e-3,)),
             partial(solver_of, "stick-slip", STICK_SLIP, STICK_SLIP_ENERGY, (1e-3, 1e-6, 1e-10)),
             cycles_waited,
+            physics,
         ),
         "contacts": tuple(partial(tolerance_of, name) for name in CONTACTS),
         "frequency": (padding,),
-        "cycle": (points_per_cycle, cycles_averaged),
+        "cycle": (points_per_cycle, cycles_averaged, sampling_rate),
         "levels": (partial(accuracy_of, "analyze"), partial(accuracy_of, "compare-numeric")),
     }
 )

@@ -22,19 +22,7 @@ from frictionlab.simulator.laws.lugre import LUGRE
 from frictionlab.simulator.laws.rate_state import RATE_STATE
 from frictionlab.simulator.laws.stribeck import STRIBECK
 
-__all__ = [
-    "TERMS",
-    "Friction",
-    "Kind",
-    "Law",
-    "Parameter",
-    "Scale",
-    "Term",
-    "excluded_by",
-    "formula_of",
-    "law_of",
-    "tried_of",
-]
+__all__ = ["TERMS", "Friction", "Kind", "Law", "Parameter", "Term", "excluded_by", "formula_of", "law_of", "tried_of"]
 
 
 def coulomb(_own: FloatArray, side: float, friction: float, _z: float, _v: float, _w: float, _age: float) -> Contact:
