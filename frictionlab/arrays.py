@@ -47,9 +47,10 @@ def sampling_interval(time: FloatArray) -> float:
     >>> round(sampling_interval(np.delete(np.arange(1000) * 0.004, [17, 500, 501])), 9)
     0.004
     """
-    steps = np.diff(time)
-    some = steps[:: max(1, len(steps) // 100_000)]
-    guess = float(np.median(some)) or float((time[-1] - time[0]) / len(steps))  # coarse stamps repeat
+    steps, guess = np.diff(time), 0.0
+    if len(steps):
+        some = steps[:: max(1, len(steps) // 100_000)]
+        guess = float(np.median(some)) or float((time[-1] - time[0]) / len(steps))  # coarse stamps repeat
     if not guess > 0.0:
         raise RecordingError("no sampling rate: expected time stamps that increase; got no increasing step")
     n = len(time)

@@ -101,6 +101,9 @@ def free_vibrations(
     found, refused = list[FreeVibration](), list[str]()
     for tap in find_taps(time, displacement):
         when, height = tap
+        if not _fades(tap):
+            refused.append(f"from {when[0]:.4g} to {when[-1]:.4g} s the swing does not fade: driven, or touched")
+            continue
         inside, share = (time >= when[0]) & (time <= when[-1]), 0.0
         if base is not None and np.count_nonzero(inside) > 1:
             share = math.sqrt(2.0) * float(np.std(base[inside])) / float(_swings(tap)[0])
@@ -244,7 +247,7 @@ LEAST_SWINGS = 6  # half-cycles
 
 
 def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, ...]:
-    """Find the free decays of a record (n,) [s], [m], each by its turning points: times and heights (2, k).
+    """Find the taps of a record (n,) [s], [m], most of them free decays, by their turning points: times, heights (2, k).
 
     The first turning point of a tap and the last before a new one are left out: a hand may still have been there.
     """
@@ -263,11 +266,9 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
             first = begin + int(np.argmax(swings[begin : end - 1])) + 1
             run = turnings[:, first : end - (end < turnings.shape[1])]
             long += [run] if run.shape[1] > LEAST_SWINGS else []
-    # a short record sees little of its decay: 1 % a half-cycle (a damping ratio of 0.003) parts it from a drive
-    decays = tuple(run for run in long if _swings(run)[-1] <= max(1.0 - FADED, 0.99 ** run.shape[1]) * _swings(run)[0])
-    share = sum(run.shape[1] for run in decays) / max(1, len(swings))
-    if decays and share >= 0.5:
-        return decays
+    share = sum(run.shape[1] for run in long if _fades(run)) / max(1, len(swings))
+    if share >= 0.5:
+        return tuple(long)
     quarter = max(1, len(swings) // 4)
     if len(swings) <= 2 * LEAST_SWINGS and not long:
         why = f"expected at least {LEAST_SWINGS} half-cycles above the noise; got {max(0, len(swings) - 1)}"
@@ -277,6 +278,15 @@ def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, .
         part = f"{share:.0%} of {len(swings)} half-cycles belong to a decay"
         why = f"this is a driven motion, not a free decay ({part}): hold the base at rest"
     raise AnalysisError(f"free vibration: {why}: displace the mass, let go, and record until it rests")
+
+
+def _fades(run: FloatArray) -> bool:
+    """Whether turning points (2, k) are of a decay.
+
+    A short record sees little of it: 1 % a half-cycle (a damping ratio of 0.003) parts it from a drive.
+    """
+    swings = _swings(run)
+    return bool(swings[-1] <= max(1.0 - FADED, 0.99 ** run.shape[1]) * swings[0])
 
 
 def _swings(turnings: FloatArray) -> FloatArray:
@@ -359,6 +369,8 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     about = signals - np.median(signals[:, -max(1, len(time) // 10) :], axis=1)[:, None]
     size = np.abs(about).max(axis=0)
     first = int(np.argmax(size))
+    if not size[first] > 0.0:
+        raise AnalysisError("free vibration: no mass moves: expected a free decay; got columns that stand still")
     last = int(np.flatnonzero(size > 0.02 * size[first])[-1]) + 1
     # the highest peaks, one for each mass, of all spectra together
     spectra = [amplitude_spectrum(row, step) for row in about[:, first:last]]

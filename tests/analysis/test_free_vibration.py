@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from frictionlab.analysis.decay import Decay, first_guess, fit_decay
 from frictionlab.analysis.free_vibration import averages, free_vibrations, modes
-from frictionlab.errors import AnalysisError
+from frictionlab.errors import AnalysisError, RecordingError
 from frictionlab.hdf5 import write_recording
 from frictionlab.recording import Channel, Recording
 from tests.analysis.seen import STEP_M, through_laser
@@ -156,6 +156,22 @@ def test_a_tap_with_a_bumped_base_is_left_out_and_the_others_stay() -> None:
     taps = free_vibrations(t, x, bumped)
     assert [round(tap.start_s) for tap in taps] == [0, 50]
     assert "another tap is left out: a driven motion: the base moves by" in taps[0].warnings[0]
+
+
+def test_a_stretch_between_taps_that_does_not_fade_is_named() -> None:
+    driven = 3e-3 * np.sin(OMEGA * T[:2500])
+    x = seen(np.concatenate([decaying(0.01), driven, decaying(0.01)]))
+    taps = free_vibrations(clock(x), x)
+    assert [round(tap.start_s) for tap in taps] == [0, 30]
+    assert "another tap is left out: from 25.88 to 29.88 s the swing does not fade" in taps[0].warnings[0]
+
+
+def test_motions_of_nothing_are_refused_by_name() -> None:
+    for nothing in (np.zeros(0), np.zeros(1)):
+        with pytest.raises(RecordingError, match="no sampling rate"):
+            free_vibrations(nothing, nothing)
+    with pytest.raises(AnalysisError, match="no mass moves"):
+        modes(np.arange(5) / RATE, np.zeros((2, 5)))
 
 
 FloatArray = NDArray[np.float64]
