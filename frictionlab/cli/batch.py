@@ -92,7 +92,7 @@ def _do(todo: "Batch", work: Inputs) -> screen.Rows:
     """Do what is due; with --json the rows of all logs, of those that had not changed too."""
     quiet = work.as_json or work.quiet
     if todo.due and not quiet:
-        typer.echo(f"{', '.join(todo.steps[:-1])} and {todo.steps[-1]}: {len(todo.due)} of {len(todo.logs)} logs")
+        typer.echo(f"{', '.join(todo.steps[:-1])} and {todo.steps[-1]}: {len(todo.due)} of {len(todo.logs)} logs to do")
     made = todo.each(workers=work.workers, scheduler=work.scheduler)
     if not work.as_json:
         return screen.report_rows(screen.track(made, total=len(todo.due), title="batch", quiet=quiet), as_json=False)

@@ -334,7 +334,6 @@ def drift(campaign: Campaign, level: float) -> Figure:
             if test.trend is not None:
                 _draw_trend(ax, test, test.trend, style.PALETTE[index % len(style.PALETTE)])
         ax.set(xlabel="time [min]", ylabel=ENERGY)
-        ax.set_ylim(bottom=0)
         ax.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     return figure
 
