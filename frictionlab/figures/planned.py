@@ -1,6 +1,5 @@
 """Tests to be made: what each possible one says, and what a law predicts of them."""
 
-import re
 from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from frictionlab.figures import style
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.planning.plan import Plan, PlannedTest
 from frictionlab.schema import AMPLITUDE, ENERGY
+from frictionlab.tables.texts import kinds_of
 
 if TYPE_CHECKING:
     from frictionlab.inference.predictive import Prediction
@@ -24,7 +24,6 @@ Value = Callable[[PlannedTest], float | None]
 Place = tuple[float, float]  # frequency ratio and normal force
 CURVES = {f"{AMPLITUDE}_m": "amplitude [mm]", f"{ENERGY}_j": "energy per cycle [mJ]"}
 BAND: dict[str, Any] = {"color": style.PREDICTED, "alpha": 0.25, "linewidth": 0.0}  # of 95 of 100 tests
-DIGITS = re.compile(r"[\d.]+")
 FEW = 20  # points of a curve that are marked
 
 
@@ -103,7 +102,7 @@ def prediction_figure(prediction: "Prediction") -> Figure:
     tests, first = prediction.tests, prediction.tests[0]
     at = f"{first.normal_force_n:.4g} N, base {1e3 * first.base_amplitude_m:.4g} mm"
     title = f"{first.material}, {first.law}: {at}; shaded: 95 of 100 such tests"
-    said = list({DIGITS.sub("", text): text for test in tests for text in test.warnings}.values())  # one of each kind
+    said = [sentence for sentence, _ in kinds_of(("", text) for test in tests for text in test.warnings)]
     with style.drawing(title=title, cautions=said) as figure:
         if len(tests) == 1:
             left, right = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
