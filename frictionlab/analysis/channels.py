@@ -5,13 +5,14 @@ each harmonic is still there, for whoever compares a motion with it, and `cut_aw
 amplitude.
 
 A velocity is integrated once, an acceleration twice, in the frequency domain: what moves slower than a fifth of the
-motion's strongest line is taken off, and with it drift and any static offset. The ends, where a record's past and
+drive is taken off, and with it drift and any static offset. The ends, where a record's past and
 future are missing, are cut.
 """
 
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from scipy.linalg import solveh_banded
@@ -171,6 +172,7 @@ def gain_kept(penalty: float) -> float:
 
 HIGH_PASS = 8  # of the high-pass: |H| = 1 / (1 + (f_c / f)^8), without a shift of phase
 DOUBTFUL = 2.5  # periods of the slowest motion kept, at either end: the high-pass rings there; 0.3 % is left after
+RATES = ("displacement", "velocity", "acceleration")
 FORCES = ("contact_force", "torque")
 
 
@@ -187,7 +189,7 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     velocity nor acceleration was measured.
     """
     known = f"{place}_displacement"
-    rates = {known: 0, f"{place}_velocity": 1, f"{place}_acceleration": 2}
+    rates = {f"{place}_{of}": times for times, of in enumerate(RATES)}
     if place == "mass":
         rates = {known: 0, "angle": 0, **rates, "angular_velocity": 1}
     name = next((name for name in rates if name in measured), None)
@@ -199,7 +201,10 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     signal, rate, times = measured[name], 1.0 / step, rates[name]
     if times == 0:
         return signal, [], 0
-    slowest = 0.2 * spectrum.strongest_tone(spectrum.amplitude_spectrum(signal, step)).frequency
+    # a harmonic near resonance may be the strongest line of the mass's acceleration, hardly one of the base's
+    others = (measured[n] for n in (f"base_{of}" for of in RATES) if n in measured and np.ptp(measured[n]) > 0.0)
+    tones = [spectrum.strongest_tone(spectrum.amplitude_spectrum(s, step)) for s in (signal, *islice(others, 1))]
+    slowest = 0.2 * min(tone.frequency for tone in tones)
     moved, _, said = integrated(signal, rate, slowest, times=times)
     words = f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: {said}"
     return moved, [words], min(round(DOUBTFUL * rate / slowest), len(signal) // 4)

@@ -292,8 +292,8 @@ def _leak(cells: FloatArray) -> FloatArray:
 
 
 def _around(lines: Spectrum, top: int) -> float:
-    """Median of a line's neighbourhood without the line itself."""
-    far, near = round(60 * lines.cell), round(6 * lines.cell)
+    """Median of a line's neighbourhood without the line itself; a low one's is narrow: integrated noise is steep."""
+    far, near = round(min(60 * lines.cell, max(top / 2, 14 * lines.cell))), round(6 * lines.cell)
     before, after = slice(max(0, top - far), max(0, top - near)), slice(top + near + 1, top + far)
     some = np.concatenate([lines.amplitude[before], lines.amplitude[after]])
     return float(np.median(some)) if len(some) else 0.0

@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 
 from frictionlab import compare
 from frictionlab.analysis import steadiness
-from frictionlab.analysis.channels import SensorChannel, cut_away, in_band, kept, low_pass
+from frictionlab.analysis.channels import SensorChannel, cut_away, displacement, in_band, kept, low_pass
 from frictionlab.analysis.measurement import measure
 from frictionlab.analysis.signals import (
     SHARES,
@@ -26,6 +26,7 @@ from frictionlab.analysis.signals import (
     variance_inflation,
     white_noise,
 )
+from frictionlab.analysis.spectrum import DriveLine, amplitude_spectrum, foreign_lines
 from frictionlab.analysis.steadiness import irregularity_floor, irregularity_index
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Recording
@@ -99,6 +100,18 @@ def test_noise_is_found_under_a_motion(noise: float, seed: int) -> None:
     t = np.arange(30_000) / 500
     signal = np.cos(2 * math.pi * 2 * t) + noise * np.random.default_rng(seed).standard_normal(len(t))
     assert white_noise(signal) == pytest.approx(math.hypot(noise, 1e-9), rel=0.03)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_integrated_noise_is_no_second_motion(seed: int) -> None:
+    """It falls with the square of the frequency: 12 of 60 such records were said to beat."""
+    g, t = np.random.default_rng(seed), np.arange(0.0, 60.0, 0.004)
+    drive = float(g.uniform(0.8, 4.0))
+    omega = 2.0 * math.pi * drive
+    seen = 1e-3 * omega**2 * (np.cos(omega * t) + 0.03 * g.standard_normal(len(t)))
+    base, _, edge = displacement({"base_acceleration": seen}, "base", 0.004)
+    lines = foreign_lines(amplitude_spectrum(base[edge:-edge], 0.004), DriveLine(drive, 1e-3, 0.0))
+    assert all(line.removed for line in lines)
 
 
 def test_shocks_and_kinks_stay_out() -> None:
