@@ -247,7 +247,7 @@ LEAST_SWINGS = 6  # half-cycles
 
 
 def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, ...]:
-    """Find the taps of a record (n,) [s], [m], most of them free decays, by their turning points: times, heights (2, k).
+    """Find the taps of a record (n,) [s], [m], most of them decays, by their turning points: times and heights (2, k).
 
     The first turning point of a tap and the last before a new one are left out: a hand may still have been there.
     """
