@@ -21,7 +21,7 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
@@ -150,7 +150,8 @@ def plain_numbers(axis: Axis) -> None:
     def said(value: float, _: object) -> str:
         return f"{value:g}" if few or value <= 0.0 else f"10{f'{math.log10(value):.0f}'.translate(RAISED)}"
 
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    locator = LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,))
+    axis.set_major_locator(MaxNLocator(3) if 0.0 < high < 5.0 * low else locator)  # two of 1, 2, 5 at most
     axis.set_major_formatter(FuncFormatter(said))
     axis.set_minor_formatter(NullFormatter())
     axis.minorticks_off()

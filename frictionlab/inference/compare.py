@@ -299,7 +299,7 @@ def compare_force(
         contact=_contact(
             *(observation, measurement.cycle.tau, AtContact(observation.place, velocity, observation.force)),
             *(AtContact(observation.place, velocity, shown), observation.unit_n),
-            residual=observation.force - shown,
+            residual=observation.where_it_slides(observation.force - shown),
             is_measured=True,
             is_one_way=measurement.slides_one_way,
         ),

@@ -159,7 +159,8 @@ def missed(contact: ContactForce | None) -> dict[str, float]:
     still &= np.roll(still, 1) | np.roll(still, -1)  # where it turns it stands for one sample, and has no stop
     parts = {"stops": still, "slides up": speed >= STILL, "slides down": speed <= -STILL}
     square = contact.residual**2
-    return {name: math.sqrt(float(square[there].mean())) for name, there in parts.items() if there.any()}
+    seen = {name: there & np.isfinite(square) for name, there in parts.items()}  # of a force sliding parts alone
+    return {name: math.sqrt(float(square[there].mean())) for name, there in seen.items() if there.any()}
 
 
 def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:

@@ -120,6 +120,10 @@ class ForceObservation(OfCycles):
         times = (1.0 + values.get(GAIN, 0.0)) * (1.0 + values.get(UNIT, 0.0))
         return times * of_parts(motion, self.count, self.parts)
 
+    def where_it_slides(self, force: FloatArray) -> FloatArray:
+        """Return a cycle (p,) in the parts that are fitted, NaN at stops and turns."""
+        return np.where(np.isin(np.arange(len(force)) * self.count // len(force), self.parts), force, math.nan)
+
     def inertia(self, values: Values) -> str:
         """Say that what a law leaves of the force follows the acceleration, where it does."""
         motion = self.motion(values)

@@ -14,6 +14,7 @@ from frictionlab.arrays import shifted
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference.comparison import Comparison
+from frictionlab.inference.explain import missed
 from frictionlab.inference.force import observe_force
 from frictionlab.inference.posterior import infer
 from frictionlab.recording import Channel, Recording
@@ -24,7 +25,7 @@ from frictionlab.simulator.prescribed import force_under
 from tests.analysis.seen import BASE_M
 from tests.analysis.test_force import NORMAL_N, STIFFNESS, channels_of, recording
 from tests.analysis.test_force import scene as scene_of
-from tests.desk import answer
+from tests.desk import answer, present
 
 FloatArray = NDArray[np.float64]
 STROKE, HZ, FRICTION, DASHPOT, NORMAL = 5e-3, 0.8, 3.4, 20.0, 20.0  # m, Hz, N, N s/m, N
@@ -91,6 +92,8 @@ def test_a_tribometer_gives_coulombs_force_and_the_dashpot() -> None:
     assert found.friction_coefficient == pytest.approx(FRICTION / NORMAL, abs=2.5 * (found.friction_coefficient_u or 0))
     assert within(found, "contact_damping_ratio", DASHPOT * OMEGA * STROKE / 2.0 / NORMAL)
     assert found.friction_coefficient_u == pytest.approx(0.01 * FRICTION / NORMAL, rel=0.05)  # the normal force's 1 %
+    left = missed(found.contact)  # of what is fitted: at turns it was a tenth of the force
+    assert max(left.values()) < 3.0 * present(found.response_floor) * FRICTION / NORMAL
 
 
 def test_a_contact_with_a_state_is_found_by_its_force() -> None:
