@@ -70,7 +70,7 @@ class Reader:
     around an odd one are judged on their own.
 
     ``columns``: those to read, by role, ``time`` first; ``last_decimals``: that the last field of every line has, 0 if
-    they vary; ``size``: bytes of the log, for the memory to take.
+    they vary; ``size``: bytes of the log, for the memory to take; ``first``: the line to begin at, by its index.
     """
 
     def __init__(
@@ -78,6 +78,7 @@ class Reader:
         layout: LogLayout,
         columns: Mapping[str, LogColumn],
         *,
+        first: int,
         last_decimals: int = 0,
         encoding: str = "utf-8",
         size: int = 0,
@@ -87,7 +88,7 @@ class Reader:
         self.has_time = "time" in columns
         self.moments = self.has_time and self.dialect.kinds[self.wanted[0]] == "m"
         self.last_decimals = last_decimals if self.dialect.fields - 1 in self.wanted else 0
-        self.next_line = layout.body + 1
+        self.next_line = first + 1
         self.body = Body(self.next_line)
         self._size, self._columns = size, np.empty((len(self.wanted), 0))
         self._signs = b'"\0' + (b"\v\f" if self.dialect.separator == " " else b"")

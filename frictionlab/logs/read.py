@@ -47,7 +47,10 @@ class SensorLog:
         restarts = self.table.body.restarts
         if len(restarts):
             where = ", ".join(str(n) for n in self.table.body.lines_of(restarts).tolist()[:5])
-            said.append(f"the header is repeated (before line {where}): the logger was started again there")
+            said.append(
+                f"the header is repeated (before line {where}): the logger was started again there; where another test"
+                f" begins, --test 1 to --test {len(restarts) + 1} reads one"
+            )
         channels = (w for c in self.channels.values() for w in c.warnings)
         return [*said, *self.clock.warnings, *channels]
 

@@ -103,7 +103,7 @@ def read_table(
     """Read the columns of these roles and time, if there is one; with ``further`` all channels. A log is read once."""
     columns, warnings = assign(log, options, roles, further=further)
     if log.text is not None:
-        body, file = _of_text(log, log.text, columns, progress)
+        body, file = _of_text(log, log.text, columns, options.test, progress)
     elif log.sheet is not None:
         body, file = _of_sheet(log, log.sheet, columns)
     name, data, bad = log.path.name, body.counts["data"], body.counts["quarantined"] - body.cut
@@ -129,8 +129,9 @@ def read_table(
 
 
 def _of_text(
-    log: OpenLog, text: Text, columns: dict[str, LogColumn], progress: Progress | None
+    log: OpenLog, text: Text, columns: dict[str, LogColumn], test: str | int | None, progress: Progress | None
 ) -> tuple[Body, SourceFile]:
+    """The columns of a text; ``test``: of those that a repeated header parts, what stands above it is preamble."""
     layout, encoding, size = log.layout, text.content_encoding, len(text.content)
     # decimals of the last number of a line, if nearly all lines at hand agree: then one with fewer was cut. Where
     # trailing zeros are left out, a tenth of the lines have fewer.
@@ -138,14 +139,27 @@ def _of_text(
     found.pop(None, None)
     usual, times = found.most_common(1)[0] if found else (0, 0)
     last_decimals = usual or 0 if times >= 0.97 * found.total() else 0
-    reader = Reader(layout, columns, last_decimals=last_decimals, encoding=encoding, size=size)
-    for block in text.blocks(layout.body, progress):
-        reader.read(block)
-    body = reader.finish()
+
+    def read(first: int) -> Body:
+        reader = Reader(layout, columns, first=first, last_decimals=last_decimals, encoding=encoding, size=size)
+        for block in text.blocks(first, progress):
+            reader.read(block)
+        return reader.finish()
+
+    body, above = read(layout.body), layout.body
+    if test is not None:
+        begins = [above, *(body.lines_of(body.restarts) - 1).tolist(), None]
+        if not 1 <= int(test) < len(begins):
+            raise LogError(
+                f"--test {test}: expected 1 to {len(begins) - 1}, as often as {log.path.name} has its header"
+            )
+        above, end = begins[int(test) - 1 : int(test) + 1]
+        text.content = text.content[: text.offset(end)]
+        body = read(above)
     if "time" in columns and (falls := np.flatnonzero(np.diff(body.values[0]) < 0.0)).size:
         body.texts = text.texts_of(body.lines_of(np.union1d(falls, falls + 1)[:KEEP]).tolist())
     text.content = b""  # as large as the log: not kept while its values are examined
-    counts = Counter(body.counts) + Counter(header=len(layout.header))
+    counts = Counter(body.counts) + Counter(header=len(layout.header), preamble=above - layout.body)
     for i in set(range(min(layout.body, len(text.lines)))).difference(layout.header):
         line = text.lines[i]
         counts["blank" if not line.strip() else "comment" if is_comment(line) else "preamble"] += 1

@@ -219,7 +219,7 @@ class Shape:
     def reader(self) -> Reader:
         layout = LogLayout("", Dialect(self.separator, self.decimal, self.fields, "n" * self.fields, 0, ()), (), (), 0)
         columns = {r: LogColumn(i, "", "", "") for r, i in zip(self.roles, self.wanted, strict=False)}
-        return Reader(layout, columns, last_decimals=self.last_decimals)
+        return Reader(layout, columns, first=0, last_decimals=self.last_decimals)
 
 
 SHAPES = [
