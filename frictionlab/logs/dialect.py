@@ -30,7 +30,8 @@ _NO_VALUE = re.compile(
 _MOMENT = re.compile(
     r"(?:(?:(?P<y>\d{4})[-/.](?P<m>\d{1,2})[-/.](?P<d>\d{1,2})|(?P<a>\d{1,2})(?P<sign>[./])(?P<b>\d{1,2})[./](?P<c>\d{4}))"
     r"(?:[T _]\s*|,\s*))?"
-    r"(?P<H>\d{1,4}):(?P<M>\d{2})(?::(?P<S>\d{2}(?:[.,]\d*)?))?\s*(?:Z|(?P<half>[AaPp])\.?[Mm]\.?)?",
+    r"(?P<H>\d{1,4}):(?P<M>\d{2})(?::(?P<S>\d{2}(?:[.,]\d*)?))?"
+    r"\s*(?:Z|(?P<east>[+-]\d{2}):?(?P<past>\d{2})|(?P<half>[AaPp])\.?[Mm]\.?)?",
     re.ASCII,
 )
 
@@ -76,6 +77,8 @@ def moment(cell: str) -> float | None:
         return None
     if match["half"]:
         hour = hour % 12 + 12 * (match["half"] in "pP")
+    if match["east"]:
+        hour, minute = hour - int(match["east"]), minute - int(match["east"][0] + match["past"])
     clock, year = hour * 3600 + minute * 60 + seconds, match["y"] or match["c"]
     if year is None:
         return clock

@@ -247,6 +247,8 @@ def test_stamps_as_in_the_usa(tmp_path: Path) -> None:
     assert_is_the_motion(read_log(path))
     assert moment("12:30:00 AM") == 1800.0
     assert moment("13:30:00 PM") is moment("2/30/2024 1:00:00 AM") is None
+    zones = ("2026-03-01T10:00:00.5+02:00", "2026-03-01 03:30:00.5-0430", "2026-03-01T08:00:00.5Z")
+    assert len({moment(zone) for zone in zones}) == 1
 
 
 def test_a_column_called_epoch(tmp_path: Path) -> None:
