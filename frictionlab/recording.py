@@ -270,6 +270,11 @@ class Recording:
         size = f"{len(self)} samples, {self.duration_s:.4g} s at {self.sampling_rate_hz:.5g} Hz"
         return f"<Recording {names}: {size}{f', {flagged} flagged' if flagged else ''}>"
 
+    def _repr_html_(self) -> str:
+        from frictionlab.schema import in_html  # noqa: PLC0415 - for notebooks alone
+
+        return in_html(self)
+
     def measured(self) -> dict[str, NDArray[np.float64]]:
         """The channels by their names: displacements of mass and base first, each (n,) in SI units."""
         found = {name: vars(self)[name] for name in DISPLACEMENTS if name in vars(self)}

@@ -26,7 +26,7 @@ files: errors
 schema: __init__ uncertainty
 tables: errors files hdf5 schema
 workers: __init__ errors
-recording: errors units
+recording: errors schema units
 units:
 log_options: units
 scene: errors files log_options simulator

@@ -131,6 +131,7 @@ def test_a_notebook_gets_frames_pages_and_figures(
         assert "<svg" in page
         assert "{" not in page.partition("<svg")[0], "a dict is nothing to read"
     assert len(recording.to_pandas()) == len(recording)
+    assert "<svg" in recording._repr_html_()
     assert all(fl.plot(result).get_axes() for result in (recording, comparison))
     fl.write_rows([measurement.row()], tmp_path / "m.jsonl")
     assert fl.evaluate(tmp_path / "m.jsonl", SCENE).materials == campaign.materials

@@ -209,7 +209,6 @@ class Result:
 
     def _repr_html_(self) -> str:
         """What a screen shows of its rows, numbers with their uncertainty; and the figure, as SVG, if there is one."""
-        import frictionlab  # noqa: PLC0415 - figures are drawn by a part of the package above this one
         from frictionlab.uncertainty import Estimate  # noqa: PLC0415
 
         every, alone = self.to_pandas(), len(self.rows()) == 1
@@ -220,10 +219,16 @@ class Result:
             pairs = zip(every[name], every[f"{name}_u"], strict=True)
             frame[name] = [str(Estimate(value, None, u)) for value, u in pairs]
         frame = frame.rename(columns={column.name: column.head for column in kind.columns} if kind else {})
-        table: str = (frame.T if alone else frame).to_html(max_rows=MOST, header=not alone, index=alone)
+        return in_html(self, (frame.T if alone else frame).to_html(max_rows=MOST, header=not alone, index=alone))
+
+
+def in_html(result: object, table: str = "") -> str:
+    """A result's words, its table, and its figure as SVG, if there is one."""
+    import frictionlab  # noqa: PLC0415 - figures are drawn by a part of the package above this one
+
+    image = io.StringIO()
+    try:
+        frictionlab.plot(result).savefig(image, format="svg")
+    except frictionlab.UsageError:  # a result that has no figure
         image = io.StringIO()
-        try:
-            frictionlab.plot(self).savefig(image, format="svg")
-        except frictionlab.UsageError:  # a result that has no figure
-            image = io.StringIO()
-        return f"<p>{html.escape(repr(self))}</p>{table}{''.join(image.getvalue().partition('<svg')[1:])}"
+    return f"<p>{html.escape(repr(result))}</p>{table}{''.join(image.getvalue().partition('<svg')[1:])}"
