@@ -28,6 +28,7 @@ from frictionlab.logs.text import Text
 from frictionlab.units import TIME, known_unit
 
 Facts = dict[str, float | str]
+_CLOCK = re.compile(r"[\[({]?(?:[dmy]+[-/.][dmy]+[-/.][dmy]+\W)?hh?:mm:ss\W?\w*[])}]?", re.IGNORECASE)
 _BRACKETED = re.compile(r'\s*"?\([^()]*\)"?(\s*[,;\t]\s*"?\([^()]*\)"?)+\s*')
 _INTERVAL = re.compile(r"(samp\w*[ _-]*)?(time[ _-]*)?(interval|period)|delta_x|dt|abtastintervall", re.IGNORECASE)
 _RATE = re.compile(r"samp\w*[ _-]*(rate|frequency)|abtastrate|messrate", re.IGNORECASE)
@@ -174,7 +175,8 @@ def _header_cells(line: str, dialect: Dialect) -> list[str]:
 
 def _is_units_row(cells: Sequence[str]) -> bool:
     named = [c for c in cells if c]
-    return bool(named) and all(known_unit(c) for c in named) and roles_named(cells) < 2
+    units = [known_unit(c) for c in named if not _CLOCK.fullmatch(c)]
+    return bool(units) and all(units) and roles_named(cells) < 2
 
 
 def _stated_facts(lines: Sequence[str], decimal: str) -> Facts:

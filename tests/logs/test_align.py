@@ -243,8 +243,8 @@ def test_date_and_time_in_two_columns(date: str, clock: str, tmp_path: Path) -> 
 
 def test_stamps_as_in_the_usa(tmp_path: Path) -> None:
     stamps = [m.strftime("%m/%d/%Y %I:%M:%S.%f PM") for m in MOMENTS]
-    path = log(tmp_path / "a.csv", "Timestamp,mass [mm],base [mm]", stamps, shown(X), shown(Y))
-    assert_is_the_motion(read_log(path))
+    for head in ("Timestamp,mass [mm],base [mm]", "Timestamp,mass,base\nMM/DD/YYYY hh:mm:ss.ms,mm,mm"):
+        assert_is_the_motion(read_log(log(tmp_path / "a.csv", head, stamps, shown(X), shown(Y))))
     assert moment("12:30:00 AM") == 1800.0
     assert moment("13:30:00 PM") is moment("2/30/2024 1:00:00 AM") is None
     zones = ("2026-03-01T10:00:00.5+02:00", "2026-03-01 03:30:00.5-0430", "2026-03-01T08:00:00.5Z")
