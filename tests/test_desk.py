@@ -122,7 +122,9 @@ def test_what_made_people_stumble_is_said(
     Path("quoted.csv").write_text(QUOTED)
     Path("empty").mkdir()
     Path("rig.toml").write_text("[rig]\nnatural_frequency_hz = 3.13\nmass_kg = 3.08\n")
-    assert said in run(*command).output
+    done = run(*command)
+    assert said in done.output
+    assert command[0] != "campaign" or done.exit_code == 2
 
 
 def test_figures_and_columns_left_out_are_named_and_a_single_figure_has_the_name_asked_for(tmp_path: Path) -> None:
@@ -162,14 +164,6 @@ def test_a_simulated_force_over_the_stiffness_makes_no_newtons_and_two_lags_are_
     said = run("analyze", tmp_path / "two.h5", *scene).stderr
     assert said.count("moves it by 2 ms more: 3 ms in all") == 1
     assert "lag_s_u of [sensors] is not declared" not in said
-
-
-def test_a_campaign_of_nothing_is_refused(tmp_path: Path) -> None:
-    nothing = run("campaign", tmp_path, "-o", tmp_path / "campaign")
-    assert nothing.exit_code == 2
-    assert "no tables in" in nothing.stderr
-    nothing = run("campaign", tmp_path / "*.csv", "-o", tmp_path / "campaign")
-    assert "no file fits this pattern" in nothing.stderr
 
 
 @pytest.mark.parametrize(

@@ -124,7 +124,6 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
         (["a.csv", "-o", "one.csv"], "a recording is an HDF5 file: expected a name ending in .h5, or a folder"),
         (["a.h5"], "never replaces an input"),
         (["a.csv", "--decimal", ";"], "decimal mark"),
-        (["a.csv", "--unit", "parsec"], "unit of displacement"),
         (["a.csv", "--sampling-rate", "-5"], "sampling_rate_hz: expected more than 0"),
         (["a.csv", "--scene", "none.toml"], "scene none.toml: cannot be read"),
     ],

@@ -226,34 +226,30 @@ def assert_is_the_motion(recording: Recording) -> None:
 
 
 @pytest.mark.parametrize(
-    ("date", "clock"),
+    ("titles", "forms"),
     [
-        ("%Y-%m-%d", "%H:%M:%S.%f"),
-        ("%d.%m.%Y", "%H:%M:%S.%f"),
-        ("%m/%d/%Y", "%I:%M:%S.%f PM"),
-        ("%d/%m/%Y", "%H:%M:%S.%f"),
+        ("Date,Time", ("%Y-%m-%d", "%H:%M:%S.%f")),
+        ("Date,Time", ("%d.%m.%Y", "%H:%M:%S.%f")),
+        ("Date,Time", ("%m/%d/%Y", "%I:%M:%S.%f PM")),
+        ("Date,Time", ("%d/%m/%Y", "%H:%M:%S.%f")),
+        ("Timestamp", ("%m/%d/%Y %I:%M:%S.%f PM",)),
+        ("Timestamp,x,y\nMM/DD/YYYY hh:mm:ss.ms,mm,mm", ("%m/%d/%Y %I:%M:%S.%f PM",)),
+        ("epoch", ("",)),
     ],
 )
-def test_date_and_time_in_two_columns(date: str, clock: str, tmp_path: Path) -> None:
-    days, clocks = ([m.strftime(form) for m in MOMENTS] for form in (date, clock))
-    recording = read_log(log(tmp_path / "a.csv", "Date,Time,mass [mm],base [mm]", days, clocks, shown(X), shown(Y)))
+def test_moments_in_one_column_or_two(titles: str, forms: tuple[str, ...], tmp_path: Path) -> None:
+    stamps = [[m.strftime(form) or f"{1e3 * m.timestamp():.0f}" for m in MOMENTS] for form in forms]
+    head = titles if "\n" in titles else f"{titles},x [mm],y [mm]"
+    recording = read_log(log(tmp_path / "a.csv", head, *stamps, shown(X), shown(Y)))
     assert_is_the_motion(recording)
     assert recording.source.dialect["start_time"] == "2024-09-14T14:16:47.000+00:00"
 
 
-def test_stamps_as_in_the_usa(tmp_path: Path) -> None:
-    stamps = [m.strftime("%m/%d/%Y %I:%M:%S.%f PM") for m in MOMENTS]
-    for head in ("Timestamp,mass [mm],base [mm]", "Timestamp,mass,base\nMM/DD/YYYY hh:mm:ss.ms,mm,mm"):
-        assert_is_the_motion(read_log(log(tmp_path / "a.csv", head, stamps, shown(X), shown(Y))))
+def test_a_clock_of_twelve_hours_has_no_thirteenth_and_a_month_its_days() -> None:
     assert moment("12:30:00 AM") == 1800.0
     assert moment("13:30:00 PM") is moment("2/30/2024 1:00:00 AM") is None
     zones = ("2026-03-01T10:00:00.5+02:00", "2026-03-01 03:30:00.5-0430", "2026-03-01T08:00:00.5Z")
     assert len({moment(zone) for zone in zones}) == 1
-
-
-def test_a_column_called_epoch(tmp_path: Path) -> None:
-    stamps = [str(1726280207647 + 4 * i) for i in range(len(T))]
-    assert_is_the_motion(read_log(log(tmp_path / "a.csv", "epoch,x [mm],y [mm]", stamps, shown(X), shown(Y))))
 
 
 def test_a_german_clock_and_marks_between_thousands(tmp_path: Path) -> None:

@@ -71,6 +71,8 @@ def with_mass(cell: str, *samples: int) -> list[str]:
         ("\0" * 40, "NUL bytes"),
         ("0.196000,1.8\x0080000,0.400000", "NUL bytes"),
         ("logger restarted by user", "expected 3 fields; got 1"),
+        ("0.000000,1.000000,1.000000", "the time stamp runs backward"),
+        ("99.000000,1.000000,1.000000", "the time stamp runs backward"),
     ],
 )
 def test_a_line_that_is_no_data_is_quarantined(line: str, reason: str, read: Callable[..., Recording]) -> None:
@@ -149,16 +151,6 @@ def test_repeated_stamps_are_kept_and_flagged(read: Callable[..., Recording]) ->
     assert len(recording) == 1002
     (part,) = recording.stretches()
     np.testing.assert_array_equal(part.time, DATA.time)
-
-
-def test_a_stamp_that_runs_backward_is_quarantined(read: Callable[..., Recording]) -> None:
-    recording = read(damaged(51, "0.000000,1.000000,1.000000"))
-    assert [(q.number, q.text, q.reason) for q in recording.source.quarantined] == [
-        (51, "0.000000,1.000000,1.000000", "the time stamp runs backward")
-    ]
-    assert recording.source.lines == LineCount(read=1001, header=1, data=999, quarantined=1)
-    ahead = read(damaged(51, "99.000000,1.000000,1.000000"))
-    assert [q.number for q in ahead.source.quarantined] == [51]
 
 
 def test_a_restart_repeats_the_header_and_is_not_measured_across(read: Callable[..., Recording]) -> None:

@@ -53,25 +53,23 @@ def test_ni_channels_with_clocks_of_their_own_are_put_on_one(tmp_path: Path) -> 
     np.testing.assert_allclose(recording.base_displacement[inside], expected[inside], atol=2e-6)
 
 
-def test_units_are_found_in_every_spelling(tmp_path: Path) -> None:
-    for header, factor in (
-        ("time [s],mass [m],base [m]", 1.0),
-        ("time (s),mass (µm),base (µm)", 1e6),
-        ("t_s,mass_um,base_um", 1e6),
-        ("time / s,mass / mm,base / mm", 1e3),
-        ("time {s},mass {cm},base {cm}", 1e2),
-        ("time [s],mass [in],base [in]", 1 / 0.0254),
-    ):
-        log = write(tmp_path / "log.csv", table(DATA, header, ","))
-        expected = np.array([float(x) for _, x, _ in DATA.rows]) / factor
-        np.testing.assert_allclose(read_log(log).mass_displacement, expected, rtol=4e-16)
-
-
-@pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("us", 1e6), ("min", 1 / 60)])
-def test_time_units(unit: str, factor: float, tmp_path: Path) -> None:
-    rows = Truth(tuple((f"{float(t) * factor:.12g}", x, y) for t, x, y in DATA.rows))
-    recording = read_log(write(tmp_path / "log.csv", table(rows, f"time [{unit}],mass [mm],base [mm]", ",")))
+@pytest.mark.parametrize(
+    ("header", "of_time", "of_length"),
+    [
+        ("time [s],mass [m],base [m]", 1.0, 1.0),
+        ("time (ms),mass (µm),base (µm)", 1e3, 1e6),
+        ("t_us,mass_um,base_um", 1e6, 1e6),
+        ("time / s,mass / mm,base / mm", 1.0, 1e3),
+        ("time {s},mass {cm},base {cm}", 1.0, 1e2),
+        ("time [min],mass [in],base [in]", 1 / 60, 1 / 0.0254),
+    ],
+)
+def test_units_are_found_in_every_spelling(header: str, of_time: float, of_length: float, tmp_path: Path) -> None:
+    rows = Truth(tuple((f"{float(t) * of_time:.12g}", x, y) for t, x, y in DATA.rows))
+    recording = read_log(write(tmp_path / "log.csv", table(rows, header, ",")))
     np.testing.assert_allclose(recording.time, DATA.time, atol=1e-12)
+    expected = np.array([float(x) for _, x, _ in DATA.rows]) / of_length
+    np.testing.assert_allclose(recording.mass_displacement, expected, rtol=4e-16)
 
 
 def test_seconds_that_are_labelled_milliseconds_are_doubted(tmp_path: Path) -> None:
