@@ -27,7 +27,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray, shifted
 from frictionlab.scene import Infer, Scene
-from frictionlab.schema import AMPLITUDE, BASE, ENERGY
+from frictionlab.schema import AMPLITUDE, BASE, ENERGY, with_error
 
 Part = Literal["value", "se", "u"]
 Shares = Mapping[str, float]
@@ -56,7 +56,7 @@ class Estimate:
     --------
     >>> energy = Estimate(2.1260, 0.0031)
     >>> print(energy, energy.known, energy.scaled(1000.0).se)
-    2.1260 ± 0.0031 True 3.1
+    2.126 ± 0.003 True 3.1
     >>> Estimate(math.nan).known, str(Estimate())
     (False, 'not known')
     """
@@ -107,14 +107,7 @@ class Estimate:
         return self if self.value is None or self.se is None else self.with_u(math.hypot(self.se, share * self.value))
 
     def __str__(self) -> str:
-        if self.value is None:
-            return "not known"
-        if not self.error:
-            return f"{self.value:.6g}"
-        digits = 1 - math.floor(math.log10(self.error))
-        if not 0 <= digits <= 12:
-            return f"{self.value:.6g} ± {self.error:.2g}"
-        return f"{self.value:.{digits}f} ± {self.error:.{digits}f}"
+        return with_error(self.value, self.error) if self.known else "not known"
 
 
 def with_digits(value: float, u: float) -> str:

@@ -23,7 +23,7 @@ arrays: errors
 errors:
 simulator: errors schema
 files: errors
-schema: __init__ uncertainty
+schema: __init__
 tables: errors files hdf5 schema
 workers: __init__ errors
 recording: errors schema units

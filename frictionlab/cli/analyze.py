@@ -12,9 +12,8 @@ import typer
 
 from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import AnalysisSettings, Judged, ManyInputs, check_law
-from frictionlab.schema import BASE, COMPARISONS, ENERGY, FREE_VIBRATIONS, LAWS, MEASUREMENTS
+from frictionlab.schema import BASE, COMPARISONS, ENERGY, FREE_VIBRATIONS, LAWS, MEASUREMENTS, with_error
 from frictionlab.tables import Row
-from frictionlab.tables.texts import with_error
 from frictionlab.verbs.inputs import files_of, recordings_in
 
 if TYPE_CHECKING:

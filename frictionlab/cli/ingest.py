@@ -14,7 +14,8 @@ from frictionlab.cli import printable, screen
 from frictionlab.cli.options import Inputs, LogSettings, number_of
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs
-from frictionlab.tables.texts import few_of, kinds_of, with_error
+from frictionlab.schema import with_error
+from frictionlab.tables.texts import few_of, kinds_of
 from frictionlab.verbs.inputs import files_of, logs_in, names_of
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import typer
 
 from frictionlab.cli import STOPPED, LostOutputError, complain, printable
-from frictionlab.schema import AMPLITUDE, BASE, ENERGY, RATIO, REGIME, STOPS, Table
+from frictionlab.schema import AMPLITUDE, BASE, ENERGY, RATIO, REGIME, STOPS, Table, with_error
 from frictionlab.tables import Row, json_line, plain
-from frictionlab.tables.texts import kinds_of, with_error
+from frictionlab.tables.texts import kinds_of
 from frictionlab.verbs.inputs import FAILED
 
 if TYPE_CHECKING:

@@ -24,8 +24,9 @@ from frictionlab.files import write_whole
 from frictionlab.report.charts import HERE, TEMPLATES, Dot, scatter
 from frictionlab.report.page_of_test import sheet_name
 from frictionlab.scene.text import to_toml
+from frictionlab.schema import with_error
 from frictionlab.tables import Row
-from frictionlab.tables.texts import GRAVE, kinds_of, with_error
+from frictionlab.tables.texts import GRAVE, kinds_of
 
 PACKAGES = ("numpy", "scipy", "pandas", "matplotlib", "h5py", "numba", "pydantic")
 MOST_DOUBTS = 6  # on the first screen; all warnings stand further down

@@ -28,6 +28,7 @@ _OF_ANOTHER = {
     "high": "Upper end of the 95 % band of {}: errors of the law, and the scatter from test to test.",
 }
 MOST = 20  # rows in a notebook's table
+ROUNDING_OF_ZERO = 1e-13  # what is smaller, its error too, is no number
 
 
 class Type(Enum):
@@ -193,6 +194,29 @@ def value_of(result: object, name: str) -> Any:
     return getattr(result, _column_named(name).attribute)
 
 
+def with_error(value: object, error: object, times: float = 1.0) -> str:
+    """A number with its uncertainty: as many digits as the uncertainty has a right to, two where it begins with 1 or 2.
+
+    Examples
+    --------
+    >>> with_error(4.4712e-3, 2.1e-5, 1e3), with_error(0.7721, 0.0771), with_error(0.35, None), with_error(None, 1.0)
+    ('4.471 ± 0.021', '0.77 ± 0.08', '0.35', '-')
+    >>> with_error(-8e-18, 1e-17)
+    '0'
+    """
+    if not isinstance(value, (int, float)) or not math.isfinite(value):
+        return "-"
+    number = times * value
+    size = times * error if isinstance(error, (int, float)) and math.isfinite(error) else 0.0
+    if size <= 0.0:
+        return f"{number:.4g}"
+    place = math.floor(math.log10(float(f"{size:.1e}")))
+    digits = max(0, (1 if f"{size:.1e}"[0] in "12" else 0) - place)
+    if max(abs(number), size) < ROUNDING_OF_ZERO:
+        return "0"
+    return f"{number:.{digits}f} ± {size:.{digits}f}"
+
+
 class Result:
     """A result that is one row or several: it turns itself into a frame of pandas, and shows itself in a notebook."""
 
@@ -209,15 +233,13 @@ class Result:
 
     def _repr_html_(self) -> str:
         """What a screen shows of its rows, numbers with their uncertainty; and the figure, as SVG, if there is one."""
-        from frictionlab.uncertainty import Estimate  # noqa: PLC0415
-
         every, alone = self.to_pandas(), len(self.rows()) == 1
         kind = table_of([str(name) for name in every])
         shown = [name for name in (kind.shown if kind else map(str, every)) if name in every and name[-2:] != "_u"]
         frame = every[shown].dropna(axis="columns", how="all")
         for name in {*shown} & {str(name)[:-2] for name in every if str(name)[-2:] == "_u"} & {*frame}:
             pairs = zip(every[name], every[f"{name}_u"], strict=True)
-            frame[name] = [str(Estimate(value, None, u)) for value, u in pairs]
+            frame[name] = [with_error(value, u) for value, u in pairs]
         frame = frame.rename(columns={column.name: column.head for column in kind.columns} if kind else {})
         return in_html(self, (frame.T if alone else frame).to_html(max_rows=MOST, header=not alone, index=alone))
 

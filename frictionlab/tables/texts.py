@@ -23,7 +23,6 @@ SENTENCES = " | "  # between the sentences of a list in one cell
 NOT_KNOWN = frozenset({"", "nan", "na", "n/a", "null", "none"})
 LINES_AT_ONCE = 1000
 FIRST_BYTES = 1 << 20  # of a file, in which its mark must be found
-ROUNDING = 1e-13  # what is smaller, its error too, is the rounding of a zero
 MOST_DEPTH = 60  # of a value in JSON; results have 3
 MOST_DIGITS = 15  # of a whole number; beyond, two of them are one float
 GRAVE = re.compile(
@@ -307,26 +306,3 @@ def _in_one(sentences: Sequence[str]) -> str:
 
 def _size(number: str) -> float:
     return float(number) if _NUMBER.fullmatch(number) else 0.0
-
-
-def with_error(value: object, error: object, times: float = 1.0) -> str:
-    """A number with its uncertainty: as many digits as the uncertainty has a right to, two where it begins with 1 or 2.
-
-    Examples
-    --------
-    >>> with_error(4.4712e-3, 2.1e-5, 1e3), with_error(0.7721, 0.0771), with_error(0.35, None), with_error(None, 1.0)
-    ('4.471 ± 0.021', '0.77 ± 0.08', '0.35', '-')
-    >>> with_error(-8e-18, 1e-17)
-    '0'
-    """
-    if not isinstance(value, (int, float)) or not math.isfinite(value):
-        return "-"
-    number = times * value
-    size = times * error if isinstance(error, (int, float)) and math.isfinite(error) else 0.0
-    if size <= 0.0:
-        return f"{number:.4g}"
-    place = math.floor(math.log10(float(f"{size:.1e}")))
-    digits = max(0, (1 if f"{size:.1e}"[0] in "12" else 0) - place)
-    if max(abs(number), size) < ROUNDING:
-        return "0"
-    return f"{number:.{digits}f} ± {size:.{digits}f}"
