@@ -23,10 +23,7 @@ IS_RECORDING = (
     "a recording; campaign evaluates measurements: `frictionlab analyze RECORDING... -o measurements.jsonl`, then"
     " `frictionlab campaign measurements.jsonl -o FOLDER`"
 )
-IS_COMPARISON = (
-    "comparisons; campaign evaluates measurements: give those of `frictionlab analyze -o`, or the folder measurements"
-    " of `frictionlab batch`"
-)
+IS_COMPARISON = "comparisons; campaign evaluates measurements: give those of `analyze -o`, or batch's measurements"
 CYCLES = 8  # shown of a short test, its last ones
 TABLES = {
     "measurements.csv": schema.TESTS,

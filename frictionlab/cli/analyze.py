@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 from frictionlab.cli import complain, printable, screen
-from frictionlab.cli.options import AnalysisSettings, Judged, ManyInputs, check_law
+from frictionlab.cli.options import AnalysisSettings, Judged, Made, ManyInputs, check_law
 from frictionlab.schema import BASE, COMPARISONS, ENERGY, FREE_VIBRATIONS, LAWS, MEASUREMENTS, with_error
 from frictionlab.tables import Row
 from frictionlab.verbs.inputs import files_of, recordings_in
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from frictionlab.scene import Scene
     from frictionlab.uncertainty import Average
 
-Made = tuple[Row, Mapping[str, object]]
-"""The row of an input, and by kind of figure what is drawn of it."""
 SHOWN = (f"{ENERGY}_j", f"{ENERGY}_u", BASE)  # of the measurement, beside its comparison
 MOST = 12  # lines of an explanation, where not all are asked for
 PARAMETERS = {

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from frictionlab.cli import printable, screen
-from frictionlab.cli.options import Inputs, LogSettings, number_of
+from frictionlab.cli.options import Inputs, LogSettings, Made, number_of
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs
 from frictionlab.schema import with_error
@@ -19,7 +19,6 @@ from frictionlab.tables.texts import few_of, kinds_of
 from frictionlab.verbs.inputs import files_of, logs_in, names_of
 
 if TYPE_CHECKING:
-    from frictionlab.cli.analyze import Made
     from frictionlab.scene import Scene
     from frictionlab.verbs.starting import Found
 
@@ -79,7 +78,7 @@ def ingested(
     outputs: Mapping[Path, Path] | None = None,
     force: bool = False,
     alone: bool = False,
-) -> "Made":
+) -> Made:
     """What was found in a log, as one row; its recording goes where ``outputs`` says."""
     from frictionlab.verbs.one_test import ingest
 

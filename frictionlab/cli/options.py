@@ -172,8 +172,9 @@ def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = Fal
     return Scene() if found is None else read_scene(found)
 
 
-Job = Callable[[Path], tuple[Row, Mapping[str, object]]]
-"""Of an input the row, and by kind of figure what is drawn of it."""
+Made = tuple[Row, Mapping[str, object]]
+"""The row of an input, and by kind of figure what is drawn of it."""
+Job = Callable[[Path], Made]
 Places = Mapping[Path, Mapping[str, Path]]
 """Input -> kind of figure -> its file."""
 

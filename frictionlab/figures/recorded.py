@@ -14,6 +14,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.figures import style
 from frictionlab.inference.comparison import WholeRecord
 from frictionlab.recording import Recording
+from frictionlab.schema import with_error
 
 CYCLES, LOOPS, THIN = 6, 30, 512  # of the last cycles, of loops and of points in one that are drawn, at most
 ZOOM = 3  # periods of the drive that the zoom shows
@@ -109,13 +110,13 @@ def free_vibration_figure(taps: Sequence[FreeVibration], name: str = "") -> Figu
     """Each tap with the motion fitted to it, and what is left; its numbers and ``name`` stand above."""
 
     def known(value: float, se: float | None, upper: float | None, times: float = 1.0) -> str:
-        return f"below {times * (upper or 0.0):.2g}" if se is None else f"{times * value:.4g} ± {times * se:.1g}"
+        return f"below {times * (upper or 0.0):.2g}" if se is None else with_error(value, se, times)
 
     is_length = taps[0].unit == "m"
     size, small = (1e3, "µm") if is_length else (np.degrees(1.0), "mdeg")
     motion = "displacement of the mass [mm]" if is_length else "angle [deg]"
     titles = [
-        f"{tap.start_s:.4g} s:   f_n = {tap.natural_frequency_hz:.6g} ± {tap.natural_frequency_hz_se:.1g} Hz   "
+        f"{tap.start_s:.4g} s:   f_n = {with_error(tap.natural_frequency_hz, tap.natural_frequency_hz_se)} Hz   "
         f"zeta = {known(tap.damping_ratio, tap.damping_ratio_se, tap.damping_ratio_upper)}   "
         f"F/k = {known(tap.friction_m, tap.friction_m_se, tap.friction_m_upper, 1e3 * size)} {small}"
         for tap in taps[:TAPS]

@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionlab.analysis.response import Cycle
 from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.schema import COMPARISONS, Result
+from frictionlab.schema import COMPARISONS, Result, with_error
 from frictionlab.simulator import Base, Problem
 from frictionlab.uncertainty import Estimate, FlatKnown, FrictionNames
 
@@ -65,7 +65,7 @@ class WholeRecord:
         if self.friction_wanders:
             friction, error, time = self.cycle_friction, self.cycle_friction_se, self.cycle_time
             ends = int(np.argmin(friction)), int(np.argmax(friction))
-            least, most = (f"{friction[i]:.4g} ± {error[i]:.1g} at {time[i]:.4g} s" for i in ends)
+            least, most = (f"{with_error(friction[i], error[i])} at {time[i]:.4g} s" for i in ends)
             said.append(f"record: friction wanders between {least} and {most}")
         if len(self.left) > SHOWN:
             said.append(f"record: the prediction leaves the measurement in {len(self.left) - SHOWN} more places")

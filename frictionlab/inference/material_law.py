@@ -22,6 +22,7 @@ from frictionlab.files import check_regular, write_whole
 from frictionlab.scene.keys import refusal
 from frictionlab.scene.physical import to_physical
 from frictionlab.scene.rig import Positive, SceneTable
+from frictionlab.schema import with_error
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Parameter, law_of
 from frictionlab.simulator.problem import Wall
@@ -101,7 +102,7 @@ class MaterialLaw:
 
     def __repr__(self) -> str:
         errors = np.sqrt(np.diag(self.covariance))
-        said = ", ".join(f"{k} {v:.4g} ± {u:.2g}" for (k, v), u in zip(self.values.items(), errors, strict=True))
+        said = ", ".join(f"{k} {with_error(v, u)}" for (k, v), u in zip(self.values.items(), errors, strict=True))
         return f"<MaterialLaw of {self.material}, {self.law}: {said}>"
 
     def problem(
