@@ -23,6 +23,7 @@ from frictionlab.synthetic.virtual_motion import (
     cycle_friction_ratios,
     driven,
     motion,
+    random_motion,
     wander,
 )
 from tests.desk import ROOT, present
@@ -288,6 +289,20 @@ def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
         assert rate[1] == pytest.approx(middle, rel=0.02)
         assert rate[0] < 1.3
         assert rate[2] > 3.7
+
+
+def test_random_motion_has_the_power_it_is_given_and_none_beyond() -> None:
+    places, density = [0.5, 1.0, 3.0], [0.0, 2e-6, 1e-6]
+    given = random_motion(
+        100_000, 1 / 250.0, lambda f: np.interp(f, places, density, 0.0, 0.0), np.random.default_rng(0)
+    )
+    assert np.std(given) == pytest.approx(math.sqrt(0.5 * 0.5 * 2e-6 + 2.0 * 1.5e-6), rel=0.05)
+    power = np.abs(np.fft.rfft(given * np.hanning(len(given)))) ** 2
+    f = np.fft.rfftfreq(len(given), 1 / 250.0)
+    assert power[(f < 0.45) | (f > 3.1)].sum() < 1e-5 * power.sum()
+    assert power[(f > 1.0) & (f < 2.0)].sum() / power[(f > 2.0) & (f < 3.0)].sum() == pytest.approx(
+        1.75 / 1.25, rel=0.15
+    )
 
 
 def test_a_wandering_amplitude_forgets_itself_after_its_correlation_time() -> None:

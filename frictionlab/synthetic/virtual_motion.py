@@ -5,7 +5,7 @@ under a plain sine or any other base.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,13 +55,19 @@ def ramp(share: FloatArray) -> FloatArray:
 def wander(n: int, step: float, rms: float, correlation_s: float, generator: np.random.Generator) -> FloatArray:
     """A smooth Gaussian motion (n,) whose autocorrelation is ``rms^2 exp(-(t / correlation_s)^2)``.
 
-    Of random lines, twice as close as the motion is long, of the one-sided density
-    ``2 sqrt(pi) T rms^2 exp(-(pi f T)^2)``.
+    Its one-sided density is ``2 sqrt(pi) T rms^2 exp(-(pi f T)^2)``.
     """
+    size = 2 * math.sqrt(math.pi) * correlation_s * rms**2
+    return random_motion(n, step, lambda f: size * np.exp(-((math.pi * f * correlation_s) ** 2)), generator)
+
+
+def random_motion(
+    n: int, step: float, density: Callable[[FloatArray], FloatArray], generator: np.random.Generator
+) -> FloatArray:
+    """A Gaussian motion (n,) of a one-sided power density: random lines, twice as close as the motion is long."""
     whole = 2 * n
     places: FloatArray = np.asarray(np.fft.rfftfreq(whole, step), dtype=np.float64)
-    density = 2 * math.sqrt(math.pi) * correlation_s * rms**2 * np.exp(-((math.pi * places * correlation_s) ** 2))
-    lines = np.sqrt(density / (whole * step)) * (
+    lines = np.sqrt(density(places) / (whole * step)) * (
         generator.standard_normal(len(places)) + 1j * generator.standard_normal(len(places))
     )
     lines[0] = lines[0].real * math.sqrt(2.0)  # half as wide, and counted once
