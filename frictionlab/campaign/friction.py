@@ -31,6 +31,7 @@ UNSETTLED = 0.01  # what may be left of the transient, by Coulomb's own memory
 KEPT = 0.999  # of a disturbance after a cycle: from so much on a motion is one of many
 NORMAL = 1.959964
 SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement says it
+FEW = 3  # degrees of freedom, below which 95 % is far wider than twice a standard error
 Setting = tuple[str, float]
 """Material and normal force [N]."""
 SHARED = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests of all materials share
@@ -375,6 +376,8 @@ def _notes(
         yield screened
     if not freedom:
         yield "one test only: its scatter from test to test is not known"
+    elif freedom < FEW:
+        yield f"{freedom + 1} tests only: 95 % is friction_coefficient_low to _high, wider than twice ± (Student's t)"
     if len(used) < tests:
         yield f"{tests - len(used)} of {tests} tests left out"
     if misread := [short_name(v.trial.source) for v in verdicts if v.is_misread]:

@@ -102,7 +102,8 @@ def prediction_figure(prediction: "Prediction") -> Figure:
     tests, first = prediction.tests, prediction.tests[0]
     at = f"{first.normal_force_n:.4g} N, base {1e3 * first.base_amplitude_m:.4g} mm"
     title = f"{first.material}, {first.law}: {at}; shaded: 95 of 100 such tests"
-    said = [sentence for sentence, _ in kinds_of(("", text) for test in tests for text in test.warnings)]
+    warned = [(str(k), text) for k, test in enumerate(tests) for text in test.warnings]
+    said = [sentence for sentence, _ in kinds_of(warned)]
     with style.drawing(title=title, cautions=said) as figure:
         if len(tests) == 1:
             left, right = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
