@@ -40,7 +40,8 @@ class Decay:
 
     ``start``: when the mass turns [s]; ``swing``: how far from rest it turns [m], negative below; ``rest`` [m];
     ``omega``: undamped natural frequency [rad/s]; ``zeta``: viscous damping ratio; ``friction``: F/k [m];
-    ``cubic``: of the spring's force over k, x + cubic x^3 [1/m^2]; ``pendulum``: the force is sin(x), x in rad.
+    ``cubic``: of the spring's force over k, x + cubic x^3 [1/m^2]; ``pendulum``: the force is sin(x), x in rad;
+    ``accelerated``: 0, or what is seen is the acceleration over minus its square [rad/s], and ``rest`` the sensor's.
     """
 
     start: float
@@ -51,6 +52,7 @@ class Decay:
     friction: float
     cubic: float = 0.0
     pendulum: bool = False
+    accelerated: float = 0.0
 
     @property
     def half_period(self) -> float:
@@ -64,7 +66,7 @@ class Decay:
         return np.asarray(abs(self.swing) * np.exp(number * log_q) - self.friction * (1.0 + math.exp(log_q)) * lost)
 
     def at(self, time: FloatArray) -> FloatArray:
-        """Displacement [m] at these times [s]; before ``start`` the motion that would have led there.
+        """What is seen [m] at these times [s]; before ``start`` the motion that would have led there.
 
         Examples
         --------
@@ -82,9 +84,13 @@ class Decay:
         since = np.where(number < last, time - self.start - number * self.half_period, 0.0)
         root = math.sqrt(1.0 - self.zeta**2)
         angle = self.omega * root * since
-        swing = np.exp(-self.zeta * self.omega * since) * (np.cos(angle) + self.zeta / root * np.sin(angle))
+        fade, late = np.exp(-self.zeta * self.omega * since), self.zeta / root * np.sin(angle)
         side = math.copysign(1.0, self.swing) * np.where(number % 2, -1.0, 1.0)
-        return np.asarray(self.rest + side * (self.friction + (self.turning(number) - self.friction) * swing))
+        about = side * (self.turning(number) - self.friction) * fade
+        if self.accelerated:
+            share = (self.omega / self.accelerated) ** 2 * (number < last)
+            return np.asarray(self.rest + share * about * (np.cos(angle) - late))
+        return np.asarray(self.rest + side * self.friction + about * (np.cos(angle) + late))
 
     def _force(self, x: float) -> float:
         """Restoring force over k at a distance from rest."""
@@ -115,7 +121,13 @@ class Decay:
         nodes.append((max(until, nodes[-1][0]) + self.half_period, u, 0.0))
         at, place, speed = np.array(nodes).T
         early = 2.0 * self.start - time  # before the release a linear spring's motion, mirrored in time
-        return np.asarray(self.rest + CubicHermiteSpline(at, place, speed)(np.maximum(time, early)))
+        motion, when = CubicHermiteSpline(at, place, speed), np.maximum(time, early)
+        way, rate = motion(when), motion(when, 1)
+        if not self.accelerated:
+            return np.asarray(self.rest + way)
+        pull = np.sin(way) if self.pendulum else way + self.cubic * way**3
+        pull = pull + self.friction * np.sign(rate) + 2.0 * self.zeta / self.omega * rate
+        return np.asarray(self.rest + (self.omega / self.accelerated) ** 2 * np.where(rate == 0.0, 0.0, pull))
 
     def _rates(self, theta: float, a: float, side: float) -> tuple[float, float]:
         """Derivatives of amplitude and time by the phase."""
@@ -149,7 +161,7 @@ class DecayFit:
         return float(np.sqrt(np.mean(self.residual**2))) / abs(self.decay.swing)
 
 
-def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False) -> Decay:
+def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False, accelerated: float = 0.0) -> Decay:
     """Starting values from turning points (n,) [s], [m] or rad, n >= 4: each swing against the one before it."""
     swing = 0.5 * np.abs(np.diff(height))  # of which each is q times the one before, less friction (1 + q)
     (q, lost), *_ = np.linalg.lstsq(np.column_stack([swing[:-1], np.ones(len(swing) - 1)]), swing[1:], rcond=None)
@@ -162,9 +174,8 @@ def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False)
     slower = float(np.mean(swing**2)) / 16.0 if pendulum else 0.0  # by its swing, the first term of the series
     omega = math.pi / half_period / math.sqrt(1.0 - zeta**2) * (1.0 + slower)
     side = 1.0 if height[0] > height[1] else -1.0
-    return Decay(
-        float(time[0]), side * first, float(height[0] - side * first), omega, zeta, friction, pendulum=pendulum
-    )
+    rest = float(height[0] - side * first)
+    return Decay(float(time[0]), side * first, rest, omega, zeta, friction, 0.0, pendulum, accelerated)
 
 
 def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> DecayFit:

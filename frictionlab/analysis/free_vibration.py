@@ -16,7 +16,7 @@ from scipy.signal import find_peaks
 
 from frictionlab.analysis.decay import ONE_SIDED, Decay, DecayFit, decay_errors, first_guess, fit_decay
 from frictionlab.analysis.signals import evenly, white_noise
-from frictionlab.analysis.spectrum import amplitude_spectrum, without_hum
+from frictionlab.analysis.spectrum import amplitude_spectrum, strongest_tone, without_hum
 from frictionlab.arrays import FloatArray, sampling_interval
 from frictionlab.errors import AnalysisError
 from frictionlab.uncertainty import Average, Estimate, average, with_digits
@@ -70,7 +70,12 @@ class FreeVibration:
 
 
 def free_vibrations(
-    time: FloatArray, displacement: FloatArray, base: FloatArray | None = None, *, pendulum: bool = False
+    time: FloatArray,
+    displacement: FloatArray,
+    base: FloatArray | None = None,
+    *,
+    pendulum: bool = False,
+    accelerated: bool = False,
 ) -> tuple[FreeVibration, ...]:
     """Fit the exact decay under viscous and Coulomb damping to each tap of a record, hum taken out.
 
@@ -82,6 +87,8 @@ def free_vibrations(
         The base, m: what moves there is no free vibration.
     pendulum : bool
         The restoring force is the sine of an angle.
+    accelerated : bool
+        The motions are accelerations, m/s^2: fitted as such, over minus the square of their strongest line.
 
     Raises
     ------
@@ -97,7 +104,11 @@ def free_vibrations(
     3.000 0.0100 True
     """
     time, (displacement, *others) = _without_hum(time, [displacement] if base is None else [displacement, base])
-    base = others[0] if others else None
+    base, line = others[0] if others else None, 0.0
+    if accelerated:
+        tone = strongest_tone(amplitude_spectrum(displacement, sampling_interval(time))).frequency
+        line = 2.0 * math.pi * tone
+        displacement, base = -displacement / line**2, None if base is None else base / line**2
     found, refused = list[FreeVibration](), list[str]()
     for tap in find_taps(time, displacement):
         when, height = tap
@@ -110,7 +121,7 @@ def free_vibrations(
         if share > 0.05:
             refused.append(f"a driven motion: the base moves by {share:.0%} of the mass's swing: expected one at rest")
             continue
-        guess = first_guess(when, height, pendulum=pendulum)
+        guess = first_guess(when, height, pendulum=pendulum, accelerated=line)
         t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
         fit, faded = fit_decay(t, seen, guess), 1.0 - float(_swings(tap)[-1] / _swings(tap)[0])
         if fit.misfit > (0.1 if faded >= FADED else 0.01):

@@ -301,6 +301,8 @@ def free_vibration(
     AnalysisError
         There is no free decay.
     """
+    import numpy as np
+
     from frictionlab.analysis.free_vibration import FreeVibration, free_vibrations
     from frictionlab.logs import read_mass_log
 
@@ -308,16 +310,21 @@ def free_vibration(
     recording = recording_given(what, known, read_mass_log)
     pendulum = known.rig.restoring == "pendulum"
     measured = recording.measured()
-    mass = "mass_displacement" if "mass_displacement" in measured and not pendulum else "angle"
-    if mass not in measured:
-        wanted = "the angle of a pendulum" if pendulum else "a displacement or an angle"
-        raise UsageError(f"free vibration: expected {wanted}; got {', '.join(measured)}: name its column (--angle)")
+    able = ("angle",) if pendulum else ("mass_displacement", "angle", "mass_acceleration", "mass_velocity")
+    mass = next((name for name in able if name in measured), None)
+    if mass is None:
+        wanted = "the angle of a pendulum" if pendulum else "the mass's displacement, velocity or acceleration"
+        raise UsageError(f"free vibration: expected {wanted}; got {', '.join(measured)}: name its column in ingest")
+    of_base = "base_displacement" if mass == "angle" else mass.replace("mass", "base")
     taps: list[FreeVibration] = []
     refused: list[AnalysisError] = []
     for part in sorted(recording.stretches(), key=len, reverse=True):
         try:
             found = part.measured()
-            taps += free_vibrations(part.time, found[mass], found.get("base_displacement"), pendulum=pendulum)
+            if mass == "mass_velocity":
+                found = {name: np.gradient(values, part.time) for name, values in found.items()}
+            how = {"pendulum": pendulum, "accelerated": mass in able[2:]}
+            taps += free_vibrations(part.time, found[mass], found.get(of_base), **how)
         except AnalysisError as error:  # a stretch without a decay is passed over where another has some
             refused.append(error)
     if not taps:
