@@ -84,9 +84,9 @@ def test_init_writes_a_scene_once(run: Run, tmp_path: Path) -> None:
         fl.init(tmp_path / "my tests")
 
 
-def tap(seed: float) -> str:
+def tap(seed: float, tuned: float = 1.0) -> str:
     t = np.arange(3000) / 250.0
-    x = 1e-3 * np.exp(-0.01 * 19.67 * t) * np.cos(19.67 * t + seed)
+    x = 1e-3 * np.exp(-0.01 * 19.67 * t) * np.cos(19.67 * tuned * t + seed)
     return "t [s],mass [m]\n" + "".join(f"{a:.3f},{b:.9f}\n" for a, b in zip(t, x, strict=True))
 
 
@@ -115,6 +115,10 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     assert "settles after " in written
     of_taps = run("free-vibration", "logs/tap1.csv").stdout.split("[rig]\n")[1]
     assert of_taps in written, "one tap has one uncertainty"
+    (logs / "tap2.csv").write_text(tap(0.0, 1.05))
+    said = run("init", "logs", "--force").stdout
+    assert "warning: tap2.csv: natural_frequency_hz: the tap at" in said
+    (logs / "tap2.csv").unlink()
     (logs / "tests.csv").write_text("log,material\nsteel_N1.25_r0.3,steel\n")
     fl.init(logs, force=True, mass_kg=3.08, normal_force_n=1.25)
     scene = read_scene(logs / "frictionlab.toml")

@@ -7,7 +7,7 @@ that only two numbers a mode are searched for. Friction of the frame is no part 
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from frictionlab.arrays import FloatArray, sampling_interval
 from frictionlab.errors import AnalysisError
 from frictionlab.uncertainty import Average, Estimate, average, with_digits
 
+APART, SURE = 0.01, 5.0  # of the median frequency, and standard errors: a tap farther off is of another frame
 KEPT = {"natural_frequency_hz": 1e-4, "damping_ratio": 0.02}  # relative: what a clock, and a frame mounted again, do
 
 
@@ -220,6 +221,17 @@ def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
     names = ("natural_frequency_hz", "damping_ratio", "friction_m")
     each = {name: ([getattr(tap, name) for tap in taps], [error(tap, name) for tap in taps]) for name in names if taps}
     return {name: average(*both) for name, both in each.items()}
+
+
+def taps_apart(taps: Sequence[FreeVibration]) -> Iterator[tuple[int, str]]:
+    """Taps, by their places, whose frequency is far from that of the others, in words: their average is of no frame."""
+    middle = float(np.median([tap.natural_frequency_hz for tap in taps])) if taps else 0.0
+    for number, tap in enumerate(taps):
+        off = tap.natural_frequency_hz - middle
+        if abs(off) > max(APART * middle, SURE * tap.natural_frequency_hz_se):
+            far = f"{100.0 * off / middle:+.2g} % from the median of all {len(taps)} taps"
+            why = "far more than its error: is it of another frame? average it by itself"
+            yield number, f"natural_frequency_hz: the tap at {tap.start_s:.4g} s is {far}, {why}"
 
 
 def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:

@@ -5,7 +5,6 @@ from dataclasses import asdict, fields
 from functools import partial
 from math import degrees, hypot, pi
 from pathlib import Path
-from statistics import median
 from typing import TYPE_CHECKING, Any, Literal
 
 import typer
@@ -32,7 +31,6 @@ PARAMETERS = {
     "upper": "upper 95 %",
 }
 PARTS = ("parameters", "nuisances")
-APART, SURE = 0.01, 5.0  # of the median frequency, and standard errors: a tap farther off is of another frame
 DRAWN = ("time", "measured", "fitted", "unit")  # of a tap: no part of its row
 MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
 
@@ -191,7 +189,7 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
 
     Example: frictionlab free-vibration tap1.csv tap2.csv tap3.csv
     """
-    from frictionlab.analysis.free_vibration import averages
+    from frictionlab.analysis.free_vibration import averages, taps_apart
 
     scene = work.scene_for(inputs[0], {}, ())
     paths = files_of(inputs, recordings_in)
@@ -199,7 +197,9 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     rows = work.rows(paths, partial(_tapped, scene=scene), "free vibration", places, force=work.force, silent=True)
     taps = [tap for row in rows for tap in _each(row.get("_taps"))]
     means = averages(taps)  # before the first line of --json
-    _warn_of_taps_apart(rows)
+    warned: list[Any] = [row["warnings"] for row in rows for _ in _each(row.get("_taps"))]
+    for number, sentence in taps_apart(taps):
+        warned[number].append(sentence)
     if work.as_json:
         over_all = {f"mean_{name}": value for name, value in _numbers(means, spread=True).items()}
         screen.report_rows(({**row, **over_all} if "taps" in row else row for row in rows), as_json=True)
@@ -245,19 +245,6 @@ def _tapped(file: Path, *, scene: "Scene") -> Made:
         "_taps": taps,
     }
     return row, {"free_vibration": taps}
-
-
-def _warn_of_taps_apart(rows: Iterable[Any]) -> None:
-    """Warn, in their rows, of taps whose frequency is far from that of the others: their average is of no frame."""
-    every = [(row["warnings"], tap) for row in rows for tap in _each(row.get("_taps"))]
-    middle = median(tap.natural_frequency_hz for _, tap in every) if every else 0.0
-    for warnings, tap in every:
-        off = tap.natural_frequency_hz - middle
-        if abs(off) > max(APART * middle, SURE * tap.natural_frequency_hz_se):
-            warnings.append(
-                f"natural_frequency_hz: the tap at {tap.start_s:.4g} s is {100.0 * off / middle:+.2g} % from the median"
-                f" of all {len(every)} taps, far more than its error: is it of another frame? average it by itself"
-            )
 
 
 def _numbers(means: "dict[str, Average]", *, spread: bool = False) -> dict[str, float | None]:

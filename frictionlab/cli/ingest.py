@@ -190,6 +190,8 @@ def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
     if found.frame:
         mean = found.frame["natural_frequency_hz"]
         typer.echo(f"natural frequency {with_error(mean.mean, mean.se)} Hz, from the taps")
+    for doubt in found.doubts:
+        screen.paragraph(f"warning: {doubt}", indent="    ")
     if found.sheet or found.name_pattern:
         where = f"the sheet {found.sheet}" if found.sheet else f"their names, {found.name_pattern}"
         screen.paragraph(f"facts of the tests: from {where}", indent="    ")

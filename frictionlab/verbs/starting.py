@@ -46,6 +46,7 @@ class Found:
     is_tribometer: bool = False  # no test has a base, all measure a force of the contact: [rig] kind = "prescribed"
     settled_s: Mapping[Path, float] = field(default_factory=dict)  # when the motion of each test looked at had settled
     frame: "Mapping[str, Average]" = field(default_factory=dict)  # natural frequency and damping ratio, from the taps
+    doubts: tuple[str, ...] = ()  # of taps that contradict each other
 
     @property
     def lacks(self) -> tuple[str, ...]:
@@ -62,7 +63,7 @@ def look(folder: FilePath) -> Found:
 
     A folder that is not there, or has no logs, is an empty one.
     """
-    from frictionlab.analysis.free_vibration import averages
+    from frictionlab.analysis.free_vibration import averages, taps_apart
     from frictionlab.verbs.one_test import analyze, free_vibration, ingest
 
     place = Path(folder)
@@ -72,6 +73,7 @@ def look(folder: FilePath) -> Found:
     tests: list[Path] = []
     taps: list[Path] = []
     decays: list[FreeVibration] = []
+    of_log: list[str] = []
     unread = not_read_in([place])
     settled: dict[Path, float] = {}
     has_base: set[bool] = set()
@@ -96,6 +98,7 @@ def look(folder: FilePath) -> Found:
             reason = str(error)
         try:
             decays += free_vibration(log)
+            of_log += [log.name] * (len(decays) - len(of_log))
             taps.append(log)
         except FrictionlabError as error:
             unread[log] = (reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: ")
@@ -110,6 +113,7 @@ def look(folder: FilePath) -> Found:
         is_tribometer=has_base == {False},
         settled_s=settled,
         frame=averages(decays),
+        doubts=tuple(f"{of_log[number]}: {sentence}" for number, sentence in taps_apart(decays)),
     )
 
 
