@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+import pytest
 from typer.testing import CliRunner, Result
 
 from frictionlab.cli import app
@@ -30,6 +31,14 @@ def present(value: T | None) -> T:
     """What could be None, and is not."""
     assert value is not None
     return value
+
+
+def published(path: str) -> Path:
+    """What others have published, where it was fetched: one folder a repository; else the test is skipped."""
+    found = Path(os.environ.get("FRICTIONLAB_PUBLIC_DATA", "nowhere")) / path
+    if not found.exists():
+        pytest.skip(f"{path} is not here: fetch the repository and name its folder in FRICTIONLAB_PUBLIC_DATA")
+    return found
 
 
 def set_up(folder: Path, *names: str) -> Path:

@@ -56,10 +56,6 @@ def printed(width: int, rows: list[Row], columns: Table | list[str]) -> str:
     return re.sub("\x1b\\[[0-9;]*m", "", stream.getvalue())
 
 
-def numbers_of(rows: list[Row], names: tuple[str, ...]) -> set[str]:
-    return {cell(row[name]) for row in rows for name in names if isinstance(row.get(name), float)}
-
-
 @settings(max_examples=80, deadline=None)
 @given(
     st.lists(st.lists(st.floats(allow_nan=False) | st.text("abc /", max_size=40), min_size=4, max_size=4), min_size=1),
@@ -69,7 +65,8 @@ def test_any_table_is_whole_at_any_width(body: list[list[object]], width: int) -
     heads = tuple(f"head {i} [kY²]" for i in range(4))
     rows: list[Row] = [dict(zip(heads, line, strict=True)) for line in body]
     text = printed(width, rows, list(heads))
-    assert not [number for number in numbers_of(rows, heads) if number not in text]
+    numbers = {cell(row[name]) for row in rows for name in heads if isinstance(row.get(name), float)}
+    assert not [number for number in numbers if number not in text]
 
 
 def test_what_is_too_wide_stands_in_blocks_and_a_pipe_gets_lines() -> None:

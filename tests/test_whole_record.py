@@ -73,8 +73,7 @@ def test_a_fit_to_the_whole_record_tells_what_a_cycle_does_not() -> None:
     """The frame is tuned 0.3 % off what the scene says: a start-up tells."""
     law, truth = "coulomb+place+speed", {"gradient": 0.05, "contact_damping_ratio": 0.03}
     recording = virtual(0.4, 25.0, Problem(1.0, 0.4, law=law, parameters=truth, frame_damping_ratio=0.01))
-    scene = replace_rig(natural_frequency_hz=FN * 0.997)
-    seen = fl.compare(recording, scene, law=law, fit="whole")
+    seen = fl.compare(recording, SCENE.changed(rig={"natural_frequency_hz": FN * 0.997}), law=law, fit="whole")
     assert present(seen.record_nrmse) < 2e-3
     assert seen.nuisances["natural_frequency"]["value"] == pytest.approx(1 / 0.997 - 1, abs=2e-4)
     for name, value in {"beta": 0.4, **truth}.items():
@@ -84,10 +83,6 @@ def test_a_fit_to_the_whole_record_tells_what_a_cycle_does_not() -> None:
         assert found["told"]
         assert abs(found["value"] - value) < 3.0 * found["u"] + 1e-3 * value
         assert found["u"] < 0.05 * value
-
-
-def replace_rig(**changes: float) -> Scene:
-    return SCENE.changed(rig=changes)
 
 
 def test_where_the_prediction_leaves_the_measurement_is_told() -> None:

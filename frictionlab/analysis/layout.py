@@ -191,7 +191,9 @@ def _cleaned(
         found[name] = _lines_of(signal, lines, drive)
         if name == "mass":
             faintest, others = spectrum.faintest(lines, drive), spectrum.on_harmonics(lines, drive, found[name])
-        spectra[name] = lines.up_to(SHOWN * drive.frequency)  # the rest of a long recording's is dear
+        kept = slice(int(np.searchsorted(lines.frequency, SHOWN * drive.frequency, side="right")))
+        # copied, so that the rest, which is dear of a long recording, can be forgotten
+        spectra[name] = Spectrum(lines.frequency[kept].copy(), lines.amplitude[kept].copy(), lines.resolution)
 
     def cleaned(s: Stretch, c: Cut) -> Stretch:
         clean = {name: _without(s.channels[name], s.step, gone, c) for name, gone in found.items()}

@@ -20,7 +20,7 @@ from frictionlab.analysis.response import ByForce, Cycle, Response, mean_cycle
 from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.analysis.stretches import SHORTEST_PART, channels_of, even_stretches, is_force
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
@@ -166,6 +166,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     """
     begin, prescribed = float(recording.time[0]), scene.rig.kind == "prescribed"
     parts, warnings = even_stretches(recording, scene)
+    parts, stands = steadiness.driven(parts)
     found, settled = steadiness.transient(parts, begin)
     transient = found if scene.analysis.transient_s is None else scene.analysis.transient_s
     layout = _laid_out(parts, transient, recording, scene)
@@ -218,10 +219,11 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         sources=sources,
         slides_one_way=one_way,
     )
-    taken = response.taken_by_the_frame(smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
+    stretched = float(np.mean(shifted(smooth - cycle.base, order=1) ** 2))
+    taken = 4.0 * math.pi * (scene.rig.damping or 0.0) * (r or 0.0) * stretched  # by the frame's dashpot, k Y^2
     pure = scene.model.base_harmonics == 1
     said += doubts.warnings(layout, measured, of_mass, cut, wall_moves=wall_moves, taken=taken, pure=pure)
-    return replace(measured, warnings=(*scene.rig.doubts, *warnings, *said))
+    return replace(measured, warnings=(*scene.rig.doubts, *warnings, *stands, *said))
 
 
 def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scene: Scene) -> Layout:

@@ -335,11 +335,6 @@ def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_
     return 2.0 * math.pi * math.sqrt(variance / samples)
 
 
-def taken_by_the_frame(stretched: FloatArray, damping_ratio: float, r: float) -> float:
-    """Energy (k Y^2) that the dashpot between mass and base takes in a mean cycle of their distance (p,), Y."""
-    return 4.0 * math.pi * damping_ratio * r * float(np.mean(shifted(stretched, order=1) ** 2))
-
-
 @dataclass(frozen=True, kw_only=True)
 class ByForce:
     """Means by a load cell.

@@ -40,11 +40,6 @@ class Spectrum:
         """Bins to a resolution cell."""
         return self.resolution / float(self.frequency[1])
 
-    def up_to(self, frequency: float) -> "Spectrum":
-        """The part up to a frequency, copied so that the rest can be forgotten."""
-        last = int(np.searchsorted(self.frequency, frequency, side="right"))
-        return Spectrum(self.frequency[:last].copy(), self.amplitude[:last].copy(), self.resolution)
-
 
 @dataclass(frozen=True)
 class Line:

@@ -17,6 +17,7 @@ from frictionlab.uncertainty import Estimate
 OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its middle, over the whole change
 LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 MEMORY_S = 60.0  # no frame of a laboratory remembers its start for longer
+SMALL, FULL = 0.5, 0.97  # of the drive's usual size: less at an end is a start or a stop, cut up to the second
 LEFT = 5e-4  # of the motion: a decay that changes it by less is none
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
@@ -49,6 +50,31 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
     latest = max(first for first, _ in found)
     start = float(np.append(starts, math.inf)[latest]) if latest else 0.0
     return min(0.5 * float(first + last), start), start if all(seen for _, seen in found) else None
+
+
+def driven(parts: Sequence[Stretch]) -> tuple[list[Stretch], list[str]]:
+    """Parts of a recording from when the drive has its size until it loses it; what is said of that.
+
+    Its size is that of the fundamental in a window of one cycle; an end where it is small is cut where it is full.
+    """
+    kept, said = list(parts), list[str]()
+    for at, words in ((-1, "until"), (0, "from")) if parts else ():
+        part, base = kept[at], kept[at].base
+        if len(base) < 64 or not float(np.ptp(base)) > 0.0:
+            continue
+        tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(base, 1.0, padding=1))
+        stride = max(1, math.floor(1.0 / tone.frequency / 24.0))  # a motion of 24 points a cycle is enough
+        period, place = round(1.0 / tone.frequency / stride), np.arange(0, len(base), stride)
+        total = np.cumsum((base[::stride] - base.mean()) * np.exp(-2j * math.pi * tone.frequency * place))
+        size = np.abs(total[period:] - total[:-period])
+        full = np.flatnonzero(size >= FULL * (usual := float(np.quantile(size, 0.75))))
+        if size[at] < SMALL * usual and 0.5 * tone.amplitude**2 >= 0.2 * float(
+            np.var(base)
+        ):  # of its power: it repeats
+            edge = stride * int(full[0] if at == 0 else full[-1] + period)
+            kept[at] = part.part(edge, len(base)) if at == 0 else part.part(0, edge)
+            said.append(f"drive: it has its size {words} {part.time + edge * part.step:.4g} s: the rest is left out")
+    return kept, said
 
 
 def _settled(rows: FloatArray, window: int, noise: float) -> tuple[int, bool]:

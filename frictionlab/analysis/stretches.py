@@ -33,7 +33,7 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
     A part that holds no measurement is left out where another holds one, and said. `AnalysisError`: No part holds one:
     no motion is measured; stamps jump; a contact that turns does so at several speeds, or less than two revolutions.
     """
-    step, parts, strays = 1.0 / recording.sampling_rate_hz, list[signals.Stretch](), 0.0
+    step, found = 1.0 / recording.sampling_rate_hz, list[tuple[signals.Stretch, list[str], float]]()
     refused = list[tuple[float, float, AnalysisError]]()
     recording, said = _in_newtons(recording, scene.rig.stiffness)
     warnings = [*recording.source.warnings, *said]
@@ -55,15 +55,20 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
         )
         for some in (slice(a, b) for a, b in pairwise([0, *breaks, len(part)])):
             try:
-                stretch, said, off = _even(part, some, step, scene)
+                found.append(_even(part, some, step, scene))
             except AnalysisError as error:
                 refused.append((float(part.time[some][0]), float(part.time[some][-1]), error))
-                continue
-            strays = max(strays, off)
+    if refused and not found:
+        raise max(refused, key=lambda part: part[1] - part[0])[2]
+    one_way = bool(found) and max((stretch for stretch, *_ in found), key=lambda part: len(part.base)).one_way
+    parts, strays = list[signals.Stretch](), max((off for *_, off in found), default=0.0)
+    for stretch, said, _ in found:
+        if stretch.one_way is one_way:
             warnings += [words for words in said if words not in warnings]
             parts.append(stretch)
-    if refused and not parts:
-        raise max(refused, key=lambda part: part[1] - part[0])[2]
+        else:
+            end, why = stretch.time + (len(stretch.base) - 1) * step, "it does not move as the longest part does"
+            refused.append((stretch.time, end, AnalysisError(why)))
     warnings += _some(f"gap: the part from {a:.4g} s to {b:.4g} s is left out: {why}" for a, b, why in refused)
     if strays > 0.0:
         stray = f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock"

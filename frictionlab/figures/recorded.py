@@ -113,12 +113,12 @@ def free_vibration_figure(taps: Sequence[FreeVibration], name: str = "") -> Figu
         return f"below {times * (upper or 0.0):.2g}" if se is None else with_error(value, se, times)
 
     is_length = taps[0].unit == "m"
-    size, small = (1e3, "µm") if is_length else (np.degrees(1.0), "mdeg")
+    size, small, times = (1e3, "µm", 1e3) if is_length else (np.degrees(1.0), "deg", 1.0)
     motion = "displacement of the mass [mm]" if is_length else "angle [deg]"
     titles = [
         f"{tap.start_s:.4g} s:   f_n = {with_error(tap.natural_frequency_hz, tap.natural_frequency_hz_se)} Hz   "
         f"zeta = {known(tap.damping_ratio, tap.damping_ratio_se, tap.damping_ratio_upper)}   "
-        f"F/k = {known(tap.friction_m, tap.friction_m_se, tap.friction_m_upper, 1e3 * size)} {small}"
+        f"F/k = {known(tap.friction_m, tap.friction_m_se, tap.friction_m_upper, times * size)} {small}"
         for tap in taps[:TAPS]
     ]
     more = [f"... {len(taps)} taps"] if len(taps) > TAPS else []
@@ -128,7 +128,7 @@ def free_vibration_figure(taps: Sequence[FreeVibration], name: str = "") -> Figu
             time, measured, fitted = tap.time, size * tap.measured, size * tap.fitted
             above.plot(time, measured, color=style.MEASURED, label=None if number else "measured")
             above.plot(time, fitted, color=style.PREDICTED, lw=0.8, ls="--", label=None if number else "fitted")
-            below.plot(time, 1e3 * (measured - fitted), color=style.MEASURED, lw=0.5)
+            below.plot(time, times * (measured - fitted), color=style.MEASURED, lw=0.5)
         above.set(title="\n".join(titles + more), xlabel="time [s]", ylabel=motion)
         above.legend(loc="upper right", ncols=2)
         below.set(xlabel="time [s]", ylabel=f"measured - fitted [{small}]")

@@ -327,8 +327,10 @@ def _with_displacements(
 
 def _unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None) -> LogError:
     """Mass and base cannot be distinguished: all that has to be given."""
-    one, two = (columns[0].index + 1, columns[1].index + 1) if len(columns) > 1 else (columns[0].index + 1, 0)
+    one, two = columns[0].index + 1, columns[-1].index + 1
     order = f"--mass {one} --base {two}, or --mass {two} --base {one}" if len(columns) == 2 else "--mass and --base"
+    if len(columns) == 1:
+        order = f"--mass {one}, --base {one} or what else it is (--angle {one} --units angle=deg)"
     more = [] if time is not None else ["--time or --sampling-rate where no column says it is the time"]
     more += ["--unit where the sensor's step does not show it"] if not any(c.unit for c in columns) else []
     more += ["--mass-log and --base-log if each sensor has its file"] if len(columns) == 1 else []

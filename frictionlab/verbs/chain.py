@@ -5,7 +5,6 @@ of its test, the scene, the law, this version. A log that was replaced by an old
 """
 
 import contextlib
-import fnmatch
 import hashlib
 import json
 import os
@@ -102,11 +101,6 @@ class Batch:
             "comparison": self.folder / "comparisons" / f"{name}.jsonl",
             "comparison figure": figures / f"{name}.comparison.png",
         }
-
-    def is_broken_off(self, row: Row) -> bool:
-        """Whether a row is of a test that was broken off, as the scene says: that it failed is no fault."""
-        name = Path(str(row["source"])).name
-        return any(fnmatch.fnmatch(name, pattern) for pattern in self.scene.experiment.broken_off)
 
     def is_fresh(self, log: Path) -> bool:
         """Whether the results of a log are there and nothing they were made of has changed."""

@@ -18,6 +18,7 @@ from frictionlab.experiment import facts_of
 from frictionlab.files import make_folder
 from frictionlab.hdf5 import read_recording
 from frictionlab.inference.compare import AUTO
+from frictionlab.inference.force import with_force
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
@@ -111,7 +112,8 @@ def _observed(path: Path, *, scene: Scene, tests: Mapping[Path, Trial]) -> Row:
     """What is done to each recording, here or where a worker is."""
     trial = tests[path]
     facts: Any = {"source": trial.source, "material": trial.material, "normal_force_n": trial.normal_force_n}
-    return {"observation": observe(replace(measure(read_recording(path), scene), **facts), scene)}
+    measured = replace(measure(read_recording(path), scene), **facts)
+    return {"observation": with_force(observe(measured, scene), measured, scene)}
 
 
 def publish(

@@ -14,7 +14,7 @@ from frictionlab.scene import read_scene
 from frictionlab.schema import MEASUREMENTS
 from tests.analysis.seen import NATURAL_HZ, recording_of, steady
 from tests.analysis.test_free_vibration import HZ as TAP_HZ
-from tests.analysis.test_free_vibration import RATE, decaying, viscous
+from tests.analysis.test_free_vibration import RATE, decaying
 from tests.desk import invoke
 
 HZ = ["--natural-frequency", str(NATURAL_HZ)]
@@ -84,7 +84,7 @@ def test_a_wrong_command_line_is_said_in_one_line(folder: Path, words: tuple[obj
 def decays(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     tmp_path, generator, paths = tmp_path_factory.mktemp("decays"), np.random.default_rng(1), []
     for number in range(2):
-        x = viscous(0.0055 + 0.001 * number) + 1e-6 * generator.standard_normal(round(25 * RATE))
+        x = decaying(0.0055 + 0.001 * number) + 1e-6 * generator.standard_normal(round(25 * RATE))
         t = np.arange(len(x)) / RATE
         paths.append(tmp_path / f"tap{number}.csv")
         table = np.column_stack([t, 1e3 * x, np.zeros(len(t))])

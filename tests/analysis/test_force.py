@@ -1,15 +1,13 @@
 """Load cells, vibrometers, accelerometers: the truth of an exact motion found again, each within its uncertainty."""
 
 import math
-import os
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from frictionlab.analysis.channels import low_pass
-from frictionlab.analysis.measurement import measure
+from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.errors import AnalysisError
 from frictionlab.figures import plot
 from frictionlab.inference.explain import explain
@@ -18,7 +16,7 @@ from frictionlab.recording import Channel, Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.verbs.one_test import compare
 from tests.analysis.seen import BASE_M, NATURAL_HZ, steady, through_laser
-from tests.desk import present
+from tests.desk import present, published
 
 FloatArray = NDArray[np.float64]
 STIFFNESS, NORMAL_N = 1191.0, 2.45
@@ -58,6 +56,13 @@ def recording(seen: dict[str, FloatArray], *names: str) -> Recording:
     x, y = (seen[name] if name in names else None for name in ("mass_displacement", "base_displacement"))
     more = tuple(Channel(name, seen[name]) for name in names if not name.endswith("_displacement"))
     return Recording(seen["time"], x, y, channels=more)  # type: ignore[arg-type]
+
+
+def tribometer(time: FloatArray, /, **seen: FloatArray | float) -> Measurement:
+    """Of channels of a motion that is given; `radius_m` [m] where it turns."""
+    rig = {"kind": "prescribed"} | ({"radius_m": seen.pop("radius_m")} if "radius_m" in seen else {})
+    channels = {name: np.asarray(values, float) for name, values in seen.items()}
+    return measure(recording({"time": time, **channels}, *seen), scene_from_tables({"rig": rig}))
 
 
 @pytest.mark.parametrize(("r", "beta", "sign"), [(0.3, 0.4, 1.0), (0.5, 0.4, -1.0), (0.7, 0.3, 1.0)])
@@ -172,10 +177,8 @@ def test_a_tribometer_needs_neither_spring_nor_base(place: str) -> None:
     x = 5e-3 * np.sin(2 * math.pi * 0.8 * t)
     normal = 20.0 * (1 + 0.05 * np.cos(2 * math.pi * 0.3 * t))
     force = 0.17 * normal * np.sign(np.cos(2 * math.pi * 0.8 * t)) + 0.05 * rng.standard_normal(len(t))
-    seen = {"time": t, place: x + 1e-6 * rng.standard_normal(len(t)), "normal_force": normal}
-    seen["contact_force" if place == "mass_displacement" else "torque"] = force
-    given = scene_from_tables({"rig": {"kind": "prescribed"}})
-    m = measure(recording(seen, *(name for name in seen if name != "time")), given)
+    by = "contact_force" if place == "mass_displacement" else "torque"
+    m = tribometer(t, **{place: x + 1e-6 * rng.standard_normal(len(t)), "normal_force": normal, by: force})
     assert m.drive_frequency_hz == pytest.approx(0.8, rel=1e-5)
     assert m.force_energy_per_cycle_j == pytest.approx(4 * 5e-3 * 0.17 * 20.0, rel=2e-3)
     assert (m.row()["energy_per_cycle"], m.row()["frequency_ratio"]) == (None, None)
@@ -191,10 +194,8 @@ def test_a_contact_that_turns_has_coefficient_and_energy_of_a_revolution(place: 
     force, omega = 3.0 + 0.2 * rng.standard_normal(len(t)), 2 * math.pi * 2.0
     moved = {"angle": np.mod(omega * t, 2 * math.pi), "angular_velocity": np.full(len(t), omega)}
     moved["mass_velocity"] = radius * moved["angular_velocity"]
-    seen = {"time": t, "contact_force": -force, "normal_force": np.full(len(t), 10.0)}
-    names = [*seen, *([place] if place else [])][1:]
-    tables = {"rig": {"kind": "prescribed", **({"radius_m": radius} if place and place.startswith("ang") else {})}}
-    m = measure(recording(seen | moved, *names), scene_from_tables(tables))
+    seen = {"contact_force": -force, "normal_force": np.full(len(t), 10.0)} | ({place: moved[place]} if place else {})
+    m = tribometer(t, **seen, **({"radius_m": radius} if place and place.startswith("ang") else {}))
     assert (u := m.measured_friction_coefficient_u or math.inf) < 0.002
     assert m.measured_friction_coefficient == pytest.approx(0.3, abs=3.0 * u)
     assert m.measured_friction_force_n == pytest.approx(3.0, rel=3e-3)
@@ -232,18 +233,16 @@ def test_a_force_that_changes_over_the_revolution_is_drawn_as_it_is() -> None:
 
 def test_a_stroke_whose_column_of_displacement_stands_still_counts_by_its_force() -> None:
     t = np.arange(0.0, 4.0, 0.01)
-    seen = {"time": t, "mass_displacement": np.full(len(t), 0.004), "contact_force": 1.5 + 0.01 * np.sin(t**2)}
-    seen["normal_force"] = np.full(len(t), 2.0)
-    m = measure(recording(seen, *list(seen)[1:]), scene_from_tables({"rig": {"kind": "prescribed"}}))
+    stands, normal = np.full(len(t), 0.004), np.full(len(t), 2.0)
+    m = tribometer(t, mass_displacement=stands, contact_force=1.5 + 0.01 * np.sin(t**2), normal_force=normal)
     assert m.measured_friction_coefficient == pytest.approx(0.75, rel=0.01)
     assert m.force_energy_per_cycle_j is None
 
 
 def test_a_contact_that_turns_at_several_speeds_is_several_tests() -> None:
     t = np.arange(0.0, 30.0, 0.004)
-    seen = {"time": t, "torque": np.full(len(t), 0.1), "angular_velocity": np.where(t < 15.0, 6.0, 12.0)}
     with pytest.raises(AnalysisError, match=r"0\.95\d* to 1\.9\d* cycles a second: expected one speed"):
-        measure(recording(seen, "torque", "angular_velocity"), scene_from_tables({"rig": {"kind": "prescribed"}}))
+        tribometer(t, torque=np.full(len(t), 0.1), angular_velocity=np.where(t < 15.0, 6.0, 12.0))
 
 
 def test_what_was_not_measured_is_said_by_name() -> None:
@@ -252,12 +251,41 @@ def test_what_was_not_measured_is_said_by_name() -> None:
         measure(recording(seen, "mass_displacement", "contact_force"), scene())
 
 
+def test_what_comes_before_and_after_the_motion_is_no_part_of_it() -> None:
+    """Noise before a clock was set made the whole record one way; ends at rest made amplitudes 3 % wrong."""
+    t = np.concatenate([np.arange(0.0, 4.0, 0.01), np.arange(4.018, 64.0, 0.01)])
+    swing = np.clip(0.5 * np.minimum(t - 6.0, 60.0 - t), 0.0, 1.0)
+    place = 1e-3 * swing * np.sin(2 * np.pi * t) + 2e-8 * np.random.default_rng(3).standard_normal(len(t)).cumsum()
+    m = tribometer(t, mass_displacement=place, contact_force=2.0 * swing * np.cos(2 * np.pi * t))
+    assert (m.slides_one_way, m.cycles) == (False, 50)
+    assert m.base_amplitude_m == pytest.approx(1e-3, rel=1e-3)
+    for said in (
+        "from 0 s to 3.99 s is left out: it does not move as the long",
+        "until 58.",
+        "drive: it has its size from 7.",
+    ):
+        assert any(said in w for w in m.warnings)
+
+
+def test_a_force_that_exceeds_what_its_energy_gives_is_said() -> None:
+    """A contact that yields over half of its stroke: energy over the way is no friction force."""
+    t = np.arange(0.0, 30.0, 0.01)
+    place, force, pull = 1e-3 * np.sin(2 * np.pi * 0.5 * t), np.zeros(len(t)), 0.0
+    for k, moved in enumerate(np.diff(place, prepend=0.0)):
+        force[k] = pull = min(max(pull + 4e3 * moved, -2.0), 2.0)
+    m = tribometer(t, mass_displacement=place, contact_force=force)
+    assert m.measured_friction_force_n == pytest.approx(1.0, rel=0.01)
+    assert [w for w in m.warnings if "gives 0.991 N, yet the force reaches 1.99 N, as where the contact yields" in w]
+
+
 def test_a_published_tribometer_record() -> None:
-    """FrictionModels.jl, test_data_2: forces in uN, 0.25 Hz; energy over way and normal force by hand: 0.228."""
-    folder = Path(os.environ.get("FRICTIONLAB_PUBLIC_DATA", "nowhere"))
-    log = folder / "jchristopherson+FrictionModels.jl" / "examples" / "test_data_2.txt"
-    if not log.is_file():
-        pytest.skip("the record of FrictionModels.jl is not here: FRICTIONLAB_PUBLIC_DATA names no folder that has it")
+    """FrictionModels.jl, test_data_2: forces in uN, 0.25 Hz; energy over way and normal force by hand: 0.228.
+
+    It stands before 9 s and after 208 s. Its contact yields, so that the force reaches 0.48 of the normal force.
+    """
+    log = published("jchristopherson+FrictionModels.jl/examples/test_data_2.txt")
     m = measure(read_log(log), scene_from_tables({"rig": {"kind": "prescribed"}}))
     assert m.drive_frequency_hz == pytest.approx(0.25, rel=1e-3)
     assert m.measured_friction_coefficient == pytest.approx(0.228, rel=0.05)
+    assert m.cycles == 50
+    assert [w for w in m.warnings if "gives 1.11 N, yet the force reaches 2.3" in w]

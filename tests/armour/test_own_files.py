@@ -148,15 +148,11 @@ def test_a_figure_that_finds_no_room_is_refused_before_the_work(tmp_path: Path) 
     refused(
         run("analyze", "none.h5", "--plot", tmp_path / "taken" / "figures"), "taken is no folder: choose another output"
     )
-    for words in (("synthesize", "--scene", SCENE), ("tradeoff",), ("campaign", recording_rows(tmp_path))):
+    write_rows(small_campaign()[:3], rows := tmp_path / "small.jsonl")
+    for words in (("synthesize", "--scene", SCENE), ("tradeoff",), ("campaign", rows)):
         done = run(*words, "-o", tmp_path / "taken")
         assert (done.exit_code, "taken" in done.output, "Errno" in done.output) == (1, True, False), done.output
         assert "folder cannot be made" in done.output
-
-
-def recording_rows(folder: Path) -> Path:
-    write_rows(small_campaign()[:3], folder / "small.jsonl")
-    return folder / "small.jsonl"
 
 
 @pytest.mark.parametrize(

@@ -208,7 +208,7 @@ def test_rows_come_back_the_same_from_every_kind_of_file(tmp_path: Path) -> None
     write_rows(rows, tmp_path / "m.csv")
     (tmp_path / "m.jsonl").write_text("".join(json.dumps(r) + "\n" for r in rows))
     columns = {key: [str(r[key]) for r in rows] for key in ("source", "status", "material", "regime")}
-    numbers = {k: np.array([r[k] for r in rows], float) for k in rows[0] if _is_number(rows[0][k])}
+    numbers = {k: np.array([r[k] for r in rows], float) for k in rows[0] if isinstance(rows[0][k], float)}
     write_tree({"rows": {**columns, **numbers}, "cycles": {}}, tmp_path / "m.h5", kind=MEASUREMENTS.format)
     expected = [trial_of(r) for r in rows]
     for name in ("m.csv", "m.jsonl", "m.h5"):
@@ -216,10 +216,6 @@ def test_rows_come_back_the_same_from_every_kind_of_file(tmp_path: Path) -> None
         assert [(t.group, t.r, t.mean, t.mean_se) for t in trials] == [
             (t.group, t.r, t.mean, t.mean_se) for t in expected
         ]
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def test_an_h5_file_brings_the_trend_of_a_long_test(tmp_path: Path) -> None:

@@ -34,7 +34,8 @@ def recorded(
     frame's true natural frequency is `tuned` times NATURAL_HZ. `sensors` makes of time, mass and base [s, m] what the
     sensors show of them, before their noise.
     """
-    here, there = (steady_state(p).orbit for p in (problem, _stronger(problem)))
+    stronger = problem.with_parameters({"beta": problem.beta * (1 + 1e-4)})
+    here, there = (steady_state(p).orbit for p in (problem, stronger))
     assert here is not None
     assert there is not None
     t = np.arange(round(seconds * rate)) / rate
@@ -50,10 +51,6 @@ def recorded(
     if sensors is not None:
         mass, base = sensors(t, mass, base)
     return Recording(t, through_laser(mass, generator), through_laser(base, generator))
-
-
-def _stronger(problem: Problem) -> Problem:
-    return problem.with_parameters({"beta": problem.beta * (1 + 1e-4)})
 
 
 def scene(**tables: Mapping[str, object]) -> Scene:

@@ -1,6 +1,5 @@
 """Tables over frequency: read in any dialect, and the law that was put in is found again within its errors."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,7 @@ from frictionlab.logs.table import read_frequency_table
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
-from tests.desk import present
+from tests.desk import present, published
 
 RATIOS = np.array([0.3, 0.5, 0.7, 0.85, 1.15, 1.3, 1.5, 1.8])
 NOISE = 0.01
@@ -169,10 +168,7 @@ def test_a_friction_ratio_that_is_given_is_predicted_with() -> None:
 @pytest.mark.parametrize("force", range(4))
 def test_the_published_phases_of_the_rig_give_its_friction_force(force: int) -> None:
     """Marino and Cicirello (2020): 1.435, 0.980, 0.663, 0.218 N; the drive is k Y = 2.5 N."""
-    data = Path(os.environ.get("FRICTIONLAB_PUBLIC_DATA", "nowhere")) / PUBLIC
-    if not data.is_file():
-        pytest.skip("the published phases are not here: FRICTIONLAB_PUBLIC_DATA names no folder that has them")
-    found, none = loadmat(data, simplify_cells=True)["data"], np.full(9, np.nan)
+    found, none = loadmat(published(PUBLIC), simplify_cells=True)["data"], np.full(9, np.nan)
     r, phase = found["r_exp"][:, force], np.deg2rad(found["phi"][:, force])
     seen = fl.compare(FrequencyTable("phases", True, False, r, none, none, none, phase, none, none))
     assert 2.5 * seen.friction_ratio == pytest.approx(FORCES[force], abs=2e-4)

@@ -155,11 +155,6 @@ def german(data: Truth) -> str:
     return "# Auflösung 1 µm\r\n" + table(data, "t [s]\tmass [mm]\tbase [mm]", "\t", mark=comma, end="\r\n")
 
 
-def trailing_comma(data: Truth) -> str:
-    """A comma at the end of each line."""
-    return table(data, "time [s],mass [mm],base [mm]", ",").replace("\n", ",\n")
-
-
 CLEAN: dict[str, tuple[Callable[[Truth], str], str, str]] = {
     "comma": (lambda d: table(d, "time [s],mass [mm],base [mm]", ","), "utf-8", "plain"),
     "semicolon": (lambda d: table(d, "time [s];mass [mm];base [mm]", ";"), "utf-8", "plain"),
@@ -174,7 +169,7 @@ CLEAN: dict[str, tuple[Callable[[Truth], str], str, str]] = {
     "old mac": (lambda d: table(d, "time [s],mass [mm],base [mm]", ",", end="\r"), "utf-8", "plain"),
     "padded names": (lambda d: table(d, " time (s) , mass (mm) , base (mm) ", ","), "utf-8", "plain"),
     "units row": (lambda d: table(d, "time;mass;base\ns;mm;mm", ";"), "utf-8", "units-row"),
-    "trailing comma": (trailing_comma, "utf-8", "plain"),
+    "trailing comma": (lambda d: table(d, "time [s],mass [mm],base [mm]", ",", end=",\n"), "utf-8", "plain"),
     "ni": (ni, "utf-8", "NI"),
     "ni, one time": (lambda d: ni(d, own_times=False), "utf-8", "NI"),
     "servo": (servo, "utf-8", "plain"),

@@ -1,6 +1,5 @@
 """Further channels: force, velocity, acceleration, angle, several masses; units of the wrong kind are refused."""
 
-import os
 import re
 from pathlib import Path
 
@@ -11,7 +10,7 @@ from frictionlab.errors import LogError, RecordingError
 from frictionlab.hdf5 import read_recording, write_recording
 from frictionlab.log_options import LogOptions
 from frictionlab.logs import read_log
-from tests.desk import invoke
+from tests.desk import invoke, published
 
 T = np.arange(400) / 200.0
 X = 2.0 * np.sin(2 * np.pi * T)
@@ -189,7 +188,6 @@ def test_a_hole_in_a_force_is_bridged_or_cuts(tmp_path: Path) -> None:
     assert [len(part) for part in recording.stretches()] == [199, 161]
 
 
-PUBLIC = Path(os.environ.get("FRICTIONLAB_PUBLIC_DATA", Path(__file__).parents[3] / "public_data"))
 MODELS, KONRAD = "jchristopherson+FrictionModels.jl/examples", "KonradMnich+friction-identification/input"
 LADISK, G = "ladisk+lvm_read/data", 9.80665
 SAID = "mass_velocity=m/s,mass_acceleration=m/s2,normal_force=N,contact_force=N"
@@ -224,8 +222,6 @@ PUBLISHED: list[tuple[str, dict[str, str], dict[str, tuple[float, float]]]] = [
 def test_recordings_that_others_have_published_are_read(
     path: str, options: dict[str, str], ranges: dict[str, tuple[float, float]]
 ) -> None:
-    if not (PUBLIC / path).exists():
-        pytest.skip(f"{PUBLIC / path} is not here: fetch the repository and name its folder in FRICTIONLAB_PUBLIC_DATA")
-    found = read_log(PUBLIC / path, LogOptions(**options)).measured()  # type: ignore[arg-type]
+    found = read_log(published(path), LogOptions(**options)).measured()  # type: ignore[arg-type]
     for name, (low, high) in ranges.items():
         assert (found[name].min(), found[name].max()) == pytest.approx((low, high), rel=1e-8)

@@ -194,6 +194,7 @@ def test_volts_are_not_metres(tmp_path: Path) -> None:
         ("hello\nworld\n", "no lines of numbers"),
         ("time [s],mass [mm],base [mm]\n", "no lines of numbers"),
         ("time [s],mass [mm]\n" + "".join(f"{i / 100},{i}\n" for i in range(9)), "no column for base"),
+        ("start_deg, rate\n90, 1000\n" + 9 * "1.5\n-1.5\n", r"what else it is \(--angle 1 --units angle=deg\)"),
         ("time [s],mass [mm],base [mm]\n0.1,1,2\n", "1 lines of data: expected at least 2"),
     ],
 )
