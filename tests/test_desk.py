@@ -34,6 +34,10 @@ def test_a_folder_and_a_pattern_are_opened_up(short: bytes, tmp_path: Path) -> N
     for what, names in (("", "C.CSV a b.csv"), ("*.[cC]*", "C.CSV a b.csv"), ("* b.*", "a b.csv")):
         assert " ".join(path.name for path in files_of([tmp_path / what], logs_in)) == names
     assert files_of([tmp_path], tables_in) == [tmp_path / name for name in ("a b.csv", "t.jsonl")]
+    (tmp_path / "batch" / "measurements").mkdir(parents=True)
+    for name in ("comparisons.jsonl", "measurements/a.jsonl"):
+        (tmp_path / "batch" / name).write_bytes(b"")
+    assert files_of([tmp_path / "batch"], tables_in) == [tmp_path / "batch" / "measurements" / "a.jsonl"]
     assert [json.loads(line)["status"] for line in run("analyze", tmp_path, *SCENED, "--json").stdout.splitlines()] == [
         "ok",
         "ok",

@@ -154,44 +154,40 @@ def test_a_file_of_another_kind_is_replaced_only_by_force(tmp_path: Path, kind: 
     assert len(read_rows(path)) == 2
 
 
+HEAD = "source,frequency_ratio\n"
+
+
 @pytest.mark.parametrize(
-    ("text", "match"),
+    ("name", "text", "match"),
     [
-        ("{\n", "line 1: expected a JSON object"),
-        ("\n[1]\n", r"line 2: .* got '\[1\]'"),
-        ('{"normal_force_n": ' + "9" * 400 + "}", "line 1: normal_force_n: expected a number"),
-        ('{"normal_force_n": ' + "9" * 5000 + "}", "line 1: expected a JSON object"),
+        ("a.jsonl", "{\n", "line 1: expected a JSON object"),
+        ("a.jsonl", "\n[1]\n", r"line 2: .* got '\[1\]'"),
+        ("a.jsonl", '{"normal_force_n": ' + "9" * 400 + "}", "line 1: normal_force_n: expected a number"),
+        ("a.jsonl", '{"normal_force_n": ' + "9" * 5000 + "}", "line 1: expected a JSON object"),
+        ("a.jsonl", '{"normal_force_n": "much"}', r"expected a number, or nothing \(null, an empty cell\); got 'much'"),
+        ("a.jsonl", '{"normal_force_n": [1]}', "normal_force_n: expected a number"),
+        ("a.jsonl", '{"material": {"a": 1}}', "material: expected text"),
+        ("a.csv", f"{HEAD}a.h5,1.5,9\n", "line 2: expected 2 cells as in the head; got 3"),
+        ("a.csv", f"{HEAD}a.h5\n", "line 2: expected 2 cells as in the head; got 1"),
         (
-            '{"normal_force_n": "much"}',
-            r"normal_force_n: expected a number, or nothing \(null, an empty cell\); got 'much'",
+            "a.csv",
+            f"{HEAD}a.h5,much\n",
+            r"line 2: frequency_ratio: expected a number, or nothing \(null, an empty cell\)",
         ),
-        ('{"normal_force_n": [1]}', "normal_force_n: expected a number"),
-        ('{"material": {"a": 1}}', "material: expected text"),
+        ("a.csv", f"{HEAD}a.h5,inf\n", "frequency_ratio: expected a number"),
+        ("a.csv", f"{HEAD}a.h5,{'9' * 400}\n", "line 2: frequency_ratio: expected a number"),
+        ("a.csv", f"{HEAD}{'x' * 200_000},1\n", "line 2: expected comma-separated cells; field larger"),
+        ("a.csv", "source,source\n1,2\n", "line 1: expected each column once; got 'source' more than once"),
+        ("nowhere.jsonl", None, r"nowhere\.jsonl: cannot be read"),
     ],
 )
-def test_a_damaged_result_is_refused_with_its_line(tmp_path: Path, text: str, match: str) -> None:
-    path = tmp_path / "rows.jsonl"
-    path.write_text(text)
+def test_a_table_that_is_damaged_is_refused_by_its_line(
+    tmp_path: Path, name: str, text: str | None, match: str
+) -> None:
+    if text is not None:
+        (tmp_path / name).write_text(text)
     with pytest.raises(UsageError, match=match):
-        read_rows(path, MEASUREMENTS)
-
-
-@pytest.mark.parametrize(
-    ("line", "match"),
-    [
-        ("a.h5,1.5,9", "line 2: expected 2 cells as in the head; got 3"),
-        ("a.h5", "line 2: expected 2 cells as in the head; got 1"),
-        ("a.h5,much", r"line 2: frequency_ratio: expected a number, or nothing \(null, an empty cell\); got 'much'"),
-        ("a.h5,inf", "frequency_ratio: expected a number"),
-        (f"a.h5,{'9' * 400}", "line 2: frequency_ratio: expected a number"),
-        (f"{'x' * 200_000},1", "line 2: expected comma-separated cells; field larger"),
-    ],
-)
-def test_a_table_edited_by_hand_is_read_or_refused_by_its_line(tmp_path: Path, line: str, match: str) -> None:
-    path = tmp_path / "rows.csv"
-    path.write_text(f"source,frequency_ratio\n{line}\n")
-    with pytest.raises(UsageError, match=match):
-        read_rows(path, MEASUREMENTS)
+        read_rows(tmp_path / name, MEASUREMENTS)
 
 
 def test_what_a_spreadsheet_program_leaves_behind_is_read(tmp_path: Path) -> None:
@@ -216,14 +212,6 @@ def test_no_escape_sequence_of_a_terminal_reaches_a_file(tmp_path: Path, suffix:
     assert (row["source"], row["material"]) == ("a\\x1b[31m\\x07.h5", "st\\x9beel")
     assert row["regime"] == "steel\\udcff.h5"
     assert suffix not in TEXT_FILES or b"\x1b" not in path.read_bytes()
-
-
-def test_a_column_twice_and_a_missing_result_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("source,source\n1,2\n")
-    with pytest.raises(UsageError, match="line 1: expected each column once; got 'source' more than once"):
-        read_rows(tmp_path / "a.csv")
-    with pytest.raises(UsageError, match=r"nowhere\.jsonl: cannot be read"):
-        read_rows(tmp_path / "nowhere.jsonl")
 
 
 EACH = pytest.mark.parametrize("table", TABLES, ids=lambda t: t.kind)

@@ -118,8 +118,8 @@ def recordings_in(folder: Path) -> list[Path]:
 
 
 def tables_in(folder: Path) -> list[Path]:
-    """All tables of a folder."""
-    found = [path for path in sorted(folder.iterdir()) if path.suffix in SUFFIXES]
+    """All tables of a folder; of one of `frictionlab batch` its measurements."""
+    found = [p for p in sorted(folder.glob("measurements/*")) or sorted(folder.iterdir()) if p.suffix in SUFFIXES]
     if not found:
         raise UsageError(f"no tables in {folder}: expected files ending in {', '.join(SUFFIXES)}")
     return found
