@@ -110,7 +110,7 @@ def _refined(spectrum: Spectrum, peak: int) -> Line:
         cells = (np.arange(-1.0, 2.0) - offset) / spectrum.cell
         shape = np.abs(np.sinc(cells) / (1.0 - np.where(np.abs(cells) == 1.0, 0.5, cells) ** 2))
         found, scale = _log_parabola(shape)
-        offset -= found - seen
+        offset = min(max(offset - (found - seen), -1.0), 1.0)  # a skirt has no vertex near its highest bin
     return Line(float((peak + offset) * spectrum.frequency[1]), height / scale)
 
 

@@ -122,7 +122,7 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Before] 
         for name in none
     ]
     if frequency is None or stiffness is None:
-        two = "two of natural_frequency_hz, mass_kg and stiffness_n_per_m"
+        two = "two of natural_frequency_hz, mass_kg and stiffness_n_per_m; a tribometer, which has none, is not planned"
         lacking.insert(0, f"rig: a plan needs natural frequency and stiffness: give {two}")
     if frequency is None or stiffness is None or lacking:
         raise SceneError("\n".join(lacking))

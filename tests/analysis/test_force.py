@@ -279,10 +279,7 @@ def test_a_force_that_exceeds_what_its_energy_gives_is_said() -> None:
 
 
 def test_a_published_tribometer_record() -> None:
-    """FrictionModels.jl, test_data_2: forces in uN, 0.25 Hz; energy over way and normal force by hand: 0.228.
-
-    It stands before 9 s and after 208 s. Its contact yields, so that the force reaches 0.48 of the normal force.
-    """
+    """FrictionModels.jl, test_data_2: uN, 0.25 Hz; energy over way by hand: 0.228; it yields and reaches 0.48."""
     log = published("jchristopherson+FrictionModels.jl/examples/test_data_2.txt")
     m = measure(read_log(log), scene_from_tables({"rig": {"kind": "prescribed"}}))
     assert m.drive_frequency_hz == pytest.approx(0.25, rel=1e-3)

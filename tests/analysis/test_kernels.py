@@ -198,6 +198,8 @@ def test_what_holds_no_line_is_refused() -> None:
         strongest_tone(amplitude_spectrum(np.ones(100), 0.01))
     with pytest.raises(AnalysisError, match="at least 8 samples; got 5"):
         amplitude_spectrum(np.arange(5.0), 0.01)
+    turn = 0.8 * np.pi * np.arange(100) / 100 + 1.0  # less than a cycle: a frequency below 0 was found
+    assert strongest_tone(amplitude_spectrum(np.cos(turn) + 0.3 * np.cos(2 * turn), 1.0)).frequency > 0.0
 
 
 @given(st.integers(1, 10**9))
