@@ -23,6 +23,7 @@ from frictionlab.figures.style import AT_REST, StopColours
 from frictionlab.report import page
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
+from frictionlab.tables.texts import GRAVE
 from tests.campaign.fabricate import AMPLITUDE, COEFFICIENTS, RATIOS, STIFFNESS, fit_of, row
 from tests.desk import present
 
@@ -111,6 +112,7 @@ def test_materials_whose_names_differ_in_capitals_only_are_named(scene: Scene) -
     rows = [row(m, 1.5, r, 0.6) for m in ("brass", "Brass", "zinc") for r in RATIOS]
     (said,) = (n for n in evaluate([trial_of(r) for r in rows], scene).notes if "capitals" in n)
     assert said.startswith("Brass, brass: names that differ in capitals only")
+    assert GRAVE.search(said), "it reaches the screen"
 
 
 def test_only_the_common_tests_count(scene: Scene) -> None:
