@@ -294,7 +294,7 @@ def _notes(campaign: Campaign) -> list[str]:
     names = sorted({fit.material for fit in campaign.fits})
     alike = ", ".join(m for m in names if [n.casefold() for n in names].count(m.casefold()) > 1)
     said: tuple[tuple[object, str], ...] = (
-        (alike, f"{alike}: names that differ in capitals only are other materials here; if that is wrong, write them alike."),
+        (alike, f"{alike}: names that differ in capitals only are other materials here; if wrong, write them alike."),
         (failed, f"{failed} of {tests} tests failed; each is listed with its reason."),
         (left, f"{left} short tests are left out of the friction fits; each is listed with its reason."),
         (campaign.scene.rig.stiffness is None, NO_STIFFNESS),
