@@ -205,7 +205,7 @@ def test_an_explanation_is_short_and_tells_what_the_comparison_found(told: Expla
     assert "It explains the cycle" in told.text
     assert "A simpler law, coulomb, leaves" in told.text
     assert "Not tried, because only noise is left to explain: stribeck," in " ".join(told.text.split())
-    assert f"= {1e3 * (told.energy_j or 0.0):.2f} ± " in told.text
+    assert f"= {1e3 * (told.comparison.energy_joules.value or 0.0):.2f} ± " in told.text
     assert told.comparison.law == "coulomb+speed"
     assert present(told.simpler)["law"] == "coulomb"
 

@@ -193,7 +193,8 @@ def test_warnings_are_printed_once_for_each_cause_and_grave_ones_first(capsys: p
 def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.CaptureFixture[str]) -> None:
     good: Row = {
         "source": "logs/steel_250g.h5", "status": "ok", "frequency_ratio": 0.32, "energy_per_cycle": 1.2,
-        "energy_per_cycle_u": 0.005, "energy_per_cycle_j": 4.4712e-3, "stops_per_cycle": 2.0, "regime": "stuck",
+        "energy_per_cycle_u": 0.005, "energy_per_cycle_j": 4.4712e-3, "energy_per_cycle_j_u": 1.9e-5,
+        "stops_per_cycle": 2.0, "regime": "stuck",
     }  # fmt: skip
     bad: Row = {"source": "logs/b\x1b[31m.csv", "status": "failed", "reason": "empty \x1b[2J" + " and long" * 20}
     print_tests([good, bad], MEASUREMENTS_SHOWN, "1 of 2 recordings")

@@ -83,7 +83,7 @@ class Measurement(Means, Response, ByForce, Result):
     base_distortion: float
     cycles: int
     energy_rule: str
-    energy_per_cycle_j: float | None
+    energy_joules: Estimate
     mass_noise_m: float
     base_noise_m: float
     accuracy: str
@@ -107,6 +107,7 @@ class Measurement(Means, Response, ByForce, Result):
     energy_per_cycle = FlatKnown("energy")
     energy_per_cycle_se = FlatKnown("energy", "se")
     energy_per_cycle_u = Flat("energy", "u")
+    energy_per_cycle_j, energy_per_cycle_j_u = Flat("energy_joules"), Flat("energy_joules", "u")
     response_amplitude = FlatKnown("amplitude")
     response_amplitude_se = FlatKnown("amplitude", "se")
     response_amplitude_u = Flat("amplitude", "u")
@@ -208,7 +209,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         base_distortion=drive.distortion,
         cycles=len(layout),
         energy_rule=scene.analysis.cycles,
-        energy_per_cycle_j=means.energy.scaled(joules).value,
+        energy_joules=means.energy.scaled(joules).widened(sources.stiffness),
         mass_noise_m=layout.of_mass.noise * drive.amplitude,
         base_noise_m=layout.of_base.noise * drive.amplitude,
         accuracy=scene.accuracy,

@@ -306,8 +306,8 @@ def friction_of(
         normal_force_n=force,
         verdicts=verdicts,
         friction=ratio,
-        force=_widened(newtons, by_rig),
-        coefficient=_widened(newtons.over(force), math.hypot(by_rig, sources.normal_force)),
+        force=newtons.widened(by_rig),
+        coefficient=newtons.over(force).widened(math.hypot(by_rig, sources.normal_force)),
         freedom=freedom,
         scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
         note="; ".join(filter(None, (*_notes(verdicts, group.note, model, stiffness, freedom), said))),
@@ -315,10 +315,6 @@ def friction_of(
         normal_force_u=sources.normal_force,
         law=posterior.law(tests[0]).name if joint.of_cycles else None,
     )
-
-
-def _widened(number: Estimate, relative: float) -> Estimate:
-    return number.with_u(math.hypot(number.u or 0.0, relative * (number.value or 0.0)))
 
 
 def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: float) -> Verdict:

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from frictionlab.scene import Scene
     from frictionlab.uncertainty import Average
 
-SHOWN = (f"{ENERGY}_j", f"{ENERGY}_u", BASE)  # of the measurement, beside its comparison
 MOST = 12  # lines of an explanation, where not all are asked for
 PARAMETERS = {
     "parameter": "parameter",
@@ -112,20 +111,16 @@ def compare_numeric(
 def _compared(file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
     from frictionlab.verbs.one_test import analyze, compare, frequency_table_given
 
-    shown: dict[str, object] = {}
     if asked["whole"] or asked["fit"] == "whole" or frequency_table_given(file, scene) is not None:
-        found = compare(file, scene, **asked)
-        contact, errors = found.contact, found.budget.get(ENERGY)
-        if contact is not None and contact.unit_n is not None and errors and found.energy_per_cycle is not None:
-            joules = found.energy_per_cycle * contact.unit_n * contact.unit_m
-            shown = {f"_{ENERGY}_j": joules, f"_{ENERGY}_u": hypot(*errors.values())}
+        found, base = compare(file, scene, **asked), {}
     else:
         measurement = analyze(file, scene)
-        found = compare(measurement, scene, **asked)
-        shown = {f"_{key}": value for key, value in measurement.row().items() if key in SHOWN}
+        found, base = compare(measurement, scene, **asked), {f"_{BASE}": measurement.base_amplitude_m}
+    energy, errors = found.energy_joules, found.budget.get(ENERGY, {})
+    shown = {f"_{ENERGY}_j": energy.value, f"_{ENERGY}_j_u": energy.u, f"_{ENERGY}_u": hypot(*errors.values()) or None}
     steady = found if len(found.tau) or found.over_frequency else None
     drawn = {"comparison": steady, "contact": found.contact, "record": found.record}
-    return {**found.row(), **shown, "_assumed": found.assumed}, drawn
+    return {**found.row(), **base, **shown, "_assumed": found.assumed}, drawn
 
 
 def _print_parts(rows: Iterable[Row]) -> None:

@@ -88,10 +88,9 @@ def known(
     return Shown(title, text, keep, key if times is None else "")
 
 
-def _both(unit: str, plain_unit: str, title: str, key: str, factor: Callable[[Row], float | None]) -> list[Shown]:
-    """A number in physical units, and beside it dimensionless where those are not known."""
-    plainly = known(f"{title} [{plain_unit}]", key, 7, times=lambda row: 1.0 if factor(row) is None else None)
-    return [known(f"{title} [{unit}]", key, 7, times=factor), replace(plainly, key=key)]
+def _plain(title: str, key: str, known_in_units: Callable[[Row], object]) -> Shown:
+    """A dimensionless number, where it is not known in physical units."""
+    return replace(known(title, key, 7, times=lambda row: 1.0 if known_in_units(row) is None else None), key=key)
 
 
 def _with_u(row: Row, key: str) -> str:
@@ -107,19 +106,17 @@ def _further(table: Table, columns: Collection[Shown]) -> list[Shown]:
     return [Shown(_head(name, table), partial(_with_u, key=name), 0, name) for name in names]
 
 
-def _millijoules(row: Row) -> float | None:
-    joules, energy = row.get(f"{ENERGY}_j"), row.get(ENERGY)
-    return 1e3 * joules / energy if isinstance(joules, float) and isinstance(energy, float) and energy else None
-
-
 def _millimetres(row: Row) -> float | None:
     base = row.get(BASE)
     return 1e3 * base if isinstance(base, float) else None
 
 
-_FIRST = (word("r", RATIO, 6, ".3f"), *_both("mJ", "kY²", "E", ENERGY, _millijoules))
+_FIRST = (
+    *(word("r", RATIO, 6, ".3f"), known("E [mJ]", f"{ENERGY}_j", 7, times=lambda _: 1e3)),
+    _plain("E [kY²]", ENERGY, lambda row: row.get(f"{ENERGY}_j")),
+)
 MEASURED = (
-    *(*_FIRST, *_both("mm", "Y", "X", AMPLITUDE, _millimetres)),
+    *(*_FIRST, known("X [mm]", AMPLITUDE, 7, times=_millimetres), _plain("X [Y]", AMPLITUDE, _millimetres)),
     *(word("stops", STOPS, 4), word("regime", REGIME, 5)),
     known("E force [mJ]", f"force_{ENERGY}_j", 6, times=lambda _: 1e3),
     *(known("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),

@@ -9,9 +9,9 @@ import numpy as np
 
 from frictionlab.analysis.response import Cycle
 from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.schema import COMPARISONS, Result, with_error
+from frictionlab.schema import COMPARISONS, ENERGY, Result, with_error
 from frictionlab.simulator import Base, Problem
-from frictionlab.uncertainty import Estimate, FlatKnown, FrictionNames
+from frictionlab.uncertainty import NOT_KNOWN, Estimate, FlatKnown, FrictionNames
 
 FADE = 25.0  # harmonics of a contact's force above this fade out
 
@@ -268,6 +268,16 @@ class Comparison(FrictionNames, Result):
     record_laws: tuple[Mapping[str, object], ...] | None = None
 
     friction_ratio = FlatKnown("friction")
+
+    @property
+    def energy_joules(self) -> Estimate:
+        """The measured energy per cycle, where the stiffness is known: its error holds that of the stiffness."""
+        contact, errors, force = self.contact, self.budget.get(ENERGY, {}), self.budget.get("friction_force_n", {})
+        if contact is None or contact.unit_n is None or self.energy_per_cycle is None:
+            return NOT_KNOWN
+        energy = Estimate(self.energy_per_cycle, None, math.hypot(*errors.values()) or None)
+        by_rig = force.get("stiffness", 0.0) / (self.force.value or math.inf)
+        return energy.scaled(contact.unit_n * contact.unit_m).widened(by_rig)
 
     def row(self) -> dict[str, object]:
         """The contract's keys alone: a line of JSON or of a table."""

@@ -56,14 +56,12 @@ class Explanation:
     """What a recording says of its contact.
 
     ``comparison``: under the law that the recording requires; ``physical``: parameter -> value, uncertainty, unit,
-    words; ``unit_m``: Y, the base's amplitude [m]; ``energy_j``: the measured energy per cycle [J], None without a
-    stiffness.
+    words; ``unit_m``: Y, the base's amplitude [m].
     """
 
     comparison: Comparison
     physical: Mapping[str, tuple[float, float | None, str, str]]
     unit_m: float
-    energy_j: float | None
 
     @property
     def contact(self) -> ContactForce | None:
@@ -132,7 +130,7 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
             factor, _ = to_physical(parameter, *frame, amplitude=measurement.base_amplitude_m, turn=turn)
             if factor is not None:
                 found[parameter.name] = (times * factor * own["value"], times * factor * own["u"], unit, words)
-    return Explanation(comparison, found, measurement.base_amplitude_m, measurement.energy_per_cycle_j)
+    return Explanation(comparison, found, measurement.base_amplitude_m)
 
 
 def explain_comparison(comparison: Comparison) -> Explanation:
@@ -140,8 +138,7 @@ def explain_comparison(comparison: Comparison) -> Explanation:
     contact = comparison.contact
     if contact is None or comparison.energy_per_cycle is None:
         raise AnalysisError("explain: the comparison has no steady cycle: expected one of compare(recording)")
-    energy = None if contact.unit_n is None else comparison.energy_per_cycle * contact.unit_n * contact.unit_m
-    return Explanation(comparison, _force(comparison), contact.unit_m, energy)
+    return Explanation(comparison, _force(comparison), contact.unit_m)
 
 
 def _force(comparison: Comparison) -> dict[str, tuple[float, float | None, str, str]]:
@@ -180,8 +177,7 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
         yield 0, f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the {what} unexplained; {noise}."
     if c.energy_difference is not None:
         energy = Estimate(c.energy_per_cycle, None, math.hypot(*c.budget.get(ENERGY, {}).values()) or None)
-        factor = None if about.energy_j is None else 1e3 * about.energy_j / (c.energy_per_cycle or 1.0)
-        joules = "" if factor is None else f" = {energy.scaled(factor)} mJ"
+        joules = f" = {c.energy_joules.scaled(1e3)} mJ" if c.energy_joules.known else ""
         more = f"predicted {abs(100 * c.energy_difference):.2g} % {'more' if c.energy_difference > 0 else 'less'}"
         yield 3, f"Energy per cycle: {energy} k Y^2{joules} measured, {more}."
     vague: list[str] = []

@@ -183,7 +183,7 @@ def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, st
 
 def _tests(campaign: Campaign) -> Listing:
     """All tests, failed ones too, one line each: name, status, what was measured, remark."""
-    rows = [{**row, f"{schema.ENERGY}_j_u": _joules_u(row)} for row in campaign.tables["measurements.csv"]]
+    rows = campaign.tables["measurements.csv"]
     doubled = schema.ENERGY if any(row.get(f"{schema.ENERGY}_j") for row in rows) else f"{schema.ENERGY}_j"
     known = listing(schema.TESTS, rows, ["source", doubled])
     cells = []
@@ -195,10 +195,3 @@ def _tests(campaign: Campaign) -> Listing:
         cells.append([name, Cell(status), *own, Cell(remark or UNKNOWN, title=remark)])
     failed = frozenset(place for place, trial in enumerate(campaign.trials) if trial.failed)
     return Listing([Cell("test"), Cell("status"), *known.heads, Cell("remark")], cells, failed)
-
-
-def _joules_u(row: Row) -> float | None:
-    """Uncertainty of the energy in joules: that of the dimensionless one, for what one is of the other is exact."""
-    energy, u, joules = (row.get(f"{schema.ENERGY}{end}") for end in ("", "_u", "_j"))
-    known = isinstance(energy, float) and isinstance(u, float) and isinstance(joules, float) and energy
-    return abs(joules * u / energy) if known else None  # type: ignore[operator]

@@ -12,7 +12,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.files import MARK
-from frictionlab.campaign.friction import Verdict
+from frictionlab.campaign.friction import SLOWEST_HZ, Verdict
 from frictionlab.campaign.trials import Trial, short_name
 from frictionlab.figures.materials import at_lag
 from frictionlab.files import write_whole
@@ -22,7 +22,7 @@ from frictionlab.recording import Recording
 from frictionlab.report.charts import TEMPLATES, ChartLine, chart
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
-from frictionlab.uncertainty import Estimate
+from frictionlab.uncertainty import Estimate, sources_of
 
 CYCLES = 8  # of the time response, the last ones
 
@@ -87,13 +87,14 @@ def sheet_page(sheet: PageOfTest, *, back: str | None = None) -> str:
         for mean, share in zip(trial.means, trial.systematic, strict=False)
     ]
     joules = None if stiffness is None or base.value is None else stiffness * base.value**2
+    by_rig = sources_of(sheet.scene, SLOWEST_HZ).stiffness
     return TEMPLATES.get_template("sheet.html").render(
         sheet=sheet,
         back=back,
         force=Estimate(trial.normal_force_n),
         base=base.scaled(1e3),
         means=means,
-        joules=means[0].scaled(1e3 * joules) if joules else None,
+        joules=means[0].scaled(1e3 * joules).widened(by_rig) if joules else None,
         charts=[(title, svg) for title, svg in _charts(sheet) if svg],
     )
 

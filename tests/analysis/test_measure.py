@@ -140,9 +140,11 @@ def test_what_is_not_known_is_none_and_says_what_to_do() -> None:
     m = measure(recording_of(0.5, 0.4, seed=8, seconds=20.0), bare)
     assert (m.natural_frequency_hz, m.frequency_ratio, m.energy_per_cycle_j) == (None, None, None)
     assert any("--natural-frequency" in warning for warning in m.warnings)
-    rig = Rig(natural_frequency_hz=NATURAL_HZ, stiffness_n_per_m=1191.0)
+    rig = Rig(natural_frequency_hz=NATURAL_HZ, stiffness_n_per_m=1191.0, stiffness_n_per_m_u=59.55)  # 5 %
     joules = measure(recording_of(0.5, 0.4, seed=8, seconds=20.0), Scene(rig=rig, analysis=Analysis(transient_s=2.0)))
     assert joules.energy_per_cycle_j == pytest.approx(joules.energy_per_cycle * 1191.0 * BASE_M**2, rel=1e-3)
+    share = math.hypot(present(joules.energy_per_cycle_u) / joules.energy_per_cycle, 0.05)
+    assert joules.energy_per_cycle_j_u == pytest.approx(share * present(joules.energy_per_cycle_j), rel=1e-3)
 
 
 def test_noise_and_its_floor_are_measured() -> None:
