@@ -225,6 +225,6 @@ def _is_text(call: ast.Call) -> bool:
     if not isinstance(call.func, ast.Attribute):
         return isinstance(call.func, ast.Name) and call.func.id == "open"
     modes = [a.value for a in call.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
-    of_package = getattr(call.func.value, "id", "") in ("os", "archive")
+    of_package = getattr(call.func.value, "id", "") in ("os", "TdmsFile", "archive")
     of_file = call.func.attr == "open" and not of_package and not any("b" in mode for mode in modes)
     return of_file or call.func.attr in ("read_text", "write_text")

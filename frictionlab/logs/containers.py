@@ -1,14 +1,16 @@
 """Logs that are not text, each read by a small adapter over a library into columns of doubles; `READERS` lists them.
 
-MATLAB's .mat, foreign HDF5, NumPy, JSON and Parquet. Excel's workbooks become text instead (`frictionlab.logs.text`).
-What is known and not read is named by `refuse_by_name`.
+MATLAB's .mat, foreign HDF5, NumPy, JSON, Parquet, and National Instruments' TDMS where npTDMS is installed. Excel's
+workbooks become text instead (`frictionlab.logs.text`). What is known and not read is named by `refuse_by_name`.
 """
 
 import json
+import logging
 import warnings
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -82,7 +84,7 @@ def _kind_of(first: bytes, path: Path) -> str:
         return "numpy"
     if suffix == ".json" and first.lstrip()[:1] in (b"{", b"["):
         return "json"
-    return "parquet" if first.startswith(b"PAR1") else ""
+    return {b"TDSm": "tdms", b"PAR1": "parquet"}.get(first[:4], "")
 
 
 def _matlab(path: Path, options: LogOptions) -> Sheet:
@@ -159,6 +161,40 @@ def _parquet(path: Path, _options: LogOptions) -> Sheet:
     return Sheet("Parquet", tuple(chosen), tuple(chosen.values()), moments=frozenset(moments))
 
 
+def _tdms(path: Path, _options: LogOptions) -> Sheet:
+    """The channels of the length that most have, with their units; the waveform's interval and start."""
+    if find_spec("nptdms") is None:
+        raise LogError(
+            "a TDMS log: reading it needs npTDMS: pip install npTDMS (or frictionlab[tdms]), or export it as text"
+        )
+    from nptdms import TdmsFile  # noqa: PLC0415 - optional
+
+    for logger in [name for name in logging.root.manager.loggerDict if name.startswith("nptdms")]:
+        logging.getLogger(logger).setLevel(logging.CRITICAL)  # what it complains of is said here
+    with path.open("rb") as handle, TdmsFile.open(handle) as file:
+        channels = [c for group in file.groups() for c in group.channels() if len(c) > 1 and c.dtype.kind in "fiuM"]
+        if not channels:
+            raise LogError("no channels of numbers")
+        _check_size(sum(len(c) for c in channels), path.stat().st_size)
+        chosen = [c for c in channels if len(c) == _usual_length(channels)]
+        names = [c.name for c in chosen]
+        units = (c.properties.get("unit_string") or c.properties.get("NI_UnitDescription") or "" for c in chosen)
+        facts: Facts = {}
+        steps = {float(c.properties["wf_increment"]) for c in chosen if c.properties.get("wf_increment")}
+        if len(steps) == 1 and (step := steps.pop()) > 0.0:
+            facts["interval_s"] = step
+            if (start := chosen[0].properties.get("wf_start_time")) is not None:
+                facts["start_s"] = float(np.datetime64(start, "ns").astype(np.int64)) / 1e9
+        return Sheet(
+            "TDMS",
+            tuple(names if len(set(names)) == len(names) else [f"{c.group_name} {c.name}" for c in chosen]),
+            tuple(_doubles(c[:]) for c in chosen),
+            tuple(map(str, units)),
+            frozenset(i for i, c in enumerate(chosen) if c.dtype.kind == "M"),
+            facts,
+        )
+
+
 def _doubles(values: NDArray[Any]) -> FloatArray:
     """As doubles; moments as seconds since 1970, nan for none."""
     if values.dtype.kind != "M":
@@ -166,7 +202,7 @@ def _doubles(values: NDArray[Any]) -> FloatArray:
     return np.where(np.isnat(values), np.nan, values.astype("datetime64[ns]").astype(np.int64) / 1e9)
 
 
-READERS = {"matlab": _matlab, "numpy": _numpy, "json": _json, "parquet": _parquet}
+READERS = {"matlab": _matlab, "numpy": _numpy, "json": _json, "parquet": _parquet, "tdms": _tdms}
 
 
 def _check_size(numbers: int, packed: int) -> None:
@@ -205,8 +241,7 @@ def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -
             f"no arrays of numbers found: expected vectors such as t, x, y; got {others or _names(chosen)}: save the "
             "columns of tables and other objects as plain vectors (x = T.x; save log.mat t x y)"
         )
-    lengths = [len(column) for column in columns.values()]
-    usual = max(set(lengths), key=lambda n: (lengths.count(n), n))  # that most have; of several, the largest
+    usual = _usual_length([*columns.values()])
     wanted = {name: column for name, column in columns.items() if len(column) == usual}
     short = tuple(name.rpartition(".")[2] for name in wanted)
     titles = short if len(set(short)) == len(short) else tuple(wanted)
@@ -294,13 +329,18 @@ def _columns_of(name: str, array: FloatArray) -> dict[str, FloatArray]:
     return {}
 
 
+def _usual_length(columns: Sequence[Any]) -> int:
+    """The length that most columns have; of several, the largest."""
+    lengths = [len(column) for column in columns]
+    return max(set(lengths), key=lambda n: (lengths.count(n), n))
+
+
 _KINDS = (
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file (.xls), or another old Office file: save it as .xlsx"),
     (b"RIFF", "a sound file (WAV, AVI): its samples have no unit of length: export the displacement as text"),
     *((magic, "a picture: give the log itself") for magic in (b"\x89PNG", b"\xff\xd8\xff")),
     (b"%PDF", "a PDF document: give the log itself"),
     *((magic, "packed: unpack it first") for magic in (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh", b"\xfd7zXZ\0")),
-    (b"TDSm", "a TDMS file of LabVIEW: export it as text (.lvm), MATLAB or Parquet"),
     (b"MDF     ", "an ASAM MDF measurement: export it as text or as MATLAB"),
     (b"SQLite format 3", "a database (SQLite): export the log as text"),
     (b"ARROW1", "an Arrow (Feather) file: save it as Parquet"),

@@ -25,7 +25,7 @@ FAILED = "failed"
 PACKAGE = Path(__file__).parents[1]
 OTHER_DATA = (".json", ".npz", ".npy", ".pkl", ".pickle", ".feather", ".xls", ".ods", ".wav", ".sqlite", ".db")
 """Suffixes of files that hold numbers, and that no reader here knows."""
-PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".parquet")
+PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".parquet", ".tdms")
 
 EXPECTED_LOGS = (
     f"expected *.csv (or {', '.join(s[1:] for s in PLAIN[1:])}, or one of them packed as"

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pandas as pd
 import scipy.io
+from nptdms import ChannelObject, TdmsWriter
 
 from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.maps import Grid, make_map
@@ -94,6 +95,11 @@ def _text_log(path: Path) -> None:
         path.write_bytes(gzip.compress(text, mtime=0))
 
 
+def _tdms(path: Path) -> None:
+    with TdmsWriter(path) as writer:
+        writer.write_segment([ChannelObject("log", name, col.to_numpy()) for name, col in _frame().items()])
+
+
 def _comparisons(path: Path) -> None:
     parameters = {"beta": {"value": 0.35, "se": 1e-3, "told": True, "lower": None, "upper": None}}
     rows = [
@@ -125,6 +131,7 @@ MAKE: dict[str, tuple[str, Callable[[Path], object]]] = {
     **{f"rows.{end}": (f"r.{end}", _rows) for end in ("csv", "jsonl", "h5")},
     "comparisons.csv": ("c.csv", _comparisons),
     **{f"log.{end}": (f"l.csv.{end}", _text_log) for end in ("gz", "zip")},
+    "log.tdms": ("l.tdms", _tdms),
     "log.mat4": ("l.mat", lambda path: scipy.io.savemat(path, _named(), format="4")),
     "log.mat5": ("l.mat", lambda path: scipy.io.savemat(path, {str(k): v.to_numpy() for k, v in _frame().items()})),
     "log.mat73": ("l.mat", _matlab),

@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import scipy.io
+from nptdms import ChannelObject, TdmsWriter
 
 from frictionlab.errors import LogError
 from frictionlab.hdf5 import write_recording
@@ -187,12 +188,26 @@ def test_a_parquet_file_that_asks_for_too_much_memory_is_refused(tmp_path: Path)
         read_log(tmp_path / "log.parquet")
 
 
+def test_tdms_states_its_rate_and_units(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, facts = tmp_path / "log.tdms", {"wf_increment": 0.004, "unit_string": "mm"}
+    with TdmsWriter(path) as writer:
+        writer.write_segment([ChannelObject("rig", "mass", X, facts), ChannelObject("rig", "base", Y, facts)])
+    recording = read_log(path)
+    assert np.array_equal(recording.mass_displacement, DATA.mass)
+    assert recording.sampling_rate_hz == pytest.approx(250.0)
+    path.write_bytes(b"TDSm" + bytes(100))
+    with pytest.raises(LogError, match="a damaged tdms file"):
+        read_log(path)
+    monkeypatch.setattr("frictionlab.logs.containers.find_spec", lambda _: None)
+    with pytest.raises(LogError, match=r"needs npTDMS: pip install npTDMS"):
+        read_log(path)
+
+
 @pytest.mark.parametrize(
     ("first", "words"),
     [
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file .* save it as .xlsx"),
         (b"RIFF\x00\x00\x00\x00WAVEfmt ", "a sound file"),
-        (b"TDSm\x0e\x00", r"a TDMS file of LabVIEW: export it as text"),
         (b"SQLite format 3\x00", "a database"),
         (b"BZh91AY", "packed: unpack it first"),
     ],
