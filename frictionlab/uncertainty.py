@@ -108,7 +108,7 @@ class Estimate:
 
     def widened(self, share: float) -> "Estimate":
         """The same number, a share of itself added to its uncertainty."""
-        return self.with_u(math.hypot(self.u or 0.0, share * (self.value or 0.0)))
+        return self.with_u(math.hypot(self.error or 0.0, share * (self.value or 0.0))) if share else self
 
     def __str__(self) -> str:
         return with_error(self.value, self.error) if self.known else "not known"

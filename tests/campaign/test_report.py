@@ -211,7 +211,8 @@ def test_every_test_has_a_page_and_the_table_links_it(campaign: Campaign) -> Non
 def test_a_page_without_a_recording_tells_numbers_and_joules(campaign: Campaign) -> None:
     pages = sheets_of(campaign)
     text = sheet_page(pages[0], back="../report.html")
-    assert str(pages[0].trial.energy.scaled(1e3 * 1191.0 * 1.8e-3**2)) in text
+    joules = pages[0].trial.energy.scaled(1e3 * 1191.0 * 1.8e-3**2)
+    assert str(joules.widened(0.005)) in text, "the stiffness is known to half a per cent where nobody says it"
     assert "mJ" in text
     assert "The recording is not at hand" in text
     assert "in the fit of its group" in text
