@@ -65,12 +65,13 @@ def driven(parts: Sequence[Stretch]) -> tuple[list[Stretch], list[str]]:
         tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(base, 1.0, padding=1))
         stride = max(1, math.floor(1.0 / tone.frequency / 24.0))  # a motion of 24 points a cycle is enough
         period, place = round(1.0 / tone.frequency / stride), np.arange(0, len(base), stride)
+        if len(place) <= period or 0.5 * tone.amplitude**2 < 0.2 * float(np.var(base)):  # of its power: no cycles
+            continue
         total = np.cumsum((base[::stride] - base.mean()) * np.exp(-2j * math.pi * tone.frequency * place))
         size = np.abs(total[period:] - total[:-period])
-        full = np.flatnonzero(size >= FULL * (usual := float(np.quantile(size, 0.75))))
-        if size[at] < SMALL * usual and 0.5 * tone.amplitude**2 >= 0.2 * float(
-            np.var(base)
-        ):  # of its power: it repeats
+        usual = float(np.quantile(size, 0.75))
+        full = np.flatnonzero(size >= FULL * usual)
+        if size[at] < SMALL * usual:
             edge = stride * int(full[0] if at == 0 else full[-1] + period)
             kept[at] = part.part(edge, len(base)) if at == 0 else part.part(0, edge)
             said.append(f"drive: it has its size {words} {part.time + edge * part.step:.4g} s: the rest is left out")
