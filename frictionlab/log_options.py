@@ -121,12 +121,12 @@ class LogOptions(BaseModel, frozen=True, extra="forbid", strict=True, defer_buil
     torque: Column = _key("Column of the friction torque.")
     angle: Column = _key("Column of the angle.")
     unit: Annotated[Word, _unit("displacement", LENGTH, ACCELERATION)] = _key(
-        "Unit of the displacements: m mm um nm cm in.", "UNIT"
+        "Unit of the displacements: m mm um nm cm in mil.", "UNIT"
     )
     units: Annotated[
         dict[str, str] | str | None,
         _checked(
-            *(_are_units, "the options that name columns, each with its unit, such as force=kN"),
+            *(_are_units, "the options that name columns, each with its unit, such as force=kN or mass=5 mm/V"),
             lambda said: ", ".join(f"{name}={unit}" for name, unit in _pairs(said)),
         ),
     ] = _key("Units of columns, also of a volt: contact_force=kN,torque=0.5 Nm/V,mass=5 mm/V.", "NAME=UNIT,...")

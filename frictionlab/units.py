@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-LENGTH = {"m": 1.0, "mm": 1e3, "um": 1e6, "nm": 1e9, "cm": 1e2, "in": 1 / 0.0254}
+LENGTH = {"m": 1.0, "mm": 1e3, "um": 1e6, "nm": 1e9, "cm": 1e2, "in": 1 / 0.0254, "mil": 1 / 2.54e-5}
 """How many make a metre."""
 TIME = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "min": 1 / 60.0, "h": 1 / 3600.0}
 """How many make a second."""
@@ -47,7 +47,7 @@ _SPELLINGS = {
     "milliseconds": "ms", "usec": "us", "microseconds": "us", "nsec": "ns", "hour": "h", "hours": "h",
     "minutes": "min", "micron": "um", "microns": "um", "micrometer": "um", "micrometers": "um", "meter": "m",
     "meters": "m", "metre": "m", "metres": "m", "millimeter": "mm", "millimeters": "mm", "millimetre": "mm",
-    "millimetres": "mm", "inch": "in", "inches": "in",
+    "millimetres": "mm", "inch": "in", "inches": "in", "mils": "mil", "thou": "mil",
     "newton": "N", "newtons": "N", "lb": "lbf", "lbs": "lbf", "kips": "kip", "kp": "kgf", "volt": "V", "volts": "V",
     "n.m": "Nm", "n·m": "Nm", "n*m": "Nm", "n-m": "Nm", "n m": "Nm", "n.mm": "Nmm", "ft lbf": "lbf ft",
     "lbf.ft": "lbf ft", "ft-lb": "lbf ft", "°": "deg", "degree": "deg", "degrees": "deg", "radian": "rad",
@@ -130,7 +130,8 @@ def to_si(values: "NDArray[np.float64]", unit: str) -> "NDArray[np.float64]":
     per_si = QUANTITIES[_QUANTITY[unit]][unit]
     if per_si == 1.0:
         return values
-    exact = {"in": 0.0254, "min": 60.0, "h": 3600.0, "g": 9.80665, "kip": 4448.2216152605, "kN": 1e3, "daN": 10.0}
+    exact = {"in": 0.0254, "mil": 2.54e-5, "min": 60.0, "h": 3600.0, "g": 9.80665}
+    exact |= {"kip": 4448.2216152605, "kN": 1e3, "daN": 10.0}
     if unit in exact:
         values *= exact[unit]
     else:

@@ -134,7 +134,7 @@ def test_a_notebook_gets_frames_pages_and_figures(
     assert "<svg" in recording._repr_html_()
     assert all(fl.plot(result).get_axes() for result in (recording, comparison))
     fl.write_rows([measurement.row()], tmp_path / "m.jsonl")
-    assert fl.evaluate(tmp_path / "m.jsonl", SCENE).materials == campaign.materials
+    assert fl.evaluate(tmp_path, SCENE).materials == campaign.materials
     with pytest.raises(fl.UsageError, match=r"expected measurements, rows or files of them; got a Recording"):
         fl.evaluate(recording, SCENE)  # type: ignore[arg-type]
     with pytest.raises(fl.UsageError, match="law: explain finds the law"):

@@ -224,9 +224,10 @@ def _of_the_load_cell(m: "Measurement", taken: float) -> Iterator[str]:
     apart = by_force.value - by_motion
     u = math.hypot(by_force.error or 0.0, (loop.error or 0.0) * scale)
     if abs(apart) > max(3.0 * u, 0.02 * abs(by_motion)):
+        share = 100.0 * apart / by_motion
         yield (
-            f"force_{ENERGY}: the load cell gives {by_force.value:.3g} J, {100.0 * apart / by_motion:+.2g} % off the"
-            " loop's: check its gain and place, and stiffness_n_per_m and damping_ratio in [rig]"
+            f"force_{ENERGY}: the load cell gives {by_force.value:.3g} J, {float(f'{share:.2g}'):+g} % off"
+            " the loop's: check its gain and place, and stiffness_n_per_m and damping_ratio in [rig]"
         )
 
 

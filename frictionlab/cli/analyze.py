@@ -200,6 +200,8 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
         screen.report_rows(({**row, **over_all} if "taps" in row else row for row in rows), as_json=True)
     lines = [line for row in rows for line in _lines(row)]
     work.write(lines, paths, scene, FREE_VIBRATIONS)
+    if work.plot is not None and any("modes" in row for row in rows) and not work.quiet:
+        complain("note: modes are a table only: --plot draws taps of one mass")
     if not work.as_json:
         _print_taps(lines, means, taps[0].unit if taps else "m", wide=work.wide)
         if not work.quiet:
@@ -256,8 +258,9 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
         yield dict(row)
         return
     stiffness = row.get("stiffness_n_per_m")
-    for number, numbers in enumerate(_each(row.get("modes") or row["taps"]), 1):
-        line = {"source": row["source"], "status": "ok", "reason": None, "tap": number, **numbers}
+    what = "mode" if "modes" in row else "tap"
+    for number, numbers in enumerate(_each(row[f"{what}s"]), 1):
+        line = {"source": row["source"], "status": "ok", "reason": None, what: number, **numbers}
         if taps := _each(row.get("_taps")):
             line["_unit"] = taps[0].unit
             for key, length in (("friction_n", "friction_m"), ("_friction_n_se", "friction_m_se")):
@@ -270,7 +273,7 @@ def _print_taps(lines: Sequence[Row], means: "dict[str, Average]", unit: str, *,
     from frictionlab.analysis.free_vibration import scene_snippet
 
     failed = sum(line["status"] != "ok" for line in lines)
-    taps = screen.counted(len(lines) - failed, "tap")
+    taps = screen.counted(sum("tap" in line for line in lines) + sum(line.get("mode") == 1 for line in lines), "tap")
     headline = f"{taps}, {failed} inputs failed" if failed else taps
     screen.print_tests(lines, screen.TAPPED, headline, FREE_VIBRATIONS if wide else None)
     if means:

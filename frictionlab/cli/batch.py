@@ -11,7 +11,7 @@ import typer
 from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import AnalysisSettings, Inputs, check_law, scene_of
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.schema import COMPARISONS, FRICTION, MATERIAL_LAWS, MEASUREMENTS
+from frictionlab.schema import COMPARISONS, FRICTION, MATERIAL_LAWS, MEASUREMENTS, with_error
 from frictionlab.tables import Row, check_output, read_rows, write_rows
 from frictionlab.tables.texts import GRAVE, kinds_of
 from frictionlab.verbs.inputs import failure, files_of, tables_in
@@ -215,11 +215,17 @@ def _said(result: "Campaign") -> list[str]:
     placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
     criteria = dict.fromkeys(rank.criterion for rank in placed)
     orders = [", ".join(f"{r.rank} {r.material}" for r in placed if r.criterion == each) for each in criteria]
+    slopes = [
+        f"drift of {printable(Path(d.trial.source).stem)}: {with_error(d.relative.value, d.relative.error, 100.0)} %/h"
+        f" of the energy, {d.verdict}"
+        for d in result.drifts
+        if d.relative.value is not None
+    ]
     notes = [(f"{fit.material} at {fit.normal_force_n:.4g} N", str(fit.note)) for fit in result.fits if fit.note]
     doubts = [note for note in result.notes if GRAVE.search(note)]
     doubts += [f"{note} ({', '.join(where)})" for note, where in kinds_of(notes)]
     by_criterion = [f"by {criterion}: {order}" for criterion, order in zip(criteria, orders, strict=True)]
-    return [*by_criterion, *(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)]
+    return [*by_criterion, *slopes, *(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)]
 
 
 def _print_campaign(folder: Path, said: Iterable[str], *, quiet: bool) -> None:

@@ -139,7 +139,7 @@ FITTED = (
     *(known("mu", "friction_coefficient", 9), word("law", "law", 9)),
 )
 TAPPED = (
-    *(word("tap", "tap", 7), known("f [Hz]", "natural_frequency_hz", 9, "se")),
+    *(word("tap", "tap", 7), word("mode", "mode", 9), known("f [Hz]", "natural_frequency_hz", 9, "se")),
     *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", lambda row: _in_um(row, "m"))),
     known("F/k [deg]", "friction_m", 8, "se", lambda row: _in_um(row, "rad")),
     Shown("F [N]", lambda row: with_error(row.get("friction_n"), row.get("_friction_n_se")), 5),

@@ -19,6 +19,7 @@ Verdict = Literal["explained", "strained", "misfit"]
 Fitted = Literal["cycle", "whole"]
 SURE = 4.0  # errors between the least and the largest friction from which it is said to wander
 LIKELY = 5.0  # the logarithm by which friction that wanders is more likely, from which it is said
+MATTERS = 1e-3  # of the friction, below which its wandering is in the error alone
 SHOWN = 5  # stretches reported one by one
 
 
@@ -62,7 +63,7 @@ class WholeRecord:
             " that the law does not know"
             for begin, end, worst in self.left[:SHOWN]
         ]
-        if self.friction_wanders:
+        if self.friction_wanders and np.ptp(self.cycle_friction) > MATTERS * np.max(self.cycle_friction):
             friction, error, time = self.cycle_friction, self.cycle_friction_se, self.cycle_time
             ends = int(np.argmin(friction)), int(np.argmax(friction))
             least, most = (f"{with_error(friction[i], error[i])} at {time[i]:.4g} s" for i in ends)

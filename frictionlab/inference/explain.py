@@ -123,6 +123,8 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
     comparison = compare_measurement(measurement, scene, law=AUTO)
     found, turn = _force(comparison), 2.0 * math.pi * measurement.drive_frequency_hz
     frame = scene.rig.stiffness, scene.rig.natural_frequency
+    if scene.rig.kind == "prescribed" and comparison.contact is not None and comparison.contact.unit_n is not None:
+        frame = comparison.contact.unit_n / measurement.base_amplitude_m, measurement.drive_frequency_hz  # there r is 1
     for parameter in law_of(comparison.law).own:
         own = comparison.parameters[parameter.name]
         if parameter.shown is not None and own["u"] is not None:

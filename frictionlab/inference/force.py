@@ -325,9 +325,9 @@ class MotionAndForce(CycleObservation):
         said, force = list(self.force.said), self.force
         places = [k for name in (GAIN, UNIT) if (k := found.fit.find(name)) is not None]
         if math.hypot(*found.fit.point[places]) > STRAINED:
-            more = (force.guess or math.nan) / self.loop_friction_ratio - 1.0
+            more = float(f"{100 * ((force.guess or math.nan) / self.loop_friction_ratio - 1.0):.2g}")
             said.append(
-                f"friction_force_n: force and motion give different friction: the force is {100 * more:+.2g} % off the"
+                f"friction_force_n: force and motion give different friction: the force is {more:+g} % off the"
                 " motion's; check the gain of the load cell, the stiffness and the base's sensor"
             )
         nrmse = force.nrmse(found.fit.residual()[self.own :])

@@ -50,6 +50,11 @@ def align(
     if one_clock:
         options = options.but(lag_s=options.lag_s or 0.0, clock_drift=options.clock_drift or 0.0)
     how, lag, unsure, warnings = ("equal stamps", 0.0, 0.0, []) if same_stamps else _lag(mass, base, options)
+    if same_stamps and abs(mass[0].time[0]) <= mass[0].interval:
+        warnings.append(
+            "both logs count from 0 and are taken to have begun together: give --lag, or lag_s in [log], where they did"
+            " not"
+        )
     facts: dict[str, Fact] = {"alignment": how, "lag_s": lag}
     unsure = unsure if options.lag_s_u is None else options.lag_s_u
     moved, drift = base[0].time - lag, options.clock_drift

@@ -209,7 +209,8 @@ def _further(
     more = {role: by_option(layout.columns, name, role, file) for role, name in said.items() if name is not None}
     fitting: dict[str, list[LogColumn]] = {}
     left = _left(columns, found | more)
-    numbered = {_mass_number(c) for c in left} - {""}
+    masses = candidates(left, "mass")  # "mass" beside "mass 2" is the first
+    numbered = {_mass_number(c) for c in left} - {""} | {_mass_number(c) or "1" for c in masses if len(masses) > 1}
     for column in left:
         name = channel_named(column, numbered=len(numbered) > 1)
         if name and name not in more:
@@ -333,7 +334,8 @@ def _unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None)
         order = f"--mass {one}, --base {one} or what else it is (--angle {one} --units angle=deg)"
     more = [] if time is not None else ["--time or --sampling-rate where no column says it is the time"]
     more += ["--unit where the sensor's step does not show it"] if not any(c.unit for c in columns) else []
-    more += ["--mass-log and --base-log if each sensor has its file"] if len(columns) == 1 else []
+    if len(columns) == 1:
+        more += ["if each sensor has its file, first make one recording of both: ingest --mass-log --base-log"]
     rest = f"; and {', '.join(more)}" if more else ""
     known = f" (time is {time})" if time is not None else ""
     return LogError(

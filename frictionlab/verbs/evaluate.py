@@ -23,7 +23,7 @@ from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
-from frictionlab.verbs.inputs import AnyScene, FilePath, rows_of, scene_given
+from frictionlab.verbs.inputs import AnyScene, FilePath, files_of, rows_of, scene_given, tables_in
 
 if TYPE_CHECKING:
     from frictionlab.figures.plates import Plate
@@ -46,7 +46,7 @@ def evaluate(
     Parameters
     ----------
     measurements : iterable, str or Path
-        A file, or measurements, rows of them (failed ones too) and files that `frictionlab analyze` wrote, mixed.
+        A file, or measurements, rows of them (failed ones too), files that `frictionlab analyze` wrote, folders, mixed.
     scene, **settings
         ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold;
         ``[experiment]`` gives the facts of each test by the name of its source. Keys of the first two may be set.
@@ -73,8 +73,9 @@ def evaluate(
         if isinstance(what, (Measurement, Mapping)):
             rows.append(what if isinstance(what, Mapping) else what.row())
         elif isinstance(what, (str, PathLike)):
-            rows += read_measurements(Path(what))
-            places |= set(recordings_beside(Path(what)))
+            for path in files_of([Path(what)], tables_in):
+                rows += read_measurements(path)
+                places |= set(recordings_beside(path))
         else:
             raise UsageError(f"evaluate: expected measurements, rows or files of them; got a {type(what).__name__}")
     if any("law" in row for row in rows):

@@ -16,7 +16,6 @@ import frictionlab as fl
 from frictionlab.analysis.decay import Decay, first_guess, fit_decay
 from frictionlab.analysis.free_vibration import averages, free_vibrations, modes
 from frictionlab.errors import AnalysisError, RecordingError
-from frictionlab.hdf5 import write_recording
 from frictionlab.recording import Channel, Recording
 from tests.analysis.seen import STEP_M, through_laser
 from tests.desk import invoke, present, published
@@ -265,10 +264,17 @@ def test_one_mode_in_two_columns_is_refused() -> None:
 
 def test_the_command_gives_each_mode(tmp_path: Path) -> None:
     t, x, hz, _ = two_storeys()
-    one = Recording(t, x[0], np.zeros(len(t)), channels=(Channel("mass_2_displacement", x[1]),))
-    write_recording(one, tmp_path / "tap.h5")
-    result = invoke("free-vibration", tmp_path / "tap.h5", "--json")
-    row = json.loads(result.stdout)
+    table = np.column_stack([t, 1e3 * x.T])
+    np.savetxt(tmp_path / "tap.csv", table, delimiter=",", header="t [s],mass [mm],mass 2 [mm]", comments="")
+    shown = invoke("free-vibration", tmp_path / "tap.csv", "--plot", tmp_path)
+    assert [line[:9].split() for line in shown.stdout.splitlines()] == [
+        ["1", "tap"],
+        ["test", "mode"],
+        ["tap", "1"],
+        ["tap", "2"],
+    ]
+    assert "note: modes are a table only" in shown.stderr
+    row = json.loads(invoke("free-vibration", tmp_path / "tap.csv", "--json").stdout)
     assert [mode["natural_frequency_hz"] for mode in row["modes"]] == pytest.approx(hz.tolist(), rel=1e-4)
     assert len(row["modes"][0]["shape"]) == 2
 

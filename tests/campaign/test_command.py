@@ -51,6 +51,7 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     assert max(map(len, shown[:10])) <= 80
     assert shown[0].split() == ["material", "N", "[N]", "tests", "beta", "F", "[N]", "mu", "law"]
     assert any(line.startswith("by energy: 1 ") for line in shown)
+    assert "%/h of the energy, " in done.stdout
     assert "rubber" in done.stdout
     assert (tmp_path / "out" / "report.html").stat().st_size > 100_000
     figures = {path.name for path in (tmp_path / "out" / "figures").iterdir()}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from frictionlab import compare
+from frictionlab import compare, explain
 from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import shifted
 from frictionlab.errors import UsageError
@@ -86,7 +86,10 @@ def test_rate_and_state_slides_steadily_as_its_logarithm_says() -> None:
 
 
 def test_a_tribometer_gives_coulombs_force_and_the_dashpot() -> None:
-    found = compare(tribometer(), scene_from_tables(TABLES), law="auto")
+    told = explain(tribometer(), scene_from_tables(TABLES))
+    found, dashpot = told.comparison, told.physical["contact_damping_ratio"]
+    assert dashpot[0] == pytest.approx(DASHPOT, abs=2.5 * present(dashpot[1]))
+    assert dashpot[2] == "N s/m"
     assert (found.law, found.verdict, found.frequency_ratio) == ("coulomb+speed", "explained", None)
     assert found.friction_force_n == pytest.approx(FRICTION, abs=2.5 * (found.friction_force_n_u or 0.0))
     assert found.friction_coefficient == pytest.approx(FRICTION / NORMAL, abs=2.5 * (found.friction_coefficient_u or 0))

@@ -89,7 +89,10 @@ def test_sensortool_pairs_are_aligned_on_epoch_time(
     ],
 )
 def test_a_given_lag_and_different_rates(rates: tuple[float, float], lag: float, tmp_path: Path) -> None:
-    recording = read_two_logs(*two(tmp_path, rates, lag), LogOptions(lag_s=lag))
+    for given, said in ((None, True), (lag, False)):
+        recording = read_two_logs(*two(tmp_path, rates, lag), LogOptions(lag_s=given))
+        told = [w for w in recording.source.warnings if "taken to have begun together: give --lag" in w]
+        assert bool(told) == (said and rates[0] == rates[1] and lag == 0.0)
     assert recording.source.dialect["alignment"] == "lag as given"
     same = rates == (250.0, 250.0) and lag == 0.0
     assert not same or recording.source.dialect["base_resampled"] == "no"

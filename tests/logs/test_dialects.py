@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import LogError
-from frictionlab.logs import LogOptions, read_log
+from frictionlab.logs import LogOptions, read_log, read_mass_log
 from frictionlab.logs.columns import LogColumn
 from frictionlab.logs.dialect import Dialect
 from frictionlab.logs.layouts import LogLayout
@@ -120,8 +120,8 @@ def test_bare_names_say_which_unit_by_the_sensors_step_or_ask_for_it(tmp_path: P
     recording = read_log(write(tmp_path / "log.csv", table(DATA, "t,x,y", ",")))
     assert_same(recording, DATA)
     assert any("no unit is said; the sensor's step says mm" in w for w in recording.source.warnings)
-    with pytest.raises(LogError, match=r"the unit of column 2 \('x \[mil\]'\) is not known: .* give --unit"):
-        read_log(write(tmp_path / "log.csv", table(DATA, "t,x [mil],y [mil]", ",")))  # whatever the step says
+    with pytest.raises(LogError, match=r"the unit of column 2 \('x \[fathom\]'\) is not known: .* give --unit"):
+        read_log(write(tmp_path / "log.csv", table(DATA, "t,x [fathom],y [mil]", ",")))  # whatever the step says
     smooth = Truth(tuple((t, f"{float(x):.3f}", f"{float(y):.3f}") for t, x, y in DATA.rows))
     log = write(tmp_path / "log.csv", table(smooth, "t,x,y", ","))
     with pytest.raises(LogError, match=r"log\.csv: the unit of column 2 \('x'\) is not said: .* give --unit"):
@@ -147,8 +147,10 @@ def test_overrides_by_name_and_by_number(tmp_path: Path) -> None:
 def test_a_sampling_rate_counts_the_time(tmp_path: Path) -> None:
     rows = "\n".join(f"{x},{y}" for _, x, y in DATA.rows)
     log = write(tmp_path / "log.csv", f"mass [mm],base [mm]\n{rows}\n")
-    with pytest.raises(LogError, match="no time column found: give --time, or --sampling-rate"):
+    with pytest.raises(LogError, match=r"no time column found: give --time, or --sampling-rate$"):
         read_log(log)
+    with pytest.raises(LogError, match="sampling-rate; a table over frequency is for compare-numeric"):
+        read_mass_log(write(tmp_path / "sweep.csv", "frequency [Hz],amplitude [mm]\n0.5,2\n0.8,3\n"))
     assert_same(read_log(log, LogOptions(sampling_rate_hz=250.0)), DATA)
     log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [mm],base [mm]", ","))
     recording = read_log(log, LogOptions(sampling_rate_hz=500.0))

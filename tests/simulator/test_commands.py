@@ -90,9 +90,6 @@ def test_a_law_and_its_parameters_are_said_and_told() -> None:
     ("said", "fault"),
     [
         (["--law", "coulomb+place"], "gradient (relative change"),
-        (["--parameter", "gradient=0.1"], "law coulomb: 'gradient' is none of its parameters"),
-        (["--law", "coulomb+dahl+lugre"], "dahl and lugre exclude each other"),
-        (["--law", "place"], "starts with coulomb"),
         (["--parameter", "gradient"], "--parameter: expected NAME=VALUE; got 'gradient'"),
         ([*LAW, "--parameter", "gradient=0.1"], "--parameter gradient: given twice"),
         (["--law", "coulomb+place", "--parameter", "gradient=steep"], "expected a number; got 'steep'"),
