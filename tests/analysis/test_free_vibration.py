@@ -267,7 +267,7 @@ def test_the_command_gives_each_mode(tmp_path: Path) -> None:
     table = np.column_stack([t, 1e3 * x.T])
     np.savetxt(tmp_path / "tap.csv", table, delimiter=",", header="t [s],mass [mm],mass 2 [mm]", comments="")
     shown = invoke("free-vibration", tmp_path / "tap.csv", "--plot", tmp_path)
-    assert [line[:9].split() for line in shown.stdout.splitlines()] == [
+    assert [line[:10].split() for line in shown.stdout.splitlines()] == [
         ["1", "tap"],
         ["test", "mode"],
         ["tap", "1"],

@@ -2,7 +2,6 @@
 
 import json
 import re
-import sys
 from pathlib import Path
 
 import h5py
@@ -168,7 +167,6 @@ def test_a_range_that_is_none_is_refused(tmp_path: Path) -> None:
 
 
 GRID = Grid((0.3, 0.5, 0.7, 1.0, 1.3), (0.2, 0.5, 0.8), (1.0, 1.2), (0.02, 0.05))
-COMMAND = Path(sys.executable).with_name("frictionlab")
 
 
 def made(path: Path, grid: Grid = GRID, **options: object) -> bytes:
