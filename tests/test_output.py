@@ -213,6 +213,9 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.Ca
     assert len(line) <= 80
     assert head.split()[-3:] == ["mu", "law", "verdict"]
     assert "coulomb+place+speed+breakaway" in line
+    for size in range(30):  # the title of the first column is wider than these names
+        print_tests([{**judged, "source": "x.h5", "law": size * "c"}], COMPARISONS_SHOWN, "1 of 1 logs")
+        assert "verdict" in capsys.readouterr().out.splitlines()[1]
     print_tests([bad], MEASUREMENTS_SHOWN, "0 of 1")
     told = capsys.readouterr()
     assert (told.out, len(told.err.splitlines())) == ("", 1)

@@ -10,7 +10,6 @@ import pytest
 from frictionlab.errors import SceneError
 from frictionlab.experiment import facts_of
 from frictionlab.scene import Scene, read_scene, scene_from_tables
-from frictionlab.verbs.starting import pattern_of
 
 GROUP = """[[synthetic.tests]]
 material = "a"
@@ -104,6 +103,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_their_lines(tmp_path: Path)
         ("[infer]\npriors = {beta = [-0.3, 0.1]}\n", r"priors\.beta: expected a .*; got -0\.3"),
         ("[infer]\npriors = {beta = [0.3, 0.0]}\n", r"priors\.beta: expected \[value, standard deviation > 0\]"),
         ("[rig\n", r"expected TOML"),
+        ("[rig]\nmass_kg = 3,1  # kg\n", r"expected TOML.*mass_kg = 3,1  # kg: TOML writes a decimal point, 3\.1$"),
         ("[analysis]\ntransient_s = nan\n", r"analysis\.transient_s"),
         ("folder = '/etc'\n", r"folder: unknown key"),
         (TWO_STOREYS.replace("[[rig.masses]]", "[rig]\nmass_kg = 1\n[[rig.masses]]", 1), "mass_kg: say the same as"),
@@ -265,8 +265,3 @@ def test_a_column_that_is_no_fact_is_named_where_a_fact_is_not_known(tmp_path: P
     (said,) = facts_of(scene(tmp_path, sheet="tests.csv"), Path("a.csv")).warnings
     assert said.startswith("normal_force_n of this test is not known; the sheet's weight [g] is taken as a remark")
     assert "normal_force_g" in said
-
-
-def test_one_odd_name_leaves_the_pattern_of_the_others() -> None:
-    assert pattern_of(["steel_250g", "steel_500g", "trial"]) == ("{material}_{normal_force_g}g", ("trial",))
-    assert pattern_of(["steel_250g", "trial"]) == (None, ())

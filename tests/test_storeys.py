@@ -103,12 +103,6 @@ def test_a_law_with_a_state_of_its_own_and_a_record_move_a_frame(desk: Path) -> 
     assert "--beta: belongs to one mass with one contact" in run(*words, "--beta", "0.3").output
 
 
-def test_options_of_one_contact_are_refused(desk: Path) -> None:
-    told = run("simulate", "--scene", desk / "two.toml", "--r", "0.4", "--mu", "1.2")
-    assert told.exit_code == 2
-    assert "--mu: belongs to one mass with one contact" in told.output
-
-
 def test_logs_of_two_storeys_are_read_and_measured_to_their_truth(desk: Path) -> None:
     (test,) = fl.synthesize(desk / "two.toml", desk / "logs")
     truth = json.loads((desk / "logs" / "truth.jsonl").read_text(encoding="utf-8"))

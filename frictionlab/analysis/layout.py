@@ -207,17 +207,19 @@ def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
     """The cycles of each stretch, all by the longest one's frequency; refuses a base that nothing drives."""
     longest = stretches[at]
     variance = float(np.var(longest.base))
+    still = "analysis: no drive: the base stands still{}; expected a base motion: check the base column"
     if not variance > 0.0:
-        raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
-    tone = spectrum.strongest_tone(lines)
+        raise AnalysisError(still.format(""))
+    tone, noise = spectrum.strongest_tone(lines), white_noise(longest.base)
     if 0.5 * tone.amplitude**2 < 0.2 * variance:
+        if noise**2 > 0.5 * variance:
+            raise AnalysisError(still.format(f" but for the sensor's noise of {1e6 * noise:.2g} um"))
         share = f"{50 * tone.amplitude**2 / variance:.2g} % of its power in {len(longest.base) * longest.step:.3g} s"
         raise AnalysisError(
             f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds {share};"
             " expected two cycles of a periodic base at least: shorten transient_s, check the base column, or fit a"
             " sweep whole (compare-numeric --fit whole)"
         )
-    noise = white_noise(longest.base)
     cut = cycles.cut(longest.base, tone.frequency * longest.step, noise=noise)
     cuts = [cut if s is longest else cycles.cut(s.base, cut.frequency, noise=noise) for s in stretches]
     if not any(len(c) for c in cuts):

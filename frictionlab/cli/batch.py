@@ -176,8 +176,13 @@ def campaign(
             rows += read_measurements(path)
         except Exception as error:  # noqa: BLE001  # a file that cannot be read is a row, whatever the reason
             unread.append(failure(path, error))
-            reason = str(unread[-1]["reason"])
-            complain(reason if reason.startswith(str(path)) else f"{path}: {reason}")
+    told = [(str(row["source"]), str(row["reason"])) for row in unread]
+    reasons = [reason if reason.startswith(source) else f"{source}: {reason}" for source, reason in told]
+    if not rows and len(unread) > 1 and all(path.suffix == ".csv" for path in paths):
+        do = "of raw logs, `frictionlab batch LOGS --campaign`"
+        raise UsageError(f"{len(paths)} files without a measurement ({reasons[0]}): {do}")
+    for reason in reasons:
+        complain(reason)
     rows += unread
     check_folder(output, force=force, inputs=[*paths, *what.files])
     folders = [place for path in paths for place in recordings_beside(path)]

@@ -1,9 +1,11 @@
 """``frictionlab ingest``: logs -> recordings; ``frictionlab init``: a folder of logs -> the scene that they need."""
 
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -158,6 +160,11 @@ def init(
     if (folder / SCENE_NAME).exists() and not force:
         raise UsageError(f"{folder / SCENE_NAME}: exists: fill it in, or give --force to replace it")
     is_new, found = not folder.exists(), look(folder)
+    if is_new and not force and folder.absolute().parent.is_dir():
+        near = (place.name for place in folder.absolute().parent.iterdir() if place.is_dir())
+        same = [name for name in near if re.findall(r"\d", name) == re.findall(r"\d", folder.name)]  # run2 is no run1
+        if meant := get_close_matches(folder.name, same, n=1, cutoff=0.8):
+            raise UsageError(f"{folder}: there is no such folder: did you mean {meant[0]}? --force makes it new")
     asks = sys.stdin.isatty() and sys.stdout.isatty() and not (quiet or every) and bool(found.tests)
     prompts = {key: QUESTIONS[key] for key in found.lacks if asks}
     said = {key: str(typer.prompt(text, default="", show_default=False)).strip() for key, text in prompts.items()}

@@ -177,7 +177,7 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
         filled = {c: each for c, each in filled.items() if c.key != "law" or ", law " not in headline}
     else:
         filled |= _filled(_further(wide, filled), rows, known)
-    width, widest = _width() or (WIDTH if wide is None else sys.maxsize), max(map(len, names))
+    width, widest = _width() or (WIDTH if wide is None else sys.maxsize), max(map(len, ["test", *names]))
     widths = {c: max(len(c.title), *map(len, texts)) + GAP for c, texts in filled.items()}
     gone: list[str] = []
     while wide is None and len(filled) > 1 and width - sum(widths[c] for c in filled) < min(widest, LEAST_TEXT):

@@ -61,7 +61,9 @@ def read_scene(path: str | PathLike[str]) -> Scene:
     except UnicodeDecodeError as error:
         raise SceneError(f"scene {path}: expected UTF-8 text; byte {error.start} is not") from error
     except ValueError as error:  # tomllib's own among them; Python's, of a number of more than 4300 digits
-        raise SceneError(f"scene {path}: expected TOML: {error}") from error
+        comma = re.search(r"(?m)^[^#\"'\[]*=\s*[-+]?(\d+),(\d+)\s*(#.*)?$", text)
+        said = f": {comma[0].strip()}: TOML writes a decimal point, {comma[1]}.{comma[2]}" if comma else ""
+        raise SceneError(f"scene {path}: expected TOML: {error}{said}") from error
     return Scene.of(tables, Origin(path.parent, path), name=f"scene {path}", lines=lines_of(text))
 
 

@@ -26,7 +26,8 @@ MOST_READ = 12  # logs that are read; the names of all are
 MOVES = 0.05  # a base that moves more than this share of the mass drives it
 OF_CONTACT = ("contact_force", "torque")  # channels of a tribometer, whose logs have no base
 LATEST = 0.7  # share of a record after which nothing is said to have settled
-TOKEN = re.compile(r"([A-Za-z]*?)(\d+(?:[.,]\d+)?)([A-Za-z]*)")
+TOKEN = re.compile(r"([A-Za-z]*?\xa0?)(\d+(?:[.,]\d+)?)(\xa0?[A-Za-z]*)")
+HELD = re.compile(r"(?<=\d) (?=(?:n|g|kg|s)\b)|(?<=\b[nr]) (?=\d)", re.IGNORECASE)  # blanks inside "1 N", "r 0.5"
 PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
 TEN_KEYS = Path(__file__).with_name("init.toml.jinja")
@@ -134,11 +135,11 @@ def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
     --------
     >>> pattern_of(["steel_N1.25_r0.3", "rubber_N1.25_r1.2"]), pattern_of(["steel_250g", "steel_500g", "steel_x"])
     (('{material}_N{normal_force_n}_r{nominal_frequency_ratio}', ()), ('{material}_{normal_force_g}g', ('steel_x',)))
-    >>> pattern_of(["test1", "some other"])
-    (None, ())
+    >>> pattern_of(["oak 1 N r 0.5", "oak 2 N r 0.7"]), pattern_of(["test1", "some other"])
+    (('{material} {normal_force_n} N r {nominal_frequency_ratio}', ()), (None, ()))
     """
     for sign in ("_", "-", " "):
-        rows = {name: name.split(sign) for name in names}
+        rows = {name: HELD.sub("\xa0", name).split(sign) for name in names}
         kinds = {name: tuple(bool(re.search(r"\d", word)) for word in row) for name, row in rows.items()}
         usual, count = Counter(kinds.values()).most_common(1)[0] if rows else ((), 0)
         if len(usual) < 2 or 2 * count <= len(rows):
@@ -157,9 +158,9 @@ def _part(words: Sequence[str]) -> str:
         before, after = ({m[i].lower() for m in matches if m} for i in (1, 3))
         first = matches[0]
         if len(before) == len(after) == 1 and first is not None:
-            key = PREFIXES.get(min(before)) if min(before) else SUFFIXES.get(min(after))
+            key = PREFIXES.get(min(before).strip()) if min(before) else SUFFIXES.get(min(after).strip())
             if key is not None:
-                return f"{first[1]}{{{key}}}{first[3]}"
+                return f"{first[1]}{{{key}}}{first[3]}".replace("\xa0", " ")
         return "{repeat}" if len(set(words)) > 1 else words[0]
     if all(word.isalpha() for word in words):
         return "{material}"

@@ -127,9 +127,9 @@ def test_what_has_no_measurement_is_refused() -> None:
         measure(Recording(t, np.sin(t), np.cos(6 * t)), scene(transient=40.0))
     with pytest.raises(AnalysisError, match="no drive: the base stands still"):
         measure(Recording(t, np.sin(t), np.ones(len(t))), scene(transient=5.0))
-    with pytest.raises(AnalysisError, match=r"no drive: the strongest line of the base motion .*--fit whole"):
+    with pytest.raises(AnalysisError, match="the base stands still but for the sensor's noise of"):
         measure(Recording(t, np.sin(t), noise), scene(transient=5.0))
-    with pytest.raises(AnalysisError, match=r"in 1\.5 s; expected two cycles .*: shorten transient_s"):
+    with pytest.raises(AnalysisError, match=r"in 1\.5 s; expected two cycles .*: shorten transient_s.*--fit whole"):
         measure(Recording(t, np.sin(t), np.cos(1.2 * t)), scene(transient=28.5))
     with pytest.raises(AnalysisError, match="at least one full cycle"):
         measure(Recording(t[:600], np.sin(t[:600]), np.cos(t[:600])), scene(transient=0.0))
