@@ -30,15 +30,15 @@ MANY = 6  # times named in one sentence
 
 
 def warnings(
-    layout: Layout, m: "Measurement", of_mass: SensorChannel, cut: float, *, wall_moves: bool, taken: float, pure: bool
+    layout: Layout, m: "Measurement", of_mass: SensorChannel, cut: float, *, wall_moves: bool, taken: float
 ) -> list[str]:
     """Say what a reader of the numbers must know.
 
     ``cut``: what the mass's filter cuts away, by `channels.cut_away`; ``wall_moves``: the wall goes with the base;
-    ``taken``: energy (k Y^2) that the frame's dashpot takes; ``pure``: the model takes the base as a pure cosine.
+    ``taken``: energy (k Y^2) that the frame's dashpot takes.
     """
     prescribed = m.energy.value is None  # the motion of the mass is given, and stands in the base's place
-    said = [*_of_the_drive(layout, m.frequency_ratio, pure=pure), *_of_lines(layout)]
+    said = [*_of_the_drive(layout, m.frequency_ratio), *_of_lines(layout)]
     if not prescribed:
         said = [*_of_the_channels(layout, m, wall_moves=wall_moves), *said]
     said += _of_the_sampling(layout, m, prescribed=prescribed)
@@ -58,15 +58,13 @@ def warnings(
     return said
 
 
-def _of_the_drive(layout: Layout, r: float | None, *, pure: bool) -> Iterator[str]:
+def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
     drive, distortion = layout.drive, layout.drive.distortion
     if r is not None and not 0.02 <= r <= 5.0:
         yield f"frequency_ratio: {r:.3g} lies outside 0.02 to 5: check --natural-frequency and time_unit in [log]"
     if distortion > 0.05:
-        last = 1 + int(np.flatnonzero(np.abs(drive.harmonics) > 0.2 * distortion)[-1])
-        do = f": base_harmonics = {last} in [model] takes them into the prediction" if pure else ""
         said = f"harmonics 2-{HARMONICS} of the base are {100 * distortion:.2g} % of its fundamental"
-        yield f"base_distortion: {said}{do}"
+        yield f"base_distortion: {said}: the prediction of a recording takes them in, that of a row of numbers cannot"
     if drive.drifts and drive.wander > 0.002 * TURN:
         yield f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a cycle"
     if drive.growth:

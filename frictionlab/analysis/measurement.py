@@ -222,8 +222,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     )
     stretched = float(np.mean(shifted(smooth - cycle.base, order=1) ** 2))
     taken = 4.0 * math.pi * (scene.rig.damping or 0.0) * (r or 0.0) * stretched  # by the frame's dashpot, k Y^2
-    pure = scene.model.base_harmonics == 1
-    said += doubts.warnings(layout, measured, of_mass, cut, wall_moves=wall_moves, taken=taken, pure=pure)
+    said += doubts.warnings(layout, measured, of_mass, cut, wall_moves=wall_moves, taken=taken)
     return replace(measured, warnings=(*scene.rig.doubts, *warnings, *stands, *said))
 
 

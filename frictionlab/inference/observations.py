@@ -505,14 +505,13 @@ def of_cycle(
 
 
 def base_of(cycle: Cycle, unit_u: float, least: int = 1) -> Base:
-    """Return the base motion: its measured harmonics up to the last that is no noise, at least so many."""
-    if least > len(cycle.base_cosine):
-        raise UsageError(
-            f"model.base_harmonics: expected at most {len(cycle.base_cosine)}, as many as are measured; got {least}"
-        )
-    shown = np.hypot(cycle.base_cosine, cycle.base_sine) > max(3.0 * unit_u, SEEN)
+    """Return the base motion: its measured harmonics that are no noise, of the first so many those that are small too.
+
+    A contact that remembers its start answers to a noise in an even harmonic by far more than its own.
+    """
+    sizes, order = np.hypot(cycle.base_cosine, cycle.base_sine), np.arange(len(cycle.base_cosine))
+    shown = sizes > np.where(order < least, 3.0 * unit_u, max(3.0 * unit_u, SEEN))
     shown[0] = True
-    shown[:least] = True
     count = int(np.flatnonzero(shown)[-1]) + 1
     if count == 1:
         return COSINE
