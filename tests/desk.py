@@ -16,6 +16,22 @@ ROOT = Path(__file__).parents[1]
 SAMPLE, SCENE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", ROOT / "configs" / "sample_data.toml"
 BIN = Path(sys.executable).parent
 T = TypeVar("T")
+NAMED = """
+[rig]
+mass_kg = 3.0799
+stiffness_n_per_m = 1191.0
+[experiment]
+name_pattern = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
+"""
+STOREYS = """
+[[rig.masses]]
+mass_kg = 2.0
+stiffness_n_per_m = 800.0
+damping_ratio = 0.01
+[[rig.masses]]
+mass_kg = 1.0
+stiffness_n_per_m = 400.0
+"""
 Answer = subprocess.CompletedProcess[str]
 Run = Callable[..., Answer]
 MAKE = ("make", f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}")

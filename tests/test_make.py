@@ -11,7 +11,7 @@ import pytest
 import frictionlab as fl
 from frictionlab.errors import OutputError
 from frictionlab.tables import write_rows
-from tests.desk import MAKE, ROOT, SCENE, answer, run_in, set_up
+from tests.desk import MAKE, NAMED, ROOT, SCENE, answer, run_in, set_up
 
 if TYPE_CHECKING:
     from subprocess import CompletedProcess
@@ -22,13 +22,7 @@ HOSTILE = (
     "steel (2).csv", "12:30.csv", "a.csv", "a.txt", "A.csv", "B.CSV", "it's \"so\".csv", "-rf.csv", "%s.csv",
     "100%.csv", "#1.csv", "grün.csv", "two\nlines.csv", "~.csv", "a.csv.txt",
 )  # fmt: skip
-CAMPAIGN = """
-[rig]
-mass_kg = 3.0799
-stiffness_n_per_m = 1191.0
-[experiment]
-name_pattern = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
-broken_off = ["*PWNED*"]
+CAMPAIGN = f"""{NAMED}broken_off = ["*PWNED*"]
 [analysis]
 transient_s = 10.0
 [[synthetic.tests]]

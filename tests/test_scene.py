@@ -10,6 +10,7 @@ import pytest
 from frictionlab.errors import SceneError
 from frictionlab.experiment import facts_of
 from frictionlab.scene import Scene, read_scene, scene_from_tables
+from tests.desk import STOREYS
 
 GROUP = """[[synthetic.tests]]
 material = "a"
@@ -17,15 +18,7 @@ normal_forces_n = [1.0]
 frequency_ratios = [0.5]
 friction_coefficient = 0.4
 """
-TWO_STOREYS = """
-[[rig.masses]]
-mass_kg = 2.0
-stiffness_n_per_m = 800.0
-damping_ratio = 0.01
-[[rig.masses]]
-mass_kg = 1.0
-stiffness_n_per_m = 400.0
-[[rig.contacts]]
+TWO_STOREYS = f"""{STOREYS}[[rig.contacts]]
 mass = 2
 against = 1
 law = "coulomb+place"

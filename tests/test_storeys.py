@@ -19,18 +19,10 @@ from frictionlab.scene.physical import structure_of
 from frictionlab.simulator import Contact, steady_state
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.state import KEYS
+from tests.desk import STOREYS, present
 from tests.desk import invoke as run
-from tests.desk import present
 
-SCENE = """
-[[rig.masses]]
-mass_kg = 2.0
-stiffness_n_per_m = 800.0
-damping_ratio = 0.01
-[[rig.masses]]
-mass_kg = 1.0
-stiffness_n_per_m = 400.0
-damping_ratio = 0.005
+SCENE = f"""{STOREYS}damping_ratio = 0.005
 [[rig.contacts]]
 mass = 1
 coefficient = 0.3

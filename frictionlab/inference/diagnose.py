@@ -91,17 +91,19 @@ def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) ->
     """Yield which known quantity the fit had to move away from what is known of it, and what to declare instead.
 
     Of a law that explains the test: any other law finds a lag or a frequency that makes up for what it lacks. What is
-    to be declared is what the data say without the prior, which has pulled the value found; of those ``named`` with the
-    value that they have when they are let free, that value.
+    to be declared is what the data say without the prior, which has pulled the value found; its error holds how far,
+    for that is one linear step, and data that say too little (`LEAST_FREE`) ask for nothing. Of those ``named`` with
+    the value that they have when they are let free, that value.
     """
     for k in found.strained:
         u, seen = found.unknowns[k], found.nuisances().get(found.unknowns[k].name)
         if seen is None:
             continue
         c = float(found.fit.point[k])
-        times, free = abs(c) / u.known_to, 1.0 / max(1.0 - u.hold(c) * float(found.plain[k, k]), LEAST_FREE)
-        asked = u.mean + u.sd * c * free, seen["u"] * math.sqrt(free)
-        declare = "" if u.name in named else to_declare(u.name, *asked, scene)
+        times, says = abs(c) / u.known_to, 1.0 - u.hold(c) * float(found.plain[k, k])
+        free = 1.0 / max(says, LEAST_FREE)
+        asked = u.mean + u.sd * c * free, math.hypot(seen["u"] * math.sqrt(free), u.sd * c * (free - 1.0))
+        declare = "" if u.name in named or says < LEAST_FREE else to_declare(u.name, *asked, scene)
         against = "what is assumed where none is declared: measure it and declare it"
         if not u.assumed:
             against = "its standard uncertainty: check it"

@@ -9,15 +9,8 @@ import pytest
 from frictionlab.hdf5 import write_tree
 from frictionlab.tables import write_rows
 from tests.campaign.fabricate import COEFFICIENTS, small_campaign
-from tests.desk import Run, invoke
+from tests.desk import NAMED, Run, invoke
 
-TOML = """
-[rig]
-mass_kg = 3.0799
-stiffness_n_per_m = 1191.0
-[experiment]
-name_pattern = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
-"""
 TEST = """
 [[synthetic.tests]]
 material = "%s"
@@ -38,7 +31,7 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     write_rows(rows[:20], tmp_path / "a.csv")
     write_rows(rows[20:], tmp_path / "b.jsonl")
     (tmp_path / "c.jsonl").write_text("{damaged\n")
-    (tmp_path / "scene.toml").write_text(TOML)
+    (tmp_path / "scene.toml").write_text(NAMED)
     done = run("campaign", "a.csv", "b.jsonl", "c.jsonl", "--scene", "scene.toml", "-o", "out")
     assert done.returncode == 1
     assert "c.jsonl: c.jsonl" not in done.stderr
@@ -95,7 +88,7 @@ def test_a_foreign_folder_and_a_wrong_scene_stop_it(run: Run, tmp_path: Path) ->
 def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> None:
     scatter = {"aramid": 0.005, "rubber": 0.03, "steel": 0.1}
     tests = "".join(TEST % (m, mu, scatter[m]) for m, mu in COEFFICIENTS.items())
-    (tmp_path / "scene.toml").write_text(TOML + "[synthetic]\nseed = 3\nduration_s = 40.0\n" + tests)
+    (tmp_path / "scene.toml").write_text(NAMED + "[synthetic]\nseed = 3\nduration_s = 40.0\n" + tests)
     scene = ("--scene", "scene.toml")
     assert run("synthesize", *scene, "-o", "logs", "--quiet").returncode == 0
     logs = sorted((tmp_path / "logs").glob("*.csv"))
@@ -129,7 +122,7 @@ def test_a_campaign_that_was_stopped_is_not_evaluated(tmp_path: Path, monkeypatc
     """One of 13 logs was done: a report of one test stood there as if it were all."""
     (tmp_path / "logs").mkdir()
     (tmp_path / "logs" / "steel_N1_r0.3.csv").write_text("")
-    (tmp_path / "scene.toml").write_text(TOML)
+    (tmp_path / "scene.toml").write_text(NAMED)
 
     def interrupted() -> object:
         raise KeyboardInterrupt
