@@ -119,6 +119,8 @@ def test_a_notebook_gets_frames_pages_and_figures(
 ) -> None:
     comparison = fl.compare(measurement, SCENE)
     campaign = fl.evaluate([measurement], SCENE)
+    for judged in (comparison, fl.compare(measurement, SCENE, friction_ratio=0.3)):
+        assert judged.energy_joules.u == pytest.approx(measurement.energy_per_cycle_j_u), "with the stiffness's error"
     assert repr(recording) == f"<Recording {LOG.name}: 15000 samples, 60 s at 250 Hz>"
     assert repr(campaign) == "<Campaign: 1 tests, 0 failed, 1 fits of steel>"
     state, states = fl.simulate(fl.Problem(0.5, 0.4)), fl.sweep([0.3, 0.5], [0.2, 0.4])

@@ -462,6 +462,7 @@ def _contact(
         unit_m=observation.unit,
         turn=observation.turn,
         unit_n=unit_n,
+        stiffness_u=observation.sources.stiffness,
         **more,
     )
 

@@ -92,9 +92,10 @@ class ContactForce:
     ``law_force``: the same of the law, None without a prediction; ``residual`` x/Y: measured minus predicted;
     ``floor``: what noise alone leaves of it, rms, Y. ``law``: its name;
     ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
-    ``unit_m``: Y [m]; ``turn``: omega [rad/s]; ``unit_n``: k Y [N], None where the stiffness is not known; ``said``:
-    law and verdict in words; ``warnings``: sentences of the comparison; ``is_measured``: the force and,
-    over its unit, ``residual`` and ``floor`` are a load cell's; ``is_one_way``: it slides one way, folded.
+    ``unit_m``: Y [m]; ``turn``: omega [rad/s]; ``unit_n``: k Y [N], None where the stiffness is not known, and
+    ``stiffness_u``, relative; ``said``: law and verdict in words; ``warnings``: sentences of the comparison;
+    ``is_measured``: the force and, over its unit, ``residual`` and ``floor`` are a load cell's; ``is_one_way``: it
+    slides one way, folded.
     """
 
     source: str
@@ -112,6 +113,7 @@ class ContactForce:
     unit_m: float
     turn: float
     unit_n: float | None = None
+    stiffness_u: float = 0.0
     said: str = ""
     warnings: tuple[str, ...] = ()
     is_measured: bool = False
@@ -273,12 +275,11 @@ class Comparison(FrictionNames, Result):
     @property
     def energy_joules(self) -> Estimate:
         """The measured energy per cycle, where the stiffness is known: its error holds that of the stiffness."""
-        contact, errors, force = self.contact, self.budget.get(ENERGY, {}), self.budget.get("friction_force_n", {})
+        contact, errors = self.contact, self.budget.get(ENERGY, {})
         if contact is None or contact.unit_n is None or self.energy_per_cycle is None:
             return NOT_KNOWN
         energy = Estimate(self.energy_per_cycle, None, math.hypot(*errors.values()) or None)
-        by_rig = force.get("stiffness", 0.0) / (self.force.value or math.inf)
-        return energy.scaled(contact.unit_n * contact.unit_m).widened(by_rig)
+        return energy.scaled(contact.unit_n * contact.unit_m).widened(contact.stiffness_u)
 
     def row(self) -> dict[str, object]:
         """The contract's keys alone: a line of JSON or of a table."""

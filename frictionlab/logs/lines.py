@@ -58,7 +58,8 @@ class Body:
     def restarts(self) -> NDArray[np.int64]:
         """Samples before which a header was repeated."""
         lines = np.array(self.headers, np.int64)
-        return np.unique(lines - self.first - np.searchsorted(self.others, lines))
+        found = np.unique(lines - self.first - np.searchsorted(self.others, lines))
+        return found[found < self.counts["data"]]
 
 
 class Reader:

@@ -8,6 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -148,13 +149,12 @@ def _of_text(
 
     body, above = read(layout.body), layout.body
     if test is not None:
-        begins = [above, *(body.lines_of(body.restarts) - 1).tolist(), None]
-        if not 1 <= int(test) < len(begins):
-            raise LogError(
-                f"--test {test}: expected 1 to {len(begins) - 1}, as often as {log.path.name} has its header"
-            )
-        above, end = begins[int(test) - 1 : int(test) + 1]
-        text.content = text.content[: text.offset(end)]
+        starts, often = body.lines_of(body.restarts).tolist(), len(body.restarts) + 1
+        heads = [min(h for h in body.headers if before < h < start) for before, start in pairwise([0, *starts])]
+        if not 1 <= int(test) <= often:
+            raise LogError(f"--test {test}: expected 1 to {often}, as often as {log.path.name} has its header")
+        above = [above + 1, *starts][int(test) - 1] - 1
+        text.content = text.content[: text.offset([*(head - 1 for head in heads), None][int(test) - 1])]
         body = read(above)
     if "time" in columns and (falls := np.flatnonzero(np.diff(body.values[0]) < 0.0)).size:
         body.texts = text.texts_of(body.lines_of(np.union1d(falls, falls + 1)[:KEEP]).tolist())

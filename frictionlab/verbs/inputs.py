@@ -119,7 +119,9 @@ def recordings_in(folder: Path) -> list[Path]:
 
 def tables_in(folder: Path) -> list[Path]:
     """All tables of a folder; of one of `frictionlab batch` its measurements."""
-    found = [p for p in sorted(folder.glob("measurements/*")) or sorted(folder.iterdir()) if p.suffix in SUFFIXES]
+    own = folder / "measurements"
+    place = own if own.is_dir() and (folder / "made").is_dir() else folder
+    found = [p for p in sorted(place.iterdir()) if p.suffix in SUFFIXES]
     if not found:
         raise UsageError(f"no tables in {folder}: expected files ending in {', '.join(SUFFIXES)}")
     return found

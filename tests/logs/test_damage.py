@@ -166,13 +166,15 @@ def test_a_restart_repeats_the_header_and_is_not_measured_across(read: Callable[
 
 def test_one_of_several_tests_below_repeated_headers_is_read(read: Callable[..., Recording], tmp_path: Path) -> None:
     """--test was ignored: tests of several frequencies were one recording."""
-    lines = [*GOOD, "", *with_mass("1.5", *range(900))[:901]]
+    lines = [*GOOD, "", *with_mass("1.5", *range(900))[:901], GOOD[0]]
     second = read(lines, options=LogOptions(test=2))
-    assert second.source.lines == LineCount(read=1903, header=1, data=900, preamble=1002)
+    assert second.source.lines == LineCount(read=1904, header=2, data=900, preamble=1002)
     assert (len(second), float(np.ptp(second.mass_displacement)), float(second.time[0])) == (900, 0.0, DATA.time[0])
     first = read_log(tmp_path / "log.csv", LogOptions(test=1))
     np.testing.assert_array_equal(first.mass_displacement, DATA.mass)
     assert not first.quality.any()
+    assert first.source.lines == LineCount(read=1002, header=1, data=1000, blank=1)
+    assert not first.source.warnings
     with pytest.raises(LogError, match=r"--test 3: expected 1 to 2, as often as log\.csv has its header"):
         read(lines, options=LogOptions(test=3))
 
