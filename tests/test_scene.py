@@ -129,8 +129,6 @@ def test_settings_are_changed_by_one_validated_call_and_a_scene_is_frozen() -> N
     assert scene.analysis.cycles == "all"
     with pytest.raises(SceneError, match=r"analysis\.cycle: unknown key; did you mean cycles\?"):
         scene.changed(analysis={"cycle": "all"})
-    with pytest.raises(SceneError, match=r"folder: unknown key"):
-        scene.changed(folder={})
     with pytest.raises(pydantic.ValidationError, match="frozen"):
         scene.analysis.transient_s = 1.0
 

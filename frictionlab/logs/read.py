@@ -15,7 +15,7 @@ from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, possible
 from frictionlab.logs.lines import KEEP
-from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
+from frictionlab.logs.sensor import Sensed, bridge, examine, flag_dead, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
 from frictionlab.logs.text import Progress
 from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Source, quantity_named
@@ -191,6 +191,7 @@ def _examined(table: LogTable, options: LogOptions) -> SensorLog:
             quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
         )
     channels = {role: _channel(table, role, options) for role in [*table.values]}
+    flag_dead(clock.time, channels)
     for role, channel in channels.items():
         bridge(clock.time, channel, clock.bridge, role)
     return SensorLog(table, clock, channels)

@@ -4,6 +4,7 @@ optoNCDT 1420: d = (102/65520 x - 1) MR/100, so one step is 1.02 MR / 65520, val
 and the error codes 262075 to 262082 read as about 4.07 MR (instruction manual; MR = measuring range).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,6 +26,10 @@ _NEAR = 2000
 _DEPTHS = (1, 4, 16)
 _EARLY = 3
 _SHARPEST = 2.7
+_FAR = 5.0  # times the motion's own change, and ten times as many steps, from which one sample alone is a spike
+_MOST_SPIKES = 0.005  # of the samples
+_DEAD_S = 1.0
+_DEAD_NOISE = 0.5  # of a step, from which no sensor that lives shows one number for long
 
 
 @dataclass
@@ -60,6 +65,7 @@ def examine(values: NDArray[np.float64], role: str, measuring_range: float | Non
         _flag_error_codes(channel, role)
     if channel.range is not None and not -0.01 * channel.range <= ends[0] < ends[1] <= 1.01 * channel.range:
         _flag_out_of_range(channel, role, channel.range)
+    _flag_spikes(channel, role)
     _flag_held(channel, role)
     return channel
 
@@ -136,18 +142,57 @@ def _flag_out_of_range(channel: Sensed, role: str, measuring_range: float) -> No
         channel.warnings.append(f"{role}: {np.count_nonzero(wrong)} values lie outside the sensor's range")
 
 
+def _flag_spikes(channel: Sensed, role: str) -> None:
+    """Flag single samples that both neighbours, which agree, contradict by far more than the motion ever changes."""
+    if channel.step is None:
+        return
+    values = _sound_values(channel)
+    size = np.abs(np.diff(values))
+    usual = float(np.nanquantile(size[:: max(1, len(size) // _SAMPLE)], 0.99))
+    jumps = np.flatnonzero(size > _FAR * (usual + 10.0 * channel.step))
+    wrong = np.intersect1d(jumps + 1, jumps)  # a jump before the sample, and one behind it
+    wrong = wrong[np.abs(values[wrong + 1] - values[wrong - 1]) < size[wrong] / _FAR]
+    if 0 < len(wrong) < _MOST_SPIKES * len(values):
+        channel.quality[wrong] |= np.uint8(Quality.ERROR_CODE)
+        channel.warnings.append(
+            f"{role}: {len(wrong)} values jump for one sample (spikes), the first by {1e3 * size[wrong[0]]:.3g} mm:"
+            " look at plugs and cables"
+        )
+
+
+def flag_dead(time: NDArray[np.float64], channels: Mapping[str, Sensed]) -> None:
+    """Flag where a sensor shows one number for long, without the noise that it had, while the other one moves."""
+    for role, other in (("mass", "base"), ("base", "mass")):
+        if not channels.keys() >= {role, other}:
+            continue
+        channel, moving = channels[role], channels[other].values
+        still = np.transpose(runs(np.diff(channel.values) == 0.0))
+        for start, stop in still[time[still[:, 1]] - time[still[:, 0]] >= _DEAD_S].tolist():
+            if not np.ptp(moving[start:stop]) > 0.1 * np.ptp(moving):
+                continue
+            rest = max(channel.values[:start], channel.values[stop + 1 :], key=len)[:_SAMPLE]
+            noise = np.median(np.abs(np.diff(rest, 6))) / 20.5 if len(rest) > _NEAR else 0.0  # 0.6745 sqrt(924)
+            if channel.step is not None and noise > _DEAD_NOISE * channel.step:
+                channel.quality[start : stop + 1] |= np.uint8(Quality.HELD)
+                channel.warnings.append(
+                    f"{role}: the value does not change from {time[start]:.4g} to {time[stop]:.4g} s while the {other}"
+                    " moves: dead or disconnected? That part is left out"
+                )
+
+
 def _sound(channel: Sensed) -> NDArray[np.bool_]:
     return np.asarray((channel.quality & np.uint8(Quality.NO_VALUE | Quality.ERROR_CODE)) == 0)
 
 
+def _sound_values(channel: Sensed) -> NDArray[np.float64]:
+    return np.where(_sound(channel), channel.values, np.nan) if channel.quality.any() else channel.values
+
+
 def _flag_held(channel: Sensed, role: str) -> None:
     """Flag runs of one value at the channel's extremes that the motion enters and leaves at speed; the most decide."""
-    values = channel.values
-    if channel.quality.any():
-        values = np.where(_sound(channel), values, np.nan)
-        if np.isnan(values).all():
-            return
-    held = 0
+    values, held = _sound_values(channel), 0
+    if np.isnan(values).all():
+        return
     for end in (np.nanmax(values), np.nanmin(values)):
         long = [run for run in np.transpose(runs(values == end)).tolist() if run[1] - run[0] >= _SHORTEST_HOLD]
         some = long[:: max(1, len(long) // _MOST_RUNS)]

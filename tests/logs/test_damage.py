@@ -12,7 +12,7 @@ import pytest
 from frictionlab.arrays import holes_of
 from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log
-from frictionlab.logs.sensor import examine, step_and_range
+from frictionlab.logs.sensor import examine, flag_dead, step_and_range
 from frictionlab.recording import LineCount, Quality, Recording
 from tests.analysis.hostile import motion, seen
 from tests.analysis.seen import STEP_M
@@ -328,6 +328,17 @@ def test_one_excursion_beyond_the_range_is_held_whatever_the_other_turning_point
     flagged = examine(np.minimum(x, end), "mass").quality & np.uint8(Quality.HELD)
     assert np.count_nonzero(flagged[10_000:20_000]) == np.count_nonzero(x > end)
     assert not flagged[:10_000].any()
+
+
+def test_a_sensor_that_dies_and_single_jumps_are_flagged() -> None:
+    made = seen(motion(0.5, 0.4), noise=0.8e-6, rate=250.0, seconds=30.0)
+    x, y = np.array(made.mass_displacement), np.array(made.base_displacement)
+    x[5000:], x[[500, 3000]] = x[5000], 0.02
+    channels = {"mass": examine(x, "mass"), "base": examine(y, "base")}
+    flag_dead(made.time, channels)
+    assert [channel.quality.any() for channel in channels.values()] == [True, False]
+    for flag, places in ((Quality.ERROR_CODE, [500, 3000]), (Quality.HELD, list(range(5000, len(x))))):
+        assert np.flatnonzero(channels["mass"].quality & np.uint8(flag)).tolist() == places
 
 
 @pytest.mark.parametrize(("measuring_range", "spikes"), [(0.010, 3), (0.050, 0), (0.050, 20), (0.200, 3)])
