@@ -51,8 +51,6 @@ def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
             ("sweep", "--r", "1", "--beta", "1", "--law", "coulomb+place", "-o", "m.csv"),
             "usually -0.1 to 0.1; got",
         ),
-        (("analyze", "--colour"), "No such option: --colour"),
-        (("analyze",), "Missing argument"),
         (("sweep", "--r", "1:0.5:0.1", "--beta", "0.2", "-o", "m.csv"), "going up, with both ends; got '1:0.5:0.1'"),
         (("sweep", "--r", "0.5:0.5:0.1", "--beta", "0.1:2:20", "-o", "m.csv"), "--beta: expected a range of up to"),
         (("analyze", str(SAMPLE), "--cycles", "window:1_0"), "got 'window:1_0'"),

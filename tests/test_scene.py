@@ -68,7 +68,6 @@ def test_all_faults_are_told_at_once_in_the_order_of_their_lines(tmp_path: Path)
     ("text", "match"),
     [
         ("[rig]\nnatural_frequency = 3\n", r"line 2: rig\.natural_frequency: .*did you mean natural_frequency_hz\?"),
-        ("[log]\nunitt = 'mm'\n", r"line 2: log\.unitt: unknown key; did you mean unit\?"),
         ("log.unit = 'parsec'\n", r"line 1: log\.unit: expected a unit of displacement, one of m, mm"),
         ("[log]\nmass = true\n", r"line 2: log\.mass: .*a text in quotes.* or .*a whole number"),
         ("[log]\nseparator = ','\ndecimal = ','\n", r"line 1: log: decimal: expected another mark than the separator"),
@@ -95,7 +94,6 @@ def test_all_faults_are_told_at_once_in_the_order_of_their_lines(tmp_path: Path)
         ("[infer]\nlevels = {lag_s = 'test'}\n", r"infer: levels\.lag_s: no law has such a parameter; expected one of"),
         ("[infer]\npriors = {beta = [-0.3, 0.1]}\n", r"priors\.beta: expected a .*; got -0\.3"),
         ("[infer]\npriors = {beta = [0.3, 0.0]}\n", r"priors\.beta: expected \[value, standard deviation > 0\]"),
-        ("[rig\n", r"expected TOML"),
         ("[rig]\nmass_kg = 3,1  # kg\n", r"expected TOML.*mass_kg = 3,1  # kg: TOML writes a decimal point, 3\.1$"),
         ("[analysis]\ntransient_s = nan\n", r"analysis\.transient_s"),
         ("folder = '/etc'\n", r"folder: unknown key"),

@@ -178,9 +178,9 @@ def campaign(
             unread.append(failure(path, error))
     told = [(str(row["source"]), str(row["reason"])) for row in unread]
     reasons = [reason if reason.startswith(source) else f"{source}: {reason}" for source, reason in told]
-    if not rows and len(unread) > 1 and all(path.suffix == ".csv" for path in paths):
-        do = "of raw logs, `frictionlab batch LOGS --campaign`"
-        raise UsageError(f"{len(paths)} files without a measurement ({reasons[0]}): {do}")
+    if not rows and all(path.suffix == ".csv" for path in paths):
+        every = f" ({screen.counted(len(paths), 'file')} in all)"
+        raise UsageError(f"{reasons[0]}{every}: of raw logs, `frictionlab batch LOGS --campaign`")
     for reason in reasons:
         complain(reason)
     rows += unread

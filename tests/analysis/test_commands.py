@@ -69,7 +69,6 @@ def test_without_a_transient_it_is_found_and_all_settled_cycles_are_used(folder:
         (("--padding", 0), "analysis.padding"),
         (("--natural-frequency", 0), "rig.natural_frequency_hz"),
         (("-o", "result.txt"), "expected an output ending in"),
-        (("--scene", "nothing.toml"), "scene nothing.toml: cannot be read"),
     ],
 )
 def test_a_wrong_command_line_is_said_in_one_line(folder: Path, words: tuple[object, ...], fault: str) -> None:
