@@ -102,13 +102,9 @@ class Estimate:
         """The same number with its combined standard uncertainty."""
         return replace(self, u=u)
 
-    def with_relative(self, share: float) -> "Estimate":
-        """The same number, its uncertainty of its standard error and a share of itself."""
-        return self if self.value is None or self.se is None else self.with_u(math.hypot(self.se, share * self.value))
-
     def widened(self, share: float) -> "Estimate":
         """The same number, a share of itself added to its uncertainty."""
-        return self.with_u(math.hypot(self.error or 0.0, share * (self.value or 0.0))) if share else self
+        return self.with_u(math.hypot(self.error or 0.0, share * self.value)) if self.value and share else self
 
     def __str__(self) -> str:
         return with_error(self.value, self.error) if self.known else "not known"

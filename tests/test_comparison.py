@@ -21,10 +21,10 @@ from frictionlab.inference.posterior import model_of
 from frictionlab.inference.starts import point_at
 from frictionlab.recording import LineCount, Quality, Recording, Source, SourceFile
 from frictionlab.scene import Scene
-from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator import Base, Problem, steady_state
 from tests.benchmarks.adversary import NAMES, NEUTRAL, drawn, integrate, judge_decay
 from tests.desk import present
-from tests.inference.contacts import BASE_M, NATURAL_HZ, FloatArray, recorded, scene
+from tests.inference.contacts import BASE_M, NATURAL_HZ, FloatArray, from_rest, recorded, scene
 
 SOLVERS = ("exact", "thesis")
 
@@ -68,6 +68,17 @@ def test_what_a_start_that_has_not_died_out_leaves_is_not_laid_to_the_law() -> N
     asked = re.search(r"the start of the recording may still be in it.*: --transient ([0-9]+)", said)
     assert 40.0 < float(present(asked)[1]) < 120.0
     assert "--law auto" in said  # which it may be too
+
+
+def test_a_start_that_is_still_in_the_cycles_is_not_taken_for_play() -> None:
+    """Of a rig without play 20 um to either side were asked for: the motion had not settled."""
+    contact = Problem(0.4, 0.337, base=Base((1.0, 0.0, 0.08), (0.0, 0.0, -0.06)))
+    log = recorded(contact, np.random.default_rng(3), scatter=0.0, seconds=40.0, sensors=from_rest(contact))
+    rig, model = {"natural_frequency_hz_u": 0.001, "damping_ratio_u": 2e-4}, {"base_harmonics": 5}
+    found = compare(log, scene(rig=rig, model=model, analysis={"transient_s": 10.0}))
+    assert found.verdict == "misfit"
+    assert not any(said.startswith("rig: ") for said in found.warnings)
+    assert any("the start of the recording may still be in it" in said for said in found.warnings)
 
 
 def test_a_frame_whose_damping_is_not_known_is_found_to_be_damped() -> None:

@@ -43,7 +43,7 @@ def warnings(
         said = [*_of_the_channels(layout, m, wall_moves=wall_moves), *said]
     said += _of_the_sampling(layout, m, prescribed=prescribed)
     if not m.is_stuck:
-        said += (*_of_settling(layout, m), *_of_changes(layout, m), *_of_stops(m))
+        said += (*_of_settling(m), *_of_changes(layout, m), *_of_stops(m))
     said += _of_the_load_cell(m, taken)
     if m.frequency_ratio is None and not prescribed:
         said.append(
@@ -138,13 +138,11 @@ def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> I
         )
 
 
-def _of_settling(layout: Layout, m: "Measurement") -> Iterator[str]:
-    if len(layout) < FEW_CYCLES:
-        return
-    at = m.settled_s
-    if at is None:
+def _of_settling(m: "Measurement") -> Iterator[str]:
+    at = m.settles_later_s
+    if at == math.inf:
         yield f"transient_s: the motion had not settled; measured is from {m.transient_s:.3g} s on: record longer"
-    elif at > m.transient_s + 1.0 / layout.drive.frequency:
+    elif at is not None:
         yield f"transient_s: the motion settled only at {at:.3g} s, not {m.transient_s:g}: --transient {at:.3g}"
 
 

@@ -125,6 +125,13 @@ class Measurement(Means, Response, ByForce, Result):
     measured_friction_coefficient_u = Flat("measured_coefficient", "u")
 
     @property
+    def settles_later_s(self) -> float | None:
+        """When the motion settled, where that is after the cycles measured begin; infinite: not in this recording."""
+        at = math.inf if self.settled_s is None else self.settled_s
+        late = at > self.transient_s + 1.0 / self.drive_frequency_hz
+        return at if late and not self.is_stuck and len(self.layout) >= doubts.FEW_CYCLES else None
+
+    @property
     def energy_trend(self) -> Estimate:
         """Change of the energy, k Y^2 per hour; known of long tests only."""
         return Estimate(self.trend.slope, self.trend.slope_se).scaled(3600.0) if self.trend else NOT_KNOWN

@@ -401,13 +401,11 @@ def by_load_cell(
         return np.asarray(np.roll(cycles - cycles.mean(axis=-1, keepdims=True) - inertia, -(points // 4), axis=-1))
 
     gain, pressed = sources.mass_gain, float(normal[used].mean())
-    energy = (steadiness.mean_over(each, used) if has_metres or is_torque else NOT_KNOWN).with_relative(
-        math.sqrt(2.0) * gain
-    )
-    force, coefficient = over(way).with_relative(gain), over(way * normal).with_relative(math.hypot(gain, u_normal))
-    of_unit = math.hypot(sources.stiffness, 2.0 * unit_uncertainty(sources), math.sqrt(2.0) * gain)
+    energy = steadiness.mean_over(each, used).widened(math.sqrt(2.0) * gain) if has_metres or is_torque else NOT_KNOWN
+    force, coefficient = over(way).widened(gain), over(way * normal).widened(math.hypot(gain, u_normal))
+    of_unit = math.hypot(sources.stiffness, 2.0 * unit_uncertainty(sources))
     by_force = ByForce(
-        force_energy=energy.over(joules).with_relative(of_unit),
+        force_energy=energy.over(joules).widened(of_unit),
         force_energy_j=energy,
         measured_force=force,
         measured_coefficient=coefficient,

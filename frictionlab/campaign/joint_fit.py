@@ -15,13 +15,15 @@ import numpy as np
 from scipy.special import ndtr, stdtrit
 
 from frictionlab.campaign.prediction import Model, RowObservation
+from frictionlab.campaign.trials import short_name
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.diagnose import OTHER_CAUSE, strained_facts, to_declare, varied_friction
 from frictionlab.inference.fit import weighed
-from frictionlab.inference.ladder import Ladder, climb
+from frictionlab.inference.ladder import SPENT, Ladder, climb
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
 from frictionlab.inference.unknowns import STRAINED
+from frictionlab.inference.verdict import not_tried, start_left
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
@@ -35,7 +37,7 @@ FAULTS = (FrictionlabError, ArithmeticError, np.linalg.LinAlgError)
 BY_TWO_NUMBERS = (
     "{}: friction from two numbers of each test (energy and amplitude), for no law could be fitted to their cycles: {}"
 )
-UNLIKE = "{}: {} does not explain all cycles"
+UNLIKE = "{}: {}{} does not explain all cycles"
 VARIES = (
     "; its friction coefficient would be {:.3g} times as large if friction may vary with place and speed, and its error"
     " holds the difference"
@@ -259,6 +261,7 @@ def fit_together(
             if find_law:
                 ladders[material] = climb([o.under(law_of("coulomb")) for o in _spread_out(own)], accuracy=accuracy)
                 law = ladders[material].chosen.law
+                notes += [f"{material}: {said}" for said in not_tried(ladders[material]) if SPENT in said]
             under = [observation.under(law) for observation in own]
             infer(_spread_out(under)[:3])  # a material that cannot be fitted alone would end the fit of all
         except FAULTS as error:
@@ -351,8 +354,22 @@ def _against_richer_laws(posterior: Posterior, do: str) -> tuple[Posterior, list
         posterior = posterior.with_shift(MISSED, shift)
         times = varied[0] / own
         varies = VARIES.format(times) if abs(times - 1.0) > SAME else ""
-        said.append(UNLIKE.format(material, posterior.law(tests[0]).name) + varies + do)
+        missed = [i for i in tests if joint.misfit(i) > EXPLAINED]
+        first = [
+            f"{short_name(posterior.observations[i].source)}: {start}; else "
+            for i in missed
+            if (start := _start_left(posterior, i))
+        ]
+        unlike = UNLIKE.format(material, "".join(first), posterior.law(tests[0]).name)
+        said.append(unlike + varies + ("" if first and len(first) == len(missed) else do))
     return posterior, said
+
+
+def _start_left(posterior: Posterior, i: int) -> str:
+    """What to do about the start of test i, where its motion settled only after what is fitted begins."""
+    observation = posterior.observations[i]
+    state = None if observation.settles_later_s is None else observation.state(posterior.values(i))
+    return "" if state is None else start_left(observation, state, posterior.fit.nrmse([i]))
 
 
 def _spread_out(observations: Sequence[Seen]) -> list[Seen]:

@@ -28,7 +28,7 @@ from frictionlab.inference.observations import CycleObservation, cycle_of, lines
 from frictionlab.inference.posterior import Posterior, of_several
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
-from frictionlab.schema import AMPLITUDE, ENERGY, LEFT_OUT
+from frictionlab.schema import AMPLITUDE, ENERGY, LEFT_OUT, MATERIAL_LAWS
 from frictionlab.tables import Row
 from frictionlab.uncertainty import Estimate
 
@@ -148,7 +148,10 @@ def _exponent(force: FloatArray, value: FloatArray, weight: FloatArray) -> tuple
 
 
 def laws_together(ladders: Mapping[str, Ladder]) -> tuple[Row, ...]:
-    """Return the rows of ``laws.csv``: the laws tried on the tests of each material together, likeliest first."""
+    """Return the rows of ``laws.csv``: the laws tried on the tests of each material together, likeliest first.
+
+    Last those that were not, or not to the end, with the reason in ``note``.
+    """
     rows = list[dict[str, Any]]()
     for material, ladder in ladders.items():
         fitted = [(rung, len(rung.fit.model.tests)) for rung in ladder.rungs if rung.fit is not None]
@@ -157,7 +160,9 @@ def laws_together(ladders: Mapping[str, Ladder]) -> tuple[Row, ...]:
             row = {"material": material, "law": rung.law.name, "tests": tests}
             row |= {"log_evidence": rung.log_evidence, "required": rung.law.name == ladder.chosen.law.name}
             gain = None if math.isnan(plain) else rung.log_evidence - plain
-            rows.append({**row, "gain": gain, "response_nrmse": rung.nrmse})
+            rows.append({**row, "gain": gain, "response_nrmse": rung.nrmse, "note": None})
+        empty = dict.fromkeys(MATERIAL_LAWS.names) | {"material": material}
+        rows += [empty | {"law": rung.law.name, "note": rung.said} for rung in ladder.rungs if rung.fit is None]
     return tuple(sorted(rows, key=lambda row: str(row["material"])))
 
 

@@ -101,7 +101,7 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     """
     loops = [loop for loop in campaign.loops if loop.material == material]
     loops.sort(key=lambda loop: (round(loop.r, 2), loop.normal_force_n))
-    tried: list[Any] = [law for law in campaign.laws if law["material"] == material]
+    tried: list[Any] = [law for law in campaign.laws if law["material"] == material and law["note"] is None]
     law = None if campaign.joint is None else campaign.joint.law(material)
     with style.drawing(title=f"{material}: {'no law' if law is None else law.name}") as figure:
         axes = style.panels(figure, 3 if tried else 2, across=3)

@@ -315,6 +315,7 @@ def compared(
     predicted, energy, amplitude = observation.shown(state, found.values())
     nrmse = None if predicted is None else observation.left(predicted, found.values())
     misfit = None if nrmse is None else nrmse / observation.floor
+    first = "" if nrmse is None else start_left(observation, state, nrmse)
     diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
     found, restless = diagnosis.posterior, never_settles(state, measurement.cycles, observation.floor)
     beta = found.fit.find("beta")
@@ -322,10 +323,6 @@ def compared(
         shift = np.zeros(len(found.unknowns))
         shift[beta] = found.values()["beta"] / found.slope(beta)
         found = found.with_shift(UNSETTLED, shift)
-    if nrmse is not None and step == ANOTHER:
-        drive, noise = measurement.drive_frequency_hz, {"nrmse": nrmse, "floor": observation.floor}
-        left_out = measurement.transient_s * drive
-        step = start_left(state, left_out=left_out, cycles=measurement.cycles, drive=drive, **noise) or step
     contact = contact_of(observation, found.values(), state, scene.rig.stiffness)
     return _judged(
         *(found, scene, ladder, nrmse, [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]),
@@ -336,6 +333,7 @@ def compared(
         ],
         what="cycle",
         step=step,
+        first=first,
         floor=observation.floor,
         strained=diagnosis.strained,
         answered=diagnosis.answered,
@@ -377,18 +375,22 @@ def _judged(
     facts: Iterable[str] = (),
     after: Sequence[str] = (),
     step: str = ANOTHER,
+    first: str = "",
     contact: ContactForce | None = None,
     **more: Any,
 ) -> Comparison:
     """The comparison of an observation that leaves an nrmse over a floor: with its verdict, its doubts, its ladder.
 
     ``what`` is compared, its misfit over ``of``; ``said``, ``after``: sentences before the doubts, and behind
-    them; ``facts``: of sensors and rig, where they strain; ``step``: to take where no ladder was climbed.
+    them; ``facts``: of sensors and rig, where they strain; ``step``: to take where no ladder was climbed;
+    ``first``: before any.
     """
-    misfit, rows = None if nrmse is None or floor is None else nrmse / floor, _rows(ladder, found, nrmse)
+    misfit = None if nrmse is None or floor is None else nrmse / floor
+    rows = _rows(ladder, found, nrmse, explained=misfit is None or misfit <= EXPLAINED)
     verdict = verdict_of(misfit, strained=strained, answered=answered, unsettled=unsettled)
     moved = facts if verdict == "strained" else ()
-    warnings = (*said, *moved, *doubts(found, verdict, misfit, ladder, what=what, of=of, step=step), *after)
+    doubted = doubts(found, verdict, misfit, ladder, what=what, of=of, step=step, first=first)
+    warnings = (*said, *moved, *doubted, *after)
     words = verdict_in_words(nrmse, misfit, verdict, of="force" if what == "force" else "motion")
     if contact is not None:
         points = {
@@ -467,8 +469,14 @@ def _contact(
     )
 
 
-def _rows(ladder: Ladder | None, found: Posterior, nrmse: float | None) -> tuple[dict[str, Any], ...] | None:
-    """The ladder's rows; ``found``, ``nrmse``: of the law chosen, as they are reported."""
+def _rows(
+    ladder: Ladder | None, found: Posterior, nrmse: float | None, *, explained: bool = True
+) -> tuple[dict[str, Any], ...] | None:
+    """The ladder's rows; ``found``, ``nrmse``: of the law chosen, as they are reported.
+
+    Of one that does not explain the test the row has what its best fit leaves, as the others' have: what is reported of
+    it holds sensors and rig nearer to what is known of them.
+    """
     rows: list[dict[str, Any]] = []
     for rung in () if ladder is None else ladder.rungs:
         chosen = ladder is not None and rung.law.name == ladder.chosen.law.name
@@ -478,7 +486,7 @@ def _rows(ladder: Ladder | None, found: Posterior, nrmse: float | None) -> tuple
                 "law": rung.law.name,
                 "parameters": {} if posterior is None else {n: asdict(e) for n, e in posterior.parameters().items()},
                 "log_evidence": rung.log_evidence if math.isfinite(rung.log_evidence) else None,
-                "response_nrmse": nrmse if chosen else rung.nrmse,
+                "response_nrmse": nrmse if chosen and explained else rung.nrmse,
                 "held_out_nrmse": rung.held_out_nrmse,
                 "required": chosen,
                 "seconds": rung.seconds,

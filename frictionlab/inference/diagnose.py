@@ -77,6 +77,8 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
             worth = (*ALWAYS, "play") if play and play.shows and play.moves > _error(found) else ALWAYS
             causes = tuple(cause for cause in causes if cause.unknown.name in worth)
     found, named, answered = _other_causes(found, causes, enough, explained=explained)
+    if observation.settles_later_s is not None and not explained:
+        named, answered = [], False  # a start that is still in the cycles looks like any cause
     facts = strained_facts(fitted, scene, [cause.unknown.name for cause, _ in named]) if explained else ()
     said = [*facts, *said, *(_named(cause, other, found, scene) for cause, other in named)]
     if play and not (named or play.shows) and play.moves > _error(found):

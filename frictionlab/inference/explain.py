@@ -16,7 +16,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.inference.compare import AUTO, compare_measurement
 from frictionlab.inference.comparison import Comparison, ContactForce
 from frictionlab.inference.diagnose import OTHER_CAUSE
-from frictionlab.inference.ladder import DEAR, EXACT, NOT_TOLD_APART, NUMERIC, REQUIRED
+from frictionlab.inference.ladder import DEAR, EXACT, NOT_TOLD_APART, NUMERIC, REQUIRED, left_for_work
 from frictionlab.inference.posterior import AS_KNOWN, MISSED, NOISE, limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
@@ -56,12 +56,11 @@ class Explanation:
     """What a recording says of its contact.
 
     ``comparison``: under the law that the recording requires; ``physical``: parameter -> value, uncertainty, unit,
-    words; ``unit_m``: Y, the base's amplitude [m].
+    words.
     """
 
     comparison: Comparison
     physical: Mapping[str, tuple[float, float | None, str, str]]
-    unit_m: float
 
     @property
     def contact(self) -> ContactForce | None:
@@ -132,15 +131,14 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
             factor, _ = to_physical(parameter, *frame, amplitude=measurement.base_amplitude_m, turn=turn)
             if factor is not None:
                 found[parameter.name] = (times * factor * own["value"], times * factor * own["u"], unit, words)
-    return Explanation(comparison, found, measurement.base_amplitude_m)
+    return Explanation(comparison, found)
 
 
 def explain_comparison(comparison: Comparison) -> Explanation:
     """Put a comparison into words as it is; AnalysisError without a steady cycle."""
-    contact = comparison.contact
-    if contact is None or comparison.energy_per_cycle is None:
+    if comparison.contact is None or comparison.energy_per_cycle is None:
         raise AnalysisError("explain: the comparison has no steady cycle: expected one of compare(recording)")
-    return Explanation(comparison, _force(comparison), contact.unit_m)
+    return Explanation(comparison, _force(comparison))
 
 
 def _force(comparison: Comparison) -> dict[str, tuple[float, float | None, str, str]]:
@@ -162,6 +160,10 @@ def missed(contact: ContactForce | None) -> dict[str, float]:
     return {name: math.sqrt(float(square[there].mean())) for name, there in seen.items() if there.any()}
 
 
+def _left_for_work(c: Comparison) -> list[str]:
+    return left_for_work({str(row["law"]): str(row["note"] or "") for row in c.laws or ()})
+
+
 def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
     """Law, energy, values and what their error comes from, each sentence behind its rank."""
     c = about.comparison
@@ -172,7 +174,8 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
     if c.response_nrmse is None or c.response_floor is None:
         yield 0, "No prediction: this law has no steady state here."
     else:
-        best = "No law that was tried explains the cycle. The best one"
+        tried = "tried to the end" if _left_for_work(c) else "tried"
+        best = f"No law that was {tried} explains the cycle. The best one"
         verdict = VERDICTS.get(c.verdict or "", best if c.laws else f"{c.law} does not explain the cycle: it")
         noise = f"the measurement's own error is {100 * c.response_floor:.2g} %"
         what = "force" if c.contact is not None and c.contact.is_measured else "motion"
@@ -211,12 +214,14 @@ def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
     if simpler is not None and simpler["response_nrmse"] is not None:
         enough = f"Its log evidence is {simpler['gain']:.0f} lower; {REQUIRED:.0f} is enough."
         yield 3, f"A simpler law, {simpler['law']}, leaves {100 * simpler['response_nrmse']:.2g} %. {enough}"
-    in_newtons = c.contact is not None and c.contact.is_measured
-    times, unit = ((c.contact and c.contact.unit_n) or 1.0, "N") if in_newtons else (1e6 * about.unit_m, "um")
+    in_newtons, unit_m = (False, 0.0) if c.contact is None else (c.contact.is_measured, c.contact.unit_m)
+    times, unit = ((c.contact and c.contact.unit_n) or 1.0, "N") if in_newtons else (1e6 * unit_m, "um")
     here = ", ".join(f"{times * size:.2g} {unit} {PARTS[name]}" for name, size in missed(c.contact).items())
     if here:
         yield 6, f"{c.law} misses (rms): {here}."
-    if others := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:
+    if (left := _left_for_work(c)) and c.verdict != "explained":
+        yield 0, f"Left out, for the ladder's work was used up: {', '.join(left)}."
+    if others := [str(rung["law"]) for rung in c.laws or () if not (rung["required"] or rung["note"])]:
         yield 6, f"Tried, not required: {', '.join(others)}."
     # terms of laws tried, and of those of which a warning says for what other reason they were not, or not to the end
     warned = [said.partition(" ")[2].partition(":")[0] for said in c.warnings if said.startswith(("law ", "laws "))]
@@ -231,7 +236,9 @@ def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
     untold = [name for name, e in about.comparison.parameters.items() if e["u"] is not None and not e["told"]]
     law = law_of(about.comparison.law)
     yield from ((2, f"To measure {name}: {law.parameter(name).determined_by}.") for name in untold)
-    if not untold:
+    if (left := _left_for_work(about.comparison)) and about.comparison.verdict != "explained":
+        yield 0, f"Next: --law {left[0]} fits that law alone."
+    elif not untold:
         yield 2, NEXT
     warnings = (said for said in about.comparison.warnings if "does not tell it" not in said)
     yield from ((1 if "declare it" in said else 5, f"! {said}") for said in warnings)

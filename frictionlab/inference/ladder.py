@@ -49,6 +49,7 @@ DEAR = tried_of("smooth", "inner", effort=2)  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
+SHARE, LEAST = 0.5, 0.02  # of what is left, for one law or one start of it; of it all, below which none is begun
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
@@ -58,6 +59,7 @@ TRIALS = (1.0, -1.0, 0.0)  # standard deviations from its prior's mean at which 
 SCALES = (-1.5, -1.0, -0.5, 0.0, 0.5)  # the same on a logarithmic scale: where it does most, first
 LIKELY = 0.05  # times as likely as the law that is given: from there on another law counts, ...
 APART = 1.0  # ... and is named if its friction ratio is so many errors away
+SPENT = "the work of a ladder was used up"
 NOT_TOLD_APART = "laws that the data do not tell apart"
 FAULTS = (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError)
 
@@ -148,7 +150,7 @@ class _Climb:
         self, observations: Sequence[Observation], accuracy: str, near: Mapping[str, float] | None = None
     ) -> None:
         times = sum(OF_RECORD if o.shows_rig else 1.0 for o in observations)
-        self.work, self.kept = Meter(WORK * times), KEPT * WORK * times
+        self.work, self.kept, self.least = Meter(WORK * times), KEPT * WORK * times, LEAST * WORK * times
         self.observations = [o.missing(0.0).metered(self.work) for o in observations]
         self.accuracy, self.near = accuracy, near
         self.rungs: list[Rung] = []
@@ -230,16 +232,16 @@ class _Climb:
             return replace(known, required=False)
         law, begin, said = law_of(name), time.perf_counter(), ""
         made, kept = Rung(law), self.kept if law.kind == "elastic" else 0.0
-        if self.observations[0].shows_rig:  # one law that does not settle leaves half of what is left to the others
-            kept = 0.5 * self.work.left
-        if law.kind != "rigid" and self.work.left < kept:
-            said = "not tried: the work of a ladder was used up; give --law to fit it alone"
+        if self.observations[0].shows_rig or not law.is_exact:  # one that finds no end leaves as much to the others
+            kept = SHARE * self.work.left
+        if law.kind != "rigid" and self.work.left - kept < self.least:
+            said = f"not tried: {SPENT}; give --law to fit it alone"
         else:
             try:
                 with self.work.keeping(kept):
                     made = self._rung(law, below)
             except OverspentError:
-                said = "not fitted to the end: the work of a ladder was used up; give --law to fit it"
+                said = f"not fitted to the end: {SPENT}; give --law to fit it"
             except Exception as fault:  # one law's fault must not end the others
                 if below is None and isinstance(fault, AnalysisError):
                     raise
@@ -281,26 +283,49 @@ class _Climb:
         if "stiffness_ratio" in {u.name for u in model.unknowns} and not several:
             begun = self._in_valleys(model, below)
         elif not law.is_exact:  # dear: the likeliest start first, for one may lead astray, or be enough
+            begun = [*self._as_given(model, below), *begun]
             begun.sort(key=lambda start: cost(*start))
         enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)
         best: Fit | None = None
+        spent: OverspentError | None = None
         missed = AnalysisError("no starting point has a steady state")
         for there, point, local in begun:
             if best is not None and law.kind != "rigid" and (best.cost > enough or misfit_is_noise(best)):
                 break
+            kept = 0.0 if law.is_exact else SHARE * self.work.left  # a start that finds no end is not the last
             try:
-                found = fit_from(there, [point], local, tempers=False)
+                with self.work.keeping(kept):
+                    found = fit_from(there, [point], local, tempers=False)
             except AnalysisError as fault:
                 missed = fault  # no steady state there; another start may have one
                 continue
-            except OverspentError:
-                if best is None:
-                    raise
-                break
+            except OverspentError as fault:
+                spent = fault
+                if law.is_exact or self.work.left < self.least:
+                    break
+                continue
             best = found if best is None or found.cost < best.cost else best
         if best is None:
-            raise missed
+            raise spent or missed
         return best
+
+    def _as_given(self, model: Model, below: Fit) -> list[tuple[Model, FloatArray, list[FloatArray]]]:
+        """Where a law of the sliding speed begins when it is given: at its own best fit with sensors and rig as known.
+
+        Values of a law without such a term lead it far astray, and all unknowns at once take ten times the work.
+        """
+        law, simpler = (one.tests[0].observation.law for one in (model, below.model))
+        if law.kind != "smooth" or not simpler.is_exact:
+            return []
+        own, point = [k for k, u in enumerate(model.unknowns) if u.law], np.zeros(len(model.unknowns))
+        try:
+            with self.work.keeping(SHARE * self.work.left):
+                starts, local = starting_points(model)
+                plain = model_of([test.observation for test in model.tests], rig=False)
+                point[own] = fit_from(plain, [start[own] for start in starts], tempers=False).point
+        except (AnalysisError, OverspentError):
+            return []
+        return [(model, np.clip(point, *model.bounds), local)]
 
     def _in_valleys(self, model: Model, below: Fit) -> list[tuple[Model, FloatArray, list[FloatArray]]]:
         """Where a contact that yields begins: in the valleys that the first such law has found."""
@@ -459,6 +484,11 @@ def held_out(found: Fit) -> tuple[FloatArray, float | None]:
         parts.append(float(residual @ np.linalg.solve(spread, residual)) + float(np.linalg.slogdet(spread)[1]))
         squares.append(test.observation.nrmse(residual) ** 2)
     return np.array(parts), math.sqrt(float(np.mean(squares)))
+
+
+def left_for_work(said: Mapping[str, str | None]) -> list[str]:
+    """Return the laws that a ladder's work did not suffice for, fewest terms first; ``said``: what happened to each."""
+    return sorted((law for law, why in said.items() if SPENT in (why or "")), key=lambda law: law.count("+"))
 
 
 def laws_above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:

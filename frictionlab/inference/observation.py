@@ -27,14 +27,21 @@ Values = Mapping[str, float]
 BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a motion
 NO_MOTION = (FrictionlabError, ArithmeticError, ValueError, np.linalg.LinAlgError)
 """What the simulator raises at values that are no candidate: there is no motion to compare with."""
+OF_ONE = 3e4  # steps that one steady state may take of a meter: where there is one, nearly all take a tenth
 SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
 
 
 def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> SteadyState | None:
-    """Return the steady state of a problem; None where the simulator has none: these values are no candidate."""
+    """Return the steady state of a problem; None where the simulator has none: these values are no candidate.
+
+    Nor are those at which a search that has so much work left would need a large share of it to find one.
+    """
     try:
-        return steady_state(problem, near=near, meter=meter)
+        with meter.keeping(max(meter.left - OF_ONE, 0.0) if math.isfinite(meter.left) else 0.0):
+            return steady_state(problem, near=near, meter=meter)
     except OverspentError:
+        if meter.left > 0.0:
+            return None
         raise
     except NO_MOTION:
         return None
@@ -82,7 +89,8 @@ class Observation(ABC):
     the data themselves are; ``variances`` (N,) of the noise along them; ``powers`` (N,): mean square of what a share is
     missed of; ``missed``: share of the test's power that the law cannot explain, which counts beside the noise;
     ``floor``: the nrmse that noise alone leaves; ``guess``: about what the friction ratio is, None where the loop or a
-    search says it; ``work``: what its motions may still cost.
+    search says it; ``left_out_s``: transient; ``settles_later_s``: when its motion settled, where that is after it
+    (infinite: never); ``work``: what its motions may still cost.
     """
 
     source: str
@@ -104,6 +112,8 @@ class Observation(ABC):
     distorted: bool = False
     missed: float = 0.0
     guess: float | None = None
+    left_out_s: float = 0.0
+    settles_later_s: float | None = None
     work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
     steps: ClassVar[tuple[float, ...]]
     """Of a prior's standard deviation, one after the other where there is no motion: differences of the simulation."""

@@ -437,6 +437,8 @@ def of_test(measurement: Measurement) -> dict[str, Any]:
         "turn": 2.0 * math.pi * measurement.drive_frequency_hz,
         "sources": measurement.sources,
         "rate": measurement.sampling_rate_hz,
+        "left_out_s": measurement.transient_s,
+        "settles_later_s": measurement.settles_later_s,
     }
 
 

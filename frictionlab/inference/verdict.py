@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from frictionlab.inference.comparison import Verdict
-from frictionlab.inference.ladder import Ladder
+from frictionlab.inference.ladder import Ladder, left_for_work
+from frictionlab.inference.observations import OfCycles
 from frictionlab.inference.posterior import EXPLAINED, Posterior, limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.simulator import SteadyState
@@ -40,6 +41,8 @@ def better_of(ladder: Ladder, misfit: float) -> str:
     """Return the laws of a ladder that leave less than an unexplained one, though evidence does not require them."""
     most = EXPLAINED / misfit * (ladder.chosen.nrmse or 0.0)
     better = [rung.law.name for rung in ladder.rungs if rung.nrmse is not None and rung.nrmse <= most]
+    if not better and (spent := left_for_work(ladder.left_out)):
+        return f"no law that --law auto tried to the end explains it; do: --law {spent[0]}, left out for its work"
     if not better:
         return "no law that --law auto tried explains it"
     return f"{' or '.join(better)} would, but the evidence does not require so much: record more cycles"
@@ -60,23 +63,25 @@ def never_settles(state: SteadyState, cycles: int, floor: float) -> str | None:
     )
 
 
-def start_left(
-    state: SteadyState, *, left_out: float, cycles: int, drive: float, nrmse: float, floor: float
-) -> str | None:
-    """Say that what a law misses may be the start of the recording, which has not died out in the cycles left out.
+def start_left(observation: OfCycles, state: SteadyState, nrmse: float) -> str:
+    """Say what to do about the start of a recording that may be what a law misses; nothing where it is not.
 
-    ``left_out``: transient, in cycles; ``cycles``: in the mean; ``drive``: Hz; ``floor``: its error over its rms.
+    It has not died out in the cycles left out by the memory of the ``state``, or the motion settled only after them.
     """
-    if not 0.0 < state.memory < 1.0:
-        return None
-    in_mean = state.memory**left_out * (1.0 - state.memory**cycles) / (cycles * (1.0 - state.memory))
-    if in_mean < START * nrmse:
-        return None
-    needed = math.ceil(math.log(START * floor) / math.log(state.memory) / drive)
-    return (
-        f"the start of the recording may still be in it, for a disturbance of this motion lasts"
-        f" {-1.0 / math.log(state.memory):.2g} cycles: --transient {needed}, or record longer; else {ANOTHER}"
-    )
+    memory, drive, cycles = state.memory, observation.turn / (2.0 * math.pi), observation.cycles.used
+    if 0.0 < memory < 1.0:
+        in_mean = memory ** (observation.left_out_s * drive) * (1.0 - memory**cycles) / (cycles * (1.0 - memory))
+        if in_mean >= START * nrmse:
+            needed = math.ceil(math.log(START * observation.floor) / math.log(memory) / drive)
+            return (
+                f"the start of the recording may still be in it, for a disturbance of this motion lasts"
+                f" {-1.0 / math.log(memory):.2g} cycles: --transient {needed}, or record longer"
+            )
+    at = observation.settles_later_s
+    if at is None:
+        return ""
+    how = "record longer" if at == math.inf else f"--transient {at:.3g}"
+    return f"the motion had not settled when what is measured begins: {how}"
 
 
 def verdict_in_words(nrmse: float | None, misfit: float | None, verdict: Verdict | None, *, of: str = "motion") -> str:
@@ -112,10 +117,12 @@ def doubts(
     what: str,
     of: str,
     step: str,
+    first: str = "",
 ) -> Iterator[str]:
     """Yield what is not known of a law, why it does not explain a test, or why it says little that it does.
 
-    ``what``: the test is a cycle, or a table; ``of``: what the misfit is over; ``step``: to take without a ladder.
+    ``what``: the test is a cycle, or a table; ``of``: what the misfit is over; ``step``: to take without a ladder;
+    ``first``: before any other.
     """
     observation, parameters = found.tests[0].observation, found.parameters()
     beta, law = parameters["beta"], {u.name for u in found.unknowns if u.law}
@@ -140,6 +147,7 @@ def doubts(
         if verdict == "strained":
             words = f"explains this {what} only with a rig or sensors unlike the scene"
             step = "other warnings name which"
+        step = f"{first}; else {step}" if first else step
         yield f"verdict: {observation.law.name} {words}: {missed}; {step}"
     for term in observation.law.terms if ladder is not None else ():
         own = [parameters[p.name] for p in term.parameters if p.name not in observation.held and not p.whole]

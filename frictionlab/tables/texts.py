@@ -27,7 +27,7 @@ MOST_DEPTH = 60  # of a value in JSON; results have 3
 MOST_DIGITS = 15  # of a whole number; beyond, two of them are one float
 GRAVE = re.compile(
     r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
-    r"|times what|the fit moved|changes its sign|not at hand"
+    r"|times what|the fit moved|changes its sign|not at hand|used up"
 )
 _DIGITS = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?")
 _TO = re.compile(r"( \w{1,3})? to ")  # of a range, also of one that names its unit twice

@@ -15,10 +15,11 @@ from frictionlab.analysis.measurement import measure
 from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import _against_richer_laws, fit_together
-from frictionlab.campaign.laws import AmontonsTest, amontons, amontons_of
+from frictionlab.campaign.laws import AmontonsTest, amontons, amontons_of, laws_together
 from frictionlab.campaign.trials import trial_of
 from frictionlab.errors import ParameterError, UsageError
 from frictionlab.hdf5 import write_recording
+from frictionlab.inference import ladder
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.posterior import explains, infer
 from frictionlab.logs import read_log
@@ -26,11 +27,12 @@ from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic import synthesize, virtual_tests
 from frictionlab.tables import write_rows
+from frictionlab.tables.texts import GRAVE
 from frictionlab.uncertainty import Estimate
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row, steady_recording
 from tests.desk import present
-from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded
+from tests.inference.contacts import BASE_M, NATURAL_HZ, from_rest, recorded
 
 TRUE, FORCE = 0.4, 1.5
 BETA = TRUE * FORCE / (STIFFNESS * AMPLITUDE)
@@ -121,6 +123,41 @@ def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene
     law = present(present(found.joint).law("steel"))
     assert law.name == "coulomb"
     assert len(found.laws) > 1
+
+
+def test_a_test_that_had_not_settled_is_named_before_its_law() -> None:
+    """All logs were of pure Coulomb friction, one had not settled, and `--law auto` was to find another law."""
+    frame = 0.004
+    known = {"natural_frequency_hz": NATURAL_HZ, "damping_ratio": frame}
+    scene = scene_from_tables({"rig": known, "analysis": {"transient_s": 15.0}, "experiment": {"normal_force_n": 1.0}})
+    seen = []
+    for r in (0.4, 1.3):
+        truth = Problem(r, 0.2, frame_damping_ratio=frame)
+        begun = from_rest(truth) if r < 1.0 else None
+        made = recorded(truth, np.random.default_rng(3), scatter=0.0, seconds=50.0, sensors=begun)
+        seen.append(replace(observe(measure(made, scene), scene), source=f"{r}.csv", material="steel"))
+    _, notes = fit_together({"steel": seen}, find_law=False, accuracy="balanced")
+    (said,) = (note for note in notes if "does not explain all cycles" in note)
+    assert re.search(r"^steel: 0\.4: the start of the recording may still be in it, .*: --transient \d+, .*", said)
+    assert "--law auto" not in said
+
+
+def test_laws_that_a_campaign_did_not_try_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Break-away was printed as required, and nothing said that Stribeck's curve had been given up for its work."""
+    monkeypatch.setattr(ladder, "WORK", 1e4)
+    monkeypatch.setattr(ladder, "EXACT", ("speed",))
+    more = {"static_ratio": 1.3, "stribeck_speed": 0.5}
+    seen = []
+    for i, r in enumerate((0.4, 0.7)):
+        truth = Problem(r, BETA, law="coulomb+stribeck", parameters=more)
+        made = measure(recorded(truth, np.random.default_rng(i), seconds=12.0), scene_with())
+        seen.append(replace(observe(made, scene_with()), source=str(i), material="steel"))
+    joint, notes = fit_together({"steel": seen}, find_law=True, accuracy="balanced")
+    (row,) = (row for row in laws_together(present(joint).ladders) if row["law"] == "coulomb+stribeck")
+    assert (row["log_evidence"], row["required"]) == (None, None)
+    assert str(row["note"]).endswith("the work of a ladder was used up; give --law to fit it alone")
+    (said,) = (note for note in notes if note.startswith("steel: ") and "coulomb+stribeck" in note)
+    assert GRAVE.search(said)
 
 
 def test_the_coefficient_under_a_law_that_misses_the_cycles_holds_what_a_richer_one_says(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator.record import BaseRecord, motion_under
 from tests.analysis.seen import through_laser
 
 FloatArray = NDArray[np.float64]
@@ -51,6 +52,16 @@ def recorded(
     if sensors is not None:
         mass, base = sensors(t, mass, base)
     return Recording(t, through_laser(mass, generator), through_laser(base, generator))
+
+
+def from_rest(problem: Problem) -> Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    """For `recorded`: the motion that begins at rest under the base, in place of the steady one."""
+
+    def started(t: FloatArray, _mass: FloatArray, base: FloatArray) -> tuple[FloatArray, FloatArray]:
+        drive = BaseRecord(2.0 * math.pi * NATURAL_HZ * t, base / BASE_M, rest=0.0, scale=1.0)
+        return BASE_M * motion_under(problem.in_frame_time(), drive).displacement, base
+
+    return started
 
 
 def scene(**tables: Mapping[str, object]) -> Scene:

@@ -9,6 +9,7 @@ import pytest
 from frictionlab import compare
 from frictionlab.errors import SimulationError
 from frictionlab.inference import ladder
+from frictionlab.inference.explain import explain_comparison
 from frictionlab.inference.fit import Fit
 from frictionlab.inference.observation import steady
 from frictionlab.simulator import Problem
@@ -90,10 +91,42 @@ def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try(monkeypat
     truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
     seen = recorded(truth, np.random.default_rng(3), seconds=20.0)
     found, again = compare(seen, scene(), law="auto"), compare(seen, scene(), law="auto")
-    assert any(w.startswith("law coulomb+logarithm: not fitted to the end: the work of a") for w in found.warnings)
+    unended = next(w for w in found.warnings if "not fitted to the end: the work of a ladder was" in w)
+    assert unended.startswith("laws coulomb+logarithm, coulomb+stribeck, ")
     unspent = next(w for w in found.warnings if "not tried: the work of a ladder was" in w)
     assert "coulomb+rate-state" in unspent.split(":")[0]
     assert (again.law, again.parameters, again.warnings) == (found.law, found.parameters, found.warnings)
+
+
+def test_a_start_that_finds_no_end_does_not_use_the_work_of_the_law_that_is_required(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """From the values of a law that misses by far the first start went astray, and Stribeck's curve was given up."""
+    for name, laws in {"EXACT": ("speed",), "SMOOTH": ("stribeck",), "INNER": (), "DEAR": ()}.items():
+        monkeypatch.setattr(ladder, name, laws)
+    monkeypatch.setattr(ladder, "WORK", 3e5)
+    more = {"static_ratio": 1.3, "stribeck_speed": 0.38, "stribeck_exponent": 2.0}
+    truth = Problem(1.3, 0.337, law="coulomb+stribeck", parameters=more, frame_damping_ratio=0.004)
+    seen = recorded(truth, np.random.default_rng(6), scatter=0.0, seconds=40.0)
+    known = scene(rig={"natural_frequency_hz_u": 0.001, "damping_ratio": 0.004, "damping_ratio_u": 2e-4})
+    assert compare(seen, known, law="auto").law == "coulomb+stribeck"
+
+
+def test_laws_left_out_for_their_work_are_no_laws_that_were_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`explain` listed them as tried and not required, and said that no law explains the cycle: another cause does."""
+    for name, laws in {"EXACT": ("speed",), "SMOOTH": ("stribeck",), "INNER": (), "DEAR": ()}.items():
+        monkeypatch.setattr(ladder, name, laws)
+    monkeypatch.setattr(ladder, "WORK", 2e4)
+    truth = Problem(0.3, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
+    found = compare(recorded(truth, np.random.default_rng(3), seconds=12.0), scene(), law="auto")
+    said = explain_comparison(found)
+    assert "No law that was tried to the end explains the cycle." in " ".join(said.text.split())
+    assert "Tried, not required: coulomb+speed." in said.text
+    for line in ("Left out, for the ladder's work was used up: coulomb+stribeck.", "Next: --law coulomb+stribeck fits"):
+        assert line in "\n".join(said.short(8))
+    assert any("do: --law coulomb+stribeck, left out for its work" in w for w in found.warnings)
+    chosen = next(rung for rung in present(found.laws) if rung["law"] == found.law)
+    assert float(str(chosen["response_nrmse"])) < 0.9 * present(found.response_nrmse)  # of its best fit, as all rows'
 
 
 def test_elastic_laws_leave_integrated_ones_their_work(monkeypatch: pytest.MonkeyPatch) -> None:
