@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import frictionlab as fl
 from frictionlab import compare
 from frictionlab.analysis.measurement import measure
-from frictionlab.arrays import sampling_interval
+from frictionlab.arrays import FloatArray, sampling_interval
 from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.inference.fit import fit_from, followed
 from frictionlab.inference.observations import observe
@@ -24,7 +24,7 @@ from frictionlab.scene import Scene
 from frictionlab.simulator import Base, Problem, steady_state
 from tests.benchmarks.adversary import NAMES, NEUTRAL, drawn, integrate, judge_decay
 from tests.desk import present
-from tests.inference.contacts import BASE_M, NATURAL_HZ, FloatArray, from_rest, recorded, scene
+from tests.inference.contacts import BASE_M, NATURAL_HZ, from_rest, recorded, scene
 
 SOLVERS = ("exact", "thesis")
 

@@ -14,6 +14,7 @@ import pytest
 
 import frictionlab as fl
 from frictionlab import compare
+from frictionlab.analysis.measurement import measure
 from frictionlab.errors import OutputError, SceneError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Rig, Scene, read_scene, scene_from_tables
@@ -220,6 +221,17 @@ def test_further_channels_are_those_of_the_motion_and_are_read_again(tmp_path: P
         for rate, of in ((velocity, way), (acceleration, velocity)):
             back = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(log.time))])
             assert np.abs(of - of[0] - back).max() < tolerance * np.abs(of).max()
+
+
+def test_an_angle_over_a_radius_gives_the_coefficient_of_the_truth(tmp_path: Path) -> None:
+    scene = scene_of(channels=["angle", "contact_force", "normal_force"], sampling_rate_hz=1000.0)
+    with pytest.raises(SceneError, match=r"an angle needs \[rig\] radius_m"):
+        log_of(virtual_tests(scene)[0], scene)
+    turning = scene.model_copy(update={"rig": scene.rig.model_copy(update={"radius_m": 0.02})})
+    (test,) = synthesize(turning, tmp_path)
+    given = scene_from_tables({"rig": {"kind": "prescribed", "radius_m": 0.02}})
+    m = measure(read_log(tmp_path / test.log, LogOptions()), given)
+    assert abs(present(m.measured_friction_coefficient) - 0.5) < 2.0 * present(m.measured_friction_coefficient_u) < 0.01
 
 
 def test_noise_of_a_further_channel_is_a_share_of_it() -> None:

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictionlab import compare, uncertainty
 from frictionlab.analysis.channels import SensorChannel, low_pass, restored
 from frictionlab.analysis.measurement import Measurement, measure
+from frictionlab.arrays import FloatArray
 from frictionlab.inference.comparison import Comparison
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.unknowns import of_law
@@ -24,7 +24,6 @@ from frictionlab.uncertainty import STATISTICAL, Average, Estimate, Flat, FlatKn
 from tests.desk import present
 from tests.inference.contacts import recorded, scene
 
-FloatArray = NDArray[np.float64]
 Shown = tuple[FloatArray, FloatArray]
 KEYS = ("frequency_ratio", "base_amplitude_m", "energy_per_cycle", "response_amplitude")
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 import frictionlab as fl
 from frictionlab.analysis.channels import denoised
 from frictionlab.analysis.signals import white_noise
+from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import respond_to
 from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
@@ -30,7 +30,6 @@ from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.synthetic.virtual_motion import ramp, random_motion
 from tests.desk import invoke, present
 
-FloatArray = NDArray[np.float64]
 FN, Y, NOISE = 3.0, 2e-3, 1e-6
 SHARED = Path(__file__).parents[1] / "../shared/data"
 SCENE = Scene(rig=Rig(natural_frequency_hz=FN, damping_ratio=0.01), analysis=Analysis(transient_s=8.0, cycles="all"))

@@ -20,6 +20,11 @@ from frictionlab.analysis.stops import Move, Thresholds
 from frictionlab.arrays import ComplexArray, FloatArray, shifted
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, Sources, unit_uncertainty
 
+CLEAR = 3.0  # errors of a mass that moves with a load cell, from which it is said
+SLIDES = 0.1  # of its largest speed: slower, a contact may stand or turn
+FEWEST_POINTS = 32  # of a cycle where the contact slides, from which a mass between it and the cell is looked for
+BLUNT = 0.003  # of the acceleration, by which that of a smoothed motion may be off
+HEAVY = 0.01  # of the friction force: what a mass adds less is not said
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
 
 
@@ -335,6 +340,26 @@ def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_
     return 2.0 * math.pi * math.sqrt(variance / samples)
 
 
+def heavier(cell: LoadCell, mean: FloatArray, place: FloatArray) -> Estimate:
+    """What in a force, the mean cycle (p,) and single ones, follows the acceleration of a place where that slides.
+
+    Friction has the sign of the speed, inertia that of the acceleration; beside a mean, friction may depend on speed
+    and place. The error is the cycles' scatter, and how much it matters whether friction may do so.
+    """
+    speed, acceleration = shifted(place, order=1), shifted(place, order=2)
+    slides = np.abs(speed) > SLIDES * float(np.abs(speed).max())
+    speed, acceleration = speed[slides], acceleration[slides]
+    sign, along = np.sign(speed), np.sign(speed) * place[slides]
+    found = list[FloatArray]()
+    for more in ([], [speed], [along], [speed, along, sign * speed**2]):
+        found.append(np.linalg.pinv(np.stack([np.ones_like(sign), sign, *more, acceleration], axis=1))[-1])
+    values, rows = [float(weights @ mean[slides]) for weights in found], cell.each[:, slides] @ found[0]
+    scatter = steadiness.mean_over(rows, slice(0, len(rows))).se
+    if scatter is None or len(sign) < FEWEST_POINTS:
+        return NOT_KNOWN
+    return Estimate(values[0], math.hypot(scatter, float(np.ptp(values))))
+
+
 @dataclass(frozen=True, kw_only=True)
 class ByForce:
     """Means by a load cell.
@@ -373,7 +398,8 @@ def by_load_cell(
         return ByForce(), None, None, []
     unit, points, is_torque = layout.drive.amplitude, layout.mass.shape[1], name == "torque"
     slid = layout.mass - layout.base if wall_moves else layout.mass
-    mean = slid[used].mean(axis=0) if wall_moves else answer.how.cycle(points)[0]
+    how = smoother(slid, layout.of_mass.beside(layout.of_base), layout.samples) if wall_moves else answer.how
+    mean = how.cycle(points)[0]
     speed = np.abs(shifted(mean, order=1))
     way = 2.0 * math.pi * float(speed.mean()) * unit * answer.series.amplitude / max(answer.size, 1e-300)
     each, rows = loop_area(slid * unit, layout.more[name]), layout.more[name]
@@ -413,4 +439,12 @@ def by_load_cell(
     mean_force = at_contact(rows[used].mean(axis=0)) + (float(rows[used].mean()) if one_way else 0.0)
     single = at_contact(rows[some_cycles(len(rows))])
     cell = LoadCell(single, pressed if math.isfinite(pressed) else None, is_measured)
+    if has_metres and not (is_torque or one_way):
+        place, per_kg = np.roll(mean, -(points // 4)), unit * (2.0 * math.pi * layout.drive.frequency) ** 2
+        more = heavier(cell, mean_force, place).over(per_kg)
+        whole = Estimate(inertia_kg + (more.value or 0.0), more.se).widened(math.hypot(math.sqrt(2.0) * gain, BLUNT))
+        least = HEAVY * abs(force.value or 0.0) / (per_kg * float(np.ptp(shifted(place, order=2))))
+        if (more.value or 0.0) > max(CLEAR * (whole.u or math.inf), least):
+            words = f"shows a mass that moves with the cell: force_inertia_kg = {whole} in [sensors] would take it off"
+            said.append(f"{name}: it {words}")
     return by_force, mean_force, None if is_torque else cell, said

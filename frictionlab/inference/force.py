@@ -49,7 +49,6 @@ POINTS = 512  # of a cycle at which the law's force is taken, at least
 GAIN, UNIT, LAG = "force_gain", "force_unit", "force_lag_s"
 TIME_OF_FORCE = "time of the force's channel"  # that nobody has declared
 STRANGE = 6.0  # times as far from the median as the usual cycle is no cycle of the same friction
-INERTIAL = 0.9  # correlation with the acceleration, from which what a law misses is a mass's
 LEAST = 0.1  # of the white noise that single cycles show, below which no variance is taken
 FREE_UNIT = 1.0  # relative: of k Y where the stiffness is not known
 FRICTIONS = tuple(np.geomspace(0.4, 2.5, 13).tolist())  # over the measured one, that a fit tries
@@ -123,15 +122,6 @@ class ForceObservation(OfCycles):
     def where_it_slides(self, force: FloatArray) -> FloatArray:
         """Return a cycle (p,) in the parts that are fitted, NaN at stops and turns."""
         return np.where(np.isin(np.arange(len(force)) * self.count // len(force), self.parts), force, math.nan)
-
-    def inertia(self, values: Values) -> str:
-        """Say that what a law leaves of the force follows the acceleration, where it does."""
-        motion = self.motion(values)
-        if motion is None:
-            return ""
-        missed = of_parts(self.force, self.count, self.parts) - self.seen(motion, values)
-        like = np.corrcoef(missed, of_parts(shifted(self.place, order=2), self.count, self.parts))[0, 1]
-        return "; it follows the acceleration: give force_inertia_kg in [sensors]" if abs(like) > INERTIAL else ""
 
     def in_newtons(self, found: Posterior) -> dict[str, Any]:
         """Return friction force (N) and coefficient by a measured force, and what adds to their uncertainty.
@@ -334,7 +324,7 @@ class MotionAndForce(CycleObservation):
         if (misfit := nrmse / force.floor) > STRAINED:
             said.append(
                 f"force: the law leaves {100 * nrmse:.2g} % of the measured force, {misfit:.2g} times its error: what"
-                f" it misses is counted in the errors{force.inertia(found.values())}"
+                " it misses is counted in the errors"
             )
         return tuple(said)
 

@@ -280,7 +280,13 @@ class VirtualTests(SceneTable):
 
 
 VirtualChannel = Literal[
-    "contact_force", "normal_force", "mass_velocity", "base_velocity", "mass_acceleration", "base_acceleration"
+    "angle",
+    "contact_force",
+    "normal_force",
+    "mass_velocity",
+    "base_velocity",
+    "mass_acceleration",
+    "base_acceleration",
 ]
 
 
@@ -294,7 +300,8 @@ class Synthetic(SceneTable):
     noise_m: NonNegative = key("Noise of each sensor, rms.", 0.8e-6)
     step_m: NonNegative = key("Smallest step of the sensors (optoNCDT 1420, 50 mm).", 1.02 * 0.05 / 65520)
     channels: list[VirtualChannel] = key(
-        'Measured beside the displacements: ["contact_force", "mass_velocity", ...].', []
+        'Measured beside the displacements: ["contact_force", "mass_velocity", ...]; "angle": in place of the mass\'s.',
+        [],
     )
     channel_noise: NonNegative = key("Noise of each further channel, rms over its own rms.", 1e-3)
     start: Literal["rest", "steady"] = key('"rest", or "steady": from the steady state.', "rest")

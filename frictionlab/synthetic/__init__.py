@@ -39,6 +39,7 @@ PREAMBLE = (
     "{columns}\n"
 )
 HEADS = {
+    "angle": "angle [rad]",
     "contact_force": "friction force [N]",
     "normal_force": "normal force [N]",
     "mass_velocity": "mass velocity [m/s]",
@@ -97,7 +98,12 @@ def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
     if names or not test.base.is_plain:
         run = driven(test, scene)
         mass, base = (test.base_amplitude_m * each[:: run.every] for each in (run.displacement, run.base))
-        more, beyond = run.channels(names), {key: _twelve_digits(value) for key, value in run.totals().items()}
+        more = run.channels([name for name in names if name != "angle"])
+        if "angle" in names:
+            if scene.rig.radius_m is None:
+                raise SceneError("synthetic.channels: an angle needs [rig] radius_m: give it, or leave angle out")
+            more = {"angle": mass / scene.rig.radius_m, **more}
+        beyond = {key: _twelve_digits(value) for key, value in run.totals().items()}
     else:
         base = np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
         if test.is_plain_coulomb:
@@ -141,7 +147,7 @@ def _lines(
     """The text of a log: ``time`` (n,) s, ``mass`` (n,) or (n, masses), ``base`` (n,) m and more, before any sensor."""
     synthetic = scene.synthetic
     noise, further = test.draws(scene, "noise"), test.draws(scene, "channels")
-    masses = [mass] if mass.ndim == 1 else list(mass.T)
+    masses = [] if "angle" in more else [mass] if mass.ndim == 1 else list(mass.T)
     heads = ["mass [mm]"] if len(masses) == 1 else [f"mass {number} [mm]" for number in range(1, len(masses) + 1)]
     seen = []
     for signal in (*masses, base):  # through a laser: noise, then rounding to its step

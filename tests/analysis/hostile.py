@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.logs.clock import time_base
 from frictionlab.logs.sensor import examine
 from frictionlab.recording import Recording
@@ -18,7 +18,6 @@ from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Base, Problem, steady_state
 from tests.analysis.seen import BASE_M, NATURAL_HZ, NOISE_M, STEP_M
 
-FloatArray = NDArray[np.float64]
 LAST = Scene(rig=Rig(natural_frequency_hz=NATURAL_HZ), analysis=Analysis(transient_s=20.0, cycles="last"))
 ALL = Scene(rig=Rig(natural_frequency_hz=NATURAL_HZ), analysis=Analysis(transient_s=20.0, cycles="all"))
 Signal = Callable[[FloatArray], FloatArray]

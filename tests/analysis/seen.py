@@ -4,14 +4,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Motion, Problem, SteadyState, steady_state
 from tests.desk import present
 
-FloatArray = NDArray[np.float64]
 NATURAL_HZ, BASE_M, NOISE_M, STEP_M = 3.13, 1.8e-3, 0.8e-6, 1.02 * 0.05 / 65520
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import frictionlab as fl
 from frictionlab.analysis.decay import Decay, first_guess, fit_decay
 from frictionlab.analysis.free_vibration import averages, free_vibrations, modes
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, RecordingError
 from frictionlab.recording import Channel, Recording
 from tests.analysis.seen import STEP_M, through_laser
@@ -212,7 +212,6 @@ def test_motions_of_nothing_are_refused_by_name() -> None:
         modes(np.arange(5) / RATE, np.zeros((2, 5)))
 
 
-FloatArray = NDArray[np.float64]
 MASSES, STIFFNESSES, ZETA = (3.0, 2.0), (1200.0, 800.0), (0.01, 0.02)
 
 

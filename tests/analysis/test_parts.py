@@ -7,9 +7,9 @@ import pytest
 
 from frictionlab.analysis import steadiness
 from frictionlab.analysis.measurement import Measurement, measure
+from frictionlab.arrays import FloatArray
 from frictionlab.recording import Channel, Quality, Recording
 from frictionlab.scene import Scene, scene_from_tables
-from tests.analysis.hostile import FloatArray
 
 TURN, T = 2 * math.pi, np.arange(0.0, 60.0, 0.004)
 X, Y = 1e-3 * np.sin(TURN * T), 2e-3 * np.cos(TURN * T)

@@ -16,7 +16,6 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from numba import njit
@@ -25,7 +24,6 @@ from numpy.typing import NDArray
 import frictionlab as fl
 from frictionlab.analysis.free_vibration import free_vibrations
 
-RESULT = Path(__file__).parent / "results" / "adversary.txt"
 Floats = NDArray[np.float64]
 NATURAL_HZ, BASE_M, MASS_KG = 3.13, 1.818e-3, 3.0799
 STIFFNESS = MASS_KG * (2.0 * math.pi * NATURAL_HZ) ** 2
@@ -443,7 +441,6 @@ def main() -> None:
     options.add_argument("--kind", choices=[*OUTSIDE, FEW_SAMPLES])
     options.add_argument("--each", action="store_true", help="print a line for every draw")
     options.add_argument("--decays", action="store_true", help="free decays in place of recordings")
-    options.add_argument("--write", action="store_true", help=f"write {RESULT.name} too")
     given = options.parse_args()
     if given.only is not None:
         row = judge(drawn(given.seed, given.only, given.kind))
@@ -460,10 +457,7 @@ def main() -> None:
             faults.append(f"  FAULT {type(error).__name__}: {error}: {again(draw)}")
         else:
             print(*([rows[-1].line] if given.each else []), sep="\n", end="\n" if given.each else "", flush=True)
-    text = report_decays(given.seed, given.count) if given.decays else report(given.seed, rows, faults)
-    print(text)
-    if given.write:
-        RESULT.write_text(text + "\n", encoding="utf-8")
+    print(report_decays(given.seed, given.count) if given.decays else report(given.seed, rows, faults))
 
 
 if __name__ == "__main__":

@@ -15,13 +15,12 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.figures.style import BASE, GREY, LOOK, PAGE, PALETTE, PREDICTED, new_figure, save, shades
 from frictionlab.simulator import Motion, Problem, SteadyState, last_cycle, simulate, steady_state, sweep
 from tests.simulator.closed_form import continuous_energy, viscous_energy
 
-Floats = NDArray[np.float64]
 TURN = 2.0 * np.pi
 BETAS = tuple(round(0.1 * i, 1) for i in range(1, 10))
 RATIOS = np.array([round(0.02 + 0.01 * i, 2) for i in range(249)])
@@ -39,7 +38,7 @@ CEILING = 9.0  # k Y^2: where energies without bound at r = 1 leave the page
 
 
 @cache
-def energy_and_stops() -> tuple[Floats, Floats]:
+def energy_and_stops() -> tuple[FloatArray, FloatArray]:
     """Energy and stops per cycle over RATIOS and BETAS; NaN where there is no steady state."""
     states = sweep(RATIOS.tolist(), BETAS).datasets()
     return states["energy_per_cycle"][:, :, 0, 0], states["stops_per_cycle"][:, :, 0, 0]
@@ -130,7 +129,7 @@ def draw_loops() -> Figure:
     return figure
 
 
-def _spread(some: Floats, values: list[float]) -> Floats:
+def _spread(some: FloatArray, values: list[float]) -> FloatArray:
     """Values at some of RATIOS over all of them: NaN elsewhere."""
     found = np.full(len(RATIOS), np.nan)
     found[np.isin(RATIOS, some)] = values

@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionlab.analysis.measurement import Measurement, measure
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign import evaluate
 from frictionlab.campaign.trials import trial_of
 from frictionlab.inference.comparison import contact_force
@@ -30,7 +30,6 @@ from frictionlab.scene import read_scene
 from frictionlab.simulator import Problem, steady_state
 from tests.benchmarks import study
 
-FloatArray = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
 SCENE = read_scene(ROOT / "configs" / "frame.toml")

@@ -17,11 +17,11 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab import compare
 from frictionlab.analysis.channels import low_pass
 from frictionlab.analysis.measurement import measure
+from frictionlab.arrays import FloatArray
 from frictionlab.scene import scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from tests.analysis import seen
@@ -29,7 +29,6 @@ from tests.analysis import test_force as cell
 from tests.benchmarks import study
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
 
-FloatArray = NDArray[np.float64]
 Scores = Mapping[str, float]
 POINTS = ((0.1, 0.4), (0.2, 0.4), (0.3, 0.4), (0.5, 0.4), (0.7, 0.3), (0.9, 0.3), (1.2, 0.3), (1.6, 0.3), (2.0, 0.2))
 TWO = ((0.5, 0.4), (0.8, 0.3))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign import evaluate
 from frictionlab.campaign.friction import FrictionFit, Reason
 from frictionlab.campaign.prediction import MODEL_FLOOR, RATIO_FLOOR, Model, observe_row
@@ -22,8 +22,6 @@ from frictionlab.uncertainty import Estimate, scatter_beyond, sources_of
 from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, row
 from tests.campaign.fabricate import fit_of as fit
 from tests.desk import present
-
-FloatArray = NDArray[np.float64]
 
 
 def prediction(r: float, beta: float) -> FloatArray:

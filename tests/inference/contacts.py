@@ -4,15 +4,14 @@ import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.record import BaseRecord, motion_under
 from tests.analysis.seen import through_laser
 
-FloatArray = NDArray[np.float64]
 NATURAL_HZ, BASE_M = 3.13, 1.8e-3
 
 

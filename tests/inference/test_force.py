@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from frictionlab import compare, explain
 from frictionlab.analysis.measurement import measure
@@ -23,11 +22,10 @@ from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.prescribed import force_under
 from tests.analysis.seen import BASE_M
-from tests.analysis.test_force import NORMAL_N, STIFFNESS, channels_of, recording
+from tests.analysis.test_force import NORMAL_N, STIFFNESS, channels_of, mass_said, recording
 from tests.analysis.test_force import scene as scene_of
 from tests.desk import answer, present
 
-FloatArray = NDArray[np.float64]
 STROKE, HZ, FRICTION, DASHPOT, NORMAL = 5e-3, 0.8, 3.4, 20.0, 20.0  # m, Hz, N, N s/m, N
 OMEGA = 2.0 * math.pi * HZ
 TABLES = {"rig": {"kind": "prescribed"}, "experiment": {"normal_force_n": NORMAL}}
@@ -97,6 +95,14 @@ def test_a_tribometer_gives_coulombs_force_and_the_dashpot() -> None:
     assert found.friction_coefficient_u == pytest.approx(0.01 * FRICTION / NORMAL, rel=0.05)  # the normal force's 1 %
     left = missed(found.contact)  # of what is fitted: at turns it was a tenth of the force
     assert max(left.values()) < 3.0 * present(found.response_floor) * FRICTION / NORMAL
+
+
+def test_a_mass_on_a_tribometer_is_found_and_a_contact_that_yields_is_none() -> None:
+    made, scene = tribometer(), scene_from_tables(TABLES)
+    assert not any(mass_said(measure(each, scene)) for each in (made, tribometer(3e4)))
+    force = made.measured()["contact_force"] - 2.0 * OMEGA**2 * made.mass_displacement
+    value, u = mass_said(measure(made.changed(channels=(Channel("contact_force", force),)), scene))
+    assert abs(value - 2.0) < 2.0 * u < 0.06
 
 
 def test_a_contact_with_a_state_is_found_by_its_force() -> None:

@@ -21,10 +21,10 @@ from frictionlab.simulator.exact import answer, orbit
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import DONE, MISSING, SLOTS, make_phase
 from frictionlab.simulator.exact.solve import system_of
-from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import to_numbers
 from frictionlab.simulator.sweep import Family, sweep_points
+from tests.simulator.test_several import rubs
 
 POINTS = np.array(
     [
@@ -151,11 +151,6 @@ def test_each_flow_that_is_to_be_compiled_says_so(module: str, tmp_path: Path) -
 
 IWAN = {"stiffness_ratio": 20.0, "sliders": 3, "chi": -0.3}
 NUMBERS = ("energy_per_cycle", "contact_energy_per_cycle", "floquet_multiplier")
-
-
-def rubs(law: str, mass: int, against: int | str, /, **values: float) -> Contact:
-    chosen = law_of(law)
-    return Contact(mass, against, chosen, chosen.complete(values))
 
 
 def frame(*contacts: Contact) -> Structure:
