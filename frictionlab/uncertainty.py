@@ -103,8 +103,9 @@ class Estimate:
         return replace(self, u=u)
 
     def widened(self, share: float) -> "Estimate":
-        """The same number, a share of itself added to its uncertainty."""
-        return self.with_u(math.hypot(self.error or 0.0, share * self.value)) if self.value and share else self
+        """The same number, a share of itself added to its uncertainty, where one is known."""
+        known = self.value is not None and self.error is not None and share
+        return self.with_u(math.hypot(self.error or 0.0, share * (self.value or 0.0))) if known else self
 
     def __str__(self) -> str:
         return with_error(self.value, self.error) if self.known else "not known"

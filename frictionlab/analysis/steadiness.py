@@ -55,27 +55,48 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
 def driven(parts: Sequence[Stretch]) -> tuple[list[Stretch], list[str]]:
     """Parts of a recording from when the drive has its size until it loses it; what is said of that.
 
-    Its size is that of the fundamental in a window of one cycle; an end where it is small is cut where it is full.
+    Its size is that of the fundamental, as the longest part shows it, in a window of one cycle. An end where it is
+    small is cut where it is as large as in the cycles beside it, for it may drift; a part without it is left out.
     """
-    kept, said = list(parts), list[str]()
-    for at, words in ((-1, "until"), (0, "from")) if parts else ():
-        part, base = kept[at], kept[at].base
-        if len(base) < 64 or not float(np.ptp(base)) > 0.0:
+    longest = max((part.base for part in parts), key=len, default=np.zeros(0))
+    if len(longest) < 64 or not float(np.ptp(longest)) > 0.0:
+        return list(parts), []
+    tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(longest, 1.0, padding=1))
+    stride = max(1, math.floor(1.0 / tone.frequency / 24.0))  # a motion of 24 points a cycle is enough
+    period = round(1.0 / tone.frequency / stride)
+    sizes = [_size_of_drive(part.base, tone.frequency, stride, period) for part in parts]
+    if not any(map(len, sizes)) or 0.5 * tone.amplitude**2 < 0.2 * float(np.var(longest)):  # of its power: no cycles
+        return list(parts), []
+    least = SMALL * max(float(np.quantile(size, 0.75)) for size in sizes if len(size))
+    kept, said = list[Stretch](), list[str]()
+    for part, size in zip(parts, sizes, strict=True):
+        large = np.flatnonzero(size >= least)
+        ends = [0, len(part.base)]
+        if len(size) and not len(large):
+            said.append(f"drive: the base stands still from {part.time:.4g} s on: that part is left out")
             continue
-        tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(base, 1.0, padding=1))
-        stride = max(1, math.floor(1.0 / tone.frequency / 24.0))  # a motion of 24 points a cycle is enough
-        period, place = round(1.0 / tone.frequency / stride), np.arange(0, len(base), stride)
-        if len(place) <= period or 0.5 * tone.amplitude**2 < 0.2 * float(np.var(base)):  # of its power: no cycles
-            continue
-        total = np.cumsum((base[::stride] - base.mean()) * np.exp(-2j * math.pi * tone.frequency * place))
-        size = np.abs(total[period:] - total[:-period])
-        usual = float(np.quantile(size, 0.75))
-        full = np.flatnonzero(size >= FULL * usual)
-        if size[at] < SMALL * usual:
-            edge = stride * int(full[0] if at == 0 else full[-1] + period)
-            kept[at] = part.part(edge, len(base)) if at == 0 else part.part(0, edge)
-            said.append(f"drive: it has its size {words} {part.time + edge * part.step:.4g} s: the rest is left out")
+        if len(size) and size[0] < least:
+            ends[0] = stride * _full(size, int(large[0]), 8 * period)
+            said.append(f"drive: it has its size from {part.time + ends[0] * part.step:.4g} s: the rest is left out")
+        if len(size) and size[-1] < least:
+            ends[1] = stride * (len(size) - 1 - _full(size[::-1], len(size) - 1 - int(large[-1]), 8 * period) + period)
+            said.append(f"drive: it has its size until {part.time + ends[1] * part.step:.4g} s: the rest is left out")
+        kept.append(part if ends == [0, len(part.base)] else part.part(*ends))
     return kept, said
+
+
+def _size_of_drive(base: FloatArray, frequency: float, stride: int, period: int) -> FloatArray:
+    """Size (n,) of the fundamental in windows of one cycle, one from each ``stride`` samples on."""
+    place = np.arange(0, len(base), stride)
+    total = np.cumsum((base[::stride] - base.mean()) * np.exp(-2j * math.pi * frequency * place))
+    return np.asarray(np.abs(total[period:] - total[:-period]))
+
+
+def _full(size: FloatArray, at: int, near: int) -> int:
+    """The first window from one on in which the drive is as large as in so many behind it."""
+    while at < len(size) - 1 and size[at] < FULL * float(np.median(size[at : at + near])):
+        at += 1
+    return at
 
 
 def _settled(rows: FloatArray, window: int, noise: float) -> tuple[int, bool]:

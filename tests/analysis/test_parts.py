@@ -7,6 +7,7 @@ import pytest
 
 from frictionlab.analysis import steadiness
 from frictionlab.analysis.measurement import Measurement, measure
+from frictionlab.analysis.signals import Stretch
 from frictionlab.arrays import FloatArray
 from frictionlab.recording import Channel, Quality, Recording
 from frictionlab.scene import Scene, scene_from_tables
@@ -157,3 +158,14 @@ def test_a_drift_is_a_sentence_or_a_trend(seconds: float) -> None:
     x = 1e-3 * (1.0 + 0.1 * t / seconds) * np.sin(TURN * t)
     m = measure(Recording(t, x, 2e-3 * np.cos(TURN * t)), scene())
     assert any(w.startswith("response_amplitude: drifts") for w in m.warnings) != m.energy_trend.known
+
+
+def test_a_start_is_cut_where_the_drive_is_as_large_as_beside_it() -> None:
+    """Of an amplitude that grows by 10 % in a minute, 25 s were cut for a start of 2 s."""
+    t = np.arange(0.0, 60.0, 0.01)
+    noise = 1e-6 * np.random.default_rng(1).normal(size=len(t))
+    base = 2e-3 * (t > 2.0) * (1.0 + 0.1 * t / 60.0) * np.cos(TURN * t) + noise
+    grows, rests = (Stretch(at, 0.01, {"mass": of, "base": of}) for at, of in ((0.0, base), (70.0, base[:190])))
+    (kept,), said = steadiness.driven([grows, rests])
+    assert kept.time == pytest.approx(2.0, abs=0.5)
+    assert said[1:] == ["drive: the base stands still from 70 s on: that part is left out"]
