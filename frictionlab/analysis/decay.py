@@ -41,7 +41,8 @@ class Decay:
     ``start``: when the mass turns [s]; ``swing``: how far from rest it turns [m], negative below; ``rest`` [m];
     ``omega``: undamped natural frequency [rad/s]; ``zeta``: viscous damping ratio; ``friction``: F/k [m];
     ``cubic``: of the spring's force over k, x + cubic x^3 [1/m^2]; ``pendulum``: the force is sin(x), x in rad;
-    ``accelerated``: 0, or what is seen is the acceleration over minus its square [rad/s], and ``rest`` the sensor's.
+    ``order``: what is seen is the displacement (0), the velocity over ``line`` [rad/s] (1) or the acceleration over
+    minus its square (2), and ``rest`` then the sensor's offset.
     """
 
     start: float
@@ -52,7 +53,8 @@ class Decay:
     friction: float
     cubic: float = 0.0
     pendulum: bool = False
-    accelerated: float = 0.0
+    order: int = 0
+    line: float = 1.0
 
     @property
     def half_period(self) -> float:
@@ -87,8 +89,10 @@ class Decay:
         fade, late = np.exp(-self.zeta * self.omega * since), self.zeta / root * np.sin(angle)
         side = math.copysign(1.0, self.swing) * np.where(number % 2, -1.0, 1.0)
         about = side * (self.turning(number) - self.friction) * fade
-        if self.accelerated:
-            share = (self.omega / self.accelerated) ** 2 * (number < last)
+        share = (self.omega / self.line) ** self.order * (number < last)
+        if self.order == 1:
+            return np.asarray(self.rest - share * about / root * np.sin(angle))
+        if self.order == 2:
             return np.asarray(self.rest + share * about * (np.cos(angle) - late))
         return np.asarray(self.rest + side * self.friction + about * (np.cos(angle) + late))
 
@@ -123,11 +127,11 @@ class Decay:
         early = 2.0 * self.start - time  # before the release a linear spring's motion, mirrored in time
         motion, when = CubicHermiteSpline(at, place, speed), np.maximum(time, early)
         way, rate = motion(when), motion(when, 1)
-        if not self.accelerated:
-            return np.asarray(self.rest + way)
+        if self.order < 2:
+            return np.asarray(self.rest + (rate / self.line if self.order else way))
         pull = np.sin(way) if self.pendulum else way + self.cubic * way**3
         pull = pull + self.friction * np.sign(rate) + 2.0 * self.zeta / self.omega * rate
-        return np.asarray(self.rest + (self.omega / self.accelerated) ** 2 * np.where(rate == 0.0, 0.0, pull))
+        return np.asarray(self.rest + (self.omega / self.line) ** 2 * np.where(rate == 0.0, 0.0, pull))
 
     def _rates(self, theta: float, a: float, side: float) -> tuple[float, float]:
         """Derivatives of amplitude and time by the phase."""
@@ -161,7 +165,9 @@ class DecayFit:
         return float(np.sqrt(np.mean(self.residual**2))) / abs(self.decay.swing)
 
 
-def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False, accelerated: float = 0.0) -> Decay:
+def first_guess(
+    time: FloatArray, height: FloatArray, *, pendulum: bool = False, order: int = 0, line: float = 1.0
+) -> Decay:
     """Starting values from turning points (n,) [s], [m] or rad, n >= 4: each swing against the one before it."""
     swing = 0.5 * np.abs(np.diff(height))  # of which each is q times the one before, less friction (1 + q)
     (q, lost), *_ = np.linalg.lstsq(np.column_stack([swing[:-1], np.ones(len(swing) - 1)]), swing[1:], rcond=None)
@@ -174,8 +180,8 @@ def first_guess(time: FloatArray, height: FloatArray, *, pendulum: bool = False,
     slower = float(np.mean(swing**2)) / 16.0 if pendulum else 0.0  # by its swing, the first term of the series
     omega = math.pi / half_period / math.sqrt(1.0 - zeta**2) * (1.0 + slower)
     side = 1.0 if height[0] > height[1] else -1.0
-    rest = float(height[0] - side * first)
-    return Decay(float(time[0]), side * first, rest, omega, zeta, friction, 0.0, pendulum, accelerated)
+    rest = float(height[0] - side * first) if order != 1 else 0.0
+    return Decay(float(time[0]), side * first, rest, omega, zeta, friction, 0.0, pendulum, order, line)
 
 
 def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> DecayFit:

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 from scipy.signal import find_peaks
 
@@ -76,7 +77,7 @@ def free_vibrations(
     base: FloatArray | None = None,
     *,
     pendulum: bool = False,
-    accelerated: bool = False,
+    order: int = 0,
 ) -> tuple[FreeVibration, ...]:
     """Fit the exact decay under viscous and Coulomb damping to each tap of a record, hum taken out.
 
@@ -88,8 +89,8 @@ def free_vibrations(
         The base, m: what moves there is no free vibration.
     pendulum : bool
         The restoring force is the sine of an angle.
-    accelerated : bool
-        The motions are accelerations, m/s^2: fitted as such, over minus the square of their strongest line.
+    order : int
+        1 where the motions are velocities, m/s, 2 where they are accelerations, m/s^2: they are fitted as such.
 
     Raises
     ------
@@ -105,13 +106,17 @@ def free_vibrations(
     3.000 0.0100 True
     """
     time, (displacement, *others) = _without_hum(time, [displacement] if base is None else [displacement, base])
-    base, line = others[0] if others else None, 0.0
-    if accelerated:
-        tone = strongest_tone(amplitude_spectrum(displacement, sampling_interval(time))).frequency
-        line = 2.0 * math.pi * tone
-        displacement, base = -displacement / line**2, None if base is None else base / line**2
+    base, line = others[0] if others else None, 1.0
+    if order:
+        line = 2.0 * math.pi * strongest_tone(amplitude_spectrum(displacement, sampling_interval(time))).frequency
+        sign = -1.0 if order == 2 else 1.0
+        displacement, base = sign * displacement / line**order, None if base is None else base / line**order
+    way, noise = displacement, 0.0
+    if order == 1:  # the mass turns where its velocity is zero; noise that is integrated walks
+        way = line * CubicSpline(time, displacement - np.median(displacement)).antiderivative()(time)
+        noise = white_noise(displacement) * math.sqrt(math.pi * line * sampling_interval(time))
     found, refused = list[FreeVibration](), list[str]()
-    for tap in find_taps(time, displacement):
+    for tap in find_taps(time, way, noise):
         when, height = tap
         if not _fades(tap):
             refused.append(f"from {when[0]:.4g} to {when[-1]:.4g} s the swing does not fade: driven, or touched")
@@ -122,7 +127,7 @@ def free_vibrations(
         if share > 0.05:
             refused.append(f"a driven motion: the base moves by {share:.0%} of the mass's swing: expected one at rest")
             continue
-        guess = first_guess(when, height, pendulum=pendulum, accelerated=line)
+        guess = first_guess(when, height, pendulum=pendulum, order=order, line=line)
         t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
         fit, faded = fit_decay(t, seen, guess), 1.0 - float(_swings(tap)[-1] / _swings(tap)[0])
         if fit.misfit > (0.1 if faded >= FADED else 0.01):
@@ -269,12 +274,13 @@ FADED = 0.3  # share of its first swing that a decay has lost, from which no dri
 LEAST_SWINGS = 6  # half-cycles
 
 
-def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[FloatArray, ...]:
+def find_taps(time: FloatArray, displacement: FloatArray, noise: float = 0.0) -> tuple[FloatArray, ...]:
     """Find the taps of a record (n,) [s], [m], most of them decays, by their turning points: times and heights (2, k).
 
     The first turning point of a tap and the last before a new one are left out: a hand may still have been there.
+    ``noise`` [m]: rms of what is no motion, where it is more than the record's white noise.
     """
-    turnings = _turning_points(time, displacement)
+    turnings = _turning_points(time, displacement, noise)
     swings, wait = _swings(turnings), np.diff(turnings[0])
     begins, smallest = [0], math.inf  # of runs in which no swing rises and the mass never rests
     for number, swing in enumerate(swings.tolist()):
@@ -317,9 +323,9 @@ def _swings(turnings: FloatArray) -> FloatArray:
     return np.asarray(0.5 * np.abs(np.diff(turnings[1])))
 
 
-def _turning_points(time: FloatArray, x: FloatArray) -> FloatArray:
+def _turning_points(time: FloatArray, x: FloatArray, noise: float) -> FloatArray:
     """Extremes, refined by parabolas, between which the record moves by ten times its noise: times, heights (2, k)."""
-    noise = white_noise(x) if len(x) >= 16 else 0.0
+    noise = max(noise, white_noise(x) if len(x) >= 16 else 0.0)
     least = max(10.0 * noise, 1e-9 * float(np.ptp(x)))
     bends = np.flatnonzero(np.diff(np.sign(np.diff(x)))) + 1
     at, rising, top, bottom = list[int](), 0, 0, 0

@@ -301,8 +301,6 @@ def free_vibration(
     AnalysisError
         There is no free decay.
     """
-    import numpy as np
-
     from frictionlab.analysis.free_vibration import FreeVibration, free_vibrations
     from frictionlab.logs import read_mass_log
 
@@ -316,15 +314,13 @@ def free_vibration(
         wanted = "the angle of a pendulum" if pendulum else "the mass's displacement, velocity or acceleration"
         raise UsageError(f"free vibration: expected {wanted}; got {', '.join(measured)}: name its column in ingest")
     of_base = "base_displacement" if mass == "angle" else mass.replace("mass", "base")
+    order = {"mass_velocity": 1, "mass_acceleration": 2}.get(mass, 0)
     taps: list[FreeVibration] = []
     refused: list[AnalysisError] = []
     for part in sorted(recording.stretches(), key=len, reverse=True):
         try:
             found = part.measured()
-            if mass == "mass_velocity":
-                found = {name: np.gradient(values, part.time) for name, values in found.items()}
-            how = {"pendulum": pendulum, "accelerated": mass in able[2:]}
-            taps += free_vibrations(part.time, found[mass], found.get(of_base), **how)
+            taps += free_vibrations(part.time, found[mass], found.get(of_base), pendulum=pendulum, order=order)
         except AnalysisError as error:  # a stretch without a decay is passed over where another has some
             refused.append(error)
     if not taps:
