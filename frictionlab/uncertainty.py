@@ -102,14 +102,11 @@ class Estimate:
         """The same number with its combined standard uncertainty."""
         return replace(self, u=u)
 
-    def with_relative(self, share: float) -> "Estimate":
-        """The same number, its uncertainty of its standard error and a share of itself; none where it has no error."""
-        return self if self.se is None else self.widened(share)
-
     def widened(self, share: float) -> "Estimate":
         """The same number, a share of itself added to its uncertainty, where one is known."""
-        known = self.value is not None and self.error is not None and share
-        return self.with_u(math.hypot(self.error or 0.0, share * (self.value or 0.0))) if known else self
+        if self.value is None or self.error is None:
+            return self
+        return self.with_u(math.hypot(self.error, share * self.value))
 
     def __str__(self) -> str:
         return with_error(self.value, self.error) if self.known else "not known"

@@ -427,13 +427,11 @@ def by_load_cell(
         return np.asarray(np.roll(cycles - cycles.mean(axis=-1, keepdims=True) - inertia, -(points // 4), axis=-1))
 
     gain, pressed = sources.mass_gain, float(normal[used].mean())
-    energy = (
-        steadiness.mean_over(each, used).with_relative(math.sqrt(2.0) * gain) if has_metres or is_torque else NOT_KNOWN
-    )
-    force, coefficient = over(way).with_relative(gain), over(way * normal).with_relative(math.hypot(gain, u_normal))
+    energy = steadiness.mean_over(each, used).widened(math.sqrt(2.0) * gain) if has_metres or is_torque else NOT_KNOWN
+    force, coefficient = over(way).widened(gain), over(way * normal).widened(math.hypot(gain, u_normal))
     of_unit = math.hypot(sources.stiffness, 2.0 * unit_uncertainty(sources))
     by_force = ByForce(
-        force_energy=energy.over(joules).with_relative(of_unit),
+        force_energy=energy.over(joules).widened(of_unit),
         force_energy_j=energy,
         measured_force=force,
         measured_coefficient=coefficient,
@@ -444,9 +442,7 @@ def by_load_cell(
     if has_metres and not (is_torque or one_way):
         place, per_kg = np.roll(mean, -(points // 4)), unit * (2.0 * math.pi * layout.drive.frequency) ** 2
         more = heavier(cell, mean_force, place).over(per_kg)
-        whole = Estimate(inertia_kg + (more.value or 0.0), more.se).with_relative(
-            math.hypot(math.sqrt(2.0) * gain, BLUNT)
-        )
+        whole = Estimate(inertia_kg + (more.value or 0.0), more.se).widened(math.hypot(math.sqrt(2.0) * gain, BLUNT))
         least = HEAVY * abs(force.value or 0.0) / (per_kg * float(np.ptp(shifted(place, order=2))))
         if (more.value or 0.0) > max(CLEAR * (whole.u or math.inf), least):
             words = f"shows a mass that moves with the cell: force_inertia_kg = {whole} in [sensors] would take it off"

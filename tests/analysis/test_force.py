@@ -80,6 +80,9 @@ def test_a_load_cell_gives_energy_and_coefficient_of_the_truth(r: float, beta: f
     assert m.force_energy_per_cycle == pytest.approx(energy, rel=2e-3)
     assert m.force_energy_per_cycle_j == pytest.approx(energy * scale, rel=2e-3)
     assert m.measured_friction_force_n == pytest.approx(beta * STIFFNESS * BASE_M, rel=2e-3)
+    wide = measure(recording(seen, "mass_displacement", "base_displacement", "contact_force"), scene(gain_error=0.02))
+    share = math.hypot(math.sqrt(2.0) * 0.02, 2.0 * 0.02, 0.005)  # cell and mass; Y twice; the stiffness
+    assert wide.force_energy_per_cycle_u == pytest.approx(share * present(wide.force_energy_per_cycle), rel=0.01)
     truth = beta * STIFFNESS * BASE_M / NORMAL_N
     assert abs((m.measured_friction_coefficient or 0.0) - truth) < 2 * (m.measured_friction_coefficient_u or 0.0)
     assert any("counts the other way" in w for w in m.warnings) == (sign < 0)
