@@ -72,6 +72,14 @@ def run_in(folder: Path, words: Sequence[str]) -> Answer:
     return subprocess.run(words, cwd=folder, env=alone, capture_output=True, text=True, check=False, timeout=170)
 
 
+def told_by(code: str, *words: str, cwd: Path | None = None, **environment: str) -> str:
+    """What Python code prints in a process of its own."""
+    line, env = [sys.executable, "-c", code, *words], os.environ | environment
+    done = subprocess.run(line, cwd=cwd, env=env, capture_output=True, text=True, check=False, timeout=170)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
 def invoke(*words: object, **how: Any) -> Result:
     """What a command says and returns, run in this process: a second sooner than as one of its own."""
     return CliRunner().invoke(app, [str(word) for word in words], **how)

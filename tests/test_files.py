@@ -4,7 +4,6 @@ import ast
 import errno
 import os
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -18,7 +17,7 @@ from frictionlab.campaign.files import read_measurements
 from frictionlab.errors import OutputError
 from frictionlab.files import SUFFIX, check_replaceable, write_whole
 from frictionlab.tables import write_rows
-from tests.desk import ROOT
+from tests.desk import ROOT, told_by
 
 
 def leftovers(folder: Path) -> list[Path]:
@@ -167,16 +166,9 @@ for words in (["--help"], *([name, "--help"] for name in COMMANDS)):
 """
 
 
-def run(code: str, folder: Path) -> "subprocess.CompletedProcess[str]":
-    line = [sys.executable, "-c", code]
-    return subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False, timeout=100)
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="there it is so anyway")
 def test_help_starts_where_posix_is_missing(tmp_path: Path) -> None:
-    done = run(WITHOUT + HELP, tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert len(done.stdout.split()) > 10
+    assert len(told_by(WITHOUT + HELP, cwd=tmp_path).split()) > 10
 
 
 def test_a_file_is_replaced_where_an_open_one_cannot_be_renamed(

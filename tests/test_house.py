@@ -2,8 +2,6 @@
 
 import ast
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -12,6 +10,7 @@ import pytest
 
 from frictionlab.cli import COMMANDS, command_of, summary
 from tests import weigh
+from tests.desk import told_by
 
 PACKAGE = Path(__file__).parents[1] / "frictionlab"
 
@@ -150,8 +149,7 @@ def _uses(path: Path, library: str) -> bool:
 )
 def test_a_door_opens_without_what_it_does_not_need(door: str, heavy: tuple[str, ...]) -> None:
     code = f"import sys, {door}; print([m for m in {heavy!r} if m in sys.modules])"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert loaded.strip() == "[]"
+    assert told_by(code).strip() == "[]"
 
 
 def test_every_command_is_documented_with_an_example() -> None:
@@ -165,7 +163,7 @@ def test_a_command_is_a_module_of_the_command_line_that_help_does_not_load() -> 
         "import sys; from typer.testing import CliRunner; from frictionlab.cli import app;"
         "print(CliRunner().invoke(app, ['--help']).stdout, [m for m in sys.modules if m.startswith('frictionlab.')])"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    told = told_by(code)
     listed = told.partition("To measure:")[2]
     assert re.findall(r"^  ([a-z-]+)  ", listed, re.MULTILINE) == list(COMMANDS)
     assert " ".join(summary("free-vibration").split()) in " ".join(listed.split())

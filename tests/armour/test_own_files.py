@@ -3,7 +3,6 @@
 import json
 import os
 import stat
-import subprocess
 import sys
 from pathlib import Path
 
@@ -23,7 +22,7 @@ from tests.armour.sound import sound
 from tests.campaign.fabricate import SCENE as CAMPAIGN
 from tests.campaign.fabricate import row as row_of
 from tests.campaign.fabricate import small_campaign
-from tests.desk import SAMPLE, SCENE
+from tests.desk import SAMPLE, SCENE, told_by
 from tests.desk import invoke as run
 
 PHOTO = b"\x89PNG\r\n\x1a\n a photo of the rig"
@@ -267,11 +266,7 @@ OTHER = {"PYTHONHASHSEED": "7", "LC_ALL": "C.UTF-8", "TZ": "Asia/Kathmandu", "OM
 def made(folder: Path, environment: dict[str, str], workers: int) -> dict[str, bytes]:
     folder.mkdir()
     (folder / "a.h5").write_bytes(sound("recording"))
-    command = [sys.executable, "-c", SCRIPT, str(workers)]
-    done = subprocess.run(
-        command, cwd=folder, env=os.environ | environment, check=False, capture_output=True, text=True, timeout=100
-    )
-    assert done.returncode == 0, done.stderr
+    told_by(SCRIPT, str(workers), cwd=folder, **environment)
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 

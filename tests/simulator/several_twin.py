@@ -13,11 +13,18 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from frictionlab.simulator.exact.solve import sliders_of
+from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.structure import Contact, Structure
 
 Floats = np.ndarray
 RTOL = 1e-12
+
+
+def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: float) -> Contact:
+    """A contact of a frame by its law's name and numbers."""
+    chosen = law_of(law)
+    return Contact(mass, against, chosen, chosen.complete(values))
 
 
 class Twin:

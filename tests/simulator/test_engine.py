@@ -3,8 +3,6 @@
 import io
 import json
 import logging
-import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,7 +22,8 @@ from frictionlab.simulator.exact.solve import system_of
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import to_numbers
 from frictionlab.simulator.sweep import Family, sweep_points
-from tests.simulator.test_several import rubs
+from tests.desk import told_by
+from tests.simulator.several_twin import rubs
 
 POINTS = np.array(
     [
@@ -89,8 +88,7 @@ def test_an_empty_axis_is_refused() -> None:
 
 def test_importing_the_simulator_loads_neither_compiler_nor_scipy() -> None:
     code = "import sys, frictionlab.simulator as s; s.Problem(0.5, 0.4); print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert not {"numba", "scipy", "pandas", "matplotlib", "h5py"} & set(loaded)
+    assert not {"numba", "scipy", "pandas", "matplotlib", "h5py"} & set(told_by(code).split())
 
 
 def test_machine_code_is_kept_outside_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,17 +98,14 @@ def test_machine_code_is_kept_outside_the_package(tmp_path: Path, monkeypatch: p
     assert Path(str(compiled.__file__)).parent not in folder.parents
 
 
-def test_where_nothing_can_be_kept_the_kernel_still_compiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_nothing_can_be_kept_the_kernel_still_compiles(tmp_path: Path) -> None:
     blocked = tmp_path / "a file, not a folder"
     blocked.write_text("")
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(blocked))
     code = (
         "from frictionlab.simulator.compiled import OPTIONS, compiled; "
         "print(OPTIONS['cache'], compiled(lambda x: 2.0 * x)(1.0))"
     )
-    run = [sys.executable, "-c", code]
-    done = subprocess.run(run, capture_output=True, text=True, env=dict(os.environ), check=False)
-    assert done.stdout.strip() == "False 2.0", done.stderr
+    assert told_by(code, NUMBA_CACHE_DIR=str(blocked)).strip() == "False 2.0"
 
 
 @pytest.fixture
@@ -143,9 +138,7 @@ def test_each_flow_that_is_to_be_compiled_says_so(module: str, tmp_path: Path) -
         "compiled.address_of = lambda *_: 0; "
         f"importlib.import_module('frictionlab.simulator.{module}')"
     )
-    run = [sys.executable, "-c", code]
-    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    told = subprocess.run(run, capture_output=True, text=True, env=env, check=True).stdout
+    told = told_by(code, NUMBA_CACHE_DIR=str(tmp_path))
     assert told.count("compiling the simulator once for this machine") == 1
 
 
@@ -173,10 +166,7 @@ def numbers() -> list[list[float]]:
 
 def test_plain_python_is_the_twin_of_the_compiled_flow() -> None:
     code = "import json; from tests.simulator.test_engine import numbers; print(json.dumps(numbers()))"
-    env = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=env, check=False)
-    assert told.returncode == 0, told.stderr
-    for fast, plain in zip(numbers(), json.loads(told.stdout), strict=True):
+    for fast, plain in zip(numbers(), json.loads(told_by(code, NUMBA_DISABLE_JIT="1")), strict=True):
         np.testing.assert_allclose(fast, plain, rtol=1e-13, atol=1e-13)
 
 

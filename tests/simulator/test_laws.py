@@ -76,14 +76,6 @@ def test_every_pair_of_terms_is_solved_or_excluded_by_name() -> None:
             Integrated(Problem(0.5, 0.4, law=name, parameters=usual))
 
 
-def test_mu_is_refused_by_its_own_name_where_the_law_has_no_break_away() -> None:
-    said = (
-        "law coulomb+dahl: mu stands for the term breakaway, and dahl and breakaway exclude each other: leave one out"
-    )
-    with pytest.raises(ParameterError, match=re.escape(said)):
-        Problem(0.5, 0.4, mu=1.2, law="coulomb+dahl", parameters={"stiffness_ratio": 10.0})
-
-
 @pytest.mark.parametrize(
     ("law", "solver", "known"),
     [("coulomb+compliance", "numeric", "auto, exact"), ("coulomb+dahl", "exact", "auto, numeric")],
@@ -130,6 +122,10 @@ def test_a_problem_travels_and_compares() -> None:
         ({"beta": 10**400}, "beta; expected a finite number >= 0; got 1000"),
         ({"beta": "much"}, "beta; expected a finite number >= 0; got 'much'"),
         ({"parameters": {"gradient": [0.1]}}, r"gradient; expected a finite number; got \[0.1\]"),
+        (
+            {"law": "coulomb+dahl", "mu": 1.2, "parameters": {"stiffness_ratio": 10.0}},
+            r"dahl: mu stands for the term breakaway, and dahl and breakaway exclude each other: leave one out",
+        ),
         ({"law": None}, "law None: expected a text like 'coulomb[+]place'"),
     ],
 )

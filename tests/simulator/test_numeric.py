@@ -1,9 +1,6 @@
 """The integrated flow: order conditions, the rigid law and its limits, scipy as the slow twin, plain Python."""
 
 import json
-import os
-import subprocess
-import sys
 from math import cos, sin
 from typing import Any
 
@@ -23,7 +20,7 @@ from frictionlab.simulator.laws.rate_state import rate_state
 from frictionlab.simulator.numeric import Integrated
 from frictionlab.simulator.numeric.radau import BERNSTEIN, MATRIX, NODES, WEIGHTS
 from frictionlab.simulator.record import BaseRecord, respond
-from tests.desk import present
+from tests.desk import present, told_by
 from tests.simulator.numeric_oracle import LAWS, along, cycle, steady
 
 each_law = pytest.mark.parametrize("law", LAWS)
@@ -152,13 +149,6 @@ def test_what_cannot_be_integrated_is_refused() -> None:
         steady(Problem(0.5, 0.4), rtol=0.1)
 
 
-TWIN = """
-import json
-from tests.simulator.test_numeric import LAWS, carried
-print(json.dumps([carried(law) for law in LAWS]))
-"""
-
-
 def carried(law: str) -> list[float]:
     """State and slopes after a part of a cycle from rest."""
     flow = Integrated(problem(law, r=0.4), 1e-6)
@@ -167,10 +157,8 @@ def carried(law: str) -> list[float]:
 
 
 def test_plain_python_is_the_twin_of_the_compiled_flow() -> None:
-    told = subprocess.run(
-        [sys.executable, "-c", TWIN], env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, check=True
-    )
-    for law, plain in zip(LAWS, json.loads(told.stdout), strict=True):
+    code = "import json; from tests.simulator import test_numeric as t; print(json.dumps([*map(t.carried, t.LAWS)]))"
+    for law, plain in zip(LAWS, json.loads(told_by(code, NUMBA_DISABLE_JIT="1")), strict=True):
         np.testing.assert_allclose(carried(law), plain, rtol=1e-9, atol=1e-9)
 
 

@@ -22,14 +22,14 @@ REFERENCE = [
     for row in json.loads((Path(__file__).parent / "reference" / name).read_text())
 ]
 LAW = "coulomb+place+speed+breakaway"
+NEUTRAL = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
 UNEVEN = {"static_ratio_up": 1.2, "static_ratio_down": 1.0}
 
 
 def uneven(r: float, beta: float, *, moving: bool = False, second: float = 0.0, **given: float) -> Problem:
     """A problem with all rigid terms."""
-    values = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
     base, wall = Base((1.0, second)), "base" if moving else "fixed"
-    return Problem(r, beta, wall=wall, base=base, law=LAW, parameters=values | given)  # type: ignore[arg-type] # of two
+    return Problem(r, beta, wall=wall, base=base, law=LAW, parameters=NEUTRAL | given)  # type: ignore[arg-type] # of two
 
 
 LAWS = [
@@ -62,12 +62,9 @@ def test_the_slow_twin_carries_the_orbit_back_to_its_start(problem: Problem) -> 
 
 @pytest.mark.parametrize("row", REFERENCE, ids=lambda row: f"r={row['r']:g} beta={row['beta']:g} {row['why']}")
 def test_laws_harmonics_and_both_walls_agree_with_fifty_digits(row: dict[str, Any]) -> None:
-    values = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
-    base, given = (
-        Base(*map(tuple, row.get("base", [[1.0], [0.0]]))),
-        {"law": LAW, "parameters": values | row["parameters"]},
-    )
-    state = steady_state(Problem(row["r"], row["beta"], wall=row.get("wall", "fixed"), base=base, **given))
+    base, given = Base(*map(tuple, row.get("base", [[1.0], [0.0]]))), NEUTRAL | row["parameters"]
+    problem = Problem(row["r"], row["beta"], wall=row.get("wall", "fixed"), base=base, law=LAW, parameters=given)
+    state = steady_state(problem)
     for found, key in ((state.energy_taken, "energy_per_cycle"), (state.response_amplitude, "response_amplitude")):
         assert row[key] is None or abs(float(mpf(found) / mpf(row[key]) - 1)) < 1e-12
     assert state.stops_per_cycle == row["stops_per_cycle"]
@@ -156,8 +153,6 @@ def test_the_closed_form_holds_only_where_neither_turn_stops() -> None:
     closes(state)
 
 
-TERMS = "coulomb+place+speed+breakaway"
-NEUTRAL = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
 HARMONICS = Base((1.0, 0.15, 0.05), (0.0, 0.1, 0.03))
 SETTINGS: dict[str, tuple[float, float, dict[str, Any]]] = {  # r and beta at which the mass stops
     "harmonics": (0.45, 0.5, {"base": HARMONICS}),
@@ -196,7 +191,7 @@ def test_a_rigid_term_vanishes_in_its_order(setting: str, name: str, sizes: tupl
     plain = steady_state(Problem(r, beta, **more))
     assert plain.stops_per_cycle
     changed = [NEUTRAL | {name: NEUTRAL[name] + size} for size in sizes]
-    states = [steady_state(Problem(r, beta, law=TERMS, parameters=values, **more)) for values in changed]
+    states = [steady_state(Problem(r, beta, law=LAW, parameters=values, **more)) for values in changed]
     assert orders(sizes, [distance(state, plain) for state in states]) == pytest.approx([order] * 2, abs=0.02)
 
 

@@ -13,19 +13,13 @@ from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Contact, Problem, Structure, coexisting, simulate, steady_state
-from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.desk import present
 from tests.simulator.numeric_oracle import LAWS, rates
 from tests.simulator.numeric_oracle import steady as integrated
-from tests.simulator.several_twin import Twin, cycles_from_rest
+from tests.simulator.several_twin import Twin, cycles_from_rest, rubs
 from tests.simulator.test_record import some_base
-
-
-def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: float) -> Contact:
-    chosen = law_of(law)
-    return Contact(mass, against, chosen, chosen.complete(values))
 
 
 @pytest.mark.parametrize("wall", ["fixed", "base"])
