@@ -1,5 +1,6 @@
 """What tests of every part take: a folder like a fresh clone, commands run in it as a user runs them, values."""
 
+import json
 import os
 import subprocess
 import sys
@@ -41,6 +42,11 @@ OF_MAKE = {
     *("LOGS", "SCENE", "OUT", "CAMPAIGN", "CAMPAIGN_SCENE", "CAMPAIGN_LOGS"),
 }
 """What a make that runs the tests puts into their environment."""
+
+
+def truths(folder: Path) -> list[dict[str, Any]]:
+    """What is known of the virtual tests of a folder."""
+    return [json.loads(line) for line in (folder / "truth.jsonl").read_text(encoding="utf-8").splitlines()]
 
 
 def present(value: T | None) -> T:

@@ -19,7 +19,7 @@ from frictionlab.scene.physical import structure_of
 from frictionlab.simulator import Contact, steady_state
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.state import KEYS
-from tests.desk import STOREYS, present
+from tests.desk import STOREYS, present, truths
 from tests.desk import invoke as run
 
 SCENE = f"""{STOREYS}damping_ratio = 0.005
@@ -97,7 +97,7 @@ def test_a_law_with_a_state_of_its_own_and_a_record_move_a_frame(desk: Path) -> 
 
 def test_logs_of_two_storeys_are_read_and_measured_to_their_truth(desk: Path) -> None:
     (test,) = fl.synthesize(desk / "two.toml", desk / "logs")
-    truth = json.loads((desk / "logs" / "truth.jsonl").read_text(encoding="utf-8"))
+    (truth,) = truths(desk / "logs")
     recording = fl.ingest(desk / "logs" / test.log)
     assert {"mass_displacement", "mass_2_displacement", "base_displacement"} <= set(recording.measured())
     measured = fl.analyze(recording, desk / "two.toml")

@@ -3,7 +3,6 @@
 Its base: sweeps, random motion, recorded motion, a motor that starts up and hunts; and what then is true.
 """
 
-import json
 import math
 import subprocess
 import sys
@@ -27,7 +26,7 @@ from frictionlab.synthetic.virtual_motion import (
     random_motion,
     wander,
 )
-from tests.desk import ROOT, present
+from tests.desk import ROOT, present, truths
 
 Tables = dict[str, object]
 
@@ -126,11 +125,6 @@ def test_a_scene_without_rig_or_tests_is_refused() -> None:
         virtual_tests(scene_of().model_copy(update={"rig": Rig()}))
 
 
-def test_the_same_test_twice_is_refused() -> None:
-    with pytest.raises(SceneError, match=r"stands twice: steel_N1\.25_r0\.5\.csv"):
-        virtual_tests(scene_of({"frequency_ratios": [0.5, 0.5]}))
-
-
 PLACE: Tables = {"law": "coulomb+place", "parameters": {"gradient": 0.05}}
 
 
@@ -138,7 +132,7 @@ def test_each_material_has_its_own_law(tmp_path: Path) -> None:
     (test,) = virtual_tests(scene_of(PLACE))
     assert test.problem().parameters["gradient"] == 0.05
     list(synthesize(scene_of(PLACE), tmp_path))
-    known = json.loads((tmp_path / "truth.jsonl").read_text())
+    (known,) = truths(tmp_path)
     assert (known["law"], known["parameters"]) == ("coulomb+place", {"gradient": 0.05})
     state = steady_state(test.problem())
     assert known["energy_per_cycle"] == pytest.approx(state.energy_per_cycle, rel=1e-11)
@@ -192,7 +186,7 @@ def test_a_law_that_cannot_be_is_refused_with_its_place(test: Tables, fault: str
 def test_the_truth_is_what_sensors_show_also_where_the_wall_moves(tmp_path: Path) -> None:
     scene = scene_of({"normal_forces_n": [0.5]}).changed(model={"wall": "base"})
     list(synthesize(scene, tmp_path))
-    known = json.loads((tmp_path / "truth.jsonl").read_text())
+    (known,) = truths(tmp_path)
     (test,) = virtual_tests(scene)
     tau = np.linspace(0.0, 2 * math.pi, 100_001)
     orbit = present(steady_state(test.problem()).orbit)
@@ -207,7 +201,7 @@ def test_further_channels_are_those_of_the_motion_and_are_read_again(tmp_path: P
     still = {"channels": names, "channel_noise": 0.0, "noise_m": 0.0, "step_m": 0.0, "sampling_rate_hz": 2000.0}
     law: Tables = {"law": "coulomb+place", "parameters": {"gradient": 0.05}}
     (test,) = synthesize(scene_of(law, **still), tmp_path)
-    (truth,) = map(json.loads, (tmp_path / "truth.jsonl").read_text().splitlines())
+    (truth,) = truths(tmp_path)
     log = read_log(tmp_path / test.log, LogOptions())
     assert {channel.name for channel in log.channels} == set(names)
     assert np.trapezoid(log.contact_force, log.mass_displacement) == pytest.approx(
@@ -280,7 +274,7 @@ def test_the_mass_is_what_the_simulator_makes_of_the_logs_base(base: Tables, tes
     shifted = problem.with_parameters({"beta": problem.beta * 1.8 / largest})
     answer = fl.respond(tmp_path / virtual.log, _rescaled(shifted, 1.8 / largest), natural_frequency_hz=FN)
     assert 1e3 * answer.recording.mass_displacement == pytest.approx(log[:, 1], abs=2e-5)
-    (truth,) = map(json.loads, (tmp_path / "truth.jsonl").read_text().splitlines())
+    (truth,) = truths(tmp_path)
     assert truth["total_energy_j"] == pytest.approx(answer.response.energy * 1200.0 * (1e-3 * largest) ** 2, rel=1e-4)
     assert truth["base_largest_m"] == pytest.approx(1e-3 * float(np.abs(log[:, 2]).max()), rel=1e-3)
     assert truth["total_stops"] == answer.response.stops
@@ -329,7 +323,7 @@ def test_wandering_friction_is_told_period_by_period(tmp_path: Path) -> None:
     for base, test in ((MOTOR, SINE), ({}, SINE)):
         scene = moving(base, test | changing, duration_s=40.0)
         list(synthesize(scene, tmp_path))
-        (truth,) = map(json.loads, (tmp_path / "truth.jsonl").read_text().splitlines())
+        (truth,) = truths(tmp_path)
         ratios = np.array(truth["friction_ratio_of_cycles"])
         assert ratios == pytest.approx(cycle_friction_ratios(virtual_tests(scene)[0], scene), rel=1e-7)
         assert 0.03 < np.std(ratios) / truth["friction_ratio"] < 0.2
@@ -364,14 +358,14 @@ def test_the_scene_beside_this_works(tmp_path: Path) -> None:
     scene = fl.read_scene(ROOT / "configs" / "base_motions.toml").changed(synthetic={"duration_s": 5.0})
     names = [test.log for test in synthesize(scene, tmp_path)]
     assert names == ["steel_N1.25_r0.4_motor.csv", "steel_N1.25_sweep.csv", "rubber_N1.25_r0.5_motor.csv"]
-    truths = [json.loads(line) for line in (tmp_path / "truth.jsonl").read_text().splitlines()]
-    assert [truth["base"]["motion"] for truth in truths] == ["sine", "sweep", "sine"]
-    assert truths[0]["energy_per_cycle"] > 0.0
-    assert "energy_per_cycle" not in truths[1]
+    known = truths(tmp_path)
+    assert [truth["base"]["motion"] for truth in known] == ["sine", "sweep", "sine"]
+    assert known[0]["energy_per_cycle"] > 0.0
+    assert "energy_per_cycle" not in known[1]
 
 
 SCENE = read_scene(ROOT / "configs" / "sample_data.toml")
-TRUTHS = [json.loads(line) for line in (ROOT / "sample_data" / "truth.jsonl").read_text().splitlines()]
+TRUTHS = truths(ROOT / "sample_data")
 
 
 def test_the_folder_is_small_complete_and_honest() -> None:

@@ -55,9 +55,6 @@ def virtual(
     return Recording(t, x + NOISE * rng.standard_normal(len(t)), y + NOISE * rng.standard_normal(len(t)))
 
 
-FRAME = {"frame_damping_ratio": 0.01}
-
-
 @pytest.mark.parametrize(("r", "beta"), [(0.4, 0.4), (1.3, 0.3)])
 def test_a_record_from_rest_is_predicted_to_the_sensors_noise(r: float, beta: float) -> None:
     recording = virtual(r, 30.0, Problem(1.0, beta, frame_damping_ratio=0.01))

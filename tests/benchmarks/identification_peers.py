@@ -14,7 +14,6 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -29,8 +28,8 @@ from frictionlab.logs import read_log
 from frictionlab.scene import read_scene
 from frictionlab.simulator import Problem, steady_state
 from tests.benchmarks import study
+from tests.desk import ROOT
 
-ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
 SCENE = read_scene(ROOT / "configs" / "frame.toml")
 LOADS, GRAM = (250, 350, 450), 9.80665e-3

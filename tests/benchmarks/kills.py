@@ -27,10 +27,8 @@ from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import write_rows
 from tests.armour.sound import sound
 from tests.campaign.fabricate import small_campaign
-from tests.desk import ROOT
+from tests.desk import SAMPLE, SCENE
 
-SCENE = str(ROOT / "configs" / "sample_data.toml")
-LOG = str(ROOT / "sample_data" / "steel_N1.25_r0.3.csv")
 PLAN = """
 [rig]
 natural_frequency_hz = 3.13
@@ -56,7 +54,7 @@ friction_coefficient = 0.6
 SWEEP = ("sweep", "--r", "0.5:2:0.1", "--beta", "0.1:0.9:0.02", "--zeta", "0.02", "-q")
 DRIVE = ("--natural-frequency", "6", "--transient", "0.5")
 COMMANDS: dict[str, tuple[str, ...]] = {
-    "ingest": ("ingest", LOG, "--scene", SCENE, "-o", "out/a.h5"),
+    "ingest": ("ingest", str(SAMPLE), "--scene", str(SCENE), "-o", "out/a.h5"),
     "analyze csv": ("analyze", "a.h5", *DRIVE, "-o", "out/m.csv", "--plot", "out"),
     "analyze h5": ("analyze", "a.h5", *DRIVE, "-o", "out/m.h5"),
     "simulate": ("simulate", "--r", "0.3", "--beta", "0.4", "-o", "out/s.h5", "--plot", "out/s.pdf"),

@@ -1,6 +1,5 @@
 """What is fitted: the scene's whole [model], or it is refused by name; and the law that a material requires."""
 
-import json
 import math
 import re
 from collections.abc import Mapping
@@ -31,7 +30,7 @@ from frictionlab.tables.texts import GRAVE
 from frictionlab.uncertainty import Estimate
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row, steady_recording
-from tests.desk import present
+from tests.desk import present, truths
 from tests.inference.contacts import BASE_M, NATURAL_HZ, from_rest, recorded
 
 TRUE, FORCE = 0.4, 1.5
@@ -316,8 +315,7 @@ def scene_of(**behaviour: float) -> Scene:
 
 def truth_of(scene: Scene, folder: Path) -> dict[str, float]:
     list(synthesize(scene, folder))
-    (line,) = (folder / "truth.jsonl").read_text().splitlines()
-    found: dict[str, float] = json.loads(line)
+    (found,) = truths(folder)
     return found
 
 

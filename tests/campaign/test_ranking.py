@@ -3,7 +3,6 @@
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +15,9 @@ from frictionlab.campaign import Campaign, evaluate
 from frictionlab.campaign.prediction import Model
 from frictionlab.campaign.ranking import Rank, drift_of
 from frictionlab.campaign.trials import trial_of
-from frictionlab.figures import grids, is_figure
+from frictionlab.figures import grids
 from frictionlab.figures.grids import resonance_band
-from frictionlab.figures.plates import Plate, plates
+from frictionlab.figures.plates import plates
 from frictionlab.figures.style import AT_REST, StopColours
 from frictionlab.report import page
 from frictionlab.scene import Scene
@@ -144,21 +143,12 @@ NAMES = {
 }
 
 
-def plate(campaign: Campaign, name: str) -> Plate:
-    return next(p for p in plates(campaign) if p.name == name)
-
-
 def test_a_campaign_without_recordings_has_all_figures_but_the_time_responses(campaign: Campaign) -> None:
     drawn = {plate.name: plate.draw() for plate in plates(campaign)}
     assert set(drawn) == NAMES
     for figure in drawn.values():
         assert all(ax.has_data() or ax.texts for ax in figure.axes)
         assert any(ax.get_xlabel() for ax in figure.axes)
-
-
-def test_a_plate_is_saved_as_vector_and_picture(campaign: Campaign, tmp_path: Path) -> None:
-    saved = plate(campaign, "ranking").save(tmp_path)
-    assert [path.name for path in saved if is_figure(path)] == ["ranking.svg", "ranking.pdf", "ranking.png"]
 
 
 def test_the_irregularity_maps_share_one_scale_and_leave_resonance_blank(campaign: Campaign) -> None:

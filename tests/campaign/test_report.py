@@ -102,7 +102,8 @@ def test_one_material_is_not_ranked_and_energies_are_told_once(scene: Scene) -> 
 
 def test_each_test_is_a_point_that_opens_its_page(text: str, campaign: Campaign) -> None:
     assert text.count("<circle") == sum(not trial.failed for trial in campaign.trials)
-    assert '<a href="tests/test-0001-' in text
+    for number, trial in enumerate(campaign.trials, 1):
+        assert f'<a href="tests/{sheet_name(number, trial)}"' in text
     table = text[text.index('class="sortable"') :]
     assert table[: table.index("</tbody>")].count("<tr") == len(campaign.trials) + 1
 
@@ -199,15 +200,6 @@ def test_heads_of_a_long_table_are_printed_on_each_page() -> None:
     assert "th button { display: contents; }" in style.partition("@media print")[2]
 
 
-ALERT = "<img src=x onerror=alert(1)>"
-
-
-def test_every_test_has_a_page_and_the_table_links_it(campaign: Campaign) -> None:
-    text = page(campaign, (), {})
-    for number, trial in enumerate(campaign.trials, 1):
-        assert f'href="tests/{sheet_name(number, trial)}"' in text
-
-
 def test_a_page_without_a_recording_tells_numbers_and_joules(campaign: Campaign) -> None:
     pages = sheets_of(campaign)
     text = sheet_page(pages[0], back="../report.html")
@@ -251,8 +243,8 @@ def test_energies_are_shown_at_the_lag_found_and_a_gradient_of_both_signs_is_sai
     assert "at the lag found (+8" in energy(campaign, "brass").axes[0].get_title(loc="left")
 
 
-def test_what_stood_in_a_log_is_escaped(scene: Scene) -> None:
-    trial = trial_of({**row("steel", 1.5, 0.5, 0.6), "material": ALERT, "source": f"{ALERT}.h5", "warnings": [ALERT]})
+def test_what_stood_in_a_log_is_escaped_on_its_page(scene: Scene) -> None:
+    trial = trial_of({**row("steel", 1.5, 0.5, 0.6), "material": EVIL, "source": f"{EVIL}.h5", "warnings": [EVIL]})
     text = sheet_page(PageOfTest(trial, scene))
     assert "<img" not in text
     assert text.count("&lt;img") >= 5

@@ -32,25 +32,6 @@ def test_means_over_all_settled_cycles_are_preferred() -> None:
     assert not trial.tells_errors
 
 
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        ({"status": "failed", "reason": "no drive"}, "^no drive$"),
-        ({"status": "failed", "reason": None}, "gives no reason"),
-        ({"material": None}, "^no material: name them"),
-        ({"normal_force_n": 0.0}, "^no normal_force_n: name them"),
-        ({"frequency_ratio": None}, "natural_frequency_hz"),
-        ({"energy_per_cycle": math.nan}, "no energy_per_cycle in the measurement"),
-        ({"energy_per_cycle": -2.0}, "^energy_per_cycle is -2 kY.2: a contact takes energy: a channel is inverted"),
-    ],
-)
-def test_what_cannot_take_part_says_why(change: dict[str, object], reason: str) -> None:
-    trial = trial_of({**row("steel", 1.25, 0.3, 0.6), **change})
-    assert trial.failed
-    with pytest.raises(AssertionError, match=reason):
-        raise AssertionError(trial.reason)
-
-
 def test_facts_fill_what_the_row_lacks_and_contradictions_are_said() -> None:
     bare = {**row("steel", 1.25, 0.3, 0.6), "material": None}
     trial = trial_of(bare, {"material": "iron", "normal_force_n": 1.5, "nominal_frequency_ratio": 0.3})
@@ -111,6 +92,12 @@ def test_a_hostile_table_is_evaluated_or_refused(tmp_path_factory: pytest.TempPa
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
+        ("status", "failed", "^its measurement failed and gives no reason"),
+        ("material", None, "^no material: name them"),
+        ("normal_force_n", 0.0, "^no normal_force_n: name them"),
+        ("frequency_ratio", None, "natural_frequency_hz"),
+        ("energy_per_cycle", math.nan, "no energy_per_cycle in the measurement"),
+        ("energy_per_cycle", -2.0, "^energy_per_cycle is -2 kY.2: a contact takes energy: a channel is inverted"),
         ("normal_force_n", 1e12, r"normal_force_n = 1e\+12: expected 1e-06 to 1e\+09: correct the measurement"),
         ("frequency_ratio", 0.0, "frequency_ratio = 0: expected 0.005 to 50"),
         ("energy_per_cycle", 1e6, r"energy_per_cycle = 1e\+06: expected -10000 to 10000"),
@@ -122,7 +109,7 @@ def test_a_hostile_table_is_evaluated_or_refused(tmp_path_factory: pytest.TempPa
         ("duration_s", 10**400, "duration_s = a number beyond all bounds: expected 0"),
     ],
 )
-def test_a_number_that_cannot_be_fails_its_test_alone(key: str, value: float, words: str) -> None:
+def test_a_value_that_cannot_be_fails_its_test_alone_and_says_why(key: str, value: object, words: str) -> None:
     good = [row("steel", 1.5, r, 0.6) for r in (0.3, 0.6, 1.4)]
     bad = {**row("steel", 1.5, 0.9, 0.6), key: value}
     found = evaluate([trial_of(r) for r in (*good, bad)], SCENE)
@@ -195,12 +182,6 @@ def test_an_earlier_campaign_is_replaced_and_nothing_else(folder: Path) -> None:
     with pytest.raises(OutputError, match=r"measurements\.csv: exists and was not written by frictionlab campaign"):
         check_folder(folder)
     check_folder(folder, force=True)
-
-
-def test_a_file_in_the_folders_place_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "out").write_text("")
-    with pytest.raises(OutputError, match="cannot be made"):
-        check_folder(tmp_path / "out")
 
 
 def test_rows_come_back_the_same_from_every_kind_of_file(tmp_path: Path) -> None:

@@ -75,6 +75,10 @@ UP_DOWN = {"static_ratio_up": 1.46966014, "static_ratio_down": 1.03045729}
         (Problem(0.3167453932053987, 0.18109537586196128, 2.2410659501989008), "exact", 1),
         (Problem(0.46886842, 0.17425558, 3.04799425), "exact", 1),  # another has as many phases, stands at the section
         (Problem(0.7, 0.5, 1.5), "closed-form", 1),
+        (Problem(0.32, 0.2, 3.0), "exact", 1),
+        (Problem(0.38, 0.2, 3.0), "exact", 4),
+        (Problem(0.44, 0.2, 3.0), "exact", 3),
+        (Problem(0.5, 0.2, 3.0), "exact", 1),
         (Problem(0.3484, 0.188, 1.75), "exact", 1),
         (Problem(0.23875384, 0.04104896, 3.80918095), "exact", 9),
         (Problem(0.41673743, 0.16038866, law="coulomb+breakaway", parameters=UP_DOWN), "exact", 56),
@@ -87,6 +91,7 @@ def test_with_static_friction_the_orbit_told_is_the_one_that_rest_settles_on(
 ) -> None:
     state = steady_state(problem)
     assert (state.solver, state.period_cycles) == (solver, period)
+    assert abs(state.floquet_multiplier or 0.0) <= 1.0
     assert settles_on(state, 1500)
 
 

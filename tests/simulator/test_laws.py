@@ -138,6 +138,7 @@ def test_what_is_no_number_is_refused_by_name(given: dict[str, Any], match: str)
 CHAOS = (0.36543323682064005, 0.1186830137216871, 2.5182266324590397)
 SAID = {  # r, beta, mu, zeta, law, parameters: a word of what is to be said
     "continuum": ((0.5, 0.2, 1.0, 0.0), "coulomb", {}),
+    "kinetic friction alone": ((0.9, 0.6, 1.7, 0.0), "coulomb", {}),
     "Nothing damps": ((0.5, 0.0, 1.0, 0.0), "coulomb", {}),
     "a disturbance lasts": ((1.0 + 1e-6, 0.1, 1.0, 0.0), "coulomb", {}),
     "factor of 1.1": ((*CHAOS, 0.0), "coulomb", {}),
@@ -170,9 +171,15 @@ def test_a_row_of_a_map_says_what_the_steady_state_says(words: str) -> None:
         assert row[key] == (None if value is None else pytest.approx(value, rel=1e-12, abs=1e-14)), key
 
 
-def test_an_orbit_that_rounding_nearly_hides_is_said() -> None:
-    """On a moving wall and at large r the mass hardly moves: its motion is a difference of two large ones."""
-    state = steady_state(Problem(1e5, 0.0, wall="base", base=Base((1.0, 0.2))))
+@pytest.mark.parametrize(
+    "problem",
+    [
+        Problem(1e5, 0.0, wall="base", base=Base((1.0, 0.2))),  # it hardly moves: a difference of two large motions
+        Problem(1 + 1e-8, 0.3, base=Base((1.0, 0.0, 0.1)), law="coulomb+place", parameters={"gradient": 1e-9}),
+    ],
+)
+def test_an_orbit_that_rounding_nearly_hides_or_moves_is_said(problem: Problem) -> None:
+    state = steady_state(problem)
     assert state.outcome == "periodic"
     assert any("numbers are good to about" in said for said in state.warnings)
 

@@ -169,14 +169,6 @@ def test_a_mass_that_does_not_move_shows_no_loop() -> None:
         assert seen.regime == "stuck"
 
 
-def test_what_does_not_exist_is_none() -> None:
-    assert steady_state(Problem(1.0, 0.3)).energy_per_cycle is None
-    run = last_cycle(Problem(0.95, 0.1, frame_damping_ratio=0.001), cycles=5)
-    assert run.outcome == "not settled"
-    seen = present(run.energy_per_cycle)
-    assert seen > 0.0
-
-
 @pytest.mark.parametrize(
     ("law", "parameters", "solver"),
     [

@@ -22,7 +22,6 @@ from tests.simulator.closed_form import (
 )
 from tests.simulator.phases import sides
 
-PERIODS = [(0.32, 1), (0.38, 4), (0.44, 3), (0.5, 1)]  # r, cycles of rest's motion at mu = 3
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "reference.json").read_text())
 
 
@@ -139,12 +138,6 @@ def test_unbounded_is_said_and_its_neighbours_are_solved() -> None:
     assert "no steady state" in steady_state(Problem(1.0, 0.5)).verdict
 
 
-def test_a_mass_that_static_friction_alone_holds_is_said_to_be_so() -> None:
-    held = steady_state(Problem(0.9, 0.6, mu=1.7))
-    assert held.outcome == "stuck"
-    assert any("kinetic friction alone" in warning for warning in held.warnings)
-
-
 def test_the_continuum_is_recognised_and_a_run_from_rest_creeps_to_its_edge() -> None:
     state = steady_state(Problem(0.5, 0.2))
     assert state.outcome == "periodic"
@@ -156,17 +149,6 @@ def test_the_continuum_is_recognised_and_a_run_from_rest_creeps_to_its_edge() ->
         lengths.append((stops[:, 1] - stops[:, 0]).max())
     assert lengths == pytest.approx([0.138, 0.099, 0.070], abs=1.5e-3)
     assert not steady_state(Problem(0.5, 0.34)).warnings
-
-
-@pytest.mark.parametrize(("r", "cycles"), PERIODS)
-def test_motions_of_several_cycles_are_found_with_static_friction(r: float, cycles: int) -> None:
-    problem = Problem(r, 0.2, mu=3.0)
-    state = steady_state(problem)
-    assert state.period_cycles == cycles
-    assert abs(state.floquet_multiplier or 0.0) <= 1.0
-    x = simulate(problem, cycles=400, keep=cycles).at(np.zeros(cycles), cycle=np.arange(400 - cycles, 400))[0]
-    orbit = present(state.orbit).at(np.zeros(cycles), cycle=np.arange(cycles))[0]
-    np.testing.assert_allclose(np.sort(x), np.sort(orbit), atol=1e-8)
 
 
 def test_what_is_not_known_is_refused() -> None:
@@ -184,13 +166,6 @@ def test_a_hundred_cycles_are_not_steady() -> None:
     assert waited.energy_per_cycle == pytest.approx(7.39, abs=5e-3)
     assert steady_state(Problem(0.95, 0.1)).energy_per_cycle == pytest.approx(4.070974, abs=5e-7)
     assert last_cycle(Problem(0.5, 0.4), cycles=100).outcome == "periodic"
-
-
-def test_where_rounding_adds_up_the_size_of_the_error_is_said() -> None:
-    uneven = {"gradient": 1e-9}
-    state = steady_state(Problem(1.0 + 1e-8, 0.3, base=Base((1.0, 0.0, 0.1)), law="coulomb+place", parameters=uneven))
-    assert state.outcome == "periodic"
-    assert any("good to about" in warning for warning in state.warnings)
 
 
 BETAS = tuple(round(0.1 * i, 1) for i in range(1, 10))

@@ -22,11 +22,11 @@ from hypothesis import strategies as st
 from frictionlab import workers as run
 from frictionlab.errors import ClusterError, UsageError
 from frictionlab.workers import Lost, Pace, run_batches, run_each, sites
+from tests.desk import ROOT
 from tests.workers import jobs
 
 CASES = range(300)
 TRUTH = [jobs.wave(case) for case in CASES]
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.parametrize(("workers", "seconds"), [(None, 0.25), (1, 0.0), (2, 0.0), (3, 0.25)])
@@ -216,10 +216,6 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     for part in reversed(parts):
         part.terminate()
         part.wait(timeout=30)
-
-
-def test_results_are_those_of_one_process(scheduler: str) -> None:
-    assert list(run_each(jobs.slow_wave, CASES, scheduler=scheduler, seconds_per_batch=0.05)) == TRUTH
 
 
 def test_workers_of_another_version_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
