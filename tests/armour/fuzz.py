@@ -24,11 +24,13 @@ from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
 
+from frictionlab.campaign import write_tables
 from frictionlab.campaign.files import read_measurements
 from frictionlab.errors import FrictionlabError
 from frictionlab.experiment import facts_of
 from frictionlab.hdf5 import describe, is_recording, read_recording, trial
 from frictionlab.logs import LogOptions, read_log
+from frictionlab.report import page
 from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.synthetic import virtual_tests
 from frictionlab.tables import is_table, read_rows
@@ -94,7 +96,9 @@ def _analyzed(path: Path) -> None:
 def _evaluated(path: Path) -> None:
     rows = read_measurements(path)
     if _is_new(repr(rows).encode()):
-        evaluate([path], scene_from_tables(SCENE))
+        found = evaluate([path], scene_from_tables(SCENE))
+        write_tables(found, path.parent / "out")
+        page(found, (), {}).encode()
 
 
 def _planned(path: Path) -> None:

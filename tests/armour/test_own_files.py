@@ -39,10 +39,13 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def scene_of(material: str = "steel", **more: object) -> Scene:
-    test = {"material": material, "normal_forces_n": [1.0], "frequency_ratios": [0.5], "friction_coefficient": 0.5}
-    rig = {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0}
-    return scene_from_tables({"rig": rig, "synthetic": {"duration_s": 1.0, "tests": [{**test, **more}]}})
+def scene_of(*materials: str, **more: object) -> Scene:
+    test = {"normal_forces_n": [1.0], "frequency_ratios": [0.5], "friction_coefficient": 0.5, **more}
+    rig, tests = (
+        {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0},
+        [{**test, "material": m} for m in materials or ["steel"]],
+    )
+    return scene_from_tables({"rig": rig, "synthetic": {"duration_s": 1.0, "tests": tests}})
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
@@ -196,11 +199,8 @@ def test_synthesize_keeps_a_truth_that_is_not_its_own(tmp_path: Path) -> None:
 def test_logs_are_told_apart_on_any_disk() -> None:
     """Some disks see neither case nor how an accent is written: one log would replace the other there."""
     for one, other in (("steel", "steel"), ("Steel", "steel"), ("St\u00e4hl", "Sta\u0308hl")):
-        test = {"normal_forces_n": [1.0], "frequency_ratios": [0.5], "friction_coefficient": 0.5}
-        rig = {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0}
-        tests = [{"material": one, **test}, {"material": other, **test}]
         with pytest.raises(SceneError, match=r"the same test stands twice: .*_N1_r0\.5\.csv"):
-            virtual_tests(scene_from_tables({"rig": rig, "synthetic": {"tests": tests}}))
+            virtual_tests(scene_of(one, other))
     assert list(names_of([Path("x/st\u00e4hl.csv"), Path("x/sta\u0308hl.csv")]).values())[1].endswith("~2")
 
 

@@ -25,7 +25,7 @@ from frictionlab.simulator import Base, Contact, SteadyState, Structure, steady_
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.record import BaseRecord, respond
-from tests.simulator.several_twin import Twin
+from tests.simulator.several_twin import Twin, rubs
 
 LAWS = (
     *("coulomb", "coulomb", "coulomb+place", "coulomb+speed", "coulomb+breakaway"),
@@ -87,8 +87,7 @@ def missed_by_twin(state: SteadyState) -> tuple[float, float]:
 
 def two_storeys() -> Structure:
     """Two storeys, both rubbing on what they stand on."""
-    law = law_of("coulomb")
-    contacts = [Contact(mass, against, law, law.complete({"beta": beta})) for mass, against, beta in RUBBING]
+    contacts = [rubs("coulomb", mass, against, beta=beta) for mass, against, beta in RUBBING]
     return Structure.of_storeys(1.0, [1.0, 0.8], [1.0, 0.9], [0.01, 0.01], contacts)
 
 

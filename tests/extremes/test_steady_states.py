@@ -14,7 +14,7 @@ from frictionlab.simulator import Problem, SteadyState, simulate, steady_state
 from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.sweep import warm_up
 from tests.desk import present
-from tests.simulator.closed_form import friction_limit
+from tests.simulator.closed_form import friction_limit, off
 
 ORBITS = json.loads((Path(__file__).parent / "reference" / "orbits.json").read_text(encoding="utf-8"))
 ROUNDING = 1e-11  # what rounding may do; anything larger is a fault, or has its reason beside it
@@ -28,14 +28,6 @@ def problem_of(row: dict[str, str]) -> Problem:
 def name_of(row: dict[str, str]) -> str:
     p = problem_of(row)
     return f"r={p.r!r} beta={p.beta!r} mu={p.mu:g} zeta={p.zeta:g}"
-
-
-def off(value: float | None, truth: str) -> float:
-    """Relative error, formed with 50 digits."""
-    with mpmath.workdps(50):
-        exact = mpmath.mpf(truth)
-        assert value is not None
-        return float(abs(value - exact) / abs(exact)) if exact else abs(value)
 
 
 def rounding_of_the_pull(problem: Problem) -> float:

@@ -6,9 +6,18 @@ r = 1 and at r = 1/(2k+1); here both are written in the exact distance of 1/r to
 
 from math import ceil, cos, inf, pi, sin, sqrt
 
+import mpmath
 from scipy.optimize import minimize_scalar
 
 from frictionlab.simulator.exact.answer import den_hartog, gap
+from tests.desk import present
+
+
+def off(value: float | None, truth: str) -> float:
+    """Relative error, formed with 50 digits."""
+    with mpmath.workdps(50):
+        exact = mpmath.mpf(truth)
+        return float(abs(present(value) - exact) / abs(exact)) if exact else abs(present(value))
 
 
 def continuous_amplitude(r: float, beta: float) -> float:
