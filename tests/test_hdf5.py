@@ -17,6 +17,7 @@ from frictionlab.errors import OutputError, RecordingError
 from frictionlab.hdf5 import is_recording, read_recording, read_tree, write_recording, write_tree
 from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.recording import LineCount, Quality, QuarantinedLine, Recording, Source, SourceFile
+from tests.armour.mutations import Hurt, new_array, virtual
 
 T = np.arange(500, dtype=np.float64) * np.float64(0.004)
 SOURCE = Source(
@@ -142,21 +143,8 @@ def _put(file: h5py.File, name: str, thing: object) -> None:
     file[name] = thing
 
 
-def _external_storage(file: h5py.File) -> None:
-    del file["mass_displacement"]
-    file.create_dataset("mass_displacement", (500,), "f8", external=[("/etc/passwd", 0, 4000)])
-
-
-def _virtual(file: h5py.File) -> None:
-    del file["mass_displacement"]
-    layout = h5py.VirtualLayout((500,), "f8")
-    layout[:] = h5py.VirtualSource("other.h5", "mass_displacement", (500,))
-    file.create_virtual_dataset("mass_displacement", layout)
-
-
-def _bomb(file: h5py.File) -> None:
-    del file["mass_displacement"]
-    file.create_dataset("mass_displacement", (1 << 40,), "f8", chunks=(1 << 20,))
+def _harmed(hurt: Hurt) -> Callable[[h5py.File], object]:
+    return lambda file: hurt(file, "mass_displacement")
 
 
 LINK = "got nothing, or a link elsewhere"
@@ -168,9 +156,12 @@ BREAK: list[tuple[Callable[[h5py.File], object], str]] = [
     (lambda f: _put(f, "time", np.zeros((5, 100))), r"time: expected shape \(n,\); got \(5, 100\)"),
     (lambda f: _put(f, "mass_displacement", h5py.ExternalLink("other.h5", "/mass_displacement")), LINK),
     (lambda f: _put(f, "mass_displacement", h5py.SoftLink("/base_displacement")), LINK),
-    (_external_storage, "expected an array stored in this file"),
-    (_virtual, "expected an array stored in this file"),
-    (_bomb, "claims 8796093022208 bytes in a file of"),
+    (
+        _harmed(new_array(shape=(500,), dtype="f8", external=[("/etc/passwd", 0, 4000)])),
+        "expected an array stored in this",
+    ),
+    (_harmed(virtual), "expected an array stored in this file"),
+    (_harmed(new_array(shape=(1 << 40,), dtype="f8", chunks=(1 << 20,))), "claims 8796093022208 bytes in a file of"),
     (lambda f: f["source/file_lines"].write_direct(np.ones((2, 7), np.int64)), "do not add up"),
     (lambda f: f["time"].write_direct(RECORDING.time[::-1].copy()), "expected increasing stamps"),
 ]

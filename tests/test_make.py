@@ -4,17 +4,13 @@ import json
 import os
 from math import cos, pi
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
 import frictionlab as fl
 from frictionlab.errors import OutputError
 from frictionlab.tables import write_rows
-from tests.desk import MAKE, NAMED, ROOT, SCENE, answer, run_in, set_up
-
-if TYPE_CHECKING:
-    from subprocess import CompletedProcess
+from tests.desk import MAKE, NAMED, ROOT, SCENE, Answer, answer, run_in, set_up
 
 LOGS = ("steel_N1.25_r0.3.csv", "rubber_N1.25_r0.3.csv")
 HOSTILE = (
@@ -47,11 +43,11 @@ def desk(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def make(desk: Path, *words: str) -> "CompletedProcess[str]":
+def make(desk: Path, *words: str) -> Answer:
     return make_without_scene(desk, "SCENE=configs/sample_data.toml", *words)
 
 
-def make_without_scene(desk: Path, *words: str) -> "CompletedProcess[str]":
+def make_without_scene(desk: Path, *words: str) -> Answer:
     return run_in(desk, [*MAKE, "LOGS=logs", "OUT=out", *words])
 
 

@@ -2,30 +2,20 @@
 
 import re
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from typer.testing import Result
 
 import frictionlab as fl
 from frictionlab.errors import UsageError
 from frictionlab.scene import Scene, find_scene, read_scene, scene_from_tables
 from frictionlab.scene.text import tables_of_keys, template, to_toml, value_text
-from tests.desk import ROOT, invoke
+from tests.desk import ROOT, Run
 
 CONFIGS = ROOT / "configs"
-Run = Callable[..., Result]
-
-
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """A command in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    return invoke
 
 
 def test_every_key_has_its_sentence() -> None:
@@ -70,13 +60,13 @@ def test_show_prints_a_scene_that_can_be_pasted(run: Run) -> None:
 
 def test_init_writes_a_scene_once(run: Run, tmp_path: Path) -> None:
     first = run("init", "my tests")
-    assert first.exit_code == 0, first.stderr
+    assert first.returncode == 0, first.stderr
     assert 'next: frictionlab batch "my tests"' in first.stdout
     path = tmp_path / "my tests" / "frictionlab.toml"
     assert read_scene(path) == Scene()
     path.write_text("[rig]\nmass_kg = 2.0\n")
     refused = run("init", "my tests")
-    assert refused.exit_code == 2
+    assert refused.returncode == 2
     assert "give --force" in refused.stderr
     assert run("init", "my tests", "--force", "--all", "--quiet").stdout == ""
     assert path.read_text(encoding="utf-8") == template()
@@ -102,7 +92,7 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     (logs / "results").mkdir()  # of a campaign: no logs, whatever their suffix
     (logs / "results" / "measurements.csv").write_text("source\n")
     done = run("init", "logs")
-    assert done.exit_code == 0, done.stderr
+    assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 2 not read"
     assert "not read: more: logs of a folder in the folder" in done.stdout
     assert "natural frequency 3.13" in done.stdout
@@ -142,7 +132,7 @@ def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_says_what_to_do
     assert "to fill in" not in done.stdout
     assert read_scene(tmp_path / "logs" / "frictionlab.toml").rig.kind == "prescribed"
     assert "without --campaign" in run("batch", "logs", "--campaign", "-o", "together").stderr
-    assert run("batch", "logs", "-o", "each").exit_code == 0
+    assert run("batch", "logs", "-o", "each").returncode == 0
 
 
 @pytest.mark.usefixtures("one_format")
@@ -187,13 +177,13 @@ def test_commands_use_the_scene_they_find_and_say_so(run: Run, tmp_path: Path) -
     assert "natural frequency is not known" in run("analyze", f"logs/{sample.name}").stderr
     (tmp_path / "logs" / "frictionlab.toml").write_text("[rig]\nnatural_frequency_hz = 3.13\n")
     done = run("analyze", f"logs/{sample.name}")
-    assert done.exit_code == 0, done.stderr
+    assert done.returncode == 0, done.stderr
     assert done.stderr.splitlines()[0].startswith("frictionlab: scene: logs/frictionlab.toml is used")
     assert "natural frequency" not in done.stderr
     assert run("analyze", f"logs/{sample.name}", "--quiet").stderr == ""
     (tmp_path / "frictionlab.toml").write_text("[rig]\nmass = 1\n[analysis]\ncycle = 1\n")
     refused = run("ingest", f"logs/{sample.name}")
-    assert refused.exit_code == 2
+    assert refused.returncode == 2
     first, second = refused.stderr.splitlines()[1:]
     assert "scene frictionlab.toml, line 2: rig.mass: unknown key; did you mean mass_kg? expected one of" in first
     assert "scene frictionlab.toml, line 4: analysis.cycle: unknown key; did you mean cycles? expected" in second

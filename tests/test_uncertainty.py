@@ -16,13 +16,12 @@ from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.arrays import FloatArray
 from frictionlab.inference.comparison import Comparison
 from frictionlab.inference.observations import CycleObservation, observe
-from frictionlab.inference.unknowns import of_law
 from frictionlab.scene import Scene
 from frictionlab.schema import COMPARISONS, MEASUREMENTS, Table
 from frictionlab.simulator import Problem
 from frictionlab.uncertainty import STATISTICAL, Average, Estimate, Flat, FlatKnown, average, combined, sources_of
 from tests.desk import present
-from tests.inference.contacts import recorded, scene
+from tests.inference.contacts import assert_slopes_of_sensors, recorded, scene
 
 Shown = tuple[FloatArray, FloatArray]
 KEYS = ("frequency_ratio", "base_amplitude_m", "energy_per_cycle", "response_amplitude")
@@ -142,16 +141,8 @@ def test_sensors_move_the_cycle_as_the_fit_thinks() -> None:
     m = measured()
     m = replace(m, sources=sources_of(scene(sensors={"crosstalk": 0.002}, log={"measuring_range_m": 0.012}), 500.0))
     observation = observe(m, scene())
-    unknowns = (*of_law(observation.law, observation.held, observation.sources.infer), *observation.rig_unknowns)
-    here = {u.name: u.value(0.0) for u in unknowns} | {"beta": 0.35}
-    plain, values = observation.predict(here), [here[u.name] for u in unknowns]
-    assert plain is not None
-    slopes = observation.slopes(unknowns, values, [1.0] * len(unknowns))
-    assert {u.name for u in unknowns} >= set(CycleObservation.by_sensors)
-    for i, u in enumerate(unknowns):
-        if u.name in CycleObservation.by_sensors:
-            there = present(observation.predict(here | {u.name: u.value(u.at(here[u.name]) + 1e-4)}))
-            np.testing.assert_allclose(slopes[:, i], (there - plain) / 1e-4, atol=2e-6)
+    assert {u.name for u in observation.rig_unknowns} >= set(CycleObservation.by_sensors)
+    assert_slopes_of_sensors(observation, CycleObservation.by_sensors, {"beta": 0.35}, 1e-4, 2e-6)
 
 
 DECLARED: dict[str, dict[str, object]] = {

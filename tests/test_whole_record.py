@@ -21,7 +21,6 @@ from frictionlab.hdf5 import write_recording
 from frictionlab.inference import ladder
 from frictionlab.inference.observation import SENSORS
 from frictionlab.inference.record import observe_record
-from frictionlab.inference.unknowns import of_law
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Problem
@@ -29,6 +28,7 @@ from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.synthetic.virtual_motion import ramp, random_motion
 from tests.desk import invoke, present
+from tests.inference.contacts import assert_slopes_of_sensors
 
 FN, Y, NOISE = 3.0, 2e-3, 1e-6
 SHARED = Path(__file__).parents[1] / "../shared/data"
@@ -376,16 +376,9 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
     measurement = fl.analyze(recording, scene)
     held = {"frame_damping_ratio": 0.01}
     observation, _ = observe_record(recording, scene, law_of("coulomb"), held, measurement)
-    unknowns = (*of_law(observation.law, held, observation.sources.infer), *observation.rig_unknowns)
-    here = {u.name: u.value(0.0) for u in unknowns} | {"beta": 0.3, "cubic": 1e-3, "base_in_mass": 1e-3}
-    plain, values = observation.predict(here), [here[u.name] for u in unknowns]
-    assert plain is not None
-    slopes = observation.slopes(unknowns, values, [1.0] * len(unknowns))
-    for i, u in enumerate(unknowns):
-        if u.name in SENSORS:
-            there = present(observation.predict(here | {u.name: u.value(u.at(here[u.name]) + 1e-3)}))
-            np.testing.assert_allclose(slopes[:, i], (there - plain) / 1e-3, atol=1e-9)
-    mixed = present(observation.predict(here | {"mass_in_base": 1e-3}))
+    here = {"beta": 0.3, "cubic": 1e-3, "base_in_mass": 1e-3}
+    values = assert_slopes_of_sensors(observation, SENSORS, here, 1e-3, 1e-9)
+    plain, mixed = (present(observation.predict(values | more)) for more in ({}, {"mass_in_base": 1e-3}))
     assert 1e-5 < float(np.std(mixed - plain)) < 1e-2
 
 

@@ -82,9 +82,11 @@ def test_a_quiet_sensor_is_measured_by_its_step(r: float, beta: float, size: flo
         ("mass is a copy of the base", "mass: its channel repeats the base's .*--mass"),
         ("mass is a second sensor on the base", "mass: its channel repeats the base's"),
         ("mass is noise of 0.1 mm", "mass: its channel holds nothing but noise .*--mass"),
+        # at 99 % of the amplitude two stops were invented, at 95 % energy was 2 to 5 % (800 errors) off, unwarned
+        *((name, "the sensor clips") for name in CASES if name.startswith("clipped")),
     ],
 )
-def test_channels_that_are_not_what_they_are_called_are_named(case: str, said: str) -> None:
+def test_channels_that_are_not_what_they_are_called_and_sensors_that_clip_are_named(case: str, said: str) -> None:
     made = CASES[case]()
     assert any(re.search(said, warning) for warning in measure(made.recording, made.scene).warnings)
 
@@ -267,13 +269,6 @@ def test_hum_that_swells_and_wanders_is_followed() -> None:
     assert any("mains hum" in w for w in m.warnings)
 
 
-@pytest.mark.parametrize("case", [name for name in CASES if name.startswith("clipped")])
-def test_a_mass_of_which_little_is_cut_off_is_said_to_clip(case: str) -> None:
-    """At 99 % of the amplitude two stops were invented, at 95 % energy was 2 to 5 % (800 errors) off, unwarned."""
-    made = CASES[case]()
-    assert any("the sensor clips" in warning for warning in measure(made.recording, made.scene).warnings)
-
-
 @pytest.mark.parametrize(
     ("make", "said"),
     [
@@ -304,6 +299,7 @@ def test_a_base_whose_zero_drifts_does_not_move_the_phase() -> None:
         ("one sample lost in the mass, r = 1.2", "from 45.12 s on the mass comes 1 samples earlier .* mass's channel"),
         ("base's gain drifts by 2 %", r"base_amplitude_m: the base's amplitude drifts by \+1.5 %"),
         ("mass's gain drifts by 2 %", r"response_amplitude: drifts by \+1.5 %"),
+        *((name, "") for name in CASES if "jitters" in name),  # stamps that are even: nothing need be said
     ],
 )
 def test_what_changes_within_the_test_is_said_and_its_error_holds_it(case: str, said: str) -> None:
@@ -311,15 +307,7 @@ def test_what_changes_within_the_test_is_said_and_its_error_holds_it(case: str, 
     m = measure(made.recording, made.scene)
     assert abs(m.energy_per_cycle - made.truth.energy) < 3 * m.energy_per_cycle_se
     assert abs(m.response_amplitude - made.truth.amplitude) < 3 * m.response_amplitude_se
-    assert any(re.search(said, warning) for warning in m.warnings)
-
-
-@pytest.mark.parametrize("case", [name for name in CASES if "jitters" in name])
-def test_stamps_that_are_even_over_a_clock_that_jitters_move_nothing_beyond_its_error(case: str) -> None:
-    made = CASES[case]()
-    m = measure(made.recording, made.scene)
-    assert abs(m.energy_per_cycle - made.truth.energy) < 3 * m.energy_per_cycle_se
-    assert abs(m.response_amplitude - made.truth.amplitude) < 3 * m.response_amplitude_se
+    assert not said or any(re.search(said, warning) for warning in m.warnings)
 
 
 @pytest.mark.parametrize(("r", "beta"), [(0.1457, 0.2041), (0.1, 0.3), (1.452, 0.681)])

@@ -125,7 +125,7 @@ def hurt(raw: bytes, rng: np.random.Generator) -> bytes:
     return file_.getvalue()
 
 
-def _new(data: object = None, **how: Any) -> Hurt:
+def new_array(data: object = None, **how: Any) -> Hurt:
     """Another array in place of what stands there."""
 
     def new(file: h5py.File, name: str) -> None:
@@ -154,7 +154,7 @@ def _put(thing: Callable[[h5py.File, str], object]) -> Hurt:
     return put
 
 
-def _virtual(file: h5py.File, name: str) -> None:
+def virtual(file: h5py.File, name: str) -> None:
     """The numbers are elsewhere."""
     shape = file[name].shape or (1,)
     layout = h5py.VirtualLayout(shape, "f8")
@@ -168,7 +168,7 @@ def _stored(**how: Any) -> Hurt:
 
     def store(file: h5py.File, name: str) -> None:
         values = file[name][()]
-        _new(values, chunks=True, **how)(file, name)
+        new_array(values, chunks=True, **how)(file, name)
 
     return store
 
@@ -195,11 +195,11 @@ ARRAYS: tuple[object, ...] = (
 HURTS: tuple[tuple[Hurt, ...], ...] = (
     tuple(_set(value) for value in ATTRIBUTES),
     (lambda file, name: file[name].attrs.pop(next(iter(file[name].attrs))),),
-    *2 * (tuple(_new(data) for data in ARRAYS),),
+    *2 * (tuple(new_array(data) for data in ARRAYS),),
     (  # an array that claims more than any memory holds, of which nothing is stored
-        *(_new(shape=(1 << n,), dtype="f8", chunks=(1024,)) for n in (33, 40)),
-        _new(shape=(1 << 20, 1 << 20), dtype="f8", chunks=(1024, 1024)),
-        _new(shape=(1 << 62,), dtype="u1", chunks=(1024,)),
+        *(new_array(shape=(1 << n,), dtype="f8", chunks=(1024,)) for n in (33, 40)),
+        new_array(shape=(1 << 20, 1 << 20), dtype="f8", chunks=(1024, 1024)),
+        new_array(shape=(1 << 62,), dtype="u1", chunks=(1024,)),
     ),
     (
         _put(lambda *_: h5py.ExternalLink("/etc/passwd", "/x")),
@@ -213,17 +213,17 @@ HURTS: tuple[tuple[Hurt, ...], ...] = (
         lambda file, name: file[name].__setitem__("again", file["/"]),
         lambda file, name: file[name].__setitem__("again", file[name]),
     ),
-    tuple(_new(texts, dtype=TEXTS) for texts in ([b"\xff"] * 3, ["\x1b[31m"], ["x" * 100000], [])),
+    tuple(new_array(texts, dtype=TEXTS) for texts in ([b"\xff"] * 3, ["\x1b[31m"], ["x" * 100000], [])),
     (lambda file, name: file.pop(name),),
     (lambda file, name: (file.pop(name), file.create_group(name)),),
     (
-        _virtual,
-        _new(shape=(300,), dtype="f8", external=[("/etc/passwd", 0, 2400)]),
+        virtual,
+        new_array(shape=(300,), dtype="f8", external=[("/etc/passwd", 0, 2400)]),
         _stored(compression="gzip", shuffle=True),
         _stored(compression="lzf"),
         _stored(fletcher32=True),
         _stored(scaleoffset=3),
-        _new(np.zeros(800, "u1"), dtype=h5py.enum_dtype({"GOOD": 0, "BAD": 1}, "u1")),
+        new_array(np.zeros(800, "u1"), dtype=h5py.enum_dtype({"GOOD": 0, "BAD": 1}, "u1")),
     ),
     tuple(_more(member) for member in ("x" * 5000, "\u202e", "..", "é\u0301", "a b\n", "#refs#", "\x1b[31m")),
 )

@@ -208,13 +208,6 @@ def test_what_this_package_writes_is_sealed(kind: str, path: Path) -> None:
     assert is_whole(path) is None
 
 
-def test_a_recording_that_others_have_changed_is_tried_and_read(path: Path) -> None:
-    with h5py.File(path, "r+") as file:
-        file["experiment"].attrs["material"] = "brass"
-    assert is_whole(path) is None
-    assert read_recording(path).experiment["material"] == "brass"
-
-
 def test_a_file_that_makes_the_library_loop_is_refused_in_seconds(path: Path) -> None:
     """Bytes found by the fuzz: an address among the root's attributes leads the library round in C for ever."""
     path.write_bytes(case("recording.bare", 1, 118))

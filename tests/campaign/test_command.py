@@ -1,13 +1,12 @@
 """The command, and the whole chain from virtual logs to the report, as a user runs them."""
 
-import csv
 import json
 from pathlib import Path
 
 import pytest
 
 from frictionlab.hdf5 import write_tree
-from frictionlab.tables import write_rows
+from frictionlab.tables import read_rows, write_rows
 from tests.campaign.fabricate import COEFFICIENTS, small_campaign
 from tests.desk import NAMED, Run, invoke
 
@@ -21,11 +20,6 @@ friction_scatter = %g
 """
 
 
-def rows_of(path: Path) -> list[dict[str, str]]:
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: Path) -> None:
     rows = small_campaign()
     write_rows(rows[:20], tmp_path / "a.csv")
@@ -36,10 +30,10 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     assert done.returncode == 1
     assert "c.jsonl: c.jsonl" not in done.stderr
     assert "c.jsonl, line 1: expected a JSON object" in done.stderr
-    told = rows_of(tmp_path / "out" / "measurements.csv")
+    told = read_rows(tmp_path / "out" / "measurements.csv")
     assert len(told) == len(rows) + 1
     assert {row["source"] for row in told if row["status"] == "failed"} == {"c.jsonl", str(rows[-1]["source"])}
-    assert len(rows_of(tmp_path / "out" / "friction.csv")) == 9
+    assert len(read_rows(tmp_path / "out" / "friction.csv")) == 9
     shown = done.stdout.splitlines()
     assert max(map(len, shown[:10])) <= 80
     assert shown[0].split() == ["material", "N", "[N]", "tests", "beta", "F", "[N]", "mu", "law"]
@@ -99,11 +93,11 @@ def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> No
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("material"), "--quiet keeps the tables"
     assert "the report" not in done.stdout
-    fits = rows_of(tmp_path / "out" / "friction.csv")
+    fits = read_rows(tmp_path / "out" / "friction.csv")
     assert len(fits) == 6
     for fit in fits:
-        assert float(fit["friction_coefficient"]) == pytest.approx(COEFFICIENTS[fit["material"]], rel=0.03)
-    ranks = [(r["criterion"], r["material"]) for r in rows_of(tmp_path / "out" / "ranking.csv")]
+        assert fit["friction_coefficient"] == pytest.approx(COEFFICIENTS[str(fit["material"])], rel=0.03)
+    ranks = [(r["criterion"], r["material"]) for r in read_rows(tmp_path / "out" / "ranking.csv")]
     assert [m for c, m in ranks if c == "energy"] == ["rubber", "steel", "aramid"]
     assert [m for c, m in ranks if c == "consistency"] == ["aramid", "rubber", "steel"]
     assert (tmp_path / "out" / "figures" / "responses.svg").exists()

@@ -1,16 +1,19 @@
 """Recordings of contacts whose law is known, whose friction differs a little from cycle to cycle."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
+from frictionlab.inference.observation import Observation
+from frictionlab.inference.unknowns import of_law
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.record import BaseRecord, motion_under
 from tests.analysis.seen import through_laser
+from tests.desk import present
 
 NATURAL_HZ, BASE_M = 3.13, 1.8e-3
 
@@ -61,6 +64,21 @@ def from_rest(problem: Problem) -> Callable[[FloatArray, FloatArray, FloatArray]
         return BASE_M * motion_under(problem.in_frame_time(), drive).displacement, base
 
     return started
+
+
+def assert_slopes_of_sensors(
+    observation: Observation, names: Collection[str], here: Mapping[str, float], step: float, within: float
+) -> dict[str, float]:
+    """Slopes of what sensors do are differences of whole predictions; all values are returned."""
+    unknowns = (*of_law(observation.law, observation.held, observation.sources.infer), *observation.rig_unknowns)
+    values = {u.name: u.value(0.0) for u in unknowns} | dict(here)
+    plain = present(observation.predict(values))
+    slopes = observation.slopes(unknowns, [values[u.name] for u in unknowns], [1.0] * len(unknowns))
+    for i, u in enumerate(unknowns):
+        if u.name in names:
+            there = present(observation.predict(values | {u.name: u.value(u.at(values[u.name]) + step)}))
+            np.testing.assert_allclose(slopes[:, i], (there - plain) / step, atol=within)
+    return values
 
 
 def scene(**tables: Mapping[str, object]) -> Scene:

@@ -194,14 +194,9 @@ class Twin:
         return best, which
 
 
-def cycles_from_rest(structure: Structure, count: int) -> Floats:
-    """State (q, v) after a number of cycles from rest, then loop and contacts' work of the last one."""
+def cycle_from_rest(structure: Structure) -> Floats:
+    """State (q, v) after a cycle from rest, then loop and contacts' work of it."""
     twin = Twin(structure)
-    z = np.zeros(2 * structure.masses)
     f = float(structure.base.at(0.0))
     twin.anchors = np.array([-f * (c.against == "base") for c in structure.contacts])
-    found = z
-    for _ in range(count):
-        found = twin.run(z, 2 * pi)
-        z = found[: 2 * structure.masses]
-    return found
+    return twin.run(np.zeros(2 * structure.masses), 2 * pi)

@@ -18,7 +18,7 @@ from frictionlab.simulator.record import BaseRecord, respond
 from tests.desk import present
 from tests.simulator.numeric_oracle import LAWS, rates
 from tests.simulator.numeric_oracle import steady as integrated
-from tests.simulator.several_twin import Twin, cycles_from_rest, rubs
+from tests.simulator.several_twin import Twin, cycle_from_rest, rubs
 from tests.simulator.test_record import some_base
 
 
@@ -114,7 +114,7 @@ def test_two_masses_move_as_the_slow_twin_does(contacts: list[Contact]) -> None:
     motion = simulate(frame, cycles=1)
     assert motion.solver == "exact"
     q, v, _ = motion.all_at([2 * math.pi])
-    slow = cycles_from_rest(frame, 1)
+    slow = cycle_from_rest(frame)
     assert np.concatenate((q[0], v[0])) == pytest.approx(slow[:4], abs=3e-10)
     loop, taken = energies(frame, motion)
     assert loop == pytest.approx(slow[4], abs=1e-9)
