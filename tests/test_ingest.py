@@ -124,7 +124,6 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
         (["a.h5"], "never replaces an input"),
         (["a.csv", "--decimal", ";"], "decimal mark"),
         (["a.csv", "--sampling-rate", "-5"], "sampling_rate_hz: expected more than 0"),
-        (["a.csv", "--scene", "none.toml"], "scene none.toml: cannot be read"),
     ],
 )
 def test_a_wrong_command_line_is_status_2(

@@ -29,20 +29,15 @@ from tests.armour.sound import sound
 from tests.campaign.fabricate import small_campaign
 from tests.desk import SAMPLE, SCENE
 
-PLAN = """
-[rig]
-natural_frequency_hz = 3.13
-stiffness_n_per_m = 1191.0
+RIG = "[rig]\nnatural_frequency_hz = 3.13\nstiffness_n_per_m = 1191.0\n"
+PLAN = f"""{RIG}
 [plan]
 frequency_ratios = [0.3, 0.5, 0.7, 1.2]
 normal_forces_n = [1.0, 1.5]
 base_amplitudes_m = [1.8e-3]
 duration_s = 60.0
 """
-SYNTHETIC = """
-[rig]
-natural_frequency_hz = 3.13
-stiffness_n_per_m = 1191.0
+SYNTHETIC = f"""{RIG}
 [synthetic]
 duration_s = 20.0
 [[synthetic.tests]]
