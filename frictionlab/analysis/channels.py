@@ -202,8 +202,9 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     if times == 0:
         return signal, [], 0
     # a harmonic near resonance may be the strongest line of the mass's acceleration, hardly one of the base's
-    others = (measured[n] for n in (f"base_{of}" for of in RATES) if n in measured and np.ptp(measured[n]) > 0.0)
-    tones = [spectrum.strongest_tone(spectrum.amplitude_spectrum(s, step)) for s in (signal, *islice(others, 1))]
+    names = (n for n in (f"base_{of}" for of in RATES) if place == "mass" and np.ptp(measured.get(n, 0.0)) > 0.0)
+    some = (signal, *(measured[n] for n in islice(names, 1)))
+    tones = [spectrum.strongest_tone(spectrum.amplitude_spectrum(each, step, padding=1)) for each in some]
     slowest = 0.2 * min(tone.frequency for tone in tones)
     moved, _, said = integrated(signal, rate, slowest, times=times)
     words = f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: {said}"
