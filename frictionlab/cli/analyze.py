@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, fields
 from functools import partial
-from math import degrees, hypot, pi
+from math import degrees, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -116,8 +116,8 @@ def _compared(file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
     else:
         measurement = analyze(file, scene)
         found, base = compare(measurement, scene, **asked), {f"_{BASE}": measurement.base_amplitude_m}
-    energy, errors = found.energy_joules, found.budget.get(ENERGY, {})
-    shown = {f"_{ENERGY}_j": energy.value, f"_{ENERGY}_j_u": energy.u, f"_{ENERGY}_u": hypot(*errors.values()) or None}
+    joules = found.energy_joules
+    shown = {f"_{ENERGY}_j": joules.value, f"_{ENERGY}_j_u": joules.u, f"_{ENERGY}_u": found.energy.u}
     steady = found if len(found.tau) or found.over_frequency else None
     drawn = {"comparison": steady, "contact": found.contact, "record": found.record}
     return {**found.row(), **base, **shown, "_assumed": found.assumed}, drawn

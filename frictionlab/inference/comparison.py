@@ -273,13 +273,17 @@ class Comparison(FrictionNames, Result):
     friction_ratio = FlatKnown("friction")
 
     @property
+    def energy(self) -> Estimate:
+        """The measured energy per cycle (k Y^2), its error the sum of its budget's squares."""
+        return Estimate(self.energy_per_cycle, None, math.hypot(*self.budget.get(ENERGY, {}).values()) or None)
+
+    @property
     def energy_joules(self) -> Estimate:
         """The measured energy per cycle, where the stiffness is known: its error holds that of the stiffness."""
-        contact, errors = self.contact, self.budget.get(ENERGY, {})
-        if contact is None or contact.unit_n is None or self.energy_per_cycle is None:
+        contact = self.contact
+        if contact is None or contact.unit_n is None:
             return NOT_KNOWN
-        energy = Estimate(self.energy_per_cycle, None, math.hypot(*errors.values()) or None)
-        return energy.scaled(contact.unit_n * contact.unit_m).widened(contact.stiffness_u)
+        return self.energy.scaled(contact.unit_n * contact.unit_m).widened(contact.stiffness_u)
 
     def row(self) -> dict[str, object]:
         """The contract's keys alone: a line of JSON or of a table."""

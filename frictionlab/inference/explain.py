@@ -20,7 +20,6 @@ from frictionlab.inference.ladder import DEAR, EXACT, NOT_TOLD_APART, NUMERIC, R
 from frictionlab.inference.posterior import AS_KNOWN, MISSED, NOISE, limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
-from frictionlab.schema import ENERGY
 from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import Estimate
 
@@ -181,10 +180,9 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
         what = "force" if c.contact is not None and c.contact.is_measured else "motion"
         yield 0, f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the {what} unexplained; {noise}."
     if c.energy_difference is not None:
-        energy = Estimate(c.energy_per_cycle, None, math.hypot(*c.budget.get(ENERGY, {}).values()) or None)
         joules = f" = {c.energy_joules.scaled(1e3)} mJ" if c.energy_joules.known else ""
         more = f"predicted {abs(100 * c.energy_difference):.2g} % {'more' if c.energy_difference > 0 else 'less'}"
-        yield 3, f"Energy per cycle: {energy} k Y^2{joules} measured, {more}."
+        yield 3, f"Energy per cycle: {c.energy} k Y^2{joules} measured, {more}."
     vague: list[str] = []
     for name, e in c.parameters.items():
         if e["u"] is None:

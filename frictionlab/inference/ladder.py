@@ -298,13 +298,12 @@ class _Climb:
                     found = fit_from(there, [point], local, tempers=False)
             except AnalysisError as fault:
                 missed = fault  # no steady state there; another start may have one
-                continue
             except OverspentError as fault:
                 spent = fault
                 if law.is_exact or self.work.left < self.least:
                     break
-                continue
-            best = found if best is None or found.cost < best.cost else best
+            else:
+                best = found if best is None or found.cost < best.cost else best
         if best is None:
             raise spent or missed
         return best

@@ -87,14 +87,13 @@ def sheet_page(sheet: PageOfTest, *, back: str | None = None) -> str:
         for mean, share in zip(trial.means, trial.systematic, strict=False)
     ]
     joules = None if stiffness is None or base.value is None else stiffness * base.value**2
-    by_rig = sources_of(sheet.scene, SLOWEST_HZ).stiffness
     return TEMPLATES.get_template("sheet.html").render(
         sheet=sheet,
         back=back,
         force=Estimate(trial.normal_force_n),
         base=base.scaled(1e3),
         means=means,
-        joules=means[0].scaled(1e3 * joules).widened(by_rig) if joules else None,
+        joules=means[0].scaled(1e3 * joules).widened(sources_of(sheet.scene, SLOWEST_HZ).stiffness) if joules else None,
         charts=[(title, svg) for title, svg in _charts(sheet) if svg],
     )
 
