@@ -317,8 +317,8 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
 
 
 def announce_compiling(arguments: Sequence[str]) -> None:
-    """Let the simulator's compiler say that it begins, if stderr is a terminal and nobody asked for silence."""
-    if sys.stderr.isatty() and not {"--json", "--quiet", "-q"}.intersection(arguments):
+    """Let the simulator's compiler say on stderr that it begins, unless somebody asked for silence."""
+    if not {"--json", "--quiet", "-q"}.intersection(arguments):
         import logging
 
         logger = logging.getLogger("frictionlab.simulator")
