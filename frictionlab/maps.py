@@ -1,14 +1,12 @@
 """Maps of steady states, solved by many workers and written when the last point is in."""
 
 import hashlib
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab import simulator
 from frictionlab.arrays import FloatArray
@@ -17,19 +15,17 @@ from frictionlab.files import check_replaceable, make_folder
 from frictionlab.hdf5.trees import is_map, write_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.notes import WORDS, Note
-from frictionlab.simulator.row import ROW
-from frictionlab.simulator.state import PLACES
-from frictionlab.simulator.sweep import FAILED, Grid, named, sweep_points, table, warm_up
-from frictionlab.tables import Row, is_table, write_rows
+from frictionlab.simulator.notes import WORDS
+from frictionlab.simulator.row import OUTCOME, ROW
+from frictionlab.simulator.sweep import FAILED, Grid, StateMap, sweep_points, warm_up
+from frictionlab.tables import is_table, write_rows
 from frictionlab.workers import Lost, run_batches
 
-KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(PLACES, "float64") | {"warnings": "uint32"}
 BATCH_S = 1.0  # seconds of work in a batch
 MOST_POINTS = 5_000_000  # of a map, which memory holds until it is written: some 200 bytes each
 BLOCK = 20_000  # points made into rows at a time
 
-__all__ = ["FAILED", "KINDS", "Grid", "Step", "Tally", "make_map", "rows"]
+__all__ = ["FAILED", "Grid", "Step", "make_map"]
 
 
 @cache
@@ -45,15 +41,15 @@ def digest() -> str:
     return content.hexdigest()[:16]
 
 
-def solve(numbers: Sequence[int], grid: Grid, build: str) -> NDArray[np.void]:
-    """The steady states of these points, where a worker is: one record with the keys of `KINDS` each.
+def solve(numbers: Sequence[int], grid: Grid, build: str) -> FloatArray:
+    """The steady states of these points, where a worker is: one row each, as in `StateMap`.
 
     A worker with another ``build`` of the simulator than the one that asks refuses.
     """
     if build != digest():
         got = f"a worker has another build of the simulator ({digest()})"
         raise ClusterError(f"{got}: expected {build}, as here: install the same files there")
-    return _records(_solve(grid.points(numbers), grid))
+    return _solve(grid.points(numbers), grid)
 
 
 def _solve(points: FloatArray, grid: Grid) -> FloatArray:
@@ -67,20 +63,26 @@ def _solve(points: FloatArray, grid: Grid) -> FloatArray:
 
 @dataclass(frozen=True)
 class Step:
-    """Some points of a map that are solved now.
+    """Some points of a map that are solved now: those of the numbers from ``start`` to ``done``.
 
-    ``start``: number of the first; ``records``: their steady states, one record with the keys of `KINDS` each;
-    ``reason``: why a point could not be solved, if its workers died over it.
+    ``found``: the map, of which the points up to here are known; ``reason``: why a point could not be solved, if its
+    workers died over it.
     """
 
+    found: StateMap
     start: int
-    records: NDArray[np.void]
+    done: int
     reason: str = ""
 
-    @property
-    def done(self) -> int:
-        """Points of the map that are done."""
-        return self.start + len(self.records)
+    def rows(self) -> Iterator[dict[str, object]]:
+        """The contract's keys of each of its points."""
+        return self.found.rows_among(range(self.start, self.done))
+
+    def failures(self) -> list[str]:
+        """A sentence for each point that could not be solved."""
+        lost = np.flatnonzero(np.isnan(self.found.numbers[self.start : self.done, OUTCOME])) + self.start
+        why = self.reason or "`frictionlab simulate` says why"
+        return [f"{self.found.place(number)} could not be solved: {why}" for number in lost.tolist()]
 
 
 def make_map(
@@ -116,68 +118,21 @@ def make_map(
     )
     if scheduler is None:
         warm_up(grid.law)  # compiled here once: processes find the machine code
-    every, done, job = np.empty(len(grid), list(KINDS.items())), 0, partial(solve, grid=grid, build=digest())
+    found, done = StateMap(grid, np.full((len(grid), ROW), np.nan)), 0
+    job = partial(solve, grid=grid, build=digest())
     for batch in run_batches(job, range(len(grid)), workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S):
         if isinstance(batch, Lost):
-            step = Step(done, _records(np.full((1, ROW), np.nan)), batch.reason)
+            step = Step(found, done, done + 1, batch.reason)
         else:
-            step = Step(done, batch)
-        every[done : step.done], done = step.records, step.done
+            step = Step(found, done, done + len(batch))
+            found.numbers[done : step.done] = batch
+        done = step.done
         yield step
     if path.suffix == ".h5":
         about = {"wall": grid.wall, "law": grid.law, "simulator": digest()}
         words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
         flags = {"warnings": {note.name.lower(): (note.value, said) for note, said in WORDS.items() if note.name}}
-        write_map(every, path, axes=grid.axes(), kinds=KINDS, attributes=about, words=words, flags=flags, force=force)
+        write_map(found.datasets(), path, axes=grid.axes(), attributes=about, words=words, flags=flags, force=force)
         return
-    blocks = (Step(start, every[start : start + BLOCK]) for start in range(0, len(every), BLOCK))
-    write_rows((row for block in blocks for row in rows(grid, block)), path, STEADY_STATES, force=force)
-
-
-def rows(grid: Grid, step: Step) -> Iterator[Row]:
-    """The contract's keys of each point of a step."""
-    names = step.records.dtype.names or ()
-    columns = {key: step.records[key].astype(str) if KINDS[key][0] == "S" else step.records[key] for key in names}
-    return table(grid.points(range(step.start, step.done)), grid.family, columns)
-
-
-@dataclass
-class Tally:
-    """What is to be said of a map beside its numbers, gathered step by step.
-
-    ``outcomes``: how many points have which; ``notes``: kind of note -> at how many points it stands, and the first.
-    """
-
-    grid: Grid
-    outcomes: Counter[str] = field(default_factory=Counter)
-    notes: dict[Note, tuple[int, str]] = field(default_factory=dict)
-
-    def add(self, step: Step) -> list[str]:
-        """Take the points of a step; return a sentence for each that could not be solved."""
-        records, start = step.records, step.start
-        self.outcomes.update(records["outcome"].astype(str).tolist())
-        for note in Note if np.any(records["warnings"]) else ():
-            here = np.flatnonzero(records["warnings"] & note.value)
-            if here.size and note != Note.FAILED:  # said point by point
-                count, first = self.notes.get(note, (0, self._place(start + int(here[0]))))
-                self.notes[note] = count + here.size, first
-        lost = np.flatnonzero(records["outcome"] == FAILED.encode()) + start
-        why = step.reason or "`frictionlab simulate` says why"
-        return [f"{self._place(number)} could not be solved: {why}" for number in lost.tolist()]
-
-    def sentences(self) -> Iterator[str]:
-        """A sentence for each kind of note: at how many points it stands, what it says, and which is the first."""
-        for note, (count, first) in sorted(self.notes.items()):
-            yield f"at {count} of {self.outcomes.total()} points {WORDS[note]} (the first: {first})"
-
-    def _place(self, number: int) -> str:
-        """The coordinates of a point in words."""
-        point = self.grid.points(range(number, number + 1))[0]
-        return ", ".join(f"{name} = {value:g}" for name, value in zip(self.grid.axes(), point, strict=True))
-
-
-def _records(numbers: FloatArray) -> NDArray[np.void]:
-    records = np.empty(len(numbers), dtype=list(KINDS.items()))
-    for key, values in named(numbers).items():
-        records[key] = values
-    return records
+    blocks = (range(start, min(start + BLOCK, done)) for start in range(0, done, BLOCK))
+    write_rows((row for block in blocks for row in found.rows_among(block)), path, STEADY_STATES, force=force)

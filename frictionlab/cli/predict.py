@@ -8,7 +8,6 @@ import typer
 from frictionlab.cli import complain
 from frictionlab.cli.options import Results, doubt_amplitude, named_values, scene_of, values_of
 from frictionlab.cli.screen import count, counted, paragraph, print_table, print_warnings
-from frictionlab.files import make_folder
 from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTIONS, STEADY_STATES, STOPS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
@@ -249,32 +248,26 @@ def sweep(
     check_output(output, STEADY_STATES, force=force)
     figure = Results(plot=plot, force=force).figure("map")
     if figure is not None:  # before the work
-        from frictionlab.figures.grids import PANELS, check_axes, map_figure
+        from frictionlab.figures.grids import check_axes
 
         check_axes(grid)
     steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, force=force)
-    tally, drawn = maps.Tally(grid), []
     with count("sweep", quiet=quiet, total=len(grid)) as progress:
         for step in steps:
             progress(step.done, len(grid))
-            for row in maps.rows(grid, step) if as_json else ():
+            for row in step.rows() if as_json else ():
                 typer.echo(json_line(row))
-            for sentence in tally.add(step):
+            for sentence in step.failures():
                 complain(sentence)
-            drawn += [step.records] if figure is not None else []
+    found = step.found
     if not (as_json or quiet):
-        for sentence in tally.sentences():
+        for sentence in found.warnings:
             complain(f"warning: {sentence}")
-        outcomes = ", ".join(f"{number} {outcome}" for outcome, number in tally.outcomes.most_common())
+        outcomes = ", ".join(f"{number} {outcome}" for outcome, number in found.outcomes.items())
         typer.echo(f"{len(grid)} steady states ({outcomes}) are in {output}")
     if figure is not None:
-        import numpy as np
+        from frictionlab.figures import plot as draw
 
-        from frictionlab.figures.style import save
-
-        every = np.concatenate(drawn)
-        found = {key: every[key] for key in ("outcome", *PANELS)}
-        make_folder(figure.parent)
-        save(map_figure(grid, found, list(tally.sentences())), figure, force=force)
-    if tally.outcomes[maps.FAILED]:
+        draw(found, figure, force=force)
+    if found.outcomes[maps.FAILED]:
         raise typer.Exit(1)

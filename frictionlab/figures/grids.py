@@ -12,7 +12,6 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign
@@ -193,20 +192,13 @@ def check_axes(grid: Grid) -> Mapping[str, FloatArray]:
 
 
 def state_map_figure(found: StateMap) -> Figure:
-    """What `frictionlab.sweep` returns, as `map_figure` draws it."""
-    return map_figure(found.grid, named(found.numbers))
-
-
-def map_figure(grid: Grid, columns: Mapping[str, NDArray[Any]], warnings: Sequence[str] = ()) -> Figure:
-    """A panel for each of energy, amplitude and stops over one axis or two; left white where there is no steady state.
-
-    ``columns``: ``outcome`` and the keys of `PANELS` -> array (n,) over the points of the grid.
-    """
+    """A panel for each of energy, amplitude and stops over one axis or two; white where there is no steady state."""
+    grid, columns = found.grid, named(found.numbers)
     axes = check_axes(grid)
     fixed = [f"{name} = {along[0]:g}" for name, along in grid.axes().items() if name not in axes]
-    at_rest, shape = columns["outcome"].astype(str) == "stuck", [len(along) for along in axes.values()]
+    at_rest, shape = columns["outcome"] == "stuck", [len(along) for along in axes.values()]
     (name, along), *rest = axes.items()
-    with drawing(2.6, ", ".join([grid.law, f"wall {grid.wall}", *fixed]), warnings) as figure:
+    with drawing(2.6, ", ".join([grid.law, f"wall {grid.wall}", *fixed]), found.warnings) as figure:
         for ax, (key, words) in zip(panels(figure, len(PANELS), across=3), PANELS.items(), strict=True):
             values = np.where(at_rest & (key == STOPS), AT_REST, columns[key]).reshape(shape)
             ax.set(title=words, xlabel=name)

@@ -183,17 +183,16 @@ def _is_numeric(dataset: Any) -> bool:
 
 
 def write_map(
-    records: NDArray[np.void],
+    datasets: Mapping[str, NDArray[Any]],
     path: Path,
     *,
     axes: Mapping[str, FloatArray],
-    kinds: Mapping[str, str],
     attributes: Mapping[str, str],
     words: Mapping[str, str],
     flags: Mapping[str, Mapping[str, tuple[int, str]]],
     force: bool = False,
 ) -> None:
-    """Write a map of steady states, one record with all keys a point, whole or not at all.
+    """Write a map of steady states, an array over all axes for each key, whole or not at all.
 
     The tree, format version 1::
 
@@ -204,9 +203,9 @@ def write_map(
         /warnings       over all axes, uint32: CF flag_masks and flag_meanings, and flag_sentences (one for each)
         (each with units and long_name, from `frictionlab.schema`)
 
-    ``axes``: name and values of each dimension, the last one fastest; ``kinds``: key and type (``float64``, ``S11``) of
-    each dataset; ``attributes``: what holds for the whole map; ``words``: what a dimension is that `frictionlab.schema`
-    does not list, a law's parameter; ``flags``: of each key that holds flags, meaning -> its bit and what it says.
+    ``axes``: name and values of each dimension, the last one fastest; ``attributes``: what holds for the whole map;
+    ``words``: what a dimension is that `frictionlab.schema` does not list, a law's parameter; ``flags``: of each key
+    that holds flags, meaning -> its bit and what it says.
     """
 
     def fill(tree: h5py.File) -> None:
@@ -218,7 +217,8 @@ def write_map(
             described = _described(STEADY_STATES.column(name))
             axis.attrs.update(described or {"units": "1", "long_name": words.get(name, name)})
             scales.append(axis)
-        data = {key: tree.create_dataset(key, data=records[key].reshape(shape)) for key in kinds}
+        plain = {key: v.astype(np.bytes_) if v.dtype.kind == "U" else v for key, v in datasets.items()}
+        data = {key: tree.create_dataset(key, data=values) for key, values in plain.items()}
         for key in (name for name in attributes if STEADY_STATES.column(name) is not None):
             word = attributes[key].encode()
             data[key] = tree.create_dataset(key, shape, f"S{len(word)}", fillvalue=word)

@@ -4,6 +4,7 @@ Laws with exact phases are one call of the compiled flow per chunk; others are s
 solved by itself, so that the numbers are the same bits whatever the chunks and whoever solves them.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
@@ -133,7 +134,7 @@ class StateMap(Result):
     grid : Grid
         Its points.
     numbers : ndarray of shape (n, columns)
-        One row per point, the last axis fastest; `datasets` and `rows` read it.
+        One row per point, the last axis fastest: all NaN where it could not be solved; `datasets` and `rows` read it.
     """
 
     grid: Grid
@@ -157,14 +158,46 @@ class StateMap(Result):
 
     def rows(self) -> list[dict[str, object]]:
         """Return the contract's keys of each steady state, the last axis fastest; what does not exist is None."""
-        return list(table(self.grid.points(range(len(self.grid))), self.grid.family, named(self.numbers)))
+        return list(self.rows_among(range(len(self.grid))))
+
+    def rows_among(self, part: range) -> Iterator[dict[str, object]]:
+        """Yield the rows of neighbouring points; a law other than plain Coulomb friction stands after the others."""
+        grid, points, columns = self.grid, self.grid.points(part), named(self.numbers[part.start : part.stop])
+        also = () if (grid.law, grid.parameters) == ("coulomb", ()) else ("law", *(name for name, _ in grid.parameters))
+        columns |= dict(zip(grid.axes(), points.T, strict=True))
+        columns |= {"wall": np.full(len(points), grid.wall), "law": np.full(len(points), grid.law)}
+        keys = (*KEYS, *also)
+        for point, *values in zip(points, *(_listed(key, columns[key]) for key in keys), strict=True):
+            row = dict(zip(keys, values, strict=True))
+            yield row | {"warnings": _said(row, grid.family, point) if row["warnings"] else []}
+
+    def place(self, number: int) -> str:
+        """The coordinates of a point in words."""
+        point = self.grid.points(range(number, number + 1))[0]
+        return ", ".join(f"{name} = {value:g}" for name, value in zip(self.grid.axes(), point, strict=True))
+
+    @property
+    def outcomes(self) -> Counter[str]:
+        """How many points have which outcome, the most frequent first."""
+        return Counter(dict(Counter(named(self.numbers)["outcome"].tolist()).most_common()))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence for each kind of note: at how many points it stands, what it says, and which is the first."""
+        notes, sentences = named(self.numbers)["warnings"], list[str]()
+        for note in Note:
+            here = np.flatnonzero(notes & note.value)
+            if here.size and note != Note.FAILED:  # that is said point by point
+                where = f"at {here.size} of {len(notes)} points"
+                sentences.append(f"{where} {WORDS[note]} (the first: {self.place(int(here[0]))})")
+        return tuple(sentences)
 
 
 def named(numbers: FloatArray) -> dict[str, NDArray[Any]]:
     """Return one array (n,) per key of the contract: numbers with NaN, texts with "", for what is not.
 
     `numbers`: rows of steady states; one that is all NaN is a point that could not be solved. Warnings are the bits of
-    `notes.Note`; `table` makes sentences of them.
+    `notes.Note`.
     """
     code = np.nan_to_num(numbers[:, places.OUTCOME], nan=len(OUTCOMES)).astype(np.int64)
     outcome = np.array([*(OUTCOMES[number] for number in range(len(OUTCOMES))), FAILED])[code]
@@ -177,20 +210,6 @@ def named(numbers: FloatArray) -> dict[str, NDArray[Any]]:
     }
     notes = np.nan_to_num(numbers[:, places.NOTES], nan=Note.FAILED).astype(np.uint32)
     return texts | {key: numbers[:, position] for key, position in PLACES.items()} | {"warnings": notes}
-
-
-def table(points: FloatArray, family: Family, columns: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, object]]:
-    """Yield the contract's keys of points (n, coordinates) and what `named` says of them; what does not exist is None.
-
-    A law other than plain Coulomb friction, and its parameters that vary, stand after them.
-    """
-    also = () if (family.law, family.names) == ("coulomb", ()) else ("law", *family.names)
-    arrays = dict(columns) | dict(zip(family.coordinates, points.T, strict=True))
-    arrays |= {"wall": np.full(len(points), family.wall), "law": np.full(len(points), family.law)}
-    keys = (*KEYS, *also)
-    for point, *values in zip(points, *(_listed(key, arrays[key]) for key in keys), strict=True):
-        row = dict(zip(keys, values, strict=True))
-        yield row | {"warnings": _said(row, family, point) if row["warnings"] else []}
 
 
 def _said(row: Mapping[str, Any], family: Family, point: FloatArray) -> list[str]:

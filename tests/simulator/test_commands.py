@@ -201,9 +201,8 @@ def test_a_point_that_cannot_be_solved_costs_only_itself(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(maps, "sweep_points", moody)
     grid = Grid((0.5, 0.7, 1.3), (0.4,))
-    tally = maps.Tally(grid)
     steps = make_map(grid, tmp_path / "map.csv", workers=1)
-    assert [sentence for step in steps for sentence in tally.add(step)] == [
+    assert [sentence for step in steps for sentence in step.failures()] == [
         "r = 0.7, beta = 0.4, mu = 1, zeta = 0 could not be solved: `frictionlab simulate` says why"
     ]
     rows = read_rows(tmp_path / "map.csv")
