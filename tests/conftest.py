@@ -8,6 +8,7 @@ import gc
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -54,6 +55,14 @@ def pytest_configure(config: pytest.Config) -> None:
     if hasattr(config, "workerinput"):  # what each process of the tests solves, it solves compiled
         for law in KERNELS:
             warm_up(law)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _a_sentence_is_one_line() -> Iterator[None]:
+    """What a person sees at 80 columns is tested by itself."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("COLUMNS", "1000")
+        yield
 
 
 @pytest.fixture

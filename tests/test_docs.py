@@ -66,7 +66,8 @@ def run(command: str, desk: Path) -> str:
 
 
 @pytest.mark.timeout(180)
-def test_what_the_documents_show_is_what_the_commands_print(desk: Path) -> None:
+def test_what_the_documents_show_is_what_the_commands_print(desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
     for transcript in RUN:
         lines = [line for line in run(transcript.command, desk).splitlines() if line.strip()]
         if transcript.output:

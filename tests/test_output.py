@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 from unittest import mock
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -22,12 +23,14 @@ from frictionlab.cli.screen import MEASURED as MEASUREMENTS_SHOWN
 from frictionlab.cli.screen import cell, print_table, print_tests, print_warnings
 from frictionlab.cli.show import show
 from frictionlab.errors import LogError, UsageError
+from frictionlab.inference.material_law import example_law
 from frictionlab.schema import COMPARISONS, FRICTION, MEASUREMENTS, TABLES, Table
 from frictionlab.tables import Row, write_rows
 from frictionlab.units import split_unit
 from frictionlab.verbs.inputs import row_of, rows_of
 from tests.desk import BIN, SAMPLE, SCENE, invoke
 
+ON = ("--scene", SCENE)
 LONG = "build/recordings/a long folder/aramid_N1.25_r0.3.h5"
 MEASURED: Row = {
     "source": LONG, "status": "ok", "frequency_ratio": 0.312345, "energy_per_cycle": 0.7233431, "regime": "stick-slip",
@@ -49,10 +52,10 @@ class Terminal(io.StringIO):
 
 
 def printed(width: int, rows: list[Row], columns: Table | list[str]) -> str:
-    """What stands on a terminal of this width, without its bold letters; of width 0, what goes into a pipe."""
-    stream = Terminal() if width else io.StringIO()
+    """What stands on a terminal of this width, without its bold letters."""
+    stream = Terminal()
     with mock.patch.dict(os.environ, {"COLUMNS": str(width), "NO_COLOR": "1"}), contextlib.redirect_stdout(stream):
-        print_table(rows, columns)
+        print_table(rows, columns if isinstance(columns, Table) else {name: name for name in columns})
     return re.sub("\x1b\\[[0-9;]*m", "", stream.getvalue())
 
 
@@ -69,14 +72,14 @@ def test_any_table_is_whole_at_any_width(body: list[list[object]], width: int) -
     assert not [number for number in numbers if number not in text]
 
 
-def test_what_is_too_wide_stands_in_blocks_and_a_pipe_gets_lines() -> None:
+def test_what_is_too_wide_stands_in_blocks() -> None:
     lines = printed(80, [COMPARED] * 9, COMPARISONS).splitlines()
     assert [line.split()[0] for line in lines if line][::10] == ["source"] * (lines.count("") + 1)
-    head, first, *_ = printed(0, [COMPARED] * 9, COMPARISONS).splitlines()
+    head, first, *_ = printed(1000, [COMPARED] * 9, COMPARISONS).splitlines()
     assert "friction [N]  coefficient" in head
     assert head.endswith("stops  predicted stops  regime")
-    assert LONG in first
-    assert "coefficient" not in printed(0, [{**COMPARED, "friction_coefficient": None}], COMPARISONS)
+    assert Path(LONG).stem in first
+    assert "coefficient" not in printed(1000, [{**COMPARED, "friction_coefficient": None}], COMPARISONS)
 
 
 def shown(path: Path) -> list[list[str]]:
@@ -177,10 +180,10 @@ def test_warnings_are_printed_once_for_each_cause_and_grave_ones_first(capsys: p
     rows[1]["warnings"] = ["short: 1 s", "not settled: at 3 s"]  # type: ignore[index]
     print_warnings(rows, notes=["a note"])
     assert capsys.readouterr().err.splitlines() == [
-        "frictionlab: warning (1): not settled: at 3 s",
-        "frictionlab: warning (3 tests): short: 0 to 2 s",
-        "frictionlab: warning (2 tests): hum",
-        "frictionlab: note: a note",
+        "warning (1): not settled: at 3 s",
+        "warning (3 tests): short: 0 to 2 s",
+        "warning (2 tests): hum",
+        "note: a note",
     ]
     print_warnings([{"warnings": [f"cause {'x' * n}" for n in range(30)]}])
     lines = capsys.readouterr().err.splitlines()
@@ -190,7 +193,10 @@ def test_warnings_are_printed_once_for_each_cause_and_grave_ones_first(capsys: p
     assert len(capsys.readouterr().err.splitlines()) == 30
 
 
-def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_table_has_one_line_a_test_and_failures_among_them(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
     good: Row = {
         "source": "logs/steel_250g.h5", "status": "ok", "frequency_ratio": 0.32, "energy_per_cycle": 1.2,
         "energy_per_cycle_u": 0.005, "energy_per_cycle_j": 4.4712e-3, "energy_per_cycle_j_u": 1.9e-5,
@@ -218,7 +224,51 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.Ca
         assert "verdict" in capsys.readouterr().out.splitlines()[1]
     print_tests([bad], MEASUREMENTS_SHOWN, "0 of 1")
     told = capsys.readouterr()
-    assert (told.out, len(told.err.splitlines())) == ("", 1)
+    assert (told.out, told.err.count("frictionlab: ")) == ("", 1)
+
+
+SCREENS = [
+    *(("ingest", SAMPLE, *ON), ("ingest", SAMPLE, *ON, "--dry-run"), ("analyze", SAMPLE, *ON, "--wide", "--budget")),
+    *(("analyze", SAMPLE), ("compare-numeric", SAMPLE, *ON, "--law", "auto", "--wide"), ("explain", SAMPLE, *ON)),
+    *(("explain", SAMPLE, *ON, "--wide"), ("simulate", "--r", "0.3", "--beta", "0.6", "--all")),
+    *(("simulate", "--base-motion", SAMPLE, "--natural-frequency", "3.13", "--beta", "0.2"), ("laws", "coulomb+lugre")),
+    *(
+        ("sweep", "--r", "0.5,0.7", "--beta", "0.1", "-o", "map.csv"),
+        ("show", "comparisons.csv"),
+        ("show", "map.csv"),
+    ),
+    *(("free-vibration", "tap.csv", "--wide"), ("plan", "--scene", "rig.toml", "--tests", "2", "-o", "tests.csv")),
+    *(("predict", "--law-file", "law.toml", "--r", "0.3,0.5"), ("show", "law.toml"), ("init", "new"), ("init", "logs")),
+    *(("batch", "logs", *ON, "--campaign"), ("analyze", "none.h5"), ("show", "README.md"), ("tradeoff", "--help-all")),
+]
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what a person may have on a bench: logs, taps, a rig, results."""
+    folder = tmp_path_factory.mktemp("bench")
+    (folder / "logs").mkdir()
+    for n in range(2):
+        (folder / "logs" / f"steel_N1.25_r0.{3 + n}_a_long_name_that_says_all.csv").write_bytes(SAMPLE.read_bytes())
+    t = np.arange(0.0, 12.0, 0.004)
+    taps = sum(2e-3 * np.exp(-0.2 * s) * np.cos(19.6 * s) * (s >= 0) for s in (t - 1.0, t - 7.0))
+    np.savetxt(folder / "tap.csv", np.column_stack([t, taps]), delimiter=",", header="time [s],mass [m]", comments="")
+    plan = "[plan]\nnormal_forces_n = [1.25, 2.5]\nfrequency_ratios = [0.3, 0.5]\n"
+    (folder / "rig.toml").write_text(SCENE.read_text(encoding="utf-8") + plan, encoding="utf-8")
+    (folder / "law.toml").write_text(example_law().text(), encoding="utf-8")
+    warned = {"warnings": ["friction_ratio: 10 um of play in the frame to either side would look like friction"]}
+    write_rows([{**COMPARED, **warned}] * 3, folder / "comparisons.csv", COMPARISONS)
+    return folder
+
+
+@pytest.mark.parametrize("words", SCREENS, ids=lambda words: f"{words[0]} {words[-1]}".replace("/", " "))
+def test_no_line_is_wider_than_a_screen_but_for_a_path(
+    words: tuple[str | Path, ...], bench: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(bench)
+    done = invoke(*words, env={"COLUMNS": "80"})
+    wide = [line for line in done.output.splitlines() if len(line) > 80]
+    assert not [line for line in wide if len(line.split()[-1]) < 60], done.output
 
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]

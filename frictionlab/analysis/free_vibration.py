@@ -250,16 +250,16 @@ def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:
     >>> print(scene_snippet(found | {"friction_m": Average(5e-06, 1e-07, None)}))
     [rig]
     natural_frequency_hz = 3.1261
-    natural_frequency_hz_u = 0.00031  # 0.01 % at least: frame and clock change from day to day
+    natural_frequency_hz_u = 0.00031  # 0.01 % at least: it changes from day to day
     damping_ratio = 0.0055
-    damping_ratio_u = 0.00011  # 2 % at least: frame and clock change from day to day
+    damping_ratio_u = 0.00011  # 2 % at least: it changes from day to day
     # friction of the frame itself, F/k: 5e-06 m, standard error 1e-07 m
     """
     lines = ["[rig]"]
     for name, kept in KEPT.items():
         mean, u = means[name].mean, max(means[name].se, kept * means[name].mean)
         if mean > 0.0:
-            why = f"  # {100.0 * kept:g} % at least: frame and clock change from day to day" * (u > means[name].se)
+            why = f"  # {100.0 * kept:g} % at least: it changes from day to day" * (u > means[name].se)
             lines += [f"{name} = {with_digits(mean, u)}", f"{name}_u = {u:.2g}{why}"]
     friction = means["friction_m"]
     lines.append(

@@ -220,13 +220,17 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() or c == " " else c.encode("unicode_escape").decode() for c in text)
 
 
+def folded(text: str, indent: str = "    ") -> str:
+    """A text in lines of the terminal's width, of COLUMNS or, in a pipe, of 80 letters; paths and names stay whole."""
+    width = shutil.get_terminal_size().columns
+    return textwrap.fill(
+        printable(text), width, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False
+    )
+
+
 def complain(text: str) -> None:
-    """Print one line of complaint on stderr, folded where that is a terminal."""
-    line = f"frictionlab: {printable(text)}"
-    if sys.stderr.isatty():
-        width = shutil.get_terminal_size().columns
-        line = textwrap.fill(line, width, subsequent_indent="    ", break_on_hyphens=False)
-    typer.echo(line, err=True)
+    """Print a line of complaint on stderr."""
+    typer.echo(folded(f"frictionlab: {text}"), err=True)
 
 
 class LostOutputError(Exception):

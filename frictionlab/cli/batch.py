@@ -235,9 +235,7 @@ def _said(result: "Campaign") -> list[str]:
 
 def _print_campaign(folder: Path, said: Iterable[str], *, quiet: bool) -> None:
     """Print friction by material and force, and the laws tried; unless ``quiet``, what is said of them."""
-    rows = read_rows(folder / "friction.csv", FRICTION)
-    shown = [{c.title: c.text(row) for c in screen.FITTED} for row in rows]
-    screen.print_table(shown, [column.title for column in screen.FITTED])
+    screen.print_table(read_rows(folder / "friction.csv", FRICTION), screen.FITTED)
     if laws := read_rows(folder / "laws.csv", MATERIAL_LAWS):
         typer.echo()
         screen.print_table(laws, MATERIAL_LAWS)

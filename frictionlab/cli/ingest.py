@@ -173,7 +173,7 @@ def init(
     path = init(folder, force=force, everything=every, found=found, **facts)
     if not quiet:
         if is_new:
-            typer.echo(printable(f"{folder} was not there: it was made new and is empty: put logs there"))
+            screen.paragraph(f"{folder} was not there: it was made new and is empty: put logs there")
         _print_found(found, path, open_keys=[key for key in found.lacks if key not in answers])
 
 

@@ -7,7 +7,6 @@ import math
 import os
 import shutil
 import sys
-import textwrap
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import typer
 
-from frictionlab.cli import STOPPED, LostOutputError, complain, printable
+from frictionlab.cli import STOPPED, LostOutputError, complain, folded, printable
 from frictionlab.schema import AMPLITUDE, BASE, ENERGY, RATIO, REGIME, STOPS, Table, with_error
 from frictionlab.tables import Row, json_line, plain
 from frictionlab.tables.texts import kinds_of
@@ -26,7 +25,6 @@ from frictionlab.verbs.inputs import FAILED
 if TYPE_CHECKING:
     from frictionlab.scene import Scene
 
-WIDTH = 80  # letters in a line, where no terminal says another number
 GAP = 2  # blanks between columns
 LEAST_TEXT = 17  # letters that a text keeps in one line before it is folded
 MOST_WARNINGS = 10  # lines
@@ -177,33 +175,33 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
         filled = {c: each for c, each in filled.items() if c.key != "law" or ", law " not in headline}
     else:
         filled |= _filled(_further(wide, filled), rows, known)
-    width, widest = _width() or (WIDTH if wide is None else sys.maxsize), max(map(len, ["test", *names]))
+    width, widest = _width(), max(map(len, ["test", *names]))
     widths = {c: max(len(c.title), *map(len, texts)) + GAP for c, texts in filled.items()}
     gone: list[str] = []
     while wide is None and len(filled) > 1 and width - sum(widths[c] for c in filled) < min(widest, LEAST_TEXT):
         least = min(filled, key=lambda c: c.keep)
         gone += [least.title] if least.key != "friction_ratio" else []  # force and coefficient say it
         del filled[least]
-    first = max(min(widest, width - WIDTH // 2 if wide else width - sum(widths[c] for c in filled)), len("test"))
+    first = max(min(widest, width // 2 if wide else width - sum(widths[c] for c in filled)), len("test"))
     typer.echo(_bold(headline))
     cut = [name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}" for name in names]
     lines: list[list[str] | str] = []
     for number, row in enumerate(rows):
-        said = printable(f"{names[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}")
-        folded = textwrap.fill(said, width, subsequent_indent=" " * (first + GAP), break_on_hyphens=False)
-        lines.append([f"{cut[number]:<{first}}", *(filled[c][number] for c in filled)] if known[number] else folded)
-    _print_blocks(["test", *(c.title for c in filled)], lines, width)
+        said = f"{names[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}"
+        cells = [f"{cut[number]:<{first}}", *(filled[c][number] for c in filled)]
+        lines.append(cells if known[number] else folded(said, " " * (first + GAP)))
+    _print_blocks(["test", *(c.title for c in filled)], lines)
     if gone:
         typer.echo(f"no space for {', '.join(gone)}: {'--json' if columns is FOUND else '--wide'}")
 
 
-def _print_blocks(heads: Sequence[str], lines: Sequence[Sequence[str] | str], width: int) -> None:
+def _print_blocks(heads: Sequence[str], lines: Sequence[Sequence[str] | str]) -> None:
     """Print lines of cells under their heads, in blocks that fit, each led by the first column; a text as it is."""
     cells = [heads, *(line for line in lines if not isinstance(line, str))]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     block, blocks = [0], list[list[int]]()  # places of the columns side by side
     for place in range(1, len(widths)):
-        if len(block) > 1 and sum(widths[p] + GAP for p in (*block, place)) - GAP > width:
+        if len(block) > 1 and sum(widths[p] + GAP for p in (*block, place)) - GAP > _width():
             blocks.append(block)
             block = [0]
         block.append(place)
@@ -238,24 +236,17 @@ def short_names(sources: Sequence[str]) -> list[str]:
 
 
 def print_warnings(rows: Iterable[Row], *, verbose: bool = False, notes: Sequence[str] = ()) -> None:
-    """Print the warnings of all rows on stderr, once for each cause with its count; at most ten lines, or all of them.
-
-    On a terminal lines are folded; where that makes too many the rest is counted.
-    """
+    """Print the warnings of all rows on stderr, once a cause with its count; at most ten lines, or all of them."""
     found = [(str(row.get("source") or ""), said) for row in rows for said in warnings_of(row)]
     sources = list(dict.fromkeys(source for source, _ in found))
     short = dict(zip(sources, short_names(sources), strict=True))
-    said: list[str] = []
+    lines: list[str] = []
     for sentence, where in kinds_of(found):
         count = f" ({len(where)} tests)" if len(where) > 1 else f" ({short[where[0]]})" if where[0] else ""
-        said.append(f"warning{count}: {sentence}")
+        lines += folded(f"warning{count}: {sentence}").splitlines()
         if verbose and len(where) > 1:
-            said.append(f"    in {', '.join(short[source] for source in where)}")
-    lines: list[str] = []
-    for text in map(printable, [*said, *(f"note: {note}" for note in notes)]):
-        width = shutil.get_terminal_size().columns
-        folded = textwrap.wrap(text, width, subsequent_indent="    ", break_on_hyphens=False)
-        lines += folded if sys.stderr.isatty() else [f"frictionlab: {text}"]
+            lines += folded(f"    in {', '.join(short[source] for source in where)}", " " * 7).splitlines()
+    lines += [line for note in notes for line in folded(f"note: {note}").splitlines()]
     shown = lines if verbose or len(lines) <= MOST_WARNINGS else lines[: MOST_WARNINGS - 1]
     for line in shown:
         typer.echo(line, err=True)
@@ -285,19 +276,28 @@ def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
     return [NO_LAG] if any(LAG in assumed for assumed in known) else []
 
 
-def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str]) -> None:
+def print_table(rows: Iterable[Row], columns: Table | Mapping[str, str] | Sequence[Shown]) -> None:
     """Print rows as a table of aligned text on stdout, in blocks that fit; no number is ever cut.
 
-    ``columns``: a table of the schema, of which those for a screen are shown; or keys in order; or titles by key.
+    ``columns``: a table of the schema, of which those for a screen are shown; or titles by key; or as they are.
     """
     every = list(rows)
-    if _width():
-        short = short_names([str(row.get("source")) for row in every])
-        every = [{**row, "source": name} if "source" in row else row for row, name in zip(every, short, strict=True)]
-    heads = _heads(columns, every)
-    _print_blocks(
-        list(heads.values()), [[_with_u(row, key) for key in heads] for row in every], _width() or sys.maxsize
-    )
+    short = short_names([str(row.get("source")) for row in every])
+    every = [{**row, "source": name} if "source" in row else row for row, name in zip(every, short, strict=True)]
+    if isinstance(columns, Table):
+        columns = _titles(columns, every)
+    if isinstance(columns, Mapping):
+        columns = [Shown(printable(title), partial(_with_u, key=key)) for key, title in columns.items()]
+    _print_blocks([column.title for column in columns], [[column.text(row) for column in columns] for row in every])
+
+
+def _titles(table: Table, rows: Sequence[Row]) -> Mapping[str, str]:
+    """The columns of a table that a screen shows and that some row knows, with their titles."""
+    filled = {key for row in rows for key, value in row.items() if plain(value) is not None}
+    names = [name for name in table.shown if name in filled and not name.endswith("_u")]
+    own = set(table.names)  # a map has columns of its own: the parameters of its law
+    more = dict.fromkeys(key for row in rows for key in row if table.kind in ("map", "motion") and key not in own)
+    return {name: _head(name, table) for name in (*more, *names)}
 
 
 def print_budgets(rows: Iterable[Row]) -> None:
@@ -324,13 +324,12 @@ def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> Non
         if number:
             typer.echo()
         for key, head in heads.items():
-            typer.echo(_joined([head, cell(row.get(key))], [widest, 0]))
+            paragraph(_joined([head, cell(row.get(key))], [widest, 0]), indent=" " * (widest + GAP))
 
 
 def paragraph(text: str, *, indent: str = "") -> None:
-    """Print a sentence on stdout, in lines that fit the terminal; whole elsewhere."""
-    text, width = printable(text), _width()
-    typer.echo(textwrap.fill(text, width, subsequent_indent=indent, break_on_hyphens=False) if width else text)
+    """Print a sentence on stdout, in lines that fit."""
+    typer.echo(folded(text, indent))
 
 
 def _bold(text: str) -> str:
@@ -342,24 +341,13 @@ def _joined(texts: Sequence[str], widths: Sequence[int]) -> str:
     return (" " * GAP).join(text.ljust(width) for text, width in zip(texts, widths, strict=True)).rstrip()
 
 
-def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Row]) -> Mapping[str, str]:
-    if not isinstance(columns, Table):
-        return columns if isinstance(columns, Mapping) else {key: printable(key) for key in columns}
-    filled = {key for row in rows for key, value in row.items() if plain(value) is not None}
-    names = [name for name in columns.shown if name in filled and not name.endswith("_u")]
-    own = set(columns.names)  # a map has columns of its own: the parameters of its law
-    more = dict.fromkeys(key for row in rows for key in row if columns.kind in ("map", "motion") and key not in own)
-    return {name: _head(name, columns) for name in (*more, *names)}
-
-
 def _head(name: str, table: Table) -> str:
     column = table.column(name)
     return printable(name) if column is None else column.head
 
 
 def _width() -> int:
-    """Letters in a line of the terminal; 0 in a pipe, where any length goes."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+    return shutil.get_terminal_size().columns
 
 
 class Rows(list[Row]):

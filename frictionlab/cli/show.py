@@ -8,12 +8,11 @@ import typer
 
 from frictionlab.cli import printable
 from frictionlab.cli.options import Results, scene_of
-from frictionlab.cli.screen import count, paragraph, print_table, track, warnings_of
+from frictionlab.cli.screen import count, paragraph, print_table, print_warnings, track
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of
 from frictionlab.tables import Row, check_output, has_rows, json_line, read_rows, write_rows
-from frictionlab.tables.texts import kinds_of
 
 MOST = 100  # rows on a terminal
 LOOP = (0.3, 0.6)  # frequency and friction ratio of the loop of a law
@@ -55,7 +54,8 @@ def _show_scene(file: Path) -> None:
     from frictionlab.scene.text import to_toml
 
     if is_material_law(file):
-        typer.echo("\n".join(map(printable, read_material_law(file).text().splitlines())))
+        for line in read_material_law(file).text().splitlines():
+            paragraph(line, indent="# " if line.startswith("#") else "    ")
         return
     lines = to_toml(read_scene(file)).rstrip("\n").splitlines()
     given = [line for line in lines if not line.endswith("is not given")]
@@ -74,19 +74,17 @@ def _show_rows(file: Path) -> None:
     if good:
         table = table_of(names)
         seen = good[:MOST] if sys.stdout.isatty() or table is None else good
-        print_table(seen, table or names)
+        print_table(seen, table or {name: name for name in names if name != "warnings"})  # these stand below
         if len(seen) < len(good):
             more = "a pipe has all, as in: frictionlab show ... | more" if table else "it is no result of frictionlab"
             typer.echo(f"the first {len(seen)} of {len(good)} rows; {more}")
     else:
         typer.echo("no rows" if not rows else "no row without a failure")
-    named = [(str(row.get("source") or f"row {number}"), row) for number, row in enumerate(rows, 1)]
-    for source, row in named:
+    named: list[Row] = [{"source": f"row {number}"} | dict(row) for number, row in enumerate(rows, 1)]
+    for row in named:
         if row.get("status") == "failed":
-            typer.echo(printable(f"{source}: failed: {row.get('reason')}"))
-    for sentence, sources in kinds_of((source, said) for source, row in named for said in warnings_of(row)):
-        more = f" and {len(sources) - 1} more" if len(sources) > 1 else ""
-        typer.echo(printable(f"{sources[0]}{more}: {sentence}"))
+            paragraph(f"{row['source']}: failed: {row.get('reason')}", indent="    ")
+    print_warnings(named, verbose=True)
 
 
 def laws(
@@ -109,7 +107,7 @@ def laws(
         raise UsageError("--plot: expected the name of a law whose loop is drawn; got none")
     figure = Results(plot=plot, force=force).figure("loop")
     if known is None and not as_json:
-        print_table([{"term": t.name, "": t.words} for t in TERMS.values()], ("term", ""))
+        print_table([{"term": t.name, "words": t.words} for t in TERMS.values()], {"term": "term", "words": ""})
         paragraph("A law is coulomb, or a sum: coulomb+place. More: frictionlab laws NAME")
         return
     for term in TERMS.values() if known is None else known.terms:

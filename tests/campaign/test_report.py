@@ -186,8 +186,8 @@ def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path
     assert not any(line.startswith("by ") for line in shown), "one material is not ranked"
     told = [line for line in done.stderr.splitlines() if "warning (" in line]
     assert told == [
-        "frictionlab: warning (3 tests): stops_per_cycle: 0.3 to 0.7 in some cycles",
-        "frictionlab: warning (steel_N1_r0.3): odd",
+        "warning (3 tests): stops_per_cycle: 0.3 to 0.7 in some cycles",
+        "warning (steel_N1_r0.3): odd",
     ]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").partition('<section id="warnings">')[2]
     assert page.count("in some cycles") == 1
