@@ -117,8 +117,7 @@ def test_an_option_means_the_same_wherever_it_is_said(log: Path) -> None:
     ],
 )
 def test_every_key_of_a_table_is_an_option_with_its_words(command: str, settings: Settings, named: str) -> None:
-    helped = invoke(command, "--help-all", env={"COLUMNS": "200"}).stdout
-    helped = " ".join(helped.split())
+    helped = " ".join(invoke(command, "--help-all").stdout.split())
     for _, words in settings.values():
         assert f" {words.flags} {words.takes} " in helped
         assert words.words in helped
@@ -142,7 +141,6 @@ def test_laws_are_listed_with_parameters_and_one_is_drawn(tmp_path: Path) -> Non
     )
     listed = invoke("laws").stdout.splitlines()
     assert [line.split()[0] for line in listed[1:-1]] == list(TERMS)
-    assert max(map(len, listed)) <= 80
     figure = tmp_path / "loop.svg"
     done = invoke("laws", "place", "--plot", figure)
     assert (done.exit_code, figure.exists()) == (0, True)

@@ -157,11 +157,13 @@ def test_a_table_of_any_suffix_begins_with_the_contracts_columns(suffix: str, tm
 def test_a_map_is_drawn_over_one_axis_and_two_and_refused_over_three(tmp_path: Path) -> None:
     place = tmp_path / "new" / "map.svg"
     one = ["sweep", "--r", "0.5:1.5:0.25", "--beta", "0.4", "-o", f"{tmp_path}/a.csv", "--plot", str(place)]
-    two = ["sweep", "--r", "0.5,1", "--beta", "0.2,0.4", "-o", f"{tmp_path}/b.h5", "--plot", f"{tmp_path}/b.pdf"]
+    law = ["--law", "coulomb+place", "--parameter", "gradient=0,0.1"]
+    two = ["sweep", "--r", "0.5,1", "--beta", "0.4", *law, "-o", f"{tmp_path}/b.csv", "--plot", f"{tmp_path}/b.pdf"]
     for command in (one, two):
         done = invoke(*command)
         assert done.exit_code == 0, done.stderr
     assert b"<dc:title>frictionlab</dc:title>" in place.read_bytes()
+    assert invoke("show", f"{tmp_path}/b.csv").stdout.split()[0] == "gradient", "an axis of its own"
     three = invoke(*two, "--mu", "1,2", "--force")
     assert three.exit_code == 2
     assert "expected one or two axes" in three.stderr
@@ -177,13 +179,6 @@ def test_like_named_inputs_keep_figures_of_their_own(tmp_path: Path) -> None:
     done = invoke("analyze", *logs, "--scene", SCENE, "-q", "--plot", f"{tmp_path}/figures")
     assert done.exit_code == 0, done.stderr
     assert len(list((tmp_path / "figures").iterdir())) == 2
-
-
-def test_a_maps_own_axes_are_shown(tmp_path: Path) -> None:
-    path = str(tmp_path / "map.csv")
-    command = ["sweep", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", "gradient=0,0.1"]
-    assert invoke(*command, "-o", path).exit_code == 0
-    assert invoke("show", path).stdout.split()[0] == "gradient"
 
 
 FRICTION = words(

@@ -149,8 +149,8 @@ def test_a_file_of_another_kind_is_replaced_only_by_force(tmp_path: Path, kind: 
         write_rows([ROW], path, MEASUREMENTS)
     assert path.read_text() == text
     row = {**dict.fromkeys(MEASUREMENTS.names), **ROW}
-    write_rows([row], path, MEASUREMENTS, force=True)
-    write_rows([row, row], path, MEASUREMENTS)  # its own kind
+    write_rows([{"source": "a", "status": "failed", "reason": "empty"}], path, MEASUREMENTS, force=True)
+    write_rows([row, row], path, MEASUREMENTS)  # its own kind, also where all have failed
     assert len(read_rows(path)) == 2
 
 
@@ -194,11 +194,6 @@ def test_what_a_spreadsheet_program_leaves_behind_is_read(tmp_path: Path) -> Non
     first, second = read_rows(path, MEASUREMENTS)
     assert first == {"source": "a.h5", "frequency_ratio": None, "warnings": []}
     assert second == {"source": "b\\x00.h5", "frequency_ratio": 0.5, "warnings": ["a", "b"]}
-
-
-def test_a_table_of_failures_alone_is_ours(tmp_path: Path) -> None:
-    write_rows([{"source": "a", "status": "failed", "reason": "empty"}], tmp_path / "a.jsonl", MEASUREMENTS)
-    assert is_table(tmp_path / "a.jsonl", MEASUREMENTS)
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -249,9 +244,6 @@ def test_a_table_is_known_by_all_of_its_first_columns(table: Table) -> None:
     assert not is_marked(("log", *table.names), table)
     assert table_of(table.names) is table
     assert table_of((*reversed(table.names), "my own")) is table
-
-
-def test_nobody_elses_table_is_taken_for_one() -> None:
     assert table_of(("log", "material", "normal_force_n", "source")) is None
     assert column_of("my own") is None
 
