@@ -6,6 +6,7 @@ How much one cycle differs from the next: the irregularity index of eq. (4.1), a
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +19,8 @@ OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its midd
 LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 MEMORY_S = 60.0  # no frame of a laboratory remembers its start for longer
 SMALL, FULL = 0.5, 0.97  # of the drive's usual size: less at an end is a start or a stop, cut up to the second
+MANY = 64  # samples of a twentieth that shows whether it moves
+OTHER = 0.05  # of the drive's frequency: so far off, a part is another test
 LEFT = 5e-4  # of the motion: a decay that changes it by less is none
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
@@ -55,34 +58,65 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
 def driven(parts: Sequence[Stretch]) -> tuple[list[Stretch], list[str]]:
     """Parts of a recording from when the drive has its size until it loses it; what is said of that.
 
-    Its size is that of the fundamental, as the longest part shows it, in a window of one cycle. An end where it is
-    small is cut where it is as large as in the cycles beside it, for it may drift; a part without it is left out.
+    Its size is that of the fundamental, as the longest part that moves shows it, in a window of one cycle. An end where
+    it is small is cut where it is as large as in the cycles beside it, for it may drift; a pause of two cycles parts a
+    recording; a part without it, or at another frequency, is left out.
     """
-    longest = max((part.base for part in parts), key=len, default=np.zeros(0))
-    if len(longest) < 64 or not float(np.ptp(longest)) > 0.0:
+    moving = [part.base[_moving(part.base)] for part in parts]
+    swing = max((float(np.std(base)) for base in moving), default=0.0)
+    longest = max((base for base in moving if np.std(base) >= 0.1 * swing), key=len, default=np.zeros(0))
+    if len(longest) < 64 or not swing > 0.0:
         return list(parts), []
     tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(longest, 1.0, padding=1))
     stride = max(1, math.floor(1.0 / tone.frequency / 24.0))  # a motion of 24 points a cycle is enough
     period = round(1.0 / tone.frequency / stride)
-    sizes = [_size_of_drive(part.base, tone.frequency, stride, period) for part in parts]
+    sizes = [_size_of_drive(base, tone.frequency, stride, period) for base in moving]
     if not any(map(len, sizes)) or 0.5 * tone.amplitude**2 < 0.2 * float(np.var(longest)):  # of its power: no cycles
         return list(parts), []
     least = SMALL * max(float(np.quantile(size, 0.75)) for size in sizes if len(size))
-    kept, said = list[Stretch](), list[str]()
-    for part, size in zip(parts, sizes, strict=True):
-        large = np.flatnonzero(size >= least)
-        ends = [0, len(part.base)]
+    pieces, kept, said = list[Stretch](), list[Stretch](), list[str]()
+    for part in parts:
+        size = _size_of_drive(part.base, tone.frequency, stride, period)
+        pauses = [(a, b) for a, b in np.transpose(runs(size < 0.1 * least)).tolist() if 0 < a < b - period]
+        edges = [0, *(stride * (a + b + period) // 2 for a, b in pauses if b < len(size)), len(part.base)]
+        pieces += [part.part(*ends) for ends in pairwise(edges)]
+    for part in pieces:
+        size = _size_of_drive(part.base, tone.frequency, stride, period)
+        large, ends, last = np.flatnonzero(size >= least), [0, len(part.base)], len(size) - 1
         if len(size) and not len(large):
-            said.append(f"drive: the base stands still from {part.time:.4g} s on: that part is left out")
+            said.append(f"drive: the base does not follow it from {part.time:.4g} s on: that part is left out")
             continue
         if len(size) and size[0] < least:
-            ends[0] = stride * _full(size, int(large[0]), 8 * period)
+            ends[0] = stride * full(size, int(large[0]), 8 * period)
             said.append(f"drive: it has its size from {part.time + ends[0] * part.step:.4g} s: the rest is left out")
         if len(size) and size[-1] < least:
-            ends[1] = stride * (len(size) - 1 - _full(size[::-1], len(size) - 1 - int(large[-1]), 8 * period) + period)
+            ends[1] = stride * (last - full(size[::-1], last - int(large[-1]), 8 * period) + period)
             said.append(f"drive: it has its size until {part.time + ends[1] * part.step:.4g} s: the rest is left out")
-        kept.append(part if ends == [0, len(part.base)] else part.part(*ends))
+        some = part if ends == [0, len(part.base)] else part.part(*ends)
+        other = _other_frequency(some.base, tone.frequency) if len(pieces) > 1 else None
+        if other is None:
+            kept.append(some)
+        else:
+            both = f"at {other / part.step:.4g} Hz, not at {tone.frequency / part.step:.4g} Hz"
+            said.append(f"drive: from {some.time:.4g} s on it is {both}: that part is left out: measure it by itself")
     return kept, said
+
+
+def _other_frequency(base: FloatArray, frequency: float) -> float | None:
+    """The frequency of a base (n,), where it is clearly another than this one; both in cycles per sample."""
+    if len(base) * frequency < 4.0:
+        return None
+    own = spectrum.strongest_tone(spectrum.amplitude_spectrum(base, 1.0, padding=1)).frequency
+    return own if abs(own - frequency) > OTHER * frequency + 1.0 / len(base) else None
+
+
+def _moving(signal: FloatArray) -> slice:
+    """From the first to the last twentieth of a signal (n,) that moves a quarter as far as one of them."""
+    edges = np.linspace(0, len(signal), 21 if len(signal) > 20 * MANY else 2).astype(np.intp)
+    some = (signal[a : b : max(1, (b - a) // 1000)] for a, b in pairwise(edges.tolist()))
+    swings = [float(np.ptp(np.quantile(each, (0.05, 0.95)))) if len(each) else 0.0 for each in some]  # without spikes
+    moves = np.flatnonzero(np.array(swings) >= 0.25 * max(swings))
+    return slice(int(edges[moves[0]]), int(edges[moves[-1] + 1]))
 
 
 def _size_of_drive(base: FloatArray, frequency: float, stride: int, period: int) -> FloatArray:
@@ -92,8 +126,8 @@ def _size_of_drive(base: FloatArray, frequency: float, stride: int, period: int)
     return np.asarray(np.abs(total[period:] - total[:-period]))
 
 
-def _full(size: FloatArray, at: int, near: int) -> int:
-    """The first window from one on in which the drive is as large as in so many behind it."""
+def full(size: FloatArray, at: int, near: int) -> int:
+    """The first of the sizes (n,) from one on that is as large as so many behind it: where a start is over."""
     while at < len(size) - 1 and size[at] < FULL * float(np.median(size[at : at + near])):
         at += 1
     return at

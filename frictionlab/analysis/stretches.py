@@ -13,8 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from frictionlab.analysis import channels, signals, spectrum
-from frictionlab.arrays import FloatArray, clock_breaks
+from frictionlab.analysis import channels, signals, spectrum, steadiness
+from frictionlab.arrays import FloatArray, clock_breaks, runs
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Channel, Fact, Recording
 from frictionlab.scene import Scene
@@ -23,6 +23,9 @@ MOST_GAPS = 5  # named one by one
 SHORTEST_PART = 32  # samples
 REVOLUTION = 2.0 * math.pi
 PARTS = 10  # of a straight motion
+WINDOWS, NEAR, SLOW = 400, 8, 0.2  # of a record; as fast as so many a contact has its speed; of that: it stands
+BACK = 0.02  # of the way: noise, no way back
+STANDS = "analysis: no drive: the contact stands still, starts or stops: expected a motion"
 ROTATIONS = {"angle": 0, "angular_velocity": 1}
 KNOWN = {**ROTATIONS, "mass_displacement": 0, "mass_velocity": 1}  # by how often they are integrated for the way
 
@@ -35,17 +38,7 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
     """
     step, found = 1.0 / recording.sampling_rate_hz, list[tuple[signals.Stretch, list[str], float]]()
     refused = list[tuple[float, float, AnalysisError]]()
-    recording, said = _in_newtons(recording, scene.rig.stiffness)
-    warnings = [*recording.source.warnings, *said]
-    by_log, by_sensors = recording.source.dialect.get("lag_s"), scene.sensors.lag_s
-    if isinstance(by_log, float) and by_log and by_sensors:
-        more = (
-            f"moves it by {1e3 * by_sensors:.3g} ms more: {1e3 * (by_log + by_sensors):.3g} ms in all: declare it once"
-        )
-        warnings.append(f"lag: [log] lag_s has moved the base by {1e3 * by_log:.3g} ms, [sensors] lag_s {more}")
-    measured = next((c.name for c in recording.channels if c.name in channels.FORCES), None)
-    if measured is not None and channels_of(scene)[0].cutoff is not None:
-        warnings.append(f"{measured}: it is taken as unfiltered, for filter_hz in [sensors] is of the motion")
+    recording, warnings = _taken_as(recording, scene)
     for part in recording.stretches():
         breaks = clock_breaks(part.time, step).tolist()
         warnings += _some(
@@ -53,13 +46,17 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
             f" {part.time[i]:.6g} s, as if it was set; no cycle is cut across it"
             for i in breaks
         )
-        for some in (slice(a, b) for a, b in pairwise([0, *breaks, len(part)])):
+        pieces, rests = [slice(a, b) for a, b in pairwise([0, *breaks, len(part)])], list[tuple[float, float]]()
+        if scene.rig.kind == "prescribed":
+            pieces, rests = _turning(part, pieces)
+        refused += [(*ends, AnalysisError(STANDS)) for ends in rests]
+        for some in pieces:
             try:
                 found.append(_even(part, some, step, scene))
             except AnalysisError as error:
                 refused.append((float(part.time[some][0]), float(part.time[some][-1]), error))
     if refused and not found:
-        raise max(refused, key=lambda part: part[1] - part[0])[2]
+        raise max(refused, key=lambda part: (str(part[2]) != STANDS, part[1] - part[0]))[2]
     one_way = bool(found) and max((stretch for stretch, *_ in found), key=lambda part: len(part.base)).one_way
     parts, strays = list[signals.Stretch](), max((off for *_, off in found), default=0.0)
     for stretch, said, _ in found:
@@ -102,17 +99,67 @@ def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[sign
     return whole.part(edge, len(mass) - edge), said, off
 
 
-def _in_newtons(recording: Recording, stiffness: float | None) -> tuple[Recording, list[str]]:
-    """A force over the stiffness, as `frictionlab simulate` writes it without one, in newtons; else left out."""
+def _turning(part: Recording, pieces: list[slice]) -> tuple[list[slice], list[tuple[float, float]]]:
+    """The samples in which a contact that turns one way has its speed; from when to when [s] it rests or starts."""
+    name = next((name for name in ROTATIONS if name in part.measured()), None)
+    if name is None:
+        return pieces, []
+    signal, found = part.measured()[name], list[slice]()
+    for some in pieces:
+        way = np.unwrap(signal[some]) if name == "angle" else np.cumsum(signal[some] * np.gradient(part.time[some]))
+        found += [slice(some.start + a, some.start + b) for a, b in _at_speed(part.time[some], way)]
+    ends = [0, *(edge for some in found for edge in (some.start, some.stop)), len(part)]
+    rests = [(a, b - 1) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
+    return found, [(float(part.time[a]), float(part.time[b])) for a, b in rests]
+
+
+def _at_speed(time: FloatArray, way: FloatArray) -> list[tuple[int, int]]:
+    """First and past-last samples of what goes one way at its speed; of any other way (n,) rad all. Stamps (n,) s."""
+    whole, at = [(0, len(way))], np.linspace(0, len(way) - 1, WINDOWS + 1).astype(np.intp)
+    moved, took = np.diff(way[at]) * np.sign(way[-1] - way[0]), np.diff(time[at])
+    if len(way) <= WINDOWS or not moved.sum() > 0.0 or np.minimum(moved, 0.0).sum() < -BACK * moved.sum():
+        return whole
+    speed = moved / took
+    order = np.argsort(speed)
+    usual = float(speed[order][np.searchsorted(np.cumsum(moved[order]), 0.5 * moved.sum())])  # at half of its way
+    slow = np.transpose(runs(speed < SLOW * usual)).tolist()
+    rests = [(a, b) for a, b in slow if a == 0 or b == WINDOWS or took[a:b].sum() * usual > REVOLUTION]  # no stick-slip
+    edges, found = [0, *(edge for rest in rests for edge in rest), WINDOWS], list[tuple[int, int]]()
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        first = int(at[steadiness.full(speed, a, NEAR)]) if a else 0
+        last = int(at[WINDOWS - steadiness.full(speed[::-1], WINDOWS - b, NEAR)]) if b < WINDOWS else len(way)
+        found += [(first, last)] if first < last else []
+    return found
+
+
+def _taken_as(recording: Recording, scene: Scene) -> tuple[Recording, list[str]]:
+    """The recording as it is measured, and what is said of that, after what it says itself.
+
+    A force over the stiffness, as `frictionlab simulate` writes it without one, is in newtons, else left out; of a
+    motion that is given, a column that stands still is left out.
+    """
+    warnings, stiffness = list(recording.source.warnings), scene.rig.stiffness
     simulated = next((c for c in recording.channels if c.name == "contact_force" and c.unit == "m"), None)
-    if simulated is None:
-        return recording, []
-    others = tuple(channel for channel in recording.channels if channel is not simulated)
-    if stiffness is None:
-        said = "contact_force: is over the stiffness, and left out: give [rig] stiffness_n_per_m"
-        return recording.changed(channels=others), [said]
-    force = Channel("contact_force", stiffness * simulated.values, simulated.sensor)
-    return recording.changed(channels=(*others, force)), []
+    if simulated is not None:
+        others = tuple(channel for channel in recording.channels if channel is not simulated)
+        if stiffness is not None:
+            others += (Channel("contact_force", stiffness * simulated.values, simulated.sensor),)
+        else:
+            warnings.append("contact_force: is over the stiffness, and left out: give [rig] stiffness_n_per_m")
+        recording = recording.changed(channels=others)
+    stroke = recording.measured().get("mass_displacement")
+    if scene.rig.kind == "prescribed" and stroke is not None and not np.any(np.ptp(stroke)):
+        recording = recording.changed(mass_displacement=None)
+    by_log, by_sensors = recording.source.dialect.get("lag_s"), scene.sensors.lag_s
+    if isinstance(by_log, float) and by_log and by_sensors:
+        more = (
+            f"moves it by {1e3 * by_sensors:.3g} ms more: {1e3 * (by_log + by_sensors):.3g} ms in all: declare it once"
+        )
+        warnings.append(f"lag: [log] lag_s has moved the base by {1e3 * by_log:.3g} ms, [sensors] lag_s {more}")
+    measured = next((c.name for c in recording.channels if c.name in channels.FORCES), None)
+    if measured is not None and channels_of(scene)[0].cutoff is not None:
+        warnings.append(f"{measured}: it is taken as unfiltered, for filter_hz in [sensors] is of the motion")
+    return recording, warnings
 
 
 def _some(sentences: Iterable[str]) -> list[str]:
@@ -147,7 +194,8 @@ def given_motion(
     """
     fold = folded(measured, step)
     if fold is None:
-        seen, (motion, said, edge) = dict(measured), channels.displacement(measured, "mass", step)
+        alone = {name: values for name, values in measured.items() if not name.startswith("base_")}
+        seen, (motion, said, edge) = dict(measured), channels.displacement(alone, "mass", step)
     else:
         motion, seen, said, edge = fold[0], fold[1], [fold[2]], 0
     if channels.is_angular(measured) and radius is None:
@@ -197,7 +245,7 @@ def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, F
 
     Where no motion is known, the way is even, against the force.
     """
-    name = next((n for n, t in KNOWN.items() if n in measured and (t or float(np.ptp(measured[n])) > 0.0)), None)
+    name = next((name for name in KNOWN if name in measured), None)
     if name is None:
         force = next((measured[name] for name in channels.FORCES if name in measured), None)
         if force is None or abs(float(force.mean())) < 0.8 * math.sqrt(float(np.mean(force**2))):
@@ -205,11 +253,14 @@ def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, F
         said = f"no motion is measured: taken as an even one, in {PARTS} parts"
         return np.linspace(0.0, 1.0, len(force)), np.sign(force.mean(keepdims=True)), False, said
     signal = np.unwrap(measured[name]) if name == "angle" else measured[name]
+    power = float(np.mean(signal**2) if KNOWN[name] else np.var(signal))
+    if signals.white_noise(signal) ** 2 >= 0.5 * power:
+        raise AnalysisError(STANDS)
     way = signal - signal[0] if KNOWN[name] == 0 else np.cumsum(signal) * step
     way = way if way[-1] > 0.0 else -way
-    points = np.linspace(0, len(way) - 1, 400).round().astype(np.intp)  # noise of single samples is no way back
+    points = np.linspace(0, len(way) - 1, WINDOWS).round().astype(np.intp)  # noise of single samples is no way back
     back = np.minimum(np.diff(way[points]), 0.0)
-    if way[-1] > 0.0 and -float(back.sum()) <= 0.02 * float(way[-1]):
+    if way[-1] > 0.0 and -float(back.sum()) <= BACK * float(way[-1]):
         turns = name in ROTATIONS
         said = "it turns one way: a cycle is a revolution" if turns else "it slides one way, in ten parts"
         return way, np.ones(1), turns, said

@@ -260,6 +260,33 @@ def test_a_contact_that_turns_at_several_speeds_is_several_tests() -> None:
         tribometer(t, torque=np.full(len(t), 0.1), angular_velocity=np.where(t < 15.0, 6.0, 12.0))
 
 
+@pytest.mark.parametrize("place", ["angle", "angular_velocity"])
+@pytest.mark.parametrize("ramp", [0.02, 2.0])
+def test_a_contact_that_turns_is_measured_while_it_has_its_speed(place: str, ramp: float) -> None:
+    """It was refused as one of several speeds."""
+    t, rng = np.arange(0.0, 50.0, 0.004), np.random.default_rng(3)
+    turns = 2 * math.pi * 2.0 * np.clip(np.minimum(t - 8.0, 42.0 - t) / ramp, 0.0, 1.0)
+    turns *= 1.0 - ((t > 20.0) & (t < 24.0))  # and pauses
+    moved = {"angle": np.mod(np.cumsum(turns) * 0.004, 2 * math.pi), "angular_velocity": turns}[place]
+    force = 3.0 * (turns > 0.0) + 0.05 * rng.standard_normal(len(t))
+    noise = 1e-3 * rng.standard_normal(len(t))
+    m = tribometer(t, contact_force=force, normal_force=np.full(len(t), 10.0), radius_m=0.02, **{place: moved + noise})
+    assert m.drive_frequency_hz == pytest.approx(2.0, rel=1e-4)
+    assert m.measured_friction_coefficient == pytest.approx(0.3, rel=2e-3)
+    assert m.cycles >= 60 - 4 * ramp - 4  # less than a cycle and a window at either end of a part
+    assert len([w for w in m.warnings if "left out: analysis: no drive: the contact stands still, starts" in w]) == 3
+
+
+def test_a_base_that_stands_still_says_nothing_of_a_motion_that_is_given() -> None:
+    """The slowest line of its drift was taken for the drive, and the acceleration integrated from there."""
+    t, rng = np.arange(0.0, 60.0, 0.004), np.random.default_rng(0)
+    turn = 2 * math.pi * 0.8
+    a = -(turn**2) * 5e-3 * np.sin(turn * t) + 1e-2 * rng.standard_normal(len(t))
+    still = np.cumsum(1e-7 * rng.standard_normal(len(t)))
+    m = tribometer(t, mass_acceleration=a, contact_force=3.0 * np.sign(np.cos(turn * t)), base_displacement=still)
+    assert m.base_amplitude_m == pytest.approx(5e-3, rel=2e-3)
+
+
 def test_what_was_not_measured_is_said_by_name() -> None:
     seen = channels_of(0.5, 0.4)
     with pytest.raises(AnalysisError, match="the base's motion was not measured: expected its displacement, velocity"):

@@ -9,6 +9,7 @@ from frictionlab.analysis import steadiness
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.analysis.signals import Stretch
 from frictionlab.arrays import FloatArray
+from frictionlab.errors import AnalysisError
 from frictionlab.recording import Channel, Quality, Recording
 from frictionlab.scene import Scene, scene_from_tables
 
@@ -168,4 +169,39 @@ def test_a_start_is_cut_where_the_drive_is_as_large_as_beside_it() -> None:
     grows, rests = (Stretch(at, 0.01, {"mass": of, "base": of}) for at, of in ((0.0, base), (70.0, base[:190])))
     (kept,), said = steadiness.driven([grows, rests])
     assert kept.time == pytest.approx(2.0, abs=0.5)
-    assert said[1:] == ["drive: the base stands still from 70 s on: that part is left out"]
+    assert said[1:] == ["drive: the base does not follow it from 70 s on: that part is left out"]
+
+
+@pytest.mark.parametrize("on", [((48.0, 60.0),), ((24.0, 36.0),), ((0.0, 20.0), (35.0, 60.0))])
+def test_a_drive_is_found_wherever_it_stands_in_a_record(on: tuple[tuple[float, float], ...]) -> None:
+    """One in the last fifth gave an energy of 4 +- 9 for 1.571, one with a pause 2.0 +- 1.3."""
+    runs = np.any([(a <= T) & (b > T) for a, b in on], axis=0)
+    m = measure(seen(*(runs * way + 1e-6 * noise for way, noise in zip((X, Y), NOISE, strict=True))), scene(None))
+    assert m.energy_per_cycle == pytest.approx(math.pi / 2, rel=1e-3)
+    assert (m.energy.u or 1.0) < 0.005
+    assert m.cycles >= sum(b - a for a, b in on) - 2 * len(on)
+    assert all(w.startswith("drive: it has its size") for w in m.warnings)
+
+
+def test_a_part_at_another_frequency_is_another_test() -> None:
+    """Its cycles were among those of the first."""
+    turn = np.where(T < 30.0, 1.0, 1.5) * TURN * T
+    m = measure(seen(1e-3 * np.sin(turn), 2e-3 * np.cos(turn), lost=(29.5, 36.0)), scene(None))
+    assert (m.drive_frequency_hz, m.cycles) == (pytest.approx(1.0, rel=1e-4), 28)
+    assert "drive: from 36 s on it is at 1.5 Hz, not at 1 Hz: that part is left out: measure it by itself" in m.warnings
+
+
+def test_a_part_at_rest_is_none_of_a_contact_that_turns() -> None:
+    """Where the turning part is refused, the resting one was measured: an energy of 0; refused, it was for others."""
+    turning = scene(rig={"kind": "prescribed", "radius_m": 0.05})
+    force, still = 0.1 * NOISE[0], 1e-4 * NOISE[1]
+    for speed, refused in ((0.4, "expected 2 revolutions; got 1.2"), (2.0, "")):
+        turns = np.where(T < 57.0, 0.0, speed * TURN)
+        parts = seen(None, None, angular_velocity=turns + still, contact_force=5.0 * (turns > 0) + force, lost=(56, 57))
+        if refused:
+            with pytest.raises(AnalysisError, match=refused):
+                measure(parts, turning)
+        else:
+            assert measure(parts, turning).measured_friction_force_n == pytest.approx(5.0, rel=0.01)
+    with pytest.raises(AnalysisError, match="no drive: the contact stands still, starts or stops"):
+        measure(seen(None, None, angular_velocity=still, contact_force=force), turning)
