@@ -156,21 +156,16 @@ class FlatKnown(_Flat[float]):
     missing = math.nan
 
 
-def errors_of(estimate: str) -> tuple[Flat, Flat]:
-    """Return the flat names of an estimate's ``se`` and ``u``."""
-    return Flat(estimate, "se"), Flat(estimate, "u")
-
-
 class FrictionNames:
     """Flat names of the estimates ``friction`` (the friction ratio), ``force`` (N) and ``coefficient`` of a result.
 
     That of the friction ratio itself is the result's own: some have it always.
     """
 
-    friction_ratio_se, friction_ratio_u = errors_of("friction")
+    friction_ratio_se, friction_ratio_u = Flat("friction", "se"), Flat("friction", "u")
     friction_force_n, friction_coefficient = Flat("force"), Flat("coefficient")
-    friction_force_n_se, friction_force_n_u = errors_of("force")
-    friction_coefficient_se, friction_coefficient_u = errors_of("coefficient")
+    friction_force_n_se, friction_force_n_u = Flat("force", "se"), Flat("force", "u")
+    friction_coefficient_se, friction_coefficient_u = Flat("coefficient", "se"), Flat("coefficient", "u")
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,7 @@ from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Rig, Scene, read_scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic import log_of, synthesize, virtual_tests
-from frictionlab.synthetic.virtual_motion import (
-    cycle_friction_ratios,
-    driven,
-    motion,
-    random_motion,
-    wander,
-)
+from frictionlab.synthetic.virtual_motion import cycle_friction_ratios, driven, motion, wander
 from tests.desk import ROOT, present, truths
 
 Tables = dict[str, object]
@@ -297,37 +291,11 @@ def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
         assert rate[2] > 3.7
 
 
-def test_random_motion_has_the_power_it_is_given_and_none_beyond() -> None:
-    places, density = [0.5, 1.0, 3.0], [0.0, 2e-6, 1e-6]
-    given = random_motion(
-        100_000, 1 / 250.0, lambda f: np.interp(f, places, density, 0.0, 0.0), np.random.default_rng(0)
-    )
-    assert np.std(given) == pytest.approx(math.sqrt(0.5 * 0.5 * 2e-6 + 2.0 * 1.5e-6), rel=0.05)
-    power = np.abs(np.fft.rfft(given * np.hanning(len(given)))) ** 2
-    f = np.fft.rfftfreq(len(given), 1 / 250.0)
-    assert power[(f < 0.45) | (f > 3.1)].sum() < 1e-5 * power.sum()
-    assert power[(f > 1.0) & (f < 2.0)].sum() / power[(f > 2.0) & (f < 3.0)].sum() == pytest.approx(
-        1.75 / 1.25, rel=0.15
-    )
-
-
 def test_a_wandering_amplitude_forgets_itself_after_its_correlation_time() -> None:
     steps = np.array([wander(4000, 0.1, 0.02, 3.0, np.random.default_rng(seed)) for seed in range(20)])
     assert np.sqrt(np.mean(steps**2)) == pytest.approx(0.02, rel=0.05)
     for lag, left in ((30, math.exp(-1.0)), (60, math.exp(-4.0))):
         assert np.mean(steps[:, :-lag] * steps[:, lag:]) / np.mean(steps**2) == pytest.approx(left, abs=0.05)
-
-
-def test_wandering_friction_is_told_period_by_period(tmp_path: Path) -> None:
-    changing = {"friction_wander": 0.1, "friction_wander_s": 4.0}
-    for base, test in ((MOTOR, SINE), ({}, SINE)):
-        scene = moving(base, test | changing, duration_s=40.0)
-        list(synthesize(scene, tmp_path))
-        (truth,) = truths(tmp_path)
-        ratios = np.array(truth["friction_ratio_of_cycles"])
-        assert ratios == pytest.approx(cycle_friction_ratios(virtual_tests(scene)[0], scene), rel=1e-7)
-        assert 0.03 < np.std(ratios) / truth["friction_ratio"] < 0.2
-        assert len(ratios) == math.ceil(40.0 * 0.5 * FN)
 
 
 def test_a_motor_that_has_started_up_reaches_the_plain_sines_orbit() -> None:

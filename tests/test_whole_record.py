@@ -26,7 +26,7 @@ from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import BaseRecord, respond
-from frictionlab.synthetic.virtual_motion import ramp, random_motion
+from frictionlab.synthetic.virtual_motion import ramp
 from tests.desk import invoke, present
 from tests.inference.contacts import assert_slopes_of_sensors
 
@@ -215,7 +215,8 @@ def test_the_frames_ten_seconds_are_met_as_well_as_a_prototype_met_them(load: st
 def never_repeating(kind: str, t: FloatArray, rng: np.random.Generator) -> FloatArray:
     """A sweep through resonance, random motion of a band, or a sine that has just begun; over Y."""
     if kind == "random":
-        return random_motion(len(t), 0.005, lambda f: np.where((f > 0.5) & (f < 6.0), 0.09, 0.0), rng)
+        f, lines = np.fft.rfftfreq(len(t), 0.005), np.fft.rfft(rng.standard_normal(len(t)))
+        return np.asarray(3.0 * np.fft.irfft(np.where((f > 0.5) & (f < 6.0), lines, 0.0), len(t)))
     turns = 0.8 * t + 0.5 * (5.0 - 0.8) / 20.0 * t**2 if kind == "sweep" else 2.0 * t
     return np.asarray(np.sin(2 * math.pi * turns))
 

@@ -74,32 +74,25 @@ def driven(parts: Sequence[Stretch]) -> tuple[list[Stretch], list[str]]:
     if not any(map(len, sizes)) or 0.5 * tone.amplitude**2 < 0.2 * float(np.var(longest)):  # of its power: no cycles
         return list(parts), []
     least = SMALL * max(float(np.quantile(size, 0.75)) for size in sizes if len(size))
-    pieces, kept, said = list[Stretch](), list[Stretch](), list[str]()
+    pieces, said = list[Stretch](), list[str]()
     for part in parts:
         size = _size_of_drive(part.base, tone.frequency, stride, period)
-        pauses = [(a, b) for a, b in np.transpose(runs(size < 0.1 * least)).tolist() if 0 < a < b - period]
-        edges = [0, *(stride * (a + b + period) // 2 for a, b in pauses if b < len(size)), len(part.base)]
-        pieces += [part.part(*ends) for ends in pairwise(edges)]
-    for part in pieces:
-        size = _size_of_drive(part.base, tone.frequency, stride, period)
-        large, ends, last = np.flatnonzero(size >= least), [0, len(part.base)], len(size) - 1
-        if len(size) and not len(large):
+        found = full_runs(size, least, 8 * period, pause=period, still=0.1 * least) if len(size) else [(0, 0)]
+        for first, last in found:
+            ends = stride * first, stride * (last - 1 + period) if last < len(size) else len(part.base)
+            pieces.append(part.part(*ends))
+            from_s, until_s = (part.time + end * part.step for end in ends)
+            said += [f"drive: it has its size from {from_s:.4g} s: the rest is left out"] * (first > 0)
+            said += [f"drive: it has its size until {until_s:.4g} s: the rest is left out"] * (last < len(size))
+        if not found:
             said.append(f"drive: the base does not follow it from {part.time:.4g} s on: that part is left out")
-            continue
-        if len(size) and size[0] < least:
-            ends[0] = stride * full(size, int(large[0]), 8 * period)
-            said.append(f"drive: it has its size from {part.time + ends[0] * part.step:.4g} s: the rest is left out")
-        if len(size) and size[-1] < least:
-            ends[1] = stride * (last - full(size[::-1], last - int(large[-1]), 8 * period) + period)
-            said.append(f"drive: it has its size until {part.time + ends[1] * part.step:.4g} s: the rest is left out")
-        some = part if ends == [0, len(part.base)] else part.part(*ends)
-        other = _other_frequency(some.base, tone.frequency) if len(pieces) > 1 else None
-        if other is None:
-            kept.append(some)
-        else:
-            both = f"at {other / part.step:.4g} Hz, not at {tone.frequency / part.step:.4g} Hz"
-            said.append(f"drive: from {some.time:.4g} s on it is {both}: that part is left out: measure it by itself")
-    return kept, said
+    if len(pieces) == 1:
+        return pieces, said
+    others = {i: hz for i, piece in enumerate(pieces) if (hz := _other_frequency(piece.base, tone.frequency))}
+    for i, other in others.items():
+        both = f"at {other / pieces[i].step:.4g} Hz, not at {tone.frequency / pieces[i].step:.4g} Hz"
+        said.append(f"drive: from {pieces[i].time:.4g} s on it is {both}: that part is left out: measure it by itself")
+    return [piece for i, piece in enumerate(pieces) if i not in others], said
 
 
 def _other_frequency(base: FloatArray, frequency: float) -> float | None:
@@ -126,11 +119,26 @@ def _size_of_drive(base: FloatArray, frequency: float, stride: int, period: int)
     return np.asarray(np.abs(total[period:] - total[:-period]))
 
 
-def full(size: FloatArray, at: int, near: int) -> int:
-    """The first of the sizes (n,) from one on that is as large as so many behind it: where a start is over."""
-    while at < len(size) - 1 and size[at] < FULL * float(np.median(size[at : at + near])):
-        at += 1
-    return at
+def full_runs(size: FloatArray, low: float, near: int, *, pause: float, still: float) -> list[tuple[int, int]]:
+    """First and past-last of the sizes (n,) of what starts, stops and pauses: what is ``low`` is none of them.
+
+    Between, only what is low for longer than ``pause`` and falls below ``still``; a start is over, and a stop begins,
+    where a size is as large as ``near`` many beside it.
+    """
+    n, found = len(size), list[tuple[int, int]]()
+
+    def full(size: FloatArray, at: int) -> int:
+        while at < n - 1 and size[at] < FULL * float(np.median(size[at : at + near])):
+            at += 1
+        return at
+
+    slow = np.transpose(runs(size < low)).tolist()
+    rests = [(a, b) for a, b in slow if a == 0 or b == n or (b - a > pause and float(size[a:b].min()) < still)]
+    edges = [0, *(edge for rest in rests for edge in rest), n]
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        first, last = full(size, a) if a else 0, n - full(size[::-1], n - b) if b < n else n
+        found += [(first, last)] if first < last else []
+    return found
 
 
 def _settled(rows: FloatArray, window: int, noise: float) -> tuple[int, bool]:

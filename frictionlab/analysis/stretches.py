@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from frictionlab.analysis import channels, signals, spectrum, steadiness
-from frictionlab.arrays import FloatArray, clock_breaks, runs
+from frictionlab.arrays import FloatArray, clock_breaks
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Channel, Fact, Recording
 from frictionlab.scene import Scene
@@ -115,21 +115,16 @@ def _turning(part: Recording, pieces: list[slice]) -> tuple[list[slice], list[tu
 
 def _at_speed(time: FloatArray, way: FloatArray) -> list[tuple[int, int]]:
     """First and past-last samples of what goes one way at its speed; of any other way (n,) rad all. Stamps (n,) s."""
-    whole, at = [(0, len(way))], np.linspace(0, len(way) - 1, WINDOWS + 1).astype(np.intp)
+    at = np.linspace(0, len(way) - 1, WINDOWS + 1).astype(np.intp)
     moved, took = np.diff(way[at]) * np.sign(way[-1] - way[0]), np.diff(time[at])
     if len(way) <= WINDOWS or not moved.sum() > 0.0 or np.minimum(moved, 0.0).sum() < -BACK * moved.sum():
-        return whole
+        return [(0, len(way))]
     speed = moved / took
     order = np.argsort(speed)
     usual = float(speed[order][np.searchsorted(np.cumsum(moved[order]), 0.5 * moved.sum())])  # at half of its way
-    slow = np.transpose(runs(speed < SLOW * usual)).tolist()
-    rests = [(a, b) for a, b in slow if a == 0 or b == WINDOWS or took[a:b].sum() * usual > REVOLUTION]  # no stick-slip
-    edges, found = [0, *(edge for rest in rests for edge in rest), WINDOWS], list[tuple[int, int]]()
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
-        first = int(at[steadiness.full(speed, a, NEAR)]) if a else 0
-        last = int(at[WINDOWS - steadiness.full(speed[::-1], WINDOWS - b, NEAR)]) if b < WINDOWS else len(way)
-        found += [(first, last)] if first < last else []
-    return found
+    low, turn = SLOW * usual, REVOLUTION / usual / float(took.mean())  # within a revolution it sticks
+    found = steadiness.full_runs(speed, low, NEAR, pause=turn, still=low)
+    return [(int(at[a]), int(at[b]) if b < WINDOWS else len(way)) for a, b in found]
 
 
 def _taken_as(recording: Recording, scene: Scene) -> tuple[Recording, list[str]]:

@@ -263,8 +263,6 @@ class VirtualTests(SceneTable):
     duration_s: Positive | None = key("Length of these tests; by default [synthetic] duration_s.")
     friction_drift_per_hour: float = key("Relative change of the friction force in an hour of running.", 0.0)
     friction_scatter: NonNegative = key("Relative rms of the friction force from cycle to cycle.", 0.0)
-    friction_wander: NonNegative = key("Relative rms of the friction force's slow wandering.", 0.0)
-    friction_wander_s: Positive = key("Correlation time of that: after it, e^-1 is left.", 300.0)
     jump_s: Positive | None = key("At this time the friction force changes for good.")
     jump_factor: NonNegative = key("By this factor it changes then.", 1.0)
 

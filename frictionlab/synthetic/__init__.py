@@ -12,25 +12,22 @@ from pathlib import Path
 
 import numpy as np
 
-from frictionlab.analysis.steadiness import irregularity_index
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SceneError
 from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.schema import AMPLITUDE, ENERGY, REGIME, STOPS, value_of
 from frictionlab.simulator import steady_state
-from frictionlab.synthetic.virtual_motion import HOUR_S, cycle_friction_ratios, driven, motion
+from frictionlab.synthetic.virtual_motion import driven, motion
 from frictionlab.synthetic.virtual_rig import SyntheticTest as SyntheticTest
 from frictionlab.synthetic.virtual_rig import virtual_tests as virtual_tests
 
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
-PHASES = 64  # points per cycle of the true irregularity
 MARK = b"# SYNTHETIC: "
 GIVEN = (
     *("log", "material", "normal_force_n", "frequency_ratio", "friction_ratio", "friction_coefficient"),
     *("natural_frequency_hz", "base_amplitude_m", "stiffness_n_per_m", "static_ratio", "damping_ratio", "wall", "law"),
     *("parameters", "duration_s", "friction_drift_per_hour", "friction_scatter", "jump_s", "jump_factor"),
-    *("friction_wander", "friction_wander_s"),
 )
 """Keys of a truth, in order: of a test, and of its table in the scene; the first five are its mark."""
 PREAMBLE = (
@@ -106,34 +103,8 @@ def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
         beyond = {key: _twelve_digits(value) for key, value in run.totals().items()}
     else:
         base = np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
-        if test.is_plain_coulomb:
-            mass = motion(test, time, scene)
-        else:
-            mass, beyond = _changing(test, scene, time)
-    if test.group.friction_wander:
-        beyond["friction_ratio_of_cycles"] = [float(f"{beta:.8g}") for beta in cycle_friction_ratios(test, scene)]
+        mass = motion(test, time, scene)
     return _lines(test, scene, time, mass, base, more), beyond
-
-
-def _changing(test: SyntheticTest, scene: Scene, time: FloatArray) -> tuple[FloatArray, dict[str, object]]:
-    """The motion of a mass whose friction changes; its index (4.1) after the transient, its energy's slope an hour."""
-    transient = scene.analysis.planned_transient_s
-    first = math.ceil(transient * test.drive_frequency_hz + 0.25)
-    last = math.floor(test.duration_s * test.drive_frequency_hz + 0.25)
-    cycles = np.arange(first, max(first, last))[:, None] - 0.25
-    phases = (cycles + np.arange(PHASES) / PHASES) / test.drive_frequency_hz
-    every = np.concatenate([time, phases.ravel()])  # simulated once
-    order, moved = np.argsort(every, kind="stable"), np.empty_like(every)
-    moved[order] = motion(test, every[order], scene)
-    mass, exact = moved[: len(time)], moved[len(time) :].reshape(phases.shape)
-    slope = None
-    if test.group.jump_s is None and test.duration_s > transient:
-        drifted = (1 + test.group.friction_drift_per_hour * t / HOUR_S for t in (transient, test.duration_s))
-        before, after = (steady_state(test.problem(test.friction_ratio * by)).energy_per_cycle for by in drifted)
-        if before is not None and after is not None:
-            slope = (after - before) / (test.duration_s - transient) * HOUR_S
-    index = irregularity_index(exact - exact.mean()) if exact.size else None
-    return mass, {"irregularity_index": index, "energy_slope_per_hour": slope}
 
 
 def _lines(
@@ -172,8 +143,7 @@ def truth(test: SyntheticTest) -> dict[str, object]:
     machine; the last four of a double are not.
     """
     said = test.group.model_dump() | vars(test)
-    keys = GIVEN if test.group.friction_wander else GIVEN[:-2]
-    known = {key: said[key] for key in keys if said[key] is not None} | {
+    known = {key: said[key] for key in GIVEN if said[key] is not None} | {
         "drive_frequency_hz": test.drive_frequency_hz,
         "friction_force_n": test.group.friction_coefficient * test.normal_force_n,
     }

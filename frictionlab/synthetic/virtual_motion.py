@@ -5,7 +5,7 @@ under a plain sine or any other base.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,19 +55,11 @@ def ramp(share: FloatArray) -> FloatArray:
 def wander(n: int, step: float, rms: float, correlation_s: float, generator: np.random.Generator) -> FloatArray:
     """A smooth Gaussian motion (n,) whose autocorrelation is ``rms^2 exp(-(t / correlation_s)^2)``.
 
-    Its one-sided density is ``2 sqrt(pi) T rms^2 exp(-(pi f T)^2)``.
+    Random lines, twice as close as it is long, of the one-sided density ``2 sqrt(pi) T rms^2 exp(-(pi f T)^2)``.
     """
-    size = 2 * math.sqrt(math.pi) * correlation_s * rms**2
-    return random_motion(n, step, lambda f: size * np.exp(-((math.pi * f * correlation_s) ** 2)), generator)
-
-
-def random_motion(
-    n: int, step: float, density: Callable[[FloatArray], FloatArray], generator: np.random.Generator
-) -> FloatArray:
-    """A Gaussian motion (n,) of a one-sided power density: random lines, twice as close as the motion is long."""
-    whole = 2 * n
+    whole, size = 2 * n, 2 * math.sqrt(math.pi) * correlation_s * rms**2
     places: FloatArray = np.asarray(np.fft.rfftfreq(whole, step), dtype=np.float64)
-    lines = np.sqrt(density(places) / (whole * step)) * (
+    lines = np.sqrt(size * np.exp(-((math.pi * places * correlation_s) ** 2)) / (whole * step)) * (
         generator.standard_normal(len(places)) + 1j * generator.standard_normal(len(places))
     )
     lines[0] = lines[0].real * math.sqrt(2.0)  # half as wide, and counted once
@@ -75,17 +67,14 @@ def random_motion(
 
 
 def cycle_friction_ratios(test: SyntheticTest, scene: Scene) -> FloatArray:
-    """Friction ratio of each cycle: drift, jump, scatter and wandering as the test's material has them; (cycles,)."""
-    group, step = test.group, 1.0 / test.drive_frequency_hz
+    """Friction ratio of each cycle: drift, jump and scatter as the test's material has them; (cycles,)."""
+    group = test.group
     start = np.arange(test.cycles) / test.drive_frequency_hz
     factor = 1 + group.friction_drift_per_hour * start / HOUR_S
     if group.jump_s is not None:
         factor = np.where(start >= group.jump_s, group.jump_factor, 1.0) * factor
     if group.friction_scatter:
         factor = factor * (1 + group.friction_scatter * test.draws(scene, "friction").standard_normal(len(start)))
-    if group.friction_wander:
-        draws = test.draws(scene, "friction over time")
-        factor = factor * (1 + wander(len(start), step, group.friction_wander, group.friction_wander_s, draws))
     return test.friction_ratio * np.maximum(factor, 0.0)
 
 

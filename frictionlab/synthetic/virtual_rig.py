@@ -62,8 +62,7 @@ class SyntheticTest:
     def is_plain_coulomb(self) -> bool:
         """Whether the friction force is the same in every cycle."""
         group = self.group
-        changes = (group.friction_drift_per_hour, group.friction_scatter, group.friction_wander)
-        return not any(changes) and group.jump_s is None
+        return not (group.friction_drift_per_hour or group.friction_scatter) and group.jump_s is None
 
     @property
     def is_periodic(self) -> bool:
@@ -165,7 +164,7 @@ def _check_test(test: SyntheticTest, place: str) -> None:
         own = group.law or group.parameters or group.physical
         asked = {
             "law, parameters or physical (they stand in [[rig.contacts]])": own,
-            "friction that drifts, scatters, wanders or jumps": not test.is_plain_coulomb,
+            "friction that drifts, scatters or jumps": not test.is_plain_coulomb,
             "a base that is no plain sine": not test.base.is_plain,
         }
         for what in (what for what, is_asked in asked.items() if is_asked):

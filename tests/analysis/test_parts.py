@@ -187,7 +187,8 @@ def test_a_part_at_another_frequency_is_another_test() -> None:
     """Its cycles were among those of the first."""
     turn = np.where(T < 30.0, 1.0, 1.5) * TURN * T
     m = measure(seen(1e-3 * np.sin(turn), 2e-3 * np.cos(turn), lost=(29.5, 36.0)), scene(None))
-    assert (m.drive_frequency_hz, m.cycles) == (pytest.approx(1.0, rel=1e-4), 28)
+    assert m.drive_frequency_hz == pytest.approx(1.0, rel=1e-4)
+    assert m.cycles == 28
     assert "drive: from 36 s on it is at 1.5 Hz, not at 1 Hz: that part is left out: measure it by itself" in m.warnings
 
 

@@ -21,16 +21,14 @@ from frictionlab.hdf5 import write_recording
 from frictionlab.inference import ladder
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.posterior import explains, infer
-from frictionlab.logs import read_log
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
-from frictionlab.synthetic import synthesize, virtual_tests
 from frictionlab.tables import write_rows
 from frictionlab.tables.texts import GRAVE
 from frictionlab.uncertainty import Estimate
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row, steady_recording
-from tests.desk import present, truths
+from tests.desk import present
 from tests.inference.contacts import BASE_M, NATURAL_HZ, from_rest, recorded
 
 TRUE, FORCE = 0.4, 1.5
@@ -300,42 +298,3 @@ def test_a_test_whose_force_is_mistyped_is_named() -> None:
     joint, _ = fit_together({"steel": seen}, find_law=False, accuracy="balanced")
     (said,) = present(joint).stray_notes()
     assert re.search(r"steel: .* of 3.h5, .*: check that test's normal force \(", said)
-
-
-def scene_of(**behaviour: float) -> Scene:
-    test = {"material": "steel", "normal_forces_n": [1.25], "frequency_ratios": [0.4], "friction_coefficient": 0.6}
-    return scene_from_tables(
-        {
-            "rig": {"mass_kg": 3.0799, "stiffness_n_per_m": 1191.0},
-            "analysis": {"transient_s": 5.0},
-            "synthetic": {"duration_s": 25.0, "noise_m": 0.0, "step_m": 1e-9, "tests": [{**test, **behaviour}]},
-        }
-    )
-
-
-def truth_of(scene: Scene, folder: Path) -> dict[str, float]:
-    list(synthesize(scene, folder))
-    (found,) = truths(folder)
-    return found
-
-
-def test_the_true_irregularity_is_what_a_sensor_without_noise_measures(tmp_path: Path) -> None:
-    scene = scene_of(friction_scatter=0.08)
-    known = truth_of(scene, tmp_path)
-    recording = read_log(tmp_path / str(known["log"]), None)
-    assert measure(recording, scene).irregularity_index == pytest.approx(known["irregularity_index"], rel=0.01)
-
-
-def test_the_true_slope_is_that_of_the_steady_energy(tmp_path: Path) -> None:
-    scene = scene_of(friction_drift_per_hour=0.5)
-    known = truth_of(scene, tmp_path)
-    beta = virtual_tests(scene)[0].friction_ratio
-    before, after = (steady_state(Problem(0.4, beta * (1 + 0.5 * t / 3600))).energy_per_cycle for t in (5.0, 25.0))
-    assert before is not None
-    assert after is not None
-    assert known["energy_slope_per_hour"] == pytest.approx((after - before) / 20 * 3600, rel=1e-9)
-
-
-def test_plain_coulomb_says_nothing_more_and_a_jump_has_no_slope(tmp_path: Path) -> None:
-    assert "irregularity_index" not in truth_of(scene_of(), tmp_path)
-    assert truth_of(scene_of(jump_s=10.0, jump_factor=0.5), tmp_path)["energy_slope_per_hour"] is None
