@@ -41,7 +41,7 @@ synthetic: errors files scene schema simulator
 campaign: analysis errors files hdf5 inference recording scene schema simulator tables uncertainty
 tradeoff: analysis inference recording scene schema simulator
 base_motion: analysis errors recording simulator
-figures: analysis base_motion campaign errors files inference planning recording schema simulator tables
+figures: analysis base_motion campaign errors files inference recording schema simulator tables
 verbs: __init__ analysis base_motion campaign errors experiment figures files hdf5 inference logs planning
   recording report scene schema simulator synthetic tables uncertainty workers
 __main__: cli

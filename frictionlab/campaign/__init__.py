@@ -18,7 +18,7 @@ from typing import Any
 
 from frictionlab import schema
 from frictionlab.analysis.steadiness import LONG_S
-from frictionlab.campaign.files import TABLES, MeasuredResponse, elsewhere, law_file, recording_of, responses_of
+from frictionlab.campaign.files import TABLES, elsewhere, law_file, recording_of, recording_path
 from frictionlab.campaign.friction import (
     NO_STEADY_CYCLE,
     SLOWEST_HZ,
@@ -57,8 +57,8 @@ NO_STIFFNESS = (
     " forces and coefficients are not."
 )
 NO_RECORDINGS = (
-    "The recordings are not at hand at the measurements' sources: no example responses are drawn, and friction rests on"
-    " energy and amplitude by Coulomb's law: nothing shows whether this law holds, and no error counts that it may not."
+    "The recordings are not at hand at the measurements' sources: friction rests on energy and amplitude by"
+    " Coulomb's law: nothing shows whether this law holds, and no error counts that it may not."
 )
 NOT_OPENED = (
     "{} tests name recordings outside the folders of their tables and the working folder (such as {}): these are not"
@@ -80,9 +80,8 @@ class Campaign(Result):
 
     ``trials``: all tests, failed ones last; ``fits``: one per material and normal force; ``amontons``: one per
     material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``: the
-    prediction of each fit over frequency; ``responses``: examples, where the recordings are at hand; ``notes``:
-    sentences about the campaign as a whole; ``folders``: where recordings stand; ``joint``: the fit of all tests
-    together, where recordings are at hand.
+    prediction of each fit over frequency; ``notes``: sentences about the campaign as a whole; ``folders``: where
+    recordings stand; ``joint``: the fit of all tests together, where recordings are at hand.
     """
 
     trials: tuple[Trial, ...]
@@ -91,7 +90,6 @@ class Campaign(Result):
     ranking: tuple[Rank, ...]
     drifts: tuple[Drift, ...]
     curves: tuple[Curve, ...]
-    responses: tuple[MeasuredResponse, ...]
     notes: tuple[str, ...]
     model: Model
     scene: Scene
@@ -244,7 +242,6 @@ def evaluate(
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
         curves=tuple(curve(models[f.setting], *f.setting, f.friction_ratio, *span) for f in fits if f.friction_ratio),
-        responses=responses_of(tests, folders),
         notes=(),
         model=model,
         scene=scene,
@@ -299,7 +296,7 @@ def _notes(campaign: Campaign) -> list[str]:
         (left, f"{left} short tests are left out of the friction fits; each is listed with its reason."),
         (campaign.scene.rig.stiffness is None, NO_STIFFNESS),
         (not campaign.drifts, f"No test lasts {LONG_S:g} s or longer: nothing is said of drift."),
-        (not campaign.responses, NO_RECORDINGS),
+        (not any(recording_path(t, campaign.folders) for t in campaign.trials if not t.failed), NO_RECORDINGS),
         (True, SHARED_ERRORS),
         (assumed, ASSUMED.format(", ".join(assumed))),
     )

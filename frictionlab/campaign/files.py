@@ -1,17 +1,14 @@
 """Files of a campaign: tables of measurements in, recordings behind them, of which examples are shown, its folder."""
 
-import math
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 
 import numpy as np
 
 from frictionlab import schema
 from frictionlab.analysis.steadiness import Trend
-from frictionlab.arrays import FloatArray
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import FrictionlabError, OutputError, RecordingError, UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable
@@ -24,7 +21,6 @@ IS_RECORDING = (
     " `frictionlab campaign measurements.jsonl -o FOLDER`"
 )
 IS_COMPARISON = "comparisons; campaign evaluates measurements: give those of `analyze -o`, or batch's measurements"
-CYCLES = 8  # shown of a short test, its last ones
 TABLES = {
     "measurements.csv": schema.TESTS,
     "friction.csv": schema.FRICTION,
@@ -92,22 +88,6 @@ def _rows_of_tree(path: Path) -> Iterator[Row]:
             raise RecordingError(f"{path}: damaged series behind row {n + 1} ({error}): make it again") from error
 
 
-@dataclass(frozen=True)
-class MeasuredResponse:
-    """A piece of one test's time response.
-
-    ``label``: what it is an example of; ``time`` (n,) s; ``mass``, ``base`` (n,): x/Y and y/Y about their means.
-    ``is_whole``: all of a long test, not its last cycles.
-    """
-
-    trial: Trial
-    label: str
-    time: FloatArray
-    mass: FloatArray
-    base: FloatArray
-    is_whole: bool = False
-
-
 def recording_of(trial: Trial, folders: Sequence[Path]) -> Recording | None:
     """The recording that a trial was measured from, looked for at its source and in the folders; None if not there."""
     path = recording_path(trial, folders)
@@ -156,40 +136,6 @@ def _is_file(path: Path) -> bool:
         return path.is_file()
     except OSError:  # a name that is too long, a folder that may not be entered
         return False
-
-
-def responses_of(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[MeasuredResponse, ...]:
-    """Return examples of tests whose recordings are at hand: short ones, and long ones as a whole and at their end.
-
-    Of short ones two steady tests (continuous, stick-slip) and the two least steady.
-    """
-    good = [t for t in trials if not t.failed]
-    short = [t for t in good if not t.is_long and t.excess_irregularity is not None]
-    rising = sorted(short, key=lambda t: (t.excess_irregularity or 0.0, t.source))
-    steady = [next((t for t in rising if t.regime == regime), None) for regime in ("continuous", "stick-slip")]
-    chosen = [("steady", t) for t in steady if t is not None]
-    taken = {t.source for _, t in chosen}
-    unsteady = [("least steady", t) for t in reversed(rising) if t.source not in taken and t.regime != "stuck"]
-    found = []
-    for label, trial in (*chosen, *unsteady[:2], *(("long", t) for t in good if t.is_long)):
-        if (recording := recording_of(trial, folders)) is not None:
-            if trial.is_long:
-                found.append(_response(trial, recording, label, math.inf))
-            last = "end of long" if trial.is_long else label
-            found.append(_response(trial, recording, last, CYCLES / trial.drive_frequency_hz))
-    return tuple(found)
-
-
-def _response(trial: Trial, recording: Recording, label: str, span: float) -> MeasuredResponse:
-    """The last seconds of a test, all where they are not known."""
-    inside = recording.time >= recording.time[-1] - (math.inf if math.isnan(span) else span)
-    steady = recording.time - recording.time[0] >= trial.transient_s
-    steady = steady if steady.any() else inside  # the recording is another test's than the row
-    mass, base = (
-        (signal[inside] - np.nanmean(signal[steady])) / trial.base_amplitude_m
-        for signal in (recording.mass_displacement, recording.base_displacement)
-    )
-    return MeasuredResponse(trial, label, recording.time[inside], mass, base, is_whole=math.isinf(span))
 
 
 def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = ()) -> None:

@@ -141,10 +141,16 @@ class Results:
     """Where the results of a command go, and how much it says."""
 
     output: Path | None = None
-    plot: Path | None = None
     as_json: bool = False
     force: bool = False
     quiet: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawn(Results):
+    """The same of a command that draws one figure."""
+
+    plot: Path | None = None
 
     def figure(self, kind: str, inputs: Sequence[Path] = ()) -> Path | None:
         """The file of a command's only figure: as named, or of its kind's name in the folder named."""

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Literal
 import typer
 
 from frictionlab.cli import complain
-from frictionlab.cli.options import Results, doubt_amplitude, named_values, scene_of, values_of
+from frictionlab.cli.options import Drawn, Results, doubt_amplitude, named_values, scene_of, values_of
 from frictionlab.cli.screen import count, counted, paragraph, print_table, print_warnings
+from frictionlab.errors import UsageError
 from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTIONS, STEADY_STATES, STOPS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
@@ -52,7 +53,6 @@ def plan(
     from frictionlab.verbs.simulating import plan
 
     known = scene_of(scene, quiet=to.quiet)
-    figure = to.figure("plan", [*(measured or ()), *known.files])
     found = plan(
         known,
         law=law,
@@ -63,16 +63,12 @@ def plan(
         measured=measured or (),
         sheet=to.output,
         force=to.force,
-        everything=every or (figure is not None and against is not None),
+        everything=every,
         say=None if to.quiet else complain,
     )
     for note in () if to.quiet else found.notes:
         complain(note)
     listed = [*found.tests, *(found.others if every else ())]
-    if figure is not None:
-        from frictionlab.figures import plot
-
-        plot(found, figure, force=to.force)
     if to.as_json:
         for test in listed:
             typer.echo(json_line(test.row()))
@@ -154,7 +150,7 @@ def predict(
     base_amplitude: float | None = None,
     r: str | None = None,
     base_motion: Path | None = None,
-    to: Results,
+    to: Drawn,
 ) -> None:
     """Predict tests not made by the law that a campaign found for their material, with 95 % bands.
 
@@ -217,7 +213,6 @@ def sweep(
     *,
     r: str,
     beta: str,
-    output: Path,
     law: str | None = None,
     parameter: list[str] | None = None,
     mu: str | None = None,
@@ -225,10 +220,7 @@ def sweep(
     wall: Literal["fixed", "base"] = "fixed",
     workers: int | None = None,
     scheduler: str | None = None,
-    as_json: bool = False,
-    plot: Path | None = None,
-    force: bool = False,
-    quiet: bool = False,
+    to: Drawn,
 ) -> None:
     """Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law.
 
@@ -245,29 +237,31 @@ def sweep(
     rs, betas, mus, zetas = (tuple(values_of(text, f"--{name}")) for name, text in four)
     more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
     grid = maps.Grid(rs, betas, mus, zetas, wall, law or "coulomb", more)
-    check_output(output, STEADY_STATES, force=force)
-    figure = Results(plot=plot, force=force).figure("map")
+    if to.output is None:
+        raise UsageError("-o FILE: expected where the map goes; got none")
+    check_output(to.output, STEADY_STATES, force=to.force)
+    figure = to.figure("map")
     if figure is not None:  # before the work
         from frictionlab.figures.grids import check_axes
 
         check_axes(grid)
-    steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, force=force)
-    with count("sweep", quiet=quiet, total=len(grid)) as progress:
+    steps = maps.make_map(grid, to.output, workers=workers, scheduler=scheduler, force=to.force)
+    with count("sweep", quiet=to.quiet, total=len(grid)) as progress:
         for step in steps:
             progress(step.done, len(grid))
-            for row in step.rows() if as_json else ():
+            for row in step.rows() if to.as_json else ():
                 typer.echo(json_line(row))
             for sentence in step.failures():
                 complain(sentence)
     found = step.found
-    if not (as_json or quiet):
+    if not (to.as_json or to.quiet):
         for sentence in found.warnings:
             complain(f"warning: {sentence}")
         outcomes = ", ".join(f"{number} {outcome}" for outcome, number in found.outcomes.items())
-        typer.echo(f"{len(grid)} steady states ({outcomes}) are in {output}")
+        paragraph(f"{len(grid)} steady states ({outcomes}) are in {to.output}")
     if figure is not None:
-        from frictionlab.figures import plot as draw
+        from frictionlab.figures import plot
 
-        draw(found, figure, force=force)
+        plot(found, figure, force=to.force)
     if found.outcomes[maps.FAILED]:
         raise typer.Exit(1)

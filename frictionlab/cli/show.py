@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from frictionlab.cli import printable
-from frictionlab.cli.options import Results, scene_of
+from frictionlab.cli.options import Drawn, Results, scene_of
 from frictionlab.cli.screen import count, paragraph, print_table, print_warnings, track
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder
@@ -105,7 +105,7 @@ def laws(
     known = None if name is None else law_of(f"coulomb+{name}" if name in TERMS and name != "coulomb" else name)
     if plot is not None and known is None:
         raise UsageError("--plot: expected the name of a law whose loop is drawn; got none")
-    figure = Results(plot=plot, force=force).figure("loop")
+    figure = Drawn(plot=plot, force=force).figure("loop")
     if known is None and not as_json:
         print_table([{"term": t.name, "words": t.words} for t in TERMS.values()], {"term": "term", "words": ""})
         paragraph("A law is coulomb, or a sum: coulomb+place. More: frictionlab laws NAME")
@@ -148,28 +148,23 @@ def synthesize(
         typer.echo(f"{len(tests)} synthetic logs and their truth.jsonl are in {output}")
 
 
-def tradeoff(
-    output: Path | None = None,
-    as_json: bool = False,
-    force: bool = False,
-    quiet: bool = False,
-) -> None:
+def tradeoff(to: Results) -> None:
     """Measure error against time for every accuracy knob, on this machine; about a minute.
 
     Example: frictionlab tradeoff -o build/tradeoff
     """
     from frictionlab.tradeoff import FAMILIES, measure_trade
 
-    if output is not None:
-        make_folder(output)
-        check_output(output / "tradeoff.csv", TRADES, force=force)
+    if to.output is not None:
+        make_folder(to.output)
+        check_output(to.output / "tradeoff.csv", TRADES, force=to.force)
     total = sum(len(knobs) for knobs in FAMILIES.values())
     rows: list[Row] = []
-    for _, settings in track(measure_trade(), total=total, title="tradeoff", quiet=quiet or as_json):
+    for _, settings in track(measure_trade(), total=total, title="tradeoff", quiet=to.quiet or to.as_json):
         rows += [setting.row() for setting in settings]
-        for setting in settings if as_json else ():
+        for setting in settings if to.as_json else ():
             typer.echo(json_line(setting.row()))
-    if not (as_json or quiet):
+    if not (to.as_json or to.quiet):
         print_table(rows, TRADES)
-    if output is not None:
-        write_rows(rows, output / "tradeoff.csv", TRADES, force=force)
+    if to.output is not None:
+        write_rows(rows, to.output / "tradeoff.csv", TRADES, force=to.force)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 import typer
 
 from frictionlab.cli import complain
-from frictionlab.cli.options import ANALYSIS, LOG, Results, doubt_amplitude, named_values, number_of, scene_of
+from frictionlab.cli.options import ANALYSIS, LOG, Drawn, doubt_amplitude, named_values, number_of, scene_of
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.schema import AMPLITUDE, ENERGY, MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
@@ -69,7 +69,7 @@ def simulate(
     solver: SolverName = "auto",
     cycles: int | None = None,
     every: bool = False,
-    to: Results,
+    to: Drawn,
 ) -> None:
     """Solve one steady state of the friction oscillator, run N cycles from rest, or follow a recorded base.
 
@@ -202,7 +202,7 @@ def _beta(rubs: Rubbing, scene: "Scene | None", units: Units | None) -> float:
 
 
 def _settle(
-    problem: "Problem | Structure", units: Units | None, to: Results, *, every: bool, solver: Any, cycles: int | None
+    problem: "Problem | Structure", units: Units | None, to: Drawn, *, every: bool, solver: Any, cycles: int | None
 ) -> None:
     """Solve the steady state, run some cycles from rest, or find all states: one row each, the most visited first."""
     from frictionlab.simulator import coexisting
@@ -315,7 +315,7 @@ def _follow(
     scene: Path | None,
     settings: Mapping[str, object],
     highpass_hz: float | None,
-    to: Results,
+    to: Drawn,
 ) -> None:
     """Simulate the response to a file's base motion; print, write and draw it."""
     from frictionlab.cli.screen import exit_status, paragraph, print_turned, print_warnings, report_rows

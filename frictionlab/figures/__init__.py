@@ -64,8 +64,7 @@ FIGURES = {
     "StateMap": "grids.state_map_figure",
     "SteadyState": "simulated.motion_figure",
     "RecordResponse": "simulated.response_figure",
-    "Plan": "planned.plan_figure",
-    "Prediction": "planned.prediction_figure",
+    "Prediction": "simulated.prediction_figure",
     "FreeVibration": "recorded.free_vibration_figure",
     "Campaign": "plates.campaign_figure",
 }
@@ -83,7 +82,7 @@ def plot(
 
     Parameters
     ----------
-    result : Recording, Measurement, Comparison, Campaign, SteadyState, RecordResponse, Plan, Prediction, ...
+    result : Recording, Measurement, Comparison, Campaign, SteadyState, RecordResponse, Prediction, ...
     path : str or Path, optional
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional

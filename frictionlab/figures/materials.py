@@ -12,7 +12,6 @@ from matplotlib.ticker import MaxNLocator
 
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign import Campaign
-from frictionlab.campaign.files import MeasuredResponse
 from frictionlab.campaign.friction import FrictionFit, Verdict
 from frictionlab.campaign.ranking import CRITERIA, Drift
 from frictionlab.campaign.trials import levels, nearest
@@ -276,48 +275,6 @@ def _draw_tests(
             how: dict[str, Any] = {"markersize": 3.2, "markerfacecolor": fill_colour, "elinewidth": 0.7, "capsize": 1.5}
             ax.errorbar(places, values, yerr=errors, fmt=marker, color=colour, label=label, **how)
             label = ""
-
-
-def responses(campaign: Campaign) -> Figure:
-    """Example responses.
-
-    The last cycles of the steadiest tests and of the least steady ones; grey: the base.
-    """
-    shown = [r for r in campaign.responses if not r.trial.is_long]
-    with style.drawing(0.4 + 1.7 * ((len(shown) + 1) // 2)) as figure:
-        for ax, response in zip(style.panels(figure, len(shown)), shown, strict=True):
-            _draw_last(ax, response)
-        figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
-    return figure
-
-
-def long_responses(campaign: Campaign) -> Figure:
-    """Responses of the long tests.
-
-    Left: the whole test, lowest to highest displacement. Right: its last cycles; grey: the base.
-    """
-    whole = [r for r in campaign.responses if r.is_whole]
-    ends = {r.trial.source: r for r in campaign.responses if r.trial.is_long and not r.is_whole}
-    with style.drawing(0.4 + 1.35 * len(whole)) as figure:
-        axes = figure.subplots(len(whole), 2, squeeze=False, width_ratios=(3, 2))
-        for (left, right), response in zip(axes, whole, strict=True):
-            style.over_time(left, response.time / 60, {"mass": response.mass}, legend=False, xlabel="", ylabel="x / Y")
-            left.set_title(_title(response))
-            _draw_last(right, ends[response.trial.source])
-            right.set(title="last cycles", xlabel="")
-        axes[-1][0].set_xlabel("time [min]")
-        axes[-1][1].set_xlabel("time [s]")
-    return figure
-
-
-def _draw_last(ax: Axes, response: MeasuredResponse) -> None:
-    lines = {"base y / Y": response.base, "mass x / Y": response.mass}
-    style.over_time(ax, response.time, lines, title=_title(response), legend=False)
-
-
-def _title(response: MeasuredResponse) -> str:
-    trial = response.trial
-    return f"{response.label}: {trial.material}, {trial.normal_force_n:.4g} N, r = {trial.r:.3g}"
 
 
 def drift(campaign: Campaign, level: float) -> Figure:

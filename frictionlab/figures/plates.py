@@ -67,8 +67,6 @@ KINDS: Mapping[str, tuple[Callable[..., Figure], Callable[[Campaign], Sequence[s
     "energy_": (materials.energy, lambda c: [m for m in c.materials if materials.count(c, m) > 1]),
     "comparison": (materials.comparison, lambda c: WHOLE if materials.common_forces(c) else ()),
     "residuals": (materials.residuals, lambda c: WHOLE if materials.count(c) > 1 else ()),
-    "responses": (materials.responses, lambda c: WHOLE if any(not r.trial.is_long for r in c.responses) else ()),
-    "long_responses": (materials.long_responses, lambda c: WHOLE if any(r.is_whole for r in c.responses) else ()),
     "drift_r": (materials.drift, materials.drift_levels),
 }
 """Begin of a figure's name -> what draws it, and what a campaign has one of it for; in the report's order.

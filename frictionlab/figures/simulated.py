@@ -1,6 +1,6 @@
-"""What was simulated: a steady motion, cycles from rest, the response to a recorded base."""
+"""What was simulated: a steady motion, cycles from rest, the response to a recorded base; what a law predicts."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,16 +8,22 @@ from matplotlib.figure import Figure
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
-from frictionlab.figures.style import MOST_POINTS, PREDICTED, TURN, drawing, over_time, shades, thinned
+from frictionlab.figures.style import MOST_POINTS, PREDICTED, TURN, drawing, over_time, panels, shades, thinned
+from frictionlab.schema import AMPLITUDE, ENERGY
 from frictionlab.simulator import simulate as run_from_rest
+from frictionlab.tables.texts import kinds_of
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
+    from frictionlab.inference.predictive import Prediction
     from frictionlab.simulator import Base, Motion, SteadyState
 
 SAMPLES = 2000  # per cycle: smooth in print
 MOST_CYCLES = 200  # from rest, the last ones
 MOST_STOPS = 200  # shaded one by one
+CURVES = {f"{AMPLITUDE}_m": "amplitude [mm]", f"{ENERGY}_j": "energy per cycle [mJ]"}
+BAND: dict[str, Any] = {"color": PREDICTED, "alpha": 0.25, "linewidth": 0.0}  # of 95 of 100 tests
+FEW = 20  # points of a curve that are marked
 PHASE, OVER = "phase of the drive τ/π", "displacement over Y"
 
 
@@ -119,4 +125,33 @@ def response_figure(answer: "RecordResponse") -> Figure:
         axes["force"].set(xlabel="time [s]", ylabel="contact force over kY")
         axes["loop"].plot(way[last], force[last], color=PREDICTED, linewidth=0.6)
         axes["loop"].set(xlabel="contact's displacement over Y", ylabel="contact force over kY")
+    return figure
+
+
+def prediction_figure(prediction: "Prediction") -> Figure:
+    """One test: its displacement over time, and the loop; several: amplitude and energy over the frequency ratio."""
+    tests, first = prediction.tests, prediction.tests[0]
+    at = f"{first.normal_force_n:.4g} N, base {1e3 * first.base_amplitude_m:.4g} mm"
+    title = f"{first.material}, {first.law}: {at}; shaded: 95 of 100 such tests"
+    warned = [(str(k), text) for k, test in enumerate(tests) for text in test.warnings]
+    said = [sentence for sentence, _ in kinds_of(warned)]
+    with drawing(title=title, cautions=said) as figure:
+        if len(tests) == 1:
+            left, right = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
+            base, mass = 1e3 * first.base, 1e3 * first.displacement
+            band = (1e3 * first.displacement_low, 1e3 * first.displacement_high)
+            left.fill_between(first.time, *band, **BAND)
+            lines = {"base": base, "mass": mass}
+            over_time(left, first.time, lines, (PREDICTED,), ylabel="displacement [mm]")
+            right.plot(mass, base, color=PREDICTED)  # its area is the energy (2.18)
+            right.fill_betweenx(base, *band, **BAND)
+            right.set(xlabel="mass [mm]", ylabel="base [mm]")
+        else:
+            for ax, (name, label) in zip(panels(figure, 2), CURVES.items(), strict=True):
+                rows = np.array([(test.frequency_ratio, *test.numbers[name]) for test in tests], dtype=np.float64)
+                r, value, low, high = rows[np.argsort(rows[:, 0])].T
+                ax.plot(r, 1e3 * value, color=PREDICTED, marker="." if len(r) <= FEW else None)
+                ax.fill_between(r, 1e3 * low, 1e3 * high, **BAND)
+                ax.set(xlabel="frequency ratio r", ylabel=label)
+                ax.set_ylim(bottom=0.0)
     return figure

@@ -137,7 +137,7 @@ def test_without_long_tests_nobody_has_a_rank_in_drift(scene: Scene) -> None:
     assert any("nothing is said of drift" in note for note in found.notes)
 
 
-def test_a_campaign_without_recordings_has_all_figures_but_the_time_responses(campaign: Campaign) -> None:
+def test_a_campaign_without_recordings_has_all_its_figures(campaign: Campaign) -> None:
     drawn = {plate.name: plate.draw() for plate in plates(campaign)}
     every = ("ranking", "friction", "irregularity", "stops", "comparison", "residuals")
     assert set(drawn) == {*every, *(f"energy_{material}" for material in campaign.materials)}

@@ -209,10 +209,6 @@ def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_re
     assert "give --force" in again.output
 
 
-def test_the_figure_shows_all_candidates(tmp_path: Path, coulomb: Plan) -> None:
-    assert fl.plot(coulomb, tmp_path / "plan.png").stat().st_size > 5000
-
-
 def test_two_laws_are_told_apart_on_the_command_line(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
     path.write_text(TOML)
