@@ -38,7 +38,7 @@ def warnings(
     ``taken``: energy (k Y^2) that the frame's dashpot takes.
     """
     prescribed = m.energy.value is None  # the motion of the mass is given, and stands in the base's place
-    said = [*_of_the_drive(layout, m.frequency_ratio), *_of_lines(layout)]
+    said = [*_of_the_drive(layout, m.frequency_ratio), *_of_lines(layout, "motion" if prescribed else "base")]
     if not prescribed:
         said = [*_of_the_channels(layout, m, wall_moves=wall_moves), *said]
     said += _of_the_sampling(layout, m, prescribed=prescribed)
@@ -71,15 +71,15 @@ def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
         yield f"base_amplitude_m: the base's amplitude drifts by {100 * drive.growth:+.2g} %: check its sensor's gain"
 
 
-def _of_lines(layout: Layout) -> Iterator[str]:
+def _of_lines(layout: Layout, driver: str) -> Iterator[str]:
     """Of lines that are no harmonics of the drive, and of hum that may stand on one."""
     foreign, hz = layout.foreign, layout.drive.frequency
 
-    def share(amplitude: float, of_base: str = "amplitude") -> str:
-        return f"{100.0 * amplitude / layout.drive.amplitude:.2g} % of the base's {of_base}"
+    def share(amplitude: float, size: str = "amplitude") -> str:
+        return f"{100.0 * amplitude / layout.drive.amplitude:.2g} % of the {driver}'s {size}"
 
-    def of(line: Line, of_base: str = "amplitude") -> str:
-        return f"at {line.frequency:.5g} Hz, {share(line.amplitude, of_base)}"
+    def of(line: Line, size: str = "amplitude") -> str:
+        return f"at {line.frequency:.5g} Hz, {share(line.amplitude, size)}"
 
     faint = LEAST * layout.drive.amplitude
     for name, column in ("mass", "response_amplitude"), ("base", "base_amplitude_m"), (VELOCITY, "stops_per_cycle"):

@@ -85,7 +85,8 @@ def _log_settings() -> dict[str, tuple[type, Words]]:
         extra: Any = field.json_schema_extra
         takes, words = extra["takes"], field.description or ""
         stem = name.removesuffix(f"_{takes.lower()}") if takes in ("HZ", "S", "M") else name
-        kind = float if "float" in str(field.annotation) else str
+        said = str(field.annotation)
+        kind = float if "float" in said else list[str] if "dict" in said else str
         found[name] = (kind, Words(f"--{stem.replace('_', '-')}", takes, "", name not in FEW, words))
     return found
 
@@ -112,7 +113,11 @@ def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]
     def run(*args: Any, **kwargs: Any) -> None:
         if settings:
             said = {key: kwargs.pop(key, None) for key in settings}
-            kwargs["settings"] = {key: value for key, value in said.items() if value is not None}
+            kwargs["settings"] = {
+                key: ", ".join(value) if isinstance(value, list) else value
+                for key, value in said.items()
+                if value is not None
+            }
         for key, group in groups.items():
             kwargs[key] = group(**{f.name: kwargs.pop(f.name) for f in fields(group) if f.name in kwargs})
         command(*args, **kwargs)

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from frictionlab.scene import Scene
 
 GAP = 2  # blanks between columns
+WORK = f"force_{ENERGY}_j"
+LARGE_J = 10.0  # from here on joules are shown, not millijoules
 LEAST_TEXT = 17  # letters that a text keeps in one line before it is folded
 MOST_WARNINGS = 10  # lines
 NO_LAG = (
@@ -104,6 +106,12 @@ def _further(table: Table, columns: Collection[Shown]) -> list[Shown]:
     return [Shown(_head(name, table), partial(_with_u, key=name), 0, name) for name in names]
 
 
+def _is_large(row: Row) -> bool:
+    """Whether the force's energy is that of a damper of a building, not of a tribometer."""
+    work = row.get(WORK)
+    return isinstance(work, float) and work >= LARGE_J
+
+
 def _millimetres(row: Row) -> float | None:
     base = row.get(BASE)
     return 1e3 * base if isinstance(base, float) else None
@@ -116,7 +124,8 @@ _FIRST = (
 MEASURED = (
     *(*_FIRST, known("X [mm]", AMPLITUDE, 7, times=_millimetres), _plain("X [Y]", AMPLITUDE, _millimetres)),
     *(word("stops", STOPS, 4), word("regime", REGIME, 5)),
-    known("E force [mJ]", f"force_{ENERGY}_j", 6, times=lambda _: 1e3),
+    known("E force [mJ]", WORK, 6, times=lambda row: None if _is_large(row) else 1e3),
+    known("E force [J]", WORK, 6, times=lambda row: 1.0 if _is_large(row) else None),
     *(known("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),
 )
 COMPARED = (

@@ -540,7 +540,7 @@ def told_apart(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posteri
         law = f"{chosen.law.name} ({found.values()['beta']:.4g})"
         said = (
             f"friction_ratio: this recording does not tell {law} from {', '.join(dict.fromkeys(named))}: its error"
-            " holds the difference; tests at other frequency ratios tell them apart (frictionlab plan)"
+            " holds the difference; tests at other frequencies or forces tell them apart (frictionlab plan)"
         )
         found = replace(found, warnings=(*found.warnings, said))
     return found

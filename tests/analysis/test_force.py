@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from frictionlab.logs import read_log
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import Scene, scene_from_tables
 from tests.analysis.seen import BASE_M, NATURAL_HZ, steady, through_laser
-from tests.desk import present, published
+from tests.desk import invoke, present, published
 
 STIFFNESS, NORMAL_N = 1191.0, 2.45
 RIG = {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": STIFFNESS}
@@ -328,3 +329,18 @@ def test_a_published_tribometer_record() -> None:
     assert m.measured_friction_coefficient == pytest.approx(0.228, rel=0.05)
     assert m.cycles == 50
     assert [w for w in m.warnings if "gives 1.11 N, yet the force reaches 2.3" in w]
+
+
+def test_a_damper_of_a_building_has_joules_and_options_of_units_add_up(tmp_path: Path) -> None:
+    t = np.arange(0.0, 30.0, 0.002)
+    motion = 25.0 * np.sin(np.pi * t) + 0.05 * np.sin(2 * np.pi * 37.3 * t)
+    table = np.column_stack([t, motion, 2.0 * np.sign(np.cos(np.pi * t))])
+    np.savetxt(tmp_path / "damper.csv", table, delimiter=",", header="t [s],x,force", comments="")
+    (tmp_path / "rig.toml").write_text('[rig]\nkind = "prescribed"\n')
+    scene, log = ("--scene", tmp_path / "rig.toml"), tmp_path / "damper.csv"
+    words = ("--mass", "2", "--contact-force", "3", "--units", "mass=mm", "--units", "contact_force=kN")
+    assert invoke("ingest", log, *words, *scene).exit_code == 0
+    shown = invoke("analyze", tmp_path / "damper.h5", *scene)
+    assert "E force [J]" in shown.stdout
+    assert "200." in shown.stdout
+    assert "0.2 % of the motion's amplitude, no harmonic of the drive, is taken out" in shown.stderr
