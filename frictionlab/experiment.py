@@ -122,9 +122,14 @@ def rows_without_log(scene: Scene, places: Iterable[Path]) -> list[str]:
     """Logs that the scene's sheet names, and that are neither among these files and folders nor beside them."""
     folders = {place if place.is_dir() else place.parent for place in places}
     files = [path for folder in folders if folder.is_dir() for path in folder.iterdir()]
+    return logs_in_sheet(scene.folder, scene.experiment.sheet, files)[1] if scene.experiment.sheet else []
+
+
+def logs_in_sheet(folder: Path, sheet: str, files: Iterable[Path]) -> tuple[list[str], list[str]]:
+    """Logs that a sheet names, with or without their suffix: those among these files, and those that are not."""
     there = {name for path in files for name in (path.name, stem_of(path))}
-    rows = _sheet_rows(scene.folder, scene.experiment.sheet) if scene.experiment.sheet else []
-    return [entry for _, entry, _ in rows if entry not in there]
+    named = [entry for _, entry, _ in _sheet_rows(folder, sheet)]
+    return [entry for entry in named if entry in there], [entry for entry in named if entry not in there]
 
 
 def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict[str, Fact]:

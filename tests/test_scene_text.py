@@ -89,12 +89,14 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     (logs / "broken.csv").write_text("nothing")
     (logs / "more").mkdir()
     (logs / "more" / "steel.csv").write_text(tap(1.0))
+    (logs / "plan.csv").write_text("log,material\n09_steel_N1.25_r0.3,steel\n")  # of tests to come
     (logs / "results").mkdir()  # of a campaign: no logs, whatever their suffix
     (logs / "results" / "measurements.csv").write_text("source\n")
     done = run("init", "logs")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 2 not read"
+    assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 3 not read"
     assert "not read: more: logs of a folder in the folder" in done.stdout
+    assert "not read: plan.csv: a sheet none of whose logs is here" in done.stdout
     assert "natural frequency 3.13" in done.stdout
     assert done.stdout.splitlines()[-1] == "next: frictionlab batch logs --campaign"
     scene = read_scene(logs / "frictionlab.toml")

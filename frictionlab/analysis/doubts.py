@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 FEW_CYCLES = 5
 QUIET = 0.01  # rounding that noise does not average away, over the step: a sensor that shows the same in every cycle
+FOLDED = 0.003  # of the drive's frequency: how near a line lies to a harmonic that the sampling folds down
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
 REACHED = 1.3  # times the friction force that energy gives; a dashpot's is 1.2
 MANY = 6  # times named in one sentence
@@ -97,9 +98,17 @@ def _of_lines(layout: Layout, driver: str) -> Iterator[str]:
         yield f"response_amplitude: hum, up to {share(foreign.masked)}, may hide in a harmonic: drive a little faster"
     low = next((line for line in (*foreign.lines["mass"], *foreign.lines["base"]) if not line.removed), None)
     if low is not None:
-        beat = abs(low.frequency - max(round(low.frequency / hz), 1) * hz)
+        beat, rate = abs(low.frequency - max(round(low.frequency / hz), 1) * hz), layout.samples * hz
+        seen = {k: abs(k * hz - rate * round(k * hz / rate)) for k in range(2, 2 * HARMONICS) if 2.0 * k * hz > rate}
+        folded = [k for k, at in seen.items() if abs(at - low.frequency) < FOLDED * hz]
         often = f"comes and goes every {1.0 / beat:.3g} s (take many, --cycles all)"
-        yield f"response_amplitude: beats: a second motion {of(low)}, {often}"
+        if folded:
+            yield (
+                f"sampling_rate_hz: the line {of(low)}, is harmonic {folded[0]} of the drive, folded down by {rate:.4g}"
+                " samples a second: record faster, or filter before sampling"
+            )
+        else:
+            yield f"response_amplitude: beats: a second motion {of(low)}, {often}"
 
 
 def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> Iterator[str]:
@@ -313,8 +322,9 @@ def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = Fals
     Near a true extreme, a stop included, the depth grows with the square of the time, so that from 4 to 16 % of the
     stroke takes twice as long as from 1 to 4 %; a signal cut off arrives with its full speed: up to four times. Both
     flanks must have the corner. Little cut off shows only close to the extreme: the same is asked at a quarter and a
-    sixteenth of these depths, where the points are enough. ``noise``: rms left in one point; ``stops_on_its_way``: the
-    mass slows between its extremes, so that its flanks are steep everywhere.
+    sixteenth of these depths, where the points are enough. What is cut off is flat, so that it stays above the first
+    level longer than it takes to the second: a triangle does not. ``noise``: rms left in one point;
+    ``stops_on_its_way``: the mass slows between its extremes, so that its flanks are steep everywhere.
     """
     stroke = float(np.ptp(cycle))
     if not stroke > 0.0:
@@ -326,13 +336,16 @@ def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = Fals
     ]
     for side in (cycle / stroke, -cycle / stroke):
         depths = [side.max() - np.roll(flank, -int(np.argmax(flank))) for flank in (side, side[::-1])]
-        if any(all(_sharpness(depth, scale) > sharpest for depth in depths) for scale, sharpest in asked):
-            return True
+        for scale, sharpest in asked:
+            first, second, third = np.transpose([_passed(depth, scale) for depth in depths])
+            sharp = (third - second > sharpest * (second - first)).all()
+            if sharp and float((2.0 * first - second).sum()) > 2.0:  # points: a sharp peak may lie between two of them
+                return True
     return False
 
 
-def _sharpness(depth: FloatArray, scale: float) -> float:
-    """Time from the second to the third level over that from the first to the second; 0 for what rings back."""
+def _passed(depth: FloatArray, scale: float) -> tuple[float, float, float]:
+    """When (points) a depth passes the three levels, the last time on its first way down; 0 for what rings back."""
     passed = []
     for level in (scale * level for level in LEVELS):  # last, on the first way down to the next
         below = int(np.argmax(depth > 1.5 * level))
@@ -341,5 +354,5 @@ def _sharpness(depth: FloatArray, scale: float) -> float:
     first, second, third = passed
     flank = depth[int(first) : int(third) + 1]
     if np.any(np.maximum.accumulate(flank) - flank > 0.5 * scale * LEVELS[0]):  # it rings beside its extreme
-        return 0.0
-    return (third - second) / max(second - first, 1e-300)
+        return 0.0, 0.0, 0.0
+    return first, second, third

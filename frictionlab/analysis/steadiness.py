@@ -231,7 +231,11 @@ class Trend:
 
 
 def linear_trend(time: FloatArray, value: FloatArray) -> Trend | None:
-    """Least-squares line with its confidence; autocorrelated residuals widen it (None for fewer than six points)."""
+    """Least-squares line with its confidence; autocorrelated residuals widen it (None for fewer than six points).
+
+    Its degrees of freedom are those of as many independent points, or one in two of the times that the residual changes
+    its sign: one slow wander seen through many times is better known than its length says.
+    """
     from scipy.special import stdtrit  # noqa: PLC0415 - a tenth of a second that only long tests need
 
     n = len(time)
@@ -240,7 +244,8 @@ def linear_trend(time: FloatArray, value: FloatArray) -> Trend | None:
     slope, left, spread = line(time, value)
     inflation = max(float(variance_inflation(left[:, None])[0]), 1.0)
     error = math.sqrt(float(np.dot(left, left)) / (n - 2) / spread * inflation)
-    reach = float(stdtrit(max(n / inflation - 2.0, 1.0), 0.975)) * error
+    freedom = max(n / inflation - 2.0, 0.5 * np.count_nonzero(np.diff(left > 0.0)) - 1.0, 1.0)
+    reach = float(stdtrit(freedom, 0.975)) * error
     return Trend(time, value, slope, error, slope - reach, slope + reach, float(value.mean()))
 
 

@@ -268,14 +268,15 @@ def _numeric(layout: "LogLayout", options: LogOptions) -> list[LogColumn]:
 
 
 def _time_by_values(columns: Sequence[LogColumn], log: "OpenLog") -> LogColumn | None:
-    """The one column without a name and a unit whose numbers rise in even steps."""
+    """The one column of clock times, whatever its name; else without name and unit, whose numbers rise evenly."""
 
     def rises(index: int) -> bool:
         steps = np.diff(log.beginning(index))
         return len(steps) >= 8 and steps.min() > 0.0 and bool(np.ptp(steps) <= 0.2 * np.median(steps))
 
-    rising = [c for c in columns if not c.title and not c.unit and rises(c.index)]
-    return rising[0] if len(rising) == 1 else None
+    moments = [c for c in columns if log.layout.dialect.kinds[c.index] == "m"]
+    found = moments or [c for c in columns if not c.title and not c.unit and rises(c.index)]
+    return found[0] if len(found) == 1 else None
 
 
 def _left(columns: Sequence[LogColumn], found: dict[str, LogColumn]) -> list[LogColumn]:

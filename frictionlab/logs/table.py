@@ -194,10 +194,10 @@ def _finite(values: FloatArray) -> FloatArray:
 
 _OVER_FREQUENCY = {
     "r": re.compile(r"r|frequency[ _]ratio", re.IGNORECASE),
-    "frequency": re.compile(r"(drive[ _])?(frequency|freq)|f", re.IGNORECASE),
+    "frequency": re.compile(r"(drive[ _])?(frequency|freq)|f|(erreger)?frequenz", re.IGNORECASE),
     "amplitude": re.compile(r"(response[ _])?(amplitude|amp)", re.IGNORECASE),
     "phase": re.compile(r"phase([ _](angle|lag))?|phi", re.IGNORECASE),
-    "base amplitude": re.compile(r"base[ _](amplitude|amp)(_m)?", re.IGNORECASE),
+    "base amplitude": re.compile(r"base[ _](amplitude|amp)(_m)?|basisamplitude", re.IGNORECASE),
 }
 _HERTZ = {"hz": 1.0, "khz": 1e3}
 _UNITS: dict[str, tuple[Collection[str], str]] = {

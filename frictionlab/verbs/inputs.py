@@ -4,6 +4,7 @@ Several inputs are done one by one: one that fails becomes a row with its reason
 """
 
 import contextlib
+import csv
 import difflib
 import os
 import traceback
@@ -84,9 +85,20 @@ def files_of(places: Iterable[Path], of_folder: Callable[[Path], list[Path]] | N
     return list(found)
 
 
+def is_sheet(path: Path) -> bool:
+    """Whether a file is a sheet of facts: a small CSV whose head has a `log` column."""
+    if path.suffix.lower() not in (".csv", ".txt", ".tsv") or path.stat().st_size > 1 << 20:
+        return False
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        head = file.readline()
+    separator = max(",;\t", key=head.count)
+    return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=separator), [])]
+
+
 def logs_in(folder: Path) -> list[Path]:
-    """All logs of a folder, by their suffix; folders in it and hidden files are passed over. None: `UsageError`."""
-    logs = [p for p in sorted(folder.iterdir()) if is_log_name(p) and p.name[0] != "." and p.is_file()]
+    """All logs of a folder, by their suffix; folders, sheets and hidden files are passed over. None: `UsageError`."""
+    files = (p for p in sorted(folder.iterdir()) if is_log_name(p) and p.name[0] != "." and p.is_file())
+    logs = [p for p in files if not is_sheet(p)]
     if not logs:
         raise UsageError(f"no logs in {folder}: {EXPECTED_LOGS}")
     return logs

@@ -1,7 +1,6 @@
 """Where work begins: a look at a folder of logs, and the scene that they need."""
 
 import contextlib
-import csv
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -12,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.experiment import matched
+from frictionlab.experiment import logs_in_sheet, matched
 from frictionlab.files import make_folder, stem_of, write_whole
 from frictionlab.scene import SCENE_NAME
 from frictionlab.scene.text import template, value_text
-from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in
+from frictionlab.verbs.inputs import FilePath, is_log_name, is_sheet, not_read_in
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
@@ -69,13 +68,14 @@ def look(folder: FilePath) -> Found:
 
     place = Path(folder)
     files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
-    sheet = next((p.name for p in files if _is_sheet(p)), None)
-    logs = [p for p in files if p.name != sheet and not p.name.startswith(".")]
+    sheets = [p for p in files if is_sheet(p)]
+    sheet = next((p.name for p in sheets if logs_in_sheet(place, p.name, files)[0]), None)
+    logs = [p for p in files if p not in sheets and not p.name.startswith(".")]
     tests: list[Path] = []
     taps: list[Path] = []
     decays: list[FreeVibration] = []
     of_log: list[str] = []
-    unread = not_read_in([place])
+    unread = not_read_in([place]) | {p: "a sheet none of whose logs is here" for p in sheets if p.name != sheet}
     settled: dict[Path, float] = {}
     has_base: set[bool] = set()
     for number, log in enumerate(logs):
@@ -116,16 +116,6 @@ def look(folder: FilePath) -> Found:
         frame=averages(decays),
         doubts=tuple(f"{of_log[number]}: {sentence}" for number, sentence in taps_apart(decays)),
     )
-
-
-def _is_sheet(path: Path) -> bool:
-    """Whether a file is a sheet of facts: a small CSV whose head has a `log` column."""
-    if path.suffix.lower() not in (".csv", ".txt", ".tsv") or path.stat().st_size > 1 << 20:
-        return False
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        head = file.readline()
-    separator = max(",;\t", key=head.count)
-    return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=separator), [])]
 
 
 def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:

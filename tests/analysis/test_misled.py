@@ -183,6 +183,15 @@ def test_a_beat_names_the_second_motion_and_its_error_holds_it() -> None:
     assert re.search(r"beats: a second motion at 2.2782 Hz, .* comes and goes every 11.5 s .*--cycles all", said)
 
 
+def test_a_harmonic_that_the_sampling_folds_down_is_no_beat() -> None:
+    """At 14.1 samples a cycle the ninth harmonic of stick-slip lies at 5.1 times the drive."""
+    natural = 3.13
+    m = measure(seen(motion(0.45, 0.4), seconds=60.0, rate=14.1 * 0.45 * natural), ALL)
+    said = " ".join(m.warnings)
+    assert "is harmonic 9 of the drive, folded down by 19.86 samples a second" in said
+    assert "beats" not in said
+
+
 @pytest.mark.parametrize(
     ("size", "r", "hz", "origin"),
     [
@@ -380,6 +389,7 @@ def test_a_sine_of_few_points_is_not_taken_for_clipped(points: int) -> None:
         sine = np.sin(2 * np.pi * (np.arange(points) + shift) / points)
         assert not is_clipped(sine, noise=0.0)
         assert points < 63 or is_clipped(np.minimum(sine, 0.8), noise=0.0)  # fewer points do not always show it
+        assert not is_clipped(np.arcsin(sine), noise=0.0), "a triangle"
 
 
 @pytest.mark.parametrize("stiffness_ratio", [10.0, 40.0, 200.0])

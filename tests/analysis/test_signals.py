@@ -291,6 +291,9 @@ def test_autocorrelated_residuals_widen_the_confidence() -> None:
     shuffled = present(steadiness.linear_trend(time, generator.permutation(value)))
     assert wide.slope_se > 1.7 * shuffled.slope_se
     assert steadiness.linear_trend(time[:5], value[:5]) is None
+    wander = 1.0 + 1e-4 * time[:58] + 4e-3 * np.sin(time[:58] / 40.0) * np.exp(-(((time[:58] - 300.0) / 200.0) ** 2))
+    slow = present(steadiness.linear_trend(time[:58], wander))
+    assert 0.0 < slow.low < 1e-4 < slow.high, "one slow wander of a fifteenth of the drift"
 
 
 WAVE = np.sin(2 * math.pi * np.arange(200) / 200)

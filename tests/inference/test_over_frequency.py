@@ -85,6 +85,9 @@ def test_millimetres_and_hertz_give_newtons(tmp_path: Path) -> None:
     found = fl.compare(log, scene(base_amplitude_m=1.8e-3, normal_force_n=3.6))
     assert (found.friction_force_n, found.friction_coefficient) == pytest.approx((1.44, 0.4), rel=1e-3)
     assert 0.0 < (found.friction_force_n_u or 0.0) < 0.05
+    german = "Frequenz [Hz];Amplitude [mm];Phase [Grad];Basisamplitude [mm]"
+    table = written(tmp_path / "de.csv", german, made[:, [0, 1, 3, 4]] * (1, 1, 1, 0) + (0, 0, 0, 1.8), ";")
+    assert fl.compare(table, scene()).friction_force_n == pytest.approx(1.44, rel=1e-3)
     with pytest.raises(AnalysisError, match=r"amplitude \[mm\]: expected the base's amplitude .* base_amplitude_m"):
         fl.compare(log, scene(normal_force_n=3.6))
 

@@ -90,7 +90,7 @@ def test_clock_times_are_read(form: str, start: str, tmp_path: Path) -> None:
         for t, _, _ in DATA.rows
     ]
     data = Truth(tuple((s, x, y) for s, (_, x, y) in zip(stamps, DATA.rows, strict=True)))
-    recording = read_log(write(tmp_path / "log.csv", table(data, "Zeit;Masse [mm];Basis [mm]", ";")))
+    recording = read_log(write(tmp_path / "log.csv", table(data, "Datum;Masse [mm];Basis [mm]", ";")))
     np.testing.assert_allclose(recording.time, DATA.time, atol=1e-6)
     assert recording.source.dialect["start_time"] == f"{start}.000+00:00"
 
