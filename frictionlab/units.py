@@ -50,8 +50,8 @@ _SPELLINGS = {
     "millimetres": "mm", "inch": "in", "inches": "in", "mils": "mil", "thou": "mil",
     "newton": "N", "newtons": "N", "lb": "lbf", "lbs": "lbf", "kips": "kip", "kp": "kgf", "volt": "V", "volts": "V",
     "n.m": "Nm", "n·m": "Nm", "n*m": "Nm", "n-m": "Nm", "n m": "Nm", "n.mm": "Nmm", "ft lbf": "lbf ft",
-    "lbf.ft": "lbf ft", "ft-lb": "lbf ft", "°": "deg", "degree": "deg", "degrees": "deg", "grad": "deg", "radian": "rad",
-    "radians": "rad", "°/s": "deg/s", "1/min": "rpm", "u/min": "rpm",
+    "lbf.ft": "lbf ft", "ft-lb": "lbf ft", "°": "deg", "degree": "deg", "degrees": "deg", "radian": "rad",
+    "grad": "deg", "radians": "rad", "°/s": "deg/s", "1/min": "rpm", "u/min": "rpm",
     "min^-1": "rpm", "°c": "degC", "degc": "degC", "c": "degC",
 }  # fmt: skip
 _OTHER = {

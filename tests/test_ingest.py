@@ -110,6 +110,14 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
     (row,) = rows(result)
     assert (row["alignment"], row["lag_s"], row["trimmed_mass_samples"]) == ("absolute time", -0.1, 25)
     assert len(read_recording(tmp_path / "both.h5").source.files) == 2
+    again = run(tmp_path / "both.h5", "-o", tmp_path / "again" / "both.h5")
+    assert again.exit_code == 0, "a batch takes recordings too"
+    assert invoke("init", tmp_path / "pair").exit_code == 0
+    for log in (mass, base):
+        log.rename(tmp_path / "pair" / log.name)
+    assert (
+        invoke("init", tmp_path / "pair", "--force").stdout.splitlines()[-1].startswith("next: mend what is not read")
+    )
 
 
 @pytest.mark.parametrize(
@@ -118,7 +126,10 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
         ([], "got no logs"),
         (["--mass-log", "a.csv"], "expected both --mass-log and --base-log"),
         (["a.csv", "--mass-log", "b.csv", "--base-log", "c.csv"], "either LOG"),
-        (["a.csv", "b.csv", "-o", "one.h5"], "expected a folder for 2 logs"),
+        (
+            ["a.csv", "b.csv", "-o", "one.h5"],
+            "expected a folder for 2 logs; got the name of a file (one file per sensor: --mass",
+        ),
         (["*.csv"], "*.csv: no file fits this pattern"),
         (["a.csv", "-o", "one.csv"], "a recording is an HDF5 file: expected a name ending in .h5, or a folder"),
         (["a.h5"], "never replaces an input"),

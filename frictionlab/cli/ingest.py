@@ -120,7 +120,10 @@ def _places(inputs: Sequence[Path], output: str | None) -> Mapping[Path, Path]:
             names = names_of([log for log in inputs if folders[log] == folder])
             places |= {log: folder / f"{name}.h5" for log, name in names.items()}
     elif len(inputs) > 1:
-        raise UsageError(f"-o {output}: expected a folder for {len(inputs)} logs; got the name of a file")
+        raise UsageError(
+            f"-o {output}: expected a folder for {len(inputs)} logs; got the name of a file"
+            " (one file per sensor: --mass-log FILE --base-log FILE)"
+        )
     elif into.suffix.lower() not in (".h5", ".hdf5", ".nc"):
         raise UsageError(f"-o {output}: a recording is an HDF5 file: expected a name ending in .h5, or a folder")
     else:
@@ -207,6 +210,9 @@ def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
         screen.paragraph(odd, indent="    ")
     to_fill_in = f"; to fill in: {', '.join(open_keys)}" if open_keys else ""
     screen.paragraph(f"the scene is {path}{to_fill_in}", indent="    ")
+    if found.unread and not found.tests:
+        typer.echo("next: mend what is not read, as it says, and frictionlab init again")
+        return
     together = " --campaign" if len(found.tests) > 1 and not found.is_tribometer else ""
     place = f'"{path.parent}"' if " " in str(path.parent) else path.parent
     typer.echo(printable(f"next: frictionlab batch {place}{together}"))

@@ -45,7 +45,7 @@ def ingest(
     Parameters
     ----------
     log : str or Path
-        The log; of a pair of logs, the mass's.
+        The log; of a pair of logs, the mass's; or a recording, whose facts are the scene's then.
     scene : Scene, str, Path or None
         ``[log]`` says what the log does not say itself; ``[experiment]`` gives the facts of its test.
     base_log : str or Path, optional
@@ -86,7 +86,9 @@ def ingest(
         refuse_inputs([place], [*(Path(part) for part in (log, base_log) if part is not None), *known.files])
         check_writable(place, force=force)
     facts = facts_of(known, Path(log))
-    if base_log is None:
+    if base_log is None and is_recording_name(Path(log)) and is_recording(Path(log)):
+        read = read_recording(Path(log))
+    elif base_log is None:
         read = read_log(Path(log), known.log, progress=progress)
     else:
         read = read_two_logs(Path(log), Path(base_log), known.log, progress=progress)
