@@ -16,7 +16,7 @@ from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
-from frictionlab.inference.diagnose import against_richer, diagnose, strained_facts
+from frictionlab.inference.diagnose import Diagnosis, against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.material_law import DETUNING, FRAME, MaterialLaw
@@ -64,6 +64,7 @@ NO_ERRORS = (
 )
 ONE_WAY = "no other law was tried: the contact slides one way at one speed, which shows Coulomb friction alone"
 OF_RECORD = "it is the law that the whole record requires, of those that --law auto tried"
+NOT_STEADY = "its mean cycle is {:.3g} times its standard error off the steady state, for the motion was not steady"
 OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
 MEASURED = ("frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime")
 """What a comparison repeats of its measurement."""
@@ -107,7 +108,10 @@ def compare_record(
         best, climbed = _found(observation, scene, law, None, near=found.values())
         record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
         posterior = _over_time(_as_cycle(cycle.under(best.law()), best), record)
-        by_record = compared(measurement, scene, posterior, None, ANOTHER if climbed is None else OF_RECORD)
+        by_record = compared(
+            *(measurement, scene, posterior, None, ANOTHER if climbed is None else OF_RECORD),
+            explains_record=explains(best.fit, [0]),
+        )
         comparison = replace(by_record, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
     else:
         record = follow(observation, found.values() | observation.start, fits_start=True)
@@ -167,8 +171,9 @@ def _found(
 def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Comparison:
     """Compare a measured test with the law of its material, found elsewhere.
 
-    Fitted are only the values of the law, each held by its error and its scatter from test to test, and the natural
-    frequency by its error: the frame's damping and an undeclared lag are those that the law was found with.
+    Fitted are only the values of the law, each held by its error and its scatter from test to test, the natural
+    frequency by its error and the scene's, and a lag by what the scene declares of it: the frame's damping and an
+    undeclared lag are those that the law was found with.
 
     Raises
     ------
@@ -196,8 +201,11 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
             low = max(-STRONGEST, (p.low - mean) / sd)
             own.append(Unknown(p.name, p.words, "test", mean=mean, sd=sd, low=low, law=True))
     tuned = drive / middle.r / (drive / measurement.frequency_ratio) - 1.0
-    lag = law.rig.get("lag_s", 0.0) - scene.sensors.lag_s if observation.sources.lag_is_assumed else 0.0
-    for name, value, sd in (("natural_frequency", tuned, errors.get(DETUNING, 0.0)), ("lag_s", lag, 0.0)):
+    known = observation.sources
+    lag = (law.rig.get("lag_s", 0.0) - scene.sensors.lag_s, 0.0) if known.lag_is_assumed else (0.0, known.lag)
+    by_scene = 0.0 if "rig.natural_frequency_hz_u" in known.assumed else known.natural_frequency
+    by_both = math.hypot(errors.get(DETUNING, 0.0), by_scene)
+    for name, value, sd in (("natural_frequency", tuned, by_both), ("lag_s", *lag)):
         own.append(Unknown(name, name, mean=value, sd=max(HELD, sd)))
     names = {u.name for u in own}
     held = {name: value for name, value in middle.parameters.items() if name not in names}
@@ -307,16 +315,29 @@ def compare_force(
 
 
 def compared(
-    measurement: Measurement, scene: Scene, found: Posterior, ladder: Ladder | None, step: str = ANOTHER
+    measurement: Measurement,
+    scene: Scene,
+    found: Posterior,
+    ladder: Ladder | None,
+    step: str = ANOTHER,
+    *,
+    explains_record: bool = False,
 ) -> Comparison:
-    """Return a measured cycle over the prediction of a posterior, diagnosed and judged; ``step``: as of `doubts`."""
+    """Return a measured cycle over the prediction of a posterior, diagnosed and judged; ``step``: as of `doubts`.
+
+    ``explains_record``: the whole record is explained; what its mean cycle misses is that it was not steady.
+    """
     observation = cycle_of(found.tests[0])
     state = observation.solved(found.values(), scene.model.solver)
     predicted, energy, amplitude = observation.shown(state, found.values())
     nrmse = None if predicted is None else observation.left(predicted, found.values())
     misfit = None if nrmse is None else nrmse / observation.floor
     first = "" if nrmse is None else start_left(observation, state, nrmse)
-    diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
+    unsteady = explains_record and misfit is not None and misfit > EXPLAINED
+    if unsteady:  # such a cycle shows no other cause
+        diagnosis = Diagnosis(found, bool(found.strained), tuple(strained_facts(found, scene)))
+    else:
+        diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
     found, restless = diagnosis.posterior, never_settles(state, measurement.cycles, observation.floor)
     beta = found.fit.find("beta")
     if restless is not None and beta is not None:
@@ -330,8 +351,10 @@ def compared(
             *observation.disagreement(found),
             *([restless] if restless else []),
             *([f"no prediction: {state.outcome}"] if predicted is None else []),
+            *([f"verdict: of the whole record; {NOT_STEADY.format(misfit)}"] if unsteady else []),
         ],
         what="cycle",
+        of_record=unsteady,
         step=step,
         first=first,
         floor=observation.floor,
@@ -372,6 +395,7 @@ def _judged(
     strained: bool,
     answered: bool = False,
     unsettled: bool = False,
+    of_record: bool = False,
     facts: Iterable[str] = (),
     after: Sequence[str] = (),
     step: str = ANOTHER,
@@ -383,13 +407,14 @@ def _judged(
 
     ``what`` is compared, its misfit over ``of``; ``said``, ``after``: sentences before the doubts, and behind
     them; ``facts``: of sensors and rig, where they strain; ``step``: to take where no ladder was climbed;
-    ``first``: before any.
+    ``first``: before any; ``of_record``: the verdict is not that of the cycle, whose misfit is said elsewhere.
     """
     misfit = None if nrmse is None or floor is None else nrmse / floor
+    judged_by = 0.0 if of_record else misfit
     rows = _rows(ladder, found, nrmse, explained=misfit is None or misfit <= EXPLAINED)
-    verdict = verdict_of(misfit, strained=strained, answered=answered, unsettled=unsettled)
+    verdict = verdict_of(judged_by, strained=strained, answered=answered, unsettled=unsettled)
     moved = facts if verdict == "strained" else ()
-    doubted = doubts(found, verdict, misfit, ladder, what=what, of=of, step=step, first=first)
+    doubted = doubts(found, verdict, judged_by, ladder, what=what, of=of, step=step, first=first)
     warnings = (*said, *moved, *doubted, *after)
     words = verdict_in_words(nrmse, misfit, verdict, of="force" if what == "force" else "motion")
     if contact is not None:

@@ -73,9 +73,10 @@ def start_left(observation: OfCycles, state: SteadyState, nrmse: float) -> str:
         in_mean = memory ** (observation.left_out_s * drive) * (1.0 - memory**cycles) / (cycles * (1.0 - memory))
         if in_mean >= START * nrmse:
             needed = math.ceil(math.log(START * observation.floor) / math.log(memory) / drive)
+            cut = f"--transient {needed}, or " if needed < observation.left_out_s + cycles / drive else ""
             return (
                 f"the start of the recording may still be in it, for a disturbance of this motion lasts"
-                f" {-1.0 / math.log(memory):.2g} cycles: --transient {needed}, or record longer"
+                f" {-1.0 / math.log(memory):.2g} cycles: {cut}record longer"
             )
     at = observation.settles_later_s
     if at is None:

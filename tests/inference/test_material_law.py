@@ -29,6 +29,7 @@ from frictionlab.schema import PREDICTIONS
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS, law_of
 from tests.desk import Answer, answer, present
+from tests.inference import contacts
 
 K, F = 1955.0, 3.13
 RIG = {"natural_frequency_hz": F, "stiffness_n_per_m": K, FRAME: 0.0}
@@ -346,6 +347,21 @@ def test_a_test_that_a_given_law_does_not_explain_is_a_misfit_whatever_its_lag()
     assert present(judged.misfit) > 2.0
     assert judged.verdict == "misfit"
     assert not any("would fit" in w for w in judged.warnings)
+
+
+@pytest.mark.parametrize(("lag_s_u", "verdict"), [(2e-4, "explained"), (2e-5, "strained")])
+def test_a_lag_is_as_free_under_a_law_found_elsewhere_as_the_scene_declares(lag_s_u: float, verdict: str) -> None:
+    """A lag of 0.2 ms known to 0.2 ms strained a law: it was held to a nanosecond."""
+    test = {"material": "brass", "normal_force_n": 3.0}
+    given = contacts.scene(rig={"stiffness_n_per_m": K}, experiment=test, sensors={"lag_s_u": lag_s_u})
+    rig = {**RIG, "natural_frequency_hz": contacts.NATURAL_HZ}
+    law = replace(law_with({COEFFICIENT: 0.4 * K * contacts.BASE_M / 3.0}, u=1e-3), rig=rig)
+    seen = contacts.recorded(Problem(0.5, 0.4), np.random.default_rng(7), lag_s=2e-4)
+    judged = fl.compare(seen, given, law_file=law)
+    assert judged.verdict == verdict
+    assert judged.nuisances["lag_s"]["known_to"] == pytest.approx(lag_s_u)
+    if verdict == "explained":
+        assert judged.nuisances["lag_s"]["value"] == pytest.approx(2e-4, abs=3.0 * judged.nuisances["lag_s"]["u"])
 
 
 def test_scatter_known_from_few_tests_is_drawn_by_students_t() -> None:
