@@ -108,7 +108,7 @@ def record_of(kind: np.dtype[Any], count: int = 1) -> Any:
 def address_of(function: Callable[..., Any], signature: Any) -> int:
     """Compile a function at once and return its address, by which compiled ones call it; in plain Python its number."""
     _CALLED.append(_kept(numba.cfunc(signature, **OPTIONS), function))
-    return len(_CALLED) - 1 if numba.config.DISABLE_JIT else int(_CALLED[-1].address)
+    return len(_CALLED) if numba.config.DISABLE_JIT else int(_CALLED[-1].address)
 
 
 def caller(signature: Any) -> Any:
@@ -117,7 +117,7 @@ def caller(signature: Any) -> Any:
     An address in a record costs nothing at a call from Python, where a function's type is looked up each time.
     """
     if numba.config.DISABLE_JIT:
-        return lambda address, arguments: _CALLED[address](*arguments)
+        return lambda address, arguments: _CALLED[address - 1](*arguments)
 
     def typed(_typing: Any, address: Any, arguments: Any) -> Any:
         def lowered(context: Any, builder: Any, called: Any, values: Any) -> Any:

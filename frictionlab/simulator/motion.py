@@ -100,8 +100,8 @@ class Motion:
 
     def place(
         self, tau: ArrayLike, cycle: ArrayLike | None = None
-    ) -> tuple[tuple[int, ...], FloatArray, NDArray[np.intp], FloatArray]:
-        """Return the shape of times (rad, from cycles if given); flat: phase of the drive, number, time within.
+    ) -> tuple[tuple[int, ...], NDArray[np.intp], FloatArray]:
+        """Return the shape of times (rad, from cycles if given); flat: number of the phase, time within.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class Motion:
         since, begins = self.cycle - self.first, self.rows[:, 0]
         index = np.maximum(np.searchsorted(since * TURN + begins, turns * TURN + local, side="right") - 1, 0)
         within = local - begins[index] + (turns - since[index]) * TURN
-        return times.shape, local, index, np.maximum(within, 0.0)
+        return times.shape, index, np.maximum(within, 0.0)
 
     def _fold(self, tau: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return times as a phase of the drive in the motion's first cycle, and whole turns since; a period repeats."""
@@ -165,8 +165,8 @@ class Motion:
         >>> float(x[0]), float(v[0])
         (0.0, 0.0)
         """
-        shape, local, index, within = self.place(tau, cycle)
-        q, v, _ = self.flow.evaluate(self.rows, local, index, within)
+        shape, index, within = self.place(tau, cycle)
+        q, v, _ = self.flow.evaluate(self.rows, index, within)
         return q[:, 0].reshape(shape), v[:, 0].reshape(shape)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
@@ -178,8 +178,8 @@ class Motion:
         >>> steady_state(Problem(r=0.7, beta=0.5)).orbit.force([0.0, 3.0]).tolist()
         [0.5, -0.5]
         """
-        shape, local, index, within = self.place(tau, cycle)
-        force = self.flow.evaluate(self.rows, local, index, within)[2]
+        shape, index, within = self.place(tau, cycle)
+        force = self.flow.evaluate(self.rows, index, within)[2]
         return force[:, 0].reshape(shape) if force.shape[1] else np.zeros(shape)
 
     def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -202,6 +202,6 @@ class Motion:
         >>> [part.shape for part in state.orbit.all_at([0.0, 1.0])]
         [(2, 2), (2, 2), (2, 0)]
         """
-        _, local, index, within = self.place(np.atleast_1d(tau), None)
-        q, v, force = self.flow.evaluate(self.rows, local, index, within)
+        _, index, within = self.place(np.atleast_1d(tau), None)
+        q, v, force = self.flow.evaluate(self.rows, index, within)
         return q, v, force

@@ -65,8 +65,8 @@ def draw(seed: int) -> Structure:
 def anchors_at_begin(structure: Structure, motion: Motion, twin: Twin, start: np.ndarray) -> np.ndarray:
     """Where the springs of elastic contacts are relaxed at tau = 0."""
     contacts, n = structure.contacts, structure.masses
-    index, anchors = motion.place([0.0], None)[2], np.zeros(len(contacts))
-    offsets, sides = motion.rows[index[0], 2 + 2 * n + len(contacts) :].reshape(2, -1)
+    index, anchors = motion.place([0.0], None)[1], np.zeros(len(contacts))
+    sides, _, offsets = np.split(motion.rows[index[0], 2:], (len(contacts), 2 * n + 2 * len(contacts)))
     for i, contact in enumerate(contacts):
         spring, (place, _) = twin.springs[i], twin.place(contact, 0.0, start)
         slips = place - sides[i] * twin.limit(contact, place) / spring

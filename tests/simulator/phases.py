@@ -7,7 +7,7 @@ import numpy as np
 from frictionlab.simulator import Motion
 from frictionlab.simulator.exact.solve import sliders_of
 
-KAPPA, SIDE = 4, 6  # columns of a piece of one mass with one contact
+SIDE, VELOCITY, KAPPA = 2, 4, 5  # columns of a piece of one mass with one contact
 
 
 def sides(run: Motion) -> np.ndarray:

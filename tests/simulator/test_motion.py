@@ -15,7 +15,7 @@ from frictionlab.simulator.exact.phase import CHATTER
 from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.problem import COSINE, Wall
 from tests.desk import present
-from tests.simulator.phases import sides
+from tests.simulator.phases import VELOCITY, sides
 
 RATIOS = st.floats(0.01, 30.0)
 DAMPINGS = st.sampled_from([0.0, 1e-9, 0.01, 0.3, 0.999999, 1.0, 1.000001, 3.0, 10.0])
@@ -203,7 +203,7 @@ def test_before_the_end_of_a_slide_the_velocity_keeps_its_sign(
     assert sides(run)[0] == 1.0
     assert before.min() > -few * (v + 1.0 / r)
     if len(run.duration) > 1:
-        assert run.rows[1, 3] == 0.0
+        assert run.rows[1, VELOCITY] == 0.0
         assert abs(float(run.at(tau + t * (1 - 1e-15))[1])) <= few * (v + 1.0 / r**2)
         assert sides(run)[1] <= 0.0
 
@@ -222,7 +222,7 @@ def test_a_grazing_stop_is_met_or_passed_as_it_must_be(r: float, depth: float) -
     if speeds.min() > 0.0:
         assert t >= 2.0 * least or speeds.min() < 1e-8  # between two samples it may dip below
     else:
-        assert run.rows[1, 3] == 0.0
+        assert run.rows[1, VELOCITY] == 0.0
         assert t <= times[int(np.argmax(speeds <= 0.0))]
 
 

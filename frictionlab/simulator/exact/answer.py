@@ -14,7 +14,7 @@ from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import compiled, entry, inner
 from frictionlab.simulator.exact.account import call_account
-from frictionlab.simulator.exact.flow import TURN_OF, Carrier, call_run, is_rigid
+from frictionlab.simulator.exact.flow import TURN_OF, Carrier, call_run, is_integrated, is_rigid
 from frictionlab.simulator.exact.motion import base_at_time, contact_force, place_of
 from frictionlab.simulator.exact.orbit import (
     ALMOST,
@@ -24,7 +24,6 @@ from frictionlab.simulator.exact.orbit import (
     distance,
     drive_size,
     floor_of,
-    is_integrated,
     multiplier,
     only_orbit,
     settle_from,
@@ -121,7 +120,7 @@ def grows(system: Any) -> bool:
 @inner
 def crests(system: Any, work: Any, slot: int) -> tuple[float, float]:
     """Return the largest and the least force that holds one mass at s = 0."""
-    by_f = work.phases.held_f
+    by_f = work.phases.seen_f
     if system.harmonics == 1:
         size = abs(system.lines[0] * complex(by_f[slot, 0, 0] - by_f[slot, 0, 2], by_f[slot, 0, 1]))
         return size, -size

@@ -13,6 +13,7 @@ from numba import from_dtype
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import address_of, caller, inner, numba
 from frictionlab.simulator.exact.motion import (
+    STAGES,
     WORK,
     base_at_time,
     begin_motion,
@@ -25,14 +26,15 @@ from frictionlab.simulator.exact.motion import (
     modulus,
     place_of,
 )
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SYSTEM, TIRED, slot_of
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SYSTEM, TIRED, dot, slot_of
 
 TURN_OF, UPWARDS, DOWNWARDS = 0, 1, 2  # what ends a phase: slip of a contact, or what it holds up or down
 WINDOW = 8.0  # over the fastest rate: derivatives are bounded over so long at first
 SHORT = 1.5  # the same where their bounds grow: under a sampled base, and next to resonance
 STILL = 1e-12  # over the size of the motion: a slower contact stands
 BARELY = 1e-11  # over the masses' accelerations: a contact so little pushed stays where it is
-IDLE = 8  # events in a row at one moment, and as many for each contact and slider, that no motion has
+IDLE = 25  # events in a row at one moment, and as many for each contact and slider, that no motion has
+BRIEF = 1e-12  # rad: a phase by steps that is no longer takes no time
 NEVER = 1e-300  # bound of the third derivative of what does not change
 EVENTS = 400.0  # in a natural period and contact that no motion has
 
@@ -109,15 +111,12 @@ def accelerate(system: Any, work: Any, slot: int) -> None:
     for c in range(system.contacts):
         if work.kappa[c] == inf:
             work.force[c] = held_force(system, work, slot, c, work.q, work.v)
+    for c in range(system.contacts):
+        if work.kappa[c] == inf:
+            for a in range(n):
+                work.net[a] -= system.row[c, a] * work.force[c]
     for a in range(n):
-        acceleration = 0.0
-        for b in range(n):
-            force = work.net[b]
-            for c in range(system.contacts):
-                if work.kappa[c] == inf:
-                    force -= system.row[c, b] * work.force[c]
-            acceleration += system.mobility[a, b] * force
-        work.acceleration[1, a] = acceleration
+        work.acceleration[1, a] = dot(system.mobility[a], work.net, n)
 
 
 @inner
@@ -180,12 +179,10 @@ def _stand(system: Any, work: Any) -> int:
             if n == 1:
                 work.v[0] = system.follow[c] * work.f[1] / system.row[c, 0]
                 continue
-            miss, give = place_of(system, work.v, c, work.f[1]), 0.0
+            miss = place_of(system, work.v, c, work.f[1])
             for a in range(n):
-                work.net[a] = 0.0
-                for b in range(n):
-                    work.net[a] += system.mobility[a, b] * system.row[c, b]
-                give += system.row[c, a] * work.net[a]
+                work.net[a] = dot(system.mobility[a], system.row[c], n)
+            give = dot(system.row[c], work.net, n)
             for a in range(n):
                 work.v[a] -= work.net[a] * miss / give
     return count
@@ -197,9 +194,8 @@ def _is_consistent(system: Any, work: Any) -> bool:
         if not work.resting[c]:
             continue
         if work.side[c] != 0:
-            found, size = -system.follow[c] * work.f[2], 1.0
+            found, size = place_of(system, work.acceleration[1], c, work.f[2]), 1.0
             for a in range(system.masses):
-                found += system.row[c, a] * work.acceleration[1, a]
                 size = max(size, abs(work.acceleration[1, a]))
             if c != work.breaking and work.side[c] * found < -BARELY * size:
                 return False
@@ -254,57 +250,44 @@ def watches(work: Any, c: int, which: int) -> bool:
 
 @inner
 def sign_of(work: Any, c: int, which: int) -> float:
-    """Return the sign by which what `watched` returns enters an event function."""
+    """Return the sign by which what an event is seen by enters its function."""
     return float(work.side[c]) if which == TURN_OF else -1.0 if which == UPWARDS else 1.0
 
 
 @inner
-def watched(system: Any, work: Any, slot: int, c: int, which: int) -> tuple[float, float, float, float]:
-    """Return what an event is seen by, at the time of `modes_at`, and its first three derivatives.
+def watch(system: Any, work: Any, slot: int, c: int, which: int) -> None:
+    """Write what an event is `seen` by, at the time of `modes_at`, and its first three derivatives.
 
     The speed of a contact that slips, the force of a rigid one that holds, the displacement of an elastic one.
     """
-    phases, w, f = work.phases, work.w, work.f
-    g0, g1, g2, g3 = 0.0, 0.0, 0.0, 0.0
-    if is_rigid(system, c) and which != TURN_OF:
-        g0 = held_force(system, work, slot, c, work.now_q, work.now_v)
-        for order in range(3):
-            by_f = phases.held_f[slot, c, order]
-            g1 += by_f * f[order + 1]
-            g2 += by_f * f[order + 2]
-            g3 += by_f * f[order + 3] if order + 3 < len(f) else 0.0
+    phases, w, f, seen = work.phases, work.w, work.f, work.seen
+    first, held = 1 if which == TURN_OF else 0, work.kappa[c] == inf
+    for k in range(len(seen)):
+        seen[k] = phases.seen_f[slot, c, 0] * f[first + k]
         for j in range(phases.modes[slot]):
-            row, drow = phases.held_w[slot, c, j], phases.held_dw[slot, c, j]
-            g1 += (row * w[1, j] + drow * w[2, j]).real
-            g2 += (row * w[2, j] + drow * w[3, j]).real
-            g3 += (row * w[3, j] + drow * w[4, j]).real
-        return g0, g1, g2, g3
-    first, follows = 1 if which == TURN_OF else 0, phases.follows[slot, c]
-    g0, g1, g2, g3 = follows * f[first], follows * f[first + 1], follows * f[first + 2], follows * f[first + 3]
-    for j in range(phases.modes[slot]):
-        row = phases.place[slot, c, j]
-        g0 += (row * w[first, j]).real
-        g1 += (row * w[first + 1, j]).real
-        g2 += (row * w[first + 2, j]).real
-        g3 += (row * w[first + 3, j]).real
-    return (g0 if which == TURN_OF else place_of(system, work.now_q, c, f[0])), g1, g2, g3
+            seen[k] += (phases.seen_w[slot, c, j] * w[first + k, j]).real
+        if held and k > 0:
+            seen[k] += phases.seen_f[slot, c, 1] * f[k + 1]
+            seen[k] += phases.seen_f[slot, c, 2] * f[k + 2] if k + 2 < len(f) else 0.0
+            for j in range(phases.modes[slot]):
+                seen[k] += (phases.seen_dw[slot, c, j] * w[k + 1, j]).real
+    if held:
+        seen[0] = held_force(system, work, slot, c, work.now_q, work.now_v)
+    elif which != TURN_OF:
+        seen[0] = place_of(system, work.now_q, c, f[0])
 
 
 @inner
-def third_bound(system: Any, work: Any, slot: int, c: int, which: int) -> float:
+def third_bound(work: Any, slot: int, c: int, which: int) -> float:
     """Bound the third derivative of what an event is seen by, over the window of `bound_modes`."""
-    phases, bound, total = work.phases, work.bound, NEVER
-    if is_rigid(system, c) and which != TURN_OF:
-        for order in range(3):
-            total += abs(phases.held_f[slot, c, order]) * work.crest[order]
-        for j in range(phases.modes[slot]):
-            total += modulus(phases.held_w[slot, c, j]) * bound[0, j]
-            total += modulus(phases.held_dw[slot, c, j]) * bound[1, j]
-        return total
-    first = 1 if which == TURN_OF else 0
-    total += abs(phases.follows[slot, c]) * work.crest[first]
+    phases, bound, first = work.phases, work.bound, 1 if which == TURN_OF else 0
+    total = NEVER + abs(phases.seen_f[slot, c, 0]) * work.crest[first]
     for j in range(phases.modes[slot]):
-        total += modulus(phases.place[slot, c, j]) * bound[first, j]
+        total += modulus(phases.seen_w[slot, c, j]) * bound[first, j]
+    if work.kappa[c] == inf:
+        total += abs(phases.seen_f[slot, c, 1]) * work.crest[1] + abs(phases.seen_f[slot, c, 2]) * work.crest[2]
+        for j in range(phases.modes[slot]):
+            total += modulus(phases.seen_dw[slot, c, j]) * bound[1, j]
     return total
 
 
@@ -352,7 +335,7 @@ def first_event(system: Any, work: Any, slot: int, span: float) -> tuple[float, 
             for c in range(system.contacts):
                 for which in range(3):
                     if watches(work, c, which):
-                        work.bounds[c, which] = third_bound(system, work, slot, c, which)
+                        work.bounds[c, which] = third_bound(work, slot, c, which)
         least, contact, how = nearest_event(system, work, slot, t, end - t)
         if contact < 0:
             return span, -1, 0
@@ -370,21 +353,20 @@ def first_event(system: Any, work: Any, slot: int, span: float) -> tuple[float, 
 def nearest_event(system: Any, work: Any, slot: int, t: float, reach: float) -> tuple[float, int, int]:
     """Return the least step that is proven free of events, and the contact and the event that it is of; none: -1."""
     least, contact, how = inf, -1, 0
-    g, slope, bend, twist = 0.0, 0.0, 0.0, 0.0
     for c in range(system.contacts):
         for which in range(3):
             if not watches(work, c, which):
                 continue
             if which != DOWNWARDS or work.upper[c] == inf:
-                g, slope, bend, twist = watched(system, work, slot, c, which)
-            sign, value = sign_of(work, c, which), g
+                watch(system, work, slot, c, which)
+            sign, value, slope, bend = sign_of(work, c, which), work.seen[0], work.seen[1], work.seen[2]
             if which != TURN_OF:
                 value -= work.upper[c] if which == UPWARDS else work.lower[c]
             lead, bound = 0 if t > 0.0 else work.lead[c, which], work.bounds[c, which]
             if bound <= NEVER and slope == bend == 0.0 and which != TURN_OF:  # what it lies between is held: it waits
                 continue
             if lead == 2 and abs(bend) * work.fastest < 1e-9 * bound:  # all but the third derivative are zero
-                step = min(reach, max(0.0, 2.0 * sign * twist / (bound * work.fastest)))
+                step = min(reach, max(0.0, 2.0 * sign * work.seen[3] / (bound * work.fastest)))
             elif lead == 0 and sign * value <= 0.0:
                 step = 0.0
             else:  # it has just begun: the first `lead` of value and slope are zero
@@ -398,12 +380,50 @@ def nearest_event(system: Any, work: Any, slot: int, t: float, reach: float) -> 
 
 
 @inner
-def pulls(system: Any, work: Any) -> bool:
-    """Return whether friction has fallen along the path to a pull at the state at hand."""
+def contact_at(system: Any, c: int, side: float, z: float, v: float, w: float, age: float) -> Any:
+    """Return what a contact that has a formula does (`laws.law.Contact`), its dashpot apart."""
+    law = system.law
+    return call_formula(law.formula[c], (law.own[c], side, law.beta[c] * (1.0 + law.gradient[c] * z), z, v, w, age))
+
+
+@inner
+def state_of(system: Any, work: Any, c: int, which: int) -> float:
+    """Return a state of the contact's own at hand; 0: it has none such."""
+    if system.law.states[c] <= which:
+        return 0.0
+    return float(work.anchor[system.first[system.contacts] - 2 * system.masses + system.law.at[c] + which])
+
+
+@inner
+def freeze(system: Any, work: Any) -> bool:
+    """Make friction by a formula what it is at this moment; False where friction is negative at any contact.
+
+    Of a contact at rest that is what it begins to slip with.
+    """
+    law = system.law
     for c in range(system.contacts):
-        if system.gradient[c] != 0.0 and load_at(system, work, c) <= 0.0:
-            return True
-    return False
+        if law.formula[c] == 0:
+            if system.gradient[c] != 0.0 and load_at(system, work, c) <= 0.0:
+                return False
+            continue
+        z, v = place_of(system, work.q, c, work.f[0]), place_of(system, work.v, c, work.f[1])
+        rests, side = law.states[c] == 0 and work.side[c] == 0, 1.0 if work.side[c] >= 0 else -1.0
+        w, age = state_of(system, work, c, 0), state_of(system, work, c, 1)
+        system.limit[c] = side * contact_at(system, c, side, z, 0.0 if rests else v, w, age)[0]
+        if (law.states[c] == 0 and system.limit[c] < 0.0) or law.beta[c] * (1.0 + law.gradient[c] * z) < 0.0:
+            return False
+    return True
+
+
+@inner
+def turn_corners(system: Any, work: Any) -> None:
+    """Give contacts with states of their own the side on which they are, or to which they are accelerated."""
+    for c in range(system.contacts):
+        if system.law.states[c] > 0:
+            ending = state_of(system, work, c, 0) if system.law.states[c] > 1 else 0.0
+            ending = place_of(system, work.v, c, work.f[1]) if ending == 0.0 else ending
+            ending = place_of(system, work.acceleration[1], c, work.f[2]) if ending == 0.0 else ending
+            work.resting[c], work.side[c] = 0, 1 if ending >= 0.0 else -1
 
 
 @inner
@@ -424,14 +444,14 @@ def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
                 relax(system, work, c, i, float(side))
             work.lead[c, UPWARDS if side > 0 else DOWNWARDS] = 2
     elif is_rigid(system, c):
-        _, slope, bend, _ = watched(system, work, slot, c, how)
-        if side * slope <= 0.0 and side * bend < 0.0:  # it touches its limit and turns back
-            work.lead[c, how] = 2 if slope == 0.0 else 1
+        if side * work.seen[1] <= 0.0 and side * work.seen[2] < 0.0:  # it touches its limit and turns back
+            work.lead[c, how] = 2 if work.seen[1] == 0.0 else 1
             return False
         work.resting[c], work.breaking = side, c
     else:  # what meets its threshold gives way
         if abs(place_of(system, work.v, c, work.f[1])) <= still_speed(system, work):  # a rigid contact held it there
-            _, slope, bend, _ = watched(system, work, slot, c, TURN_OF)
+            watch(system, work, slot, c, TURN_OF)
+            slope, bend = work.seen[1], work.seen[2]
             if side * slope < 0.0 and (abs(slope) > BARELY * work.fastest or side * bend < 0.0):  # it moves back
                 work.lead[c, how] = 2
                 return False
@@ -447,9 +467,9 @@ def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
 @inner
 def start_account(system: Any, work: Any, size: int) -> None:
     """Begin to count and measure what a run does, and its derivative of a size."""
-    work.count, work.signature, work.path = 0, 0, 0.0
+    work.count, work.signature, work.path, work.steps.next = 0, 0, 0.0, system.law.first
     for i in range(system.sliders):
-        work.slipped[i] = work.slips[i] = 0
+        work.slips[i], work.slipped[i] = 0, 1 if i >= system.first[system.contacts] else 0
     for a in range(system.masses):
         work.high[a] = work.low[a] = work.q[a]
     for a in range(size):
@@ -471,12 +491,12 @@ def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float
     at, n, contacts = work.count, system.masses, system.contacts
     work.count += 1
     if at < len(pieces):
-        pieces[at, 0], pieces[at, 1] = work.tau, length
+        pieces[at, 0], pieces[at, 1], begun = work.tau, length, 2 + contacts
         for a in range(n):
-            pieces[at, 2 + a], pieces[at, 2 + n + a] = work.q[a], work.v[a]
+            pieces[at, begun + a], pieces[at, begun + n + a] = work.q[a], work.v[a]
         for c in range(contacts):
-            pieces[at, 2 + 2 * n + c], pieces[at, 2 + 2 * n + contacts + c] = work.kappa[c], work.offset[c]
-            pieces[at, 2 + 2 * n + 2 * contacts + c] = float(work.side[c])
+            pieces[at, 2 + c] = float(work.side[c])
+            pieces[at, begun + 2 * n + c], pieces[at, begun + 2 * n + contacts + c] = work.kappa[c], work.offset[c]
     modes_at(system, work, slot, length)
     if tangent:
         flow_over(system, work, slot)
@@ -535,18 +555,14 @@ def event_row(system: Any, work: Any, slot: int, c: int, how: int) -> None:
     for k in range(2 * n + system.sliders):
         form[k] = 0.0
     if is_rigid(system, c) and how != TURN_OF:  # of what it can bear more than it does
-        by_load = ratio_of(system, c, how == UPWARDS) * system.limit[c] * system.gradient[c]
+        by_place = system.limit[c] * system.gradient[c]
+        if system.law.formula[c] != 0:
+            d = contact_at(system, c, -sign, place_of(system, work.q, c, work.f[0]), 0.0, 0.0, 0.0)
+            by_place = -sign * (d[1] * system.law.beta[c] * system.law.gradient[c] + d[2])
         for a in range(n):
-            form[a] = by_load * system.row[c, a]
+            form[a] = ratio_of(system, c, how == UPWARDS) * by_place * system.row[c, a]
         for b in range(n):
-            grip = sign * work.phases.grip[slot, c, b]
-            for a in range(n):
-                form[a] -= grip * work.phases.stiffness[slot, b, a]
-                form[n + a] -= grip * system.damping[b, a]
-            for other in range(system.contacts):
-                for i in range(system.first[other], system.first[other + 1]):
-                    if not work.slips[i]:
-                        form[2 * n + i] += grip * system.row[other, b] * system.spring[i]
+            add_force_row(system, work, slot, b, sign * work.phases.grip[slot, c, b])
         return
     for a in range(n):
         form[n + a if how == TURN_OF else a] = sign * system.row[c, a]
@@ -556,6 +572,27 @@ def event_row(system: Any, work: Any, slot: int, c: int, how: int) -> None:
         if how != TURN_OF and not work.slips[i] and place == threshold:
             form[2 * n + i] = -sign * by_anchor
             break
+
+
+@inner
+def add_force_row(system: Any, work: Any, slot: int, a: int, share: float) -> None:
+    """Add to `form` a share of the derivative by the state of the force on a mass, but for that of held contacts."""
+    n, form, held = system.masses, work.form, system.first[system.contacts]
+    for k in range(work.steps.components):
+        if is_integrated(system):
+            form[k if k < 2 * n else held + k] += share * work.steps.bare[a, k, STAGES]
+        else:
+            form[k] -= share * (work.phases.stiffness[slot, a, k] if k < n else system.damping[a, k - n])
+    for c in range(system.contacts):
+        for i in range(system.first[c], system.first[c + 1]):
+            if not work.slips[i]:
+                form[2 * n + i] += share * system.row[c, a] * system.spring[i]
+
+
+@inner
+def is_integrated(system: Any) -> bool:
+    """Return whether the flow is integrated by steps."""
+    return bool(system.law.tolerance > 0.0)
 
 
 @inner
@@ -574,10 +611,7 @@ def anchor_row(system: Any, work: Any, c: int, i: int, side: float) -> None:
     """Write the derivative of the anchor of a slider that slips, which follows its contact."""
     n, share = system.masses, 1.0 - side * system.strength[i] * system.gradient[c] / system.spring[i]
     for b in range(2 * n + system.sliders):
-        total = 0.0
-        for a in range(n):
-            total += system.row[c, a] * work.jacobian[a, b]
-        work.jacobian[2 * n + i, b] = share * total
+        work.jacobian[2 * n + i, b] = share * dot(system.row[c], work.jacobian[:, b], n)
 
 
 @inner
@@ -594,63 +628,91 @@ def carry_jacobian(system: Any, work: Any) -> None:
                 if not work.slips[i]:
                     column[2 * n + c] -= system.spring[i] * jacobian[2 * n + i, b]
         for a in range(2 * n):
-            total = 0.0
-            for k in range(2 * n + contacts):
-                total += work.flow[a, k] * column[k]
-            jacobian[a, b] = total
+            jacobian[a, b] = dot(work.flow[a], column, 2 * n + contacts)
+
+
+def through_phase(system: Any, work: Any, pieces: FloatArray, slot: int, tangent: bool) -> int:
+    """Carry the state, and the derivative, to the end of the phase in a slot; return how that went.
+
+    It is the end of the run, or an event: its contact, how it happens, its rate and by what it is seen are in `work`.
+    """
+    begin_motion(system, work, slot)
+    length, work.contact, work.how = first_event(system, work, slot, work.until - work.tau)
+    if length > 0.0:
+        advance(system, work, pieces, slot, length, tangent)
+    if work.contact >= 0:
+        base_at_time(system, work)
+        watch(system, work, slot, work.contact, work.how)
+        work.fall = sign_of(work, work.contact, work.how) * work.seen[1]
+    return TIRED if work.contact >= 0 and work.left < 0.0 else DONE
+
+
+@inner
+def pass_event(system: Any, work: Any, slot: int, tangent: bool) -> int:
+    """Let contacts do what they do at the event at hand, and the derivative jump; return as `settle`."""
+    c, how, states = work.contact, work.how, system.law.states[work.contact]
+    if states > 0:  # its law has a corner there, the motion has none
+        work.side[c] = -work.side[c]
+        if states == 2:
+            work.anchor[system.first[system.contacts] - 2 * system.masses + system.law.at[c]] = 0.0
+        elif system.masses == 1 and system.follow[c] == 0.0:
+            work.v[0] = 0.0
+        return slot
+    work.signature = (work.signature * 31 + 3 * c + how + 1) % 1000000007
+    if tangent:
+        event_row(system, work, slot, c, how)
+        for other in range(system.contacts):
+            set_contact(system, work, other)
+        come_earlier(system, work, slot, work.fall)
+    side = float(work.side[c])
+    if after_event(system, work, slot, c, how):
+        slot = settle(system, work)
+    if tangent and slot >= 0:
+        jump(system, work, c, side)
+    return slot
 
 
 def run(system: Any, work: Any, pieces: FloatArray, span: float, tangent: bool, fresh: bool) -> int:
-    """Carry the state over a span (rad); return how that ended. The anchors of what slips follow their contact.
+    """Carry the state over a span (rad), phase by phase; return how that ended. Anchors of what slips follow it.
 
     The state is in `work`: `tau`, `q`, `v`, `anchor`; afterwards it is the end's. With `tangent` the derivative of
     the end by the start is in `jacobian`. One that is not `fresh` goes on where the last run ended. It is called by its
     address: that keeps its code out of its callers.
     """
-    work.until = work.tau + span
+    work.until, work.idle, work.quick = work.tau + span, 0, 0
+    work.steps.components = 2 * system.masses + system.sliders - system.first[system.contacts]
     if fresh:
         start_account(system, work, 2 * system.masses + system.sliders if tangent else 0)
     begin(system, work)
-    slot, count = settle(system, work), 1 + system.contacts + system.sliders
-    idle, left = 0, EVENTS * count * (1.0 + span / system.r)
-    while slot >= 0:
-        if pulls(system, work):
-            return PULLS
-        begin_motion(system, work, slot)
-        length, c, how = first_event(system, work, slot, work.until - work.tau)
-        if length > 0.0:
-            advance(system, work, pieces, slot, length, tangent)
-        if c < 0:
+    turn_corners(system, work)
+    slot, count = settle(system, work) if freeze(system, work) else -PULLS, 1 + system.contacts + system.sliders
+    turn_corners(system, work)
+    left, brief = EVENTS * count * (1.0 + span / system.r), BRIEF if is_integrated(system) else 0.0
+    while slot >= 0 and freeze(system, work):
+        begun = work.tau
+        code = call_advance(system.advance, (system, work, pieces, slot, tangent))
+        if code != DONE:
+            return int(code)
+        if work.contact < 0:
             work.tau = work.until
             base_at_time(system, work)
             follow_slip(system, work, tangent)
             return DONE
-        idle, left = 0 if length > 0.0 else idle + 1, left - 1.0
-        if work.left < 0.0:
-            return TIRED
-        if idle > IDLE * count or left < 0.0:
-            return PULLS if pulls(system, work) else CHATTER
-        work.signature = (work.signature * 31 + 3 * c + how + 1) % 1000000007
-        base_at_time(system, work)
-        if tangent:
-            event_row(system, work, slot, c, how)
-            come_earlier(system, work, slot, sign_of(work, c, how) * watched(system, work, slot, c, how)[1])
-        side = float(work.side[c])
-        if after_event(system, work, slot, c, how):
-            slot = settle(system, work)
-        if tangent:
-            jump(system, work, c, side)
-    return PULLS if pulls(system, work) else -slot
+        work.idle, left = work.idle + 1 if work.tau - begun <= brief else 0, left - 1.0
+        if work.idle > IDLE * count or left < 0.0:
+            return CHATTER if freeze(system, work) else PULLS
+        slot = pass_event(system, work, slot, tangent)
+    return -slot if slot < 0 and freeze(system, work) else PULLS
 
 
 types = numba.types
+RECORDS = (from_dtype(SYSTEM), from_dtype(WORK), types.Array(types.float64, 2, "C"))
 FORMULA = types.UniTuple(types.float64, 16)(types.float64[::1], *(types.float64,) * 6)
-RUN = types.int64(
-    *(from_dtype(SYSTEM), from_dtype(WORK), types.Array(types.float64, 2, "C")),
-    *(types.float64, types.boolean, types.boolean),
-)
-"""What a law's formula and what a flow's run are for compiled functions: one search serves all that have an address."""
-RUNNER, call_run, call_formula = address_of(run, RUN), caller(RUN), caller(FORMULA)
+ADVANCE = types.int64(*RECORDS, types.int64, types.boolean)
+RUN = types.int64(*RECORDS, types.float64, types.boolean, types.boolean)
+"""What a law's formula, a flow and its run are for compiled functions: one search serves all that have an address."""
+call_formula, call_advance, call_run = caller(FORMULA), caller(ADVANCE), caller(RUN)
+RUNNER, ADVANCER = address_of(run, RUN), address_of(through_phase, ADVANCE)
 
 
 class Carrier(NamedTuple):

@@ -19,6 +19,7 @@ from frictionlab.simulator.exact.phase import (
     MODES,
     PHASES,
     SLIDERS,
+    dot,
     mode_force,
 )
 
@@ -37,7 +38,6 @@ STEPS = np.dtype(
         ("components", "i8"),  # that are carried: displacements, velocities, inner states
         ("next", "f8"),  # length of the next step
         ("last", "f8"),  # and of the last one; 0: none to go on from
-        ("fall", "f8"),  # rate of an event's function at the end of the step that is tried
         ("driven", "f8", (3, COUNT)),  # f, f' and f'' at the nodes of the step that is tried
         ("values", "f8", (SIZE, COUNT)),  # the last step at its nodes
         ("trial", "f8", (SIZE, COUNT)),  # the step that is tried
@@ -67,6 +67,13 @@ WORK = np.dtype(
         ("until", "f8"),  # end of the run
         ("count", "i8"),  # pieces met
         ("signature", "i8"),  # of the events passed, in their order
+        ("contact", "i8"),  # by which the last phase ended, -1: by none
+        ("how", "i8"),  # and how
+        ("fall", "f8"),  # rate of that event's function then
+        ("idle", "i8"),  # phases in a row that took no time
+        ("quick", "i8"),  # and second looks at a corner of a law
+        ("entered", "i8"),  # the recorded piece at hand; -1: none
+        ("slot", "i8"),  # and its phase
         ("path", "f8"),  # way slipped, all contacts together
         ("left", "f8"),  # evaluations, or steps, that may still be made
         ("spent", "f8"),  # of them, by a search
@@ -107,7 +114,9 @@ WORK = np.dtype(
         ("flow", "f8", (2 * _N, 2 * _N + _C)),  # derivative of a phase's end by its begin and its constant forces
         ("form", "f8", (_J + _C,)),  # a row or column of the derivative
         ("acceleration", "f8", (2, _N)),  # before and after an event
-        ("force", "f8", (_C,)),  # of held contacts
+        ("seen", "f8", (4,)),  # what an event is seen by, and its derivatives
+        ("force", "f8", (_C,)),  # of contacts: of held ones at an event, of all at a look
+        ("slip", "f8", (_C,)),  # speed at which contacts slip, at a look
         ("net", "f8", (_N,)),  # of forces on the masses
         ("shift", "f8", (_J,)),  # by how much an event comes earlier, for each column of the derivative
         ("jacobian", "f8", (_J, _J)),  # rows q (n), v (n), anchors (s)
@@ -175,11 +184,8 @@ def base_at(system: Any, work: Any, t: float) -> None:
 
 @inner
 def place_of(system: Any, q: FloatArray, c: int, f: float) -> float:
-    """Return the displacement of a contact, the base's being f; of velocities its speed, the base's being f."""
-    place = -system.follow[c] * f
-    for a in range(system.masses):
-        place += system.row[c, a] * q[a]
-    return place
+    """Return the displacement of a contact, the base's being f; of velocities its speed, and so on."""
+    return dot(system.row[c], q, system.masses) - system.follow[c] * f
 
 
 @inner
@@ -226,13 +232,10 @@ def constant_forces(system: Any, work: Any, i: int) -> None:
             for a in range(n):
                 work.rest[a] += work.phases.carried[i, a, c] * work.place[c]
     for a in range(n):
-        force = 0.0
+        work.net[a] = -dot(work.phases.stiffness[i, a], work.rest, n)
         for c in range(contacts):
             if work.kappa[c] != np.inf:
-                force -= system.row[c, a] * work.offset[c]
-        for b in range(n):
-            force -= work.phases.stiffness[i, a, b] * work.rest[b]
-        work.net[a] = force
+                work.net[a] -= system.row[c, a] * work.offset[c]
 
 
 @inner
@@ -402,9 +405,8 @@ def held_force(system: Any, work: Any, i: int, c: int, q: FloatArray, v: FloatAr
 @inner
 def force_on(system: Any, work: Any, a: int, q: FloatArray, v: FloatArray) -> float:
     """Return the force on a mass, but for that of held contacts, in a state."""
-    force = system.push[a, 0] * work.f[0] + system.push[a, 1] * work.f[1]
-    for b in range(system.masses):
-        force -= system.damping[a, b] * v[b] + system.stiffness[a, b] * q[b]
+    force = dot(system.push[a], work.f, 2)
+    force -= dot(system.damping[a], v, system.masses) + dot(system.stiffness[a], q, system.masses)
     for c in range(system.contacts):
         if work.kappa[c] != np.inf:
             force -= system.row[c, a] * (work.kappa[c] * place_of(system, q, c, work.f[0]) + work.offset[c])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import inner
-from frictionlab.simulator.exact.flow import call_run
+from frictionlab.simulator.exact.flow import call_run, is_integrated
 from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED
 from frictionlab.simulator.row import (
     CHATTERED,
@@ -126,12 +126,6 @@ def distance(system: Any, y: FloatArray, other: FloatArray) -> float:
         apart = other[system.first[system.contacts] + k] - y[system.first[system.contacts] + k]
         total += (system.law.scale[0] / system.law.scale[k] * apart) ** 2
     return sqrt(total)
-
-
-@inner
-def is_integrated(system: Any) -> bool:
-    """Return whether the flow is integrated by steps."""
-    return bool(system.law.tolerance > 0.0)
 
 
 @inner

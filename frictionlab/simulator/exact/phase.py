@@ -32,7 +32,7 @@ _N, _C, _D, _S, _H, _P = MASSES, CONTACTS, MODES, SLIDERS, HARMONICS, SLOTS
 
 LAW = np.dtype(
     [
-        ("formula", "i8", (_C,)),  # addresses
+        ("formula", "i8", (_C,)),  # addresses; 0: friction is the same at all speeds
         ("own", "f8", (_C, 8)),  # parameters of each formula
         ("beta", "f8", (_C,)),
         ("gradient", "f8", (_C,)),
@@ -49,8 +49,10 @@ LAW = np.dtype(
 
 SYSTEM = np.dtype(
     [
-        ("run", "i8"),  # address of what carries it: `flow.run`, or that of steps
-        ("account", "i8"),  # address of `account.account`
+        ("run", "i8"),  # addresses: of `flow.run`,
+        ("advance", "i8"),  # of what carries it through a phase, in closed form or by steps,
+        ("look", "i8"),  # of what says its motion at a time within a recorded piece,
+        ("account", "i8"),  # and of `account.account`
         ("masses", "i8"),
         ("contacts", "i8"),
         ("sliders", "i8"),
@@ -104,14 +106,21 @@ PHASES = np.dtype(
         ("grip", "f8", (_P, _C, _N)),  # held contacts' forces by the forces on the masses
         ("bind", "f8", (_P, _C)),  # and by f''
         ("by_f", "f8", (_P, _N)),  # force per f
-        ("place", "c16", (_P, _C, _D)),  # row of the displacement over the modes
-        ("follows", "f8", (_P, _C)),  # and per f
-        ("held_w", "c16", (_P, _C, _D)),  # row of a held contact's force over w
-        ("held_dw", "c16", (_P, _C, _D)),  # and over w'
-        ("held_f", "f8", (_P, _C, 3)),  # and over f, f', f''
+        ("seen_w", "c16", (_P, _C, _D)),  # what ends it, a held rigid contact's force or a displacement, over w
+        ("seen_dw", "c16", (_P, _C, _D)),  # and over w'
+        ("seen_f", "f8", (_P, _C, 3)),  # and over f, f', f''
     ]
 )
 """The phases met, one in each slot."""
+
+
+@inner
+def dot(one: FloatArray, other: FloatArray, count: int) -> float:
+    """Return the sum of the products of the first entries of two arrays."""
+    total = 0.0
+    for k in range(count):
+        total += one[k] * other[k]
+    return total
 
 
 @inner
@@ -260,39 +269,46 @@ def _modes_of_one(system: Any, phases: Any, i: int) -> bool:
 
 @inner
 def _contact_rows(system: Any, phases: Any, i: int) -> None:
-    """Write each contact's displacement, and the force of each held rigid one, over the modes and the base."""
-    n, contacts, d = system.masses, system.contacts, phases.modes[i]
-    for c in range(contacts):
+    """Write over the modes and the base what each contact's events are seen by: displacement, or force if it is held.
+
+    What is no more than rounding in a displacement is none: other contacts hold it.
+    """
+    for c in range(system.contacts):
+        for order in range(3):
+            phases.seen_f[i, c, order] = 0.0
+        if phases.kappa[i, c] == inf:
+            _held_rows(system, phases, i, c)
+            continue
         total, size = -system.follow[c], system.follow[c]
-        for a in range(n):
+        for a in range(system.masses):
             total += system.row[c, a] * phases.along[i, a]
             size += abs(phases.along[i, a])
-        phases.follows[i, c] = total if abs(total) > ROUNDING * size else 0.0
-        for j in range(d):
+        phases.seen_f[i, c, 0] = total if abs(total) > ROUNDING * size else 0.0
+        for j in range(phases.modes[i]):
             wave, size = 0.0j, 0.0
-            for a in range(n):
+            for a in range(system.masses):
                 wave += system.row[c, a] * phases.outward[i, a, j]
                 size += abs(phases.outward[i, a, j])
-            phases.place[i, c, j] = wave if abs(wave) > ROUNDING * size else 0.0j
-        if phases.kappa[i, c] != inf:
-            continue
-        for order in range(3):
-            phases.held_f[i, c, order] = 0.0
-        phases.held_f[i, c, 2] = -phases.bind[i, c]
+            phases.seen_w[i, c, j] = wave if abs(wave) > ROUNDING * size else 0.0j
+            phases.seen_dw[i, c, j] = 0.0j
+
+
+@inner
+def _held_rows(system: Any, phases: Any, i: int, c: int) -> None:
+    """Write the force of a held rigid contact over the modes and the base."""
+    n, seen = system.masses, phases.seen_f[i, c]
+    seen[2] = -phases.bind[i, c]
+    for a in range(n):
+        grip = phases.grip[i, c, a]
+        seen[0] += grip * (phases.by_f[i, a] - dot(phases.stiffness[i, a], phases.along[i], n))
+        seen[1] += grip * (system.push[a, 1] - dot(system.damping[a], phases.along[i], n))
+    for j in range(phases.modes[i]):
+        by_w, by_dw = 0.0j, 0.0j
         for a in range(n):
-            at_rest, moving = phases.by_f[i, a], system.push[a, 1]
             for b in range(n):
-                at_rest -= phases.stiffness[i, a, b] * phases.along[i, b]
-                moving -= system.damping[a, b] * phases.along[i, b]
-            phases.held_f[i, c, 0] += phases.grip[i, c, a] * at_rest
-            phases.held_f[i, c, 1] += phases.grip[i, c, a] * moving
-        for j in range(d):
-            by_w, by_dw = 0.0j, 0.0j
-            for a in range(n):
-                for b in range(n):
-                    by_w -= phases.grip[i, c, a] * phases.stiffness[i, a, b] * phases.outward[i, b, j]
-                    by_dw -= phases.grip[i, c, a] * system.damping[a, b] * phases.outward[i, b, j]
-            phases.held_w[i, c, j], phases.held_dw[i, c, j] = by_w, by_dw
+                by_w -= phases.grip[i, c, a] * phases.stiffness[i, a, b] * phases.outward[i, b, j]
+                by_dw -= phases.grip[i, c, a] * system.damping[a, b] * phases.outward[i, b, j]
+        phases.seen_w[i, c, j], phases.seen_dw[i, c, j] = by_w, by_dw
 
 
 @inner

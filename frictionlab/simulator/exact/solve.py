@@ -14,8 +14,8 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import announce, record_of
 from frictionlab.simulator.exact import answer, orbit
-from frictionlab.simulator.exact.account import ACCOUNT, NUMBERS, account_all, evaluate
-from frictionlab.simulator.exact.flow import RUNNER
+from frictionlab.simulator.exact.account import ACCOUNT, LOOKER, NUMBERS, account_all, evaluate
+from frictionlab.simulator.exact.flow import ADVANCER, RUNNER
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import (
     CHATTER,
@@ -177,7 +177,7 @@ def feel_acceleration(systems: Any) -> None:
 def _set_base(systems: Any, base: Base) -> None:
     _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
     systems["harmonics"], systems["moves"] = base.harmonics, 1.0
-    systems["run"], systems["account"] = RUNNER, ACCOUNT
+    systems["run"], systems["advance"], systems["look"], systems["account"] = RUNNER, ADVANCER, LOOKER, ACCOUNT
     systems["lines"][:, : base.harmonics] = base.lines
 
 
@@ -261,36 +261,31 @@ class Flow:
     def mirrored(self, pieces: FloatArray) -> FloatArray:
         """Return pieces of half a cycle and their mirror image, which follows.
 
-        A piece (2 + 2 n + 3 c): start and length; at its start displacements and velocities; of each contact tangent
-        stiffness, constant force, and direction of slip (0: it holds).
+        A piece (2 + 2 n + 3 c): start and length; of each contact direction of slip (0: it holds); at its start
+        displacements and velocities; of each contact tangent stiffness and constant force.
         """
         n, c = self.masses, self.contacts
-        flip = np.concatenate(([1.0, 1.0], np.full(2 * n, -1.0), np.ones(c), np.full(2 * c, -1.0)))
+        flip = np.concatenate(([1.0, 1.0], np.full(c + 2 * n, -1.0), np.ones(c), np.full(c, -1.0)))
         return np.vstack((pieces, pieces * flip + np.eye(1, len(flip)) * pi))
 
     def sums(self, pieces: FloatArray) -> Any:
         """Return what pieces do in all, a record of NUMBERS."""
-        works, sums, pieces = workspace(), record_of(NUMBERS), pieces.copy()
+        works, sums, pieces = self.workspace(), record_of(NUMBERS), pieces.copy()
         while account_all(self.systems, works, pieces, sums) < len(pieces):
             make_phase(self.systems, works)
         return sums[0]
 
     def stops_of(self, motion: Motion, contact: int) -> FloatArray:
         """Return begin and end (m, 2), rad, of each stop of a contact; those in a row are one, touches none."""
-        held = motion.rows[:, 2 + 2 * self.masses + 2 * self.contacts + contact] == 0.0
+        held = motion.rows[:, 2 + contact] == 0.0
         edges = np.diff(np.concatenate(([False], held, [False])).astype(np.int8))
         ends = motion.begins + motion.duration
         spans = np.column_stack((motion.begins[edges[:-1] > 0], ends[edges[1:] < 0]))
         return spans[spans[:, 1] - spans[:, 0] > TOUCH]
 
-    def evaluate(
-        self, rows: FloatArray, _tau: FloatArray, index: NDArray[np.intp], within: FloatArray
-    ) -> tuple[FloatArray, ...]:
-        """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within pieces of an index.
-
-        `tau`: the phase of the drive then.
-        """
-        works, found = workspace(), np.empty((len(index), 2 * self.masses + self.contacts))
+    def evaluate(self, rows: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
+        """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within pieces of an index."""
+        works, found = self.workspace(), np.empty((len(index), 2 * self.masses + self.contacts))
         while evaluate(self.systems, works, rows, index, within, found) < len(index):
             make_phase(self.systems, works)
         return tuple(np.split(found, (self.masses, 2 * self.masses), axis=1))

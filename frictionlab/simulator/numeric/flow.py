@@ -14,12 +14,12 @@ from frictionlab.simulator.compiled import address_of, record_of
 from frictionlab.simulator.exact.flow import FORMULA
 from frictionlab.simulator.exact.motion import COUNT, STAGES, WORK
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STEEP
-from frictionlab.simulator.exact.solve import TOUCH, Flow, Solved, feel_acceleration
+from frictionlab.simulator.exact.solve import Flow, Solved, feel_acceleration
 from frictionlab.simulator.laws import TERMS, Friction, formula_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
-from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS
+from frictionlab.simulator.numeric.radau import NODES, WEIGHTS
 from frictionlab.simulator.problem import STATE, Meter, Problem
 from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
 from frictionlab.simulator.structure import Structure
@@ -33,8 +33,6 @@ FOLLOWED, BESIDE = 2, 0.1  # cycles that rest is followed where friction weakens
 TIGHTEN, TIGHTER = 0.03, 2  # where the two energies differ by more than the tolerance: how much finer, how many times
 CLOSED, SMALLEST = 1e-9, 1e-15  # and what is always good enough, over the energy and over k Y^2
 REFINING = 14  # periods' steps that an orbit by finer steps takes: it may cost half of what the search may
-SECANTS = 8  # to a turn of a mass: its time to 1e-9 of a step, its place to rounding
-RULE = np.append(0.0, MATRIX[STAGES - 1])  # weights of the nodes
 STEPS = 256  # of a cycle that are recorded at first
 STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the contact always creeps
 DWELL = 10.0  # a stop lasts at least so many times as long as that speed, over the drive's rate: else it is a turn
@@ -46,8 +44,6 @@ def stop_limits(contact: Friction, r: float, rate: float, own_time: float = 1.0)
     A contact that creeps is at rest where it slips slower than 1/1000 of the drive's largest rate, or than an elastic
     contact of the same stiffness would yield. A turn passes that speed too; a stop lasts ten times as long.
     """
-    if contact.law.kind != "inner" or contact.beta == 0.0:
-        return 0.5, TOUCH, 0.0
     kappa = contact.parameter("stiffness_ratio", inf)
     share = max(STOP_SHARE, 1.0 / (1.0 + kappa))
     return share * rate, DWELL * share * own_time, TURN * r / sqrt(1.0 + kappa)
@@ -104,7 +100,7 @@ class Integrated(Flow):
         self.law["first"] = FIRST * min(frame.r / fastest, 1.0) / h
         self._set_laws()
         self.components = 2 * n + int(system["sliders"]) - self.sliders
-        self.width = 2 + COUNT * (self.components + 2 * self.contacts)
+        self.width = 2 + self.contacts + COUNT * (self.components + 2 * self.contacts)
 
     def _set_laws(self) -> None:
         """Write the laws' numbers; what count as states of their own goes behind the sliders of elastic contacts."""
@@ -117,6 +113,7 @@ class Integrated(Flow):
             law["beta"][c] = contact.beta
             if term is None or term.contact is None:
                 continue
+            law["formula"][c] = address_of(term.contact, FORMULA)
             own = law["own"][c]
             own[: len(term.parameters)] = [contact.parameter(p.name) for p in term.parameters]
             law["gradient"][c], law["narrow"][c] = contact.parameter("gradient"), term.narrow(contact.parameters)
@@ -128,10 +125,9 @@ class Integrated(Flow):
         if system["sliders"] > SLIDERS:
             raise SimulationError(f"structure: sliders and states of laws; expected at most {SLIDERS}; got more")
         law["scale"][: len(scale)], law["force"], law["tolerance"] = scale, reach, self.rtol
-        system["run"] = radau.INTEGRATOR
+        system["advance"], system["look"] = radau.INTEGRATOR, radau.LOOKER
         self.formulas: list[Any] = [(term or TERMS["coulomb"]).contact for term in terms]
         for c, contact in enumerate(contacts):
-            law["formula"][c] = address_of(self.formulas[c], FORMULA)
             if law["states"][c] == 0:  # friction that grows with speed without end bounds every motion
                 fast = self.formulas[c](tuple(law["own"][c].tolist()), 1.0, contact.beta, 0.0, 1e300, 0.0, 1.0)[0]
                 system["brake"][c] = max(contact.beta, fast)
@@ -146,42 +142,32 @@ class Integrated(Flow):
 
     def state(self, motion: Motion, tau: ArrayLike) -> FloatArray:
         """Return displacements, velocities and inner states, as the flow has them, at times tau, shape (..., size)."""
-        shape, _, index, within = motion.place(tau)
-        return self._carried(motion.rows, index, within)[:, : self.components].reshape(*shape, -1)
+        shape, index, within = motion.place(tau)
+        q, rest, _, _ = self.nodes(motion.rows[index])
+        theta = np.clip(within / motion.duration[index], 0.0, 1.0)
+        return between(np.concatenate((q, rest), axis=1), theta).reshape(*shape, -1)
 
     def stops_of(self, motion: Motion, contact: int) -> FloatArray:
-        """Return begin and end (m, 2), rad, of each stop of a contact: as `stop_limits` says.
+        """As of the exact flow; of a contact that creeps as `stop_limits` says.
 
         A periodic motion's stop across its end is listed once, its end beyond it.
         """
-        slow, shortest, ringing = stop_limits(self.frame.contacts[contact], self.problem.r, self.drive_rate)
-        times, slip = motion.begins[:, None] + motion.duration[:, None] * NODES, self.nodes(motion.rows)[3][:, contact]
-        spans = slow_times(times.ravel(), slip.ravel(), slow, ringing)
+        spans, shortest = super().stops_of(motion, contact), 0.0
+        if self.law["states"][contact] > 0:
+            slow, shortest, ringing = stop_limits(self.frame.contacts[contact], self.problem.r, self.drive_rate)
+            times, slip = motion.begins[:, None] + motion.duration[:, None] * NODES, self.nodes(motion.rows)[3]
+            spans = slow_times(times.ravel(), slip[:, contact].ravel(), slow, ringing)
         if motion.periodic and len(spans) > 1 and spans[0, 0] == motion.start and spans[-1, 1] >= motion.end - 1e-12:
             spans[-1, 1] = spans[0, 1] + motion.end - motion.start
             spans = spans[1:]
         return spans[spans[:, 1] - spans[:, 0] > shortest]
-
-    def evaluate(
-        self, rows: FloatArray, tau: FloatArray, index: NDArray[np.intp], within: FloatArray
-    ) -> tuple[FloatArray, ...]:
-        """As of the exact flow, at times within steps."""
-        n, found = self.masses, self._carried(rows, index, within)
-        y, rate = (moved[:, None] for moved in self.shown(tau))
-        return found[:, :n] + y, found[:, n : 2 * n] + rate, found[:, self.components :][:, : self.contacts]
-
-    def _carried(self, rows: FloatArray, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
-        """Return what is recorded at the nodes (k, components + 2 c), at times within steps of an index."""
-        steps = rows[index]
-        theta = np.clip(within / steps[:, 1], 0.0, 1.0)
-        return between(steps[:, 2:].reshape(len(steps), -1, COUNT), theta)
 
     def nodes(self, pieces: FloatArray) -> list[FloatArray]:
         """Return what is recorded at the nodes of m steps: displacements (m, n, 8); velocities and inner states.
 
         Then come force and slip of the contacts, (m, c, 8) each.
         """
-        nodes = pieces[:, 2:].reshape(len(pieces), -1, COUNT)
+        nodes = pieces[:, 2 + self.contacts :].reshape(len(pieces), -1, COUNT)
         ends = np.cumsum((self.masses, self.components - self.masses, self.contacts))
         return np.split(nodes, ends, axis=1)
 
@@ -190,69 +176,6 @@ class Integrated(Flow):
         q, rest, force, _ = self.nodes(pieces[: marks[-1]])
         nodes = np.concatenate((q, rest[:, : self.masses], force), axis=1)
         return np.concatenate((nodes[:1, :, 0], nodes[marks[1:] - 1, :, STAGES]))
-
-    def shown(self, tau: FloatArray) -> FloatArray:
-        """Return what displacements and velocities differ by from absolute ones at times, shape (2, ...)."""
-        base = self.frame.base
-        return np.zeros((2, *tau.shape)) if self.systems[0]["moves"] else np.array((base.at(tau), base.rate_at(tau)))
-
-    def sums(self, pieces: FloatArray, drive: FloatArray | None = None) -> dict[str, Any]:
-        """Return what recorded steps do in all, by the rule of their nodes; names are those of `exact.account.NUMBERS`.
-
-        `drive` (2, m, 8): what drives and its rate at the nodes, under a sampled base; ranges are left out then.
-        """
-        system, n, contacts = self.systems[0], self.masses, self.contacts
-        q, rest, force, slip = self.nodes(pieces)
-        times, v = pieces[:, :1] + pieces[:, 1:2] * NODES, rest[:, :n]
-        weight, moves, lines = pieces[:, 1:2] * RULE, system["moves"], system["lines"][: system["harmonics"]]
-        if drive is None:
-            k = np.arange(1.0, len(lines) + 1.0)
-            waves = lines * np.exp(1j * np.multiply.outer(times, k))
-            drive = np.array((waves.real.sum(axis=-1), -waves.imag @ k))
-        f, df = drive[:, :, None]
-        row, follow, dashpot = (system[name][:contacts] for name in ("row", "follow", "dashpot"))
-        row, (push, lead), damping = row[:, :n], system["push"][:n, :, None].swapaxes(0, 1), system["damping"][:n, :n]
-        own = damping - row.T @ (dashpot[:, None] * row)  # the frame's
-        speed = np.einsum("ca,mai->mci", row, v) - follow[:, None] * df
-        bare, apart = force - dashpot[:, None] * speed, v - moves * df
-        creeps = system["law"]["states"][:contacts, None] > 0
-
-        def total(flows: FloatArray) -> FloatArray:
-            return np.asarray(np.einsum("mi,mci->c", weight, flows))
-
-        put_in = total((push * f + lead * df) * v).sum()
-        lost = total(bare * (speed + follow[:, None] * df)).sum()
-        lost += total(v * np.einsum("ab,mbi->mai", damping, v)).sum()
-        found = {
-            "input": put_in,
-            "gap": put_in - lost,
-            "frame": total(apart * np.einsum("ab,mbi->mai", own, apart)).sum(),
-            "contact": total(force * speed),
-            "dashpot": total(dashpot[:, None] * speed**2),
-            "path": total(np.abs(np.where(creeps, slip, slip * speed))),
-        }
-        if system["harmonics"] > 0:
-            found["loop"] = total((f if moves else self.shown(times)[0][:, None]) * v[:, :1]).sum()
-            found["high"], found["low"] = self._ranges(times, q, v)
-        return found
-
-    def _ranges(self, times: FloatArray, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Return the largest and the least displacement (2, n): at nodes, and between two where a mass turns."""
-        y, rate = (moved[:, None] for moved in self.shown(times))
-        place, speed = q + y, v + rate
-        k, a, i = np.nonzero(speed[..., :-1] * speed[..., 1:] < 0.0)
-        one, other, before, end = NODES[i], NODES[i + 1], speed[k, a, i], speed[k, a, i + 1]
-        begin, length = times[k, 0], times[k, -1] - times[k, 0]
-        for _ in range(SECANTS):  # Illinois' method
-            theta = other - end * (other - one) / (end - before)
-            now = between(v[k, a], theta) + self.shown(begin + theta * length)[1]
-            one, before = np.where(now * end < 0.0, (other, end), (one, 0.5 * before))
-            other, end = theta, now
-        turned = between(q[k, a], other) + self.shown(begin + other * length)[0]
-        extremes = np.array((place.max(axis=(0, 2)), place.min(axis=(0, 2))))
-        np.maximum.at(extremes[0], a, turned)
-        np.minimum.at(extremes[1], a, turned)
-        return extremes
 
     def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
         """As of the exact flow; a contact that has an age has its steady one."""

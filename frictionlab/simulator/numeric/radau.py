@@ -27,29 +27,23 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import address_of, announce, inner
+from frictionlab.simulator.exact.account import LOOK
 from frictionlab.simulator.exact.flow import (
-    RUN,
+    ADVANCE,
     TURN_OF,
     UPWARDS,
     Carrier,
-    after_event,
-    begin,
     call_formula,
-    come_earlier,
-    event_row,
-    follow_slip,
+    contact_at,
+    freeze,
     is_rigid,
-    jump,
-    load_at,
     move_cubic,
-    set_contact,
-    settle,
     sign_of,
-    start_account,
+    turn_corners,
     watches,
 )
 from frictionlab.simulator.exact.motion import COUNT, STAGES, base_at, base_at_time, place_of
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, TIRED
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, TIRED, dot
 
 PEAK = 7e-5  # largest value of the node polynomial on the step
 MOST = 12  # of Newton's steps; two to four are usual
@@ -64,7 +58,6 @@ LOOSE = 1e-12  # and what is taken for it after all looks
 LOOKS = 10  # for the end of a phase
 SHORTEST_TRY = 1e-10  # rad: a step so short crosses zero where its polynomial does
 SAFETY, SHRINK, GROW = 0.85, 0.2, 4.0  # of a step's length
-IDLE = 50  # events in a row at one moment that no motion has
 
 
 def tableau() -> tuple[FloatArray, ...]:
@@ -104,13 +97,6 @@ def along(system: Any, x: FloatArray, first: int, i: int, c: int, f: float) -> A
     for a in range(system.masses):
         total += system.row[c, a] * x[first + a, i]
     return total
-
-
-@inner
-def contact_at(flow: Carrier, c: int, side: float, z: float, v: float, w: float, age: float) -> Any:
-    """Return what a contact does (`laws.law.Contact`), its dashpot apart."""
-    law = flow.system.law
-    return call_formula(law.formula[c], (law.own[c], side, law.beta[c] * (1.0 + law.gradient[c] * z), z, v, w, age))
 
 
 @inner
@@ -239,25 +225,19 @@ def factorise(steps: Any, h: float, n: int) -> bool:
 def solve_stages(steps: Any, h: float, n: int) -> None:
     """Solve the linear equations of all stages in place of their right-hand side, q by what v makes of it."""
     right, given, found, slopes = steps.right, steps.reduced[0], steps.reduced[1], steps.slopes
-    for k in range(steps.components - n):
+    less = steps.components - n
+    for k in range(less):
         for i in range(STAGES):
-            total = 0.0
+            given[k * STAGES + i] = right[n + k, i]
             for b in range(n):
                 for j in range(STAGES):
-                    total += MATRIX[i, j] * slopes[k, b, j + 1] * right[b, j]
-            given[k * STAGES + i] = right[n + k, i] + h * total
-    for i in range(STAGES * (steps.components - n)):
-        total = 0.0
-        for j in range(STAGES * (steps.components - n)):
-            total += steps.inverse[i, j] * given[j]
-        found[i] = total
+                    given[k * STAGES + i] += h * MATRIX[i, j] * slopes[k, b, j + 1] * right[b, j]
+    for i in range(STAGES * less):
+        found[i] = dot(steps.inverse[i], given, STAGES * less)
     for i in range(STAGES):
         for b in range(n):
-            total = 0.0
-            for j in range(STAGES):
-                total += MATRIX[i, j] * found[b * STAGES + j]
-            right[b, i] += h * total
-        for k in range(steps.components - n):
+            right[b, i] += h * dot(MATRIX[i], found[b * STAGES :], STAGES)
+        for k in range(less):
             right[n + k, i] = found[k * STAGES + i]
 
 
@@ -272,10 +252,7 @@ def correct(flow: Carrier, slot: int, h: float, fresh: int) -> float:
         return FAILED
     for k in range(steps.components):
         for i in range(STAGES):
-            total = 0.0
-            for j in range(STAGES):
-                total += MATRIX[i, j] * steps.rate[k, j + 1]
-            right[k, i] = (trial[k, 0] - trial[k, i + 1]) + h * total
+            right[k, i] = (trial[k, 0] - trial[k, i + 1]) + h * dot(MATRIX[i], steps.rate[k, 1:], STAGES)
     solve_stages(steps, h, n)
     for k in range(steps.components):
         for i in range(STAGES):
@@ -343,7 +320,7 @@ def held_at(flow: Carrier, slot: int, c: int, i: int) -> float:
 
 
 @inner
-def watch(flow: Carrier, c: int, which: int) -> Any:
+def watch_nodes(flow: Carrier, c: int, which: int) -> Any:
     """Write an event's function at the nodes of the trial step, positive until then; return what is zero of it."""
     system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
     n, sign, scale = system.masses, sign_of(work, c, which), law.scale[system.masses]
@@ -491,7 +468,7 @@ def land(flow: Carrier, slot: int, c: int, which: int, h: float, theta: float) -
     The polynomial of a long step may cross zero where the motion does not (just after a release it moves like t^2):
     then the step must be shorter. The length is Newton's, kept between what is too short and what is too long.
     """
-    steps = flow.work.steps
+    work, steps = flow.work, flow.work.steps
     steps.values[:] = steps.trial
     length, short, long, left, scale = theta * h, 0.0, h, FAILED, 1.0
     for _ in range(LOOKS):
@@ -499,9 +476,9 @@ def land(flow: Carrier, slot: int, c: int, which: int, h: float, theta: float) -
         if not step(flow, slot, length):
             return -1.0
         hold(flow, slot)
-        scale = watch(flow, c, which)
+        scale = watch_nodes(flow, c, which)
         left, rise = steps.watch[STAGES], np.sum(LAST * (steps.watch - steps.watch[STAGES])) / length
-        steps.fall = rise
+        work.fall = rise
         if abs(left) <= TINY * scale and (rise < 0.0 or h < SHORTEST_TRY):
             return length
         if left < 0.0:
@@ -531,7 +508,7 @@ def seen_at(flow: Carrier, slot: int, c: int, i: int) -> tuple[float, float]:
         return work.kappa[c] * z + work.offset[c] + system.dashpot[c] * v, side
     w = steps.trial[law.at[c], i] if law.states[c] > 0 else 0.0
     age = steps.trial[law.at[c] + 1, i] if law.states[c] > 1 else 0.0
-    d = contact_at(flow, c, side, z, v, w, age)
+    d = contact_at(system, c, side, z, v, w, age)
     return d[0] + system.dashpot[c] * v, d[5]
 
 
@@ -539,17 +516,41 @@ def seen_at(flow: Carrier, slot: int, c: int, i: int) -> tuple[float, float]:
 def record(flow: Carrier, slot: int, t: float, h: float) -> None:
     """Append the step just tried to the log, as far as there is space; count it in any case."""
     work, steps, contacts = flow.work, flow.work.steps, flow.system.contacts
-    log, row, first = flow.pieces, work.count, 2 + COUNT * steps.components
+    log, row, first = flow.pieces, work.count, 2 + contacts
     work.count += 1
     if row >= len(log):
         return
     log[row, 0], log[row, 1] = t, h
     forces(flow, slot, 0, COUNT)
-    for i in range(COUNT):
-        for k in range(steps.components):
-            log[row, 2 + COUNT * k + i] = steps.trial[k, i]
-        for c in range(contacts):
+    for k in range(steps.components):
+        for i in range(COUNT):
+            log[row, first + COUNT * k + i] = steps.trial[k, i]
+    first += COUNT * steps.components
+    for c in range(contacts):
+        log[row, 2 + c] = float(work.side[c])
+        for i in range(COUNT):
             log[row, first + COUNT * c + i], log[row, first + COUNT * (contacts + c) + i] = seen_at(flow, slot, c, i)
+
+
+def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
+    """As `account.look`, of a recorded step: its polynomial."""
+    n, contacts = system.masses, system.contacts
+    at, theta = 2 + contacts, min(t / pieces[k, 1], 1.0)
+    if work.entered != k:
+        work.tau, work.entered = pieces[k, 0], k
+        base_at_time(system, work)
+    base_at(system, work, t)
+    for a in range(n):
+        work.now_q[a] = between(pieces[k, at + COUNT * a :], theta)
+        work.now_v[a] = between(pieces[k, at + COUNT * (n + a) :], theta)
+    at += COUNT * (2 * n + system.sliders - system.first[contacts])
+    for c in range(contacts):
+        work.force[c] = between(pieces[k, at + COUNT * c :], theta)
+        if system.law.states[c] > 0:
+            work.slip[c] = between(pieces[k, at + COUNT * (contacts + c) :], theta)
+        else:
+            work.slip[c] = place_of(system, work.now_v, c, work.f[1]) if pieces[k, 2 + c] != 0.0 else 0.0
+    return 0
 
 
 @inner
@@ -563,7 +564,7 @@ def first_event(flow: Carrier, corners: bool) -> tuple[float, int, int]:
         for which in range(3):
             if not watches(work, c, which) or (flow.system.law.states[c] > 0 and not corners):
                 continue
-            scale = watch(flow, c, which)
+            scale = watch_nodes(flow, c, which)
             theta = first_crossing(flow.work.steps, scale)
             if which != TURN_OF and is_rigid(flow.system, c) and theta < share and theta < 10.0 * SHORTEST:
                 theta = 0.0 if flow.work.steps.watch[0] <= LOOSE * scale else theta  # it cannot hold from the begin on
@@ -573,14 +574,14 @@ def first_event(flow: Carrier, corners: bool) -> tuple[float, int, int]:
 
 
 @inner
-def advance(flow: Carrier, slot: int, t: float, end: float, tangent: bool, corners: bool) -> tuple[float, int, int]:
-    """Take one step from t, up to `end` at most: the time reached, and by which contact the phase ends and how (-1).
+def advance(flow: Carrier, slot: int, tangent: bool) -> bool:
+    """Take one step, up to the end of the run or the phase at most; False: the steps allowed are used up.
 
-    A time beyond `end`: the steps allowed are used up.
+    By which contact the phase ends and how is written as `flow.through_phase` does.
     """
-    steps = flow.work.steps
-    while flow.work.left > 0.0:
-        h = min(steps.next, end - t)
+    work, steps, t = flow.work, flow.work.steps, flow.work.tau
+    while work.left > 0.0:
+        h = min(steps.next, work.until - t)
         if 0.0 < h < 3.0 * steps.last:
             predict(steps, 1.0, h / steps.last)
         else:
@@ -593,26 +594,30 @@ def advance(flow: Carrier, slot: int, t: float, end: float, tangent: bool, corne
         if error > 1.0:
             steps.next = h * max(SHRINK, change)
             continue
-        theta, c, which = first_event(flow, corners)
+        theta, c, which = first_event(flow, work.quick < TWITCHES)
         grown = h * min(GROW, max(SHRINK, change))
         steps.next = grown if h >= steps.next else max(grown, steps.next)
         landed = h
+        if theta <= 1.0:
+            work.contact, work.how = c, which
         if theta == 0.0:
-            watch(flow, c, which)
-            steps.fall = STAGES * (np.sum(BERNSTEIN[1] * steps.watch) - steps.watch[0]) / h
+            watch_nodes(flow, c, which)
+            work.fall = STAGES * (np.sum(BERNSTEIN[1] * steps.watch) - steps.watch[0]) / h
             steps.bare[:, :, STAGES] = steps.bare[:, :, 0]
-            return t, c, which
+            return True
         if theta <= 1.0:
             landed = land(flow, slot, c, which, h, theta)
             if landed < 0.0 or error_of(flow, slot) > 1.0:
-                steps.next, steps.last = 0.25 * h if landed < 0.0 else 0.5 * landed, 0.0
+                steps.next, steps.last, work.contact = 0.25 * h if landed < 0.0 else 0.5 * landed, 0.0, -1
                 continue
         if tangent:
             carry_tangent(flow, landed)
         accept(flow, slot, t, landed)
         steps.last = landed
-        return (end if theta > 1.0 and h == end - t else t + landed), c if theta <= 1.0 else -1, which
-    return end + 1.0, -1, 0
+        if theta > 1.0 and h == work.until - t:
+            work.tau = work.until
+        return True
+    return False
 
 
 @inner
@@ -649,29 +654,6 @@ def guess(flow: Carrier, h: float) -> None:
 
 
 @inner
-def freeze(flow: Carrier) -> bool:
-    """Make friction what it is at this moment, as the exact flow's; False where it is negative.
-
-    Of a contact at rest that is what it begins to slip with.
-    """
-    system, work, law = flow.system, flow.work, flow.system.law
-    first = system.first[system.contacts] - 2 * system.masses
-    for c in range(system.contacts):
-        if law.states[c] < 0:
-            if load_at(system, work, c) < 0.0:
-                return False
-            continue
-        z, v = place_of(system, work.q, c, work.f[0]), place_of(system, work.v, c, work.f[1])
-        rests, side = law.states[c] == 0 and work.side[c] == 0, 1.0 if work.side[c] >= 0 else -1.0
-        w = work.anchor[first + law.at[c]] if law.states[c] > 0 else 0.0
-        age = work.anchor[first + law.at[c] + 1] if law.states[c] > 1 else 0.0
-        system.limit[c] = side * contact_at(flow, c, side, z, 0.0 if rests else v, w, age)[0]
-        if (law.states[c] == 0 and system.limit[c] < 0.0) or law.beta[c] * (1.0 + law.gradient[c] * z) < 0.0:
-            return False
-    return True
-
-
-@inner
 def begin_phase(flow: Carrier, slot: int) -> None:
     """Write what net forces and the base make of accelerations, and the constant forces of springs."""
     system, work, steps, n = flow.system, flow.work, flow.work.steps, flow.system.masses
@@ -682,148 +664,37 @@ def begin_phase(flow: Carrier, slot: int) -> None:
     for c in range(system.contacts):
         if work.kappa[c] == inf:
             for a in range(n):
-                by_force = 0.0
-                for b in range(n):
-                    by_force += system.mobility[a, b] * system.row[c, b]
+                by_force = dot(system.mobility[a], system.row[c], n)
                 steps.moved[a] += by_force * work.phases.bind[slot, c]
                 for b in range(n):
                     steps.mobile[a, b] -= by_force * work.phases.grip[slot, c, b]
-        elif flow.system.law.states[c] < 0:
+        elif system.law.states[c] < 0:
             for a in range(n):
                 steps.constant[a] -= system.row[c, a] * work.offset[c]
 
 
-@inner
-def form_of_force(flow: Carrier, slot: int, c: int, which: int) -> None:
-    """Write the derivative of what a held contact can bear more over the state, as `event_row` does."""
-    system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
-    n, sliders, form, sign = system.masses, system.first[system.contacts], work.form, sign_of(work, c, which)
-    for k in range(2 * n + system.sliders):
-        form[k] = 0.0
-    d = contact_at(flow, c, -sign, place_of(system, work.q, c, work.f[0]), 0.0, 0.0, 0.0)
-    ratio = system.up[c] if which == UPWARDS else system.down[c]
-    for a in range(n):
-        form[a] = -sign * ratio * (d[1] * law.beta[c] * law.gradient[c] + d[2]) * system.row[c, a]
-    for b in range(n):
-        grip = sign * work.phases.grip[slot, c, b]
-        for k in range(steps.components):
-            form[k if k < 2 * n else sliders + k] += grip * steps.bare[b, k, STAGES]
-        for other in range(system.contacts):
-            for i in range(system.first[other], system.first[other + 1]):
-                if not work.slips[i]:
-                    form[2 * n + i] += grip * system.row[other, b] * system.spring[i]
+def through_phase(system: Any, work: Any, pieces: FloatArray, slot: int, tangent: bool) -> int:
+    """As `flow.through_phase`, step by step.
 
-
-@inner
-def turn_corners(flow: Carrier) -> None:
-    """Give contacts with states of their own the side on which they are."""
-    system, work, law = flow.system, flow.work, flow.system.law
-    first = system.first[system.contacts] - 2 * system.masses
-    for c in range(system.contacts):
-        if law.states[c] > 0:
-            ending = work.anchor[first + law.at[c]] if law.states[c] > 1 else place_of(system, work.v, c, work.f[1])
-            work.resting[c], work.side[c] = 0, -1 if ending < 0.0 else 1
-
-
-@inner
-def start(flow: Carrier) -> int:
-    """Find which contacts slip in the state at hand and to which side; return the phase's slot, or as `settle`."""
-    system, work, law = flow.system, flow.work, flow.system.law
-    first = system.first[system.contacts] - 2 * system.masses
-    begin(system, work)
-    turn_corners(flow)
-    if not freeze(flow):
-        return -PULLS
-    slot = settle(system, work)
-    for c in range(system.contacts):
-        if slot < 0 or law.states[c] <= 0:
-            continue
-        ending = place_of(system, work.v, c, work.f[1])
-        if ending == 0.0:
-            ending = -system.follow[c] * work.f[2]
-            for a in range(system.masses):
-                ending += system.row[c, a] * work.acceleration[1, a]
-        if law.states[c] > 1 and work.anchor[first + law.at[c]] != 0.0:
-            ending = work.anchor[first + law.at[c]]
-        work.side[c] = 1 if ending >= 0.0 else -1
-    return slot
-
-
-@inner
-def after(flow: Carrier, slot: int, c: int, which: int, tangent: bool) -> int:
-    """Let the contacts do what they do at an event; return the slot of the next phase, or as `settle`."""
-    system, work, states = flow.system, flow.work, flow.system.law.states[c]
-    if states > 0:  # its law has a corner there, the motion has none
-        work.side[c] = -work.side[c]
-        if states == 2:
-            work.anchor[system.first[system.contacts] - 2 * system.masses + flow.system.law.at[c]] = 0.0
-        elif system.masses == 1 and system.follow[c] == 0.0:
-            work.v[0] = 0.0
-        return slot
-    work.signature = (work.signature * 31 + 3 * c + which + 1) % 1000000007
-    if tangent:
-        if which == TURN_OF or not is_rigid(system, c):
-            event_row(system, work, slot, c, which)
-        else:
-            form_of_force(flow, slot, c, which)
-        for other in range(system.contacts):
-            set_contact(system, work, other)
-        come_earlier(system, work, slot, work.steps.fall)
-    before = float(work.side[c])
-    if which != TURN_OF and is_rigid(system, c):
-        for other in range(system.contacts):
-            rests = is_rigid(system, other) and work.side[other] == 0
-            work.resting[other] = 1 if rests else 0
-        work.resting[c], work.breaking = 1 if which == UPWARDS else -1, c
-    else:
-        after_event(system, work, slot, c, which)
-    slot = settle(system, work)
-    if tangent and slot >= 0:
-        jump(system, work, c, before)
-    return slot
-
-
-def run(system: Any, work: Any, pieces: FloatArray, span: float, tangent: bool, fresh: bool) -> int:
-    """Carry the state over a span of time as the exact flow's `run` does, step by step; return how it ended.
-
-    Recorded is of each step (2 + 8 size + 16 c): start, length; at its nodes values, and contacts' force and slip.
+    Recorded is of each step: start, length, direction of slip (c); at its nodes values, contacts' force, slip (8 each).
     """
-    flow = Carrier(system, work, pieces)
-    steps, first, t, quick, idle = work.steps, system.first[system.contacts], work.tau, 0, 0
-    steps.components = 2 * system.masses + system.sliders - first
-    end = t + span
-    if fresh:
-        steps.next = system.law.first
-        start_account(system, work, 2 * system.masses + system.sliders if tangent else 0)
-        for i in range(first, system.sliders):
-            work.slipped[i] = 1
-    slot = start(flow)
-    while slot >= 0:
-        begin_phase(flow, slot)
-        steps.last, begun, c, which = 0.0, t, -1, 0
-        while c < 0 and t < end:
-            t, c, which = advance(flow, slot, t, end, tangent, quick < TWITCHES)
-            if t > end:
-                return TIRED
-            if steps.next < SHORTEST * SHORTEST:
-                return CHATTER
-            if not freeze(flow):
-                return PULLS
-            if quick >= TWITCHES:
-                quick = 0
-                turn_corners(flow)
-        if c < 0:
-            work.tau = end
-            follow_slip(system, work, tangent)
-            return DONE
-        brief = t - begun < SHORT
-        quick = quick + 1 if brief and system.law.states[c] > 0 else 0
-        idle = idle + 1 if brief else 0
-        if idle > IDLE:
+    flow, steps, begun = Carrier(system, work, pieces), work.steps, work.tau
+    begin_phase(flow, slot)
+    steps.last, work.contact, work.seen[1], work.seen[2] = 0.0, -1, 0.0, 0.0
+    while work.contact < 0 and work.tau < work.until:
+        if not advance(flow, slot, tangent):
+            return TIRED
+        if steps.next < SHORTEST * SHORTEST:
             return CHATTER
-        work.tau = t
-        slot = after(flow, slot, c, which, tangent)
-    return -slot
+        if not freeze(system, work):
+            return PULLS
+        if work.quick >= TWITCHES:
+            work.quick = 0
+            turn_corners(system, work)
+    if work.contact >= 0:
+        second_look = work.tau - begun < SHORT and system.law.states[work.contact] > 0
+        work.quick = work.quick + 1 if second_look else 0
+    return DONE
 
 
-INTEGRATOR = address_of(run, RUN)
+INTEGRATOR, LOOKER = address_of(through_phase, ADVANCE), address_of(look, LOOK)

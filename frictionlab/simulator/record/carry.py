@@ -95,63 +95,58 @@ def _account(
     flow: Flow, frame: Structure, base: BaseRecord, found: FloatArray, passed: Iterator[Any], rms: list[float]
 ) -> dict[str, Any]:
     """Return what a motion does in all; `rms`: of the largest force that drives, and of its slope, times sqrt(2)."""
-    system, n, contacts, parts, stored = flow.systems[0], flow.masses, flow.contacts, [], np.zeros(flow.contacts)
-    seen_of: Any = _seen_of_steps if isinstance(flow, Integrated) else _seen_of_pieces
-    for part in passed:
+    system, n, contacts, works = flow.systems[0], flow.masses, flow.contacts, flow.workspace()
+    parts, stored, totals = [], np.zeros(contacts), record_of(NUMBERS)
+    for pieces, since, cubics in passed:
         stored = _stored(flow, frame, base, found[-1])  # before what is at hand is written over; the last one counts
-        parts.append(seen_of(flow, *part))
-    sums, seen = zip(*parts, strict=True)
-    put_in, gap, lost = (sum(float(part[name]) for part in sums) for name in ("input", "gap", "frame"))
-    work_done, dashpots, paths = (
-        sum(part[name][:contacts] for part in sums) for name in ("contact", "dashpot", "path")
-    )
-    nodes, events = np.concatenate(seen, axis=-1), []  # time, slip and place of contacts; of pieces length, too
-    for c, contact in enumerate(frame.contacts):
-        if not isinstance(flow, Integrated):
-            events.append(_events(*nodes[:, c]))
+        parts.append([_seen_of(flow, c, pieces, since, cubics) for c in range(contacts)])
+        sums = record_of(NUMBERS)
+        while account_along(flow.systems, works, pieces, since, cubics, sums) < len(pieces):
+            make_phase(flow.systems, works)
+        for name in ("input", "gap", "frame", "contact", "dashpot", "path"):
+            totals[name] += sums[name]
+    events, total = [], totals[0]
+    for c, seen in enumerate(zip(*parts, strict=True)):
+        nodes = np.concatenate(seen, axis=-1)
+        if not _creeps(flow, c):
+            events.append(_events(*nodes))
             continue
-        slow, shortest, ringing = stop_limits(contact, 1.0, rms[1], rms[0] / rms[1])
-        spans = slow_times(nodes[0, c], nodes[1, c], slow, ringing)
-        events.append(_events_of_slip(nodes[:, c], spans, slow, shortest))
+        slow, shortest, ringing = stop_limits(frame.contacts[c], 1.0, rms[1], rms[0] / rms[1])
+        events.append(_events_of_slip(nodes, slow_times(nodes[0], nodes[1], slow, ringing), slow, shortest))
+    gap, taken = float(total["gap"]), total["contact"][:contacts] - stored
     for sample, sign in ((found[-1], 0.5), (found[0], -0.5)):  # energy of motion and in the frame's springs
         q, v = sample[:n], sample[n : 2 * n]
         gap -= sign * float(q @ system["stiffness"][:n, :n] @ q + v @ system["inertia"][:n, :n] @ v)
-    taken = work_done - stored
     return {
         "contact_events": events,
-        "paths": paths,
-        "energy": float(taken.sum()) + lost,
+        "paths": total["path"][:contacts],
+        "energy": float(taken.sum() + total["frame"]),
         "contact_energies": taken,
-        "energy_input": put_in,
-        "friction_energy": float((taken - dashpots).sum()),
+        "energy_input": float(total["input"]),
+        "friction_energy": float((taken - total["dashpot"][:contacts]).sum()),
         "closure_error": abs(gap),
     }
 
 
-def _seen_of_pieces(flow: Flow, pieces: FloatArray, since: FloatArray, cubics: FloatArray) -> tuple[Any, FloatArray]:
-    """Return what exact pieces do in all; begin, length, side and place of contacts (4, c, m) of each."""
-    n, contacts, system, works, sums = flow.masses, flow.contacts, flow.systems[0], flow.workspace(), record_of(NUMBERS)
-    while account_along(flow.systems, works, pieces, since, cubics, sums) < len(pieces):
-        make_phase(flow.systems, works)
-    begin, length, side = pieces[:, 0], pieces[:, 1], pieces[:, 2 + 2 * n + 2 * contacts :].T
-    f = derivatives_of(cubics, begin - since)[0]
-    place = system["row"][:contacts, :n] @ pieces[:, 2 : 2 + n].T - np.outer(system["follow"][:contacts], f)
-    return sums[0], np.stack((*(np.broadcast_to(x, side.shape) for x in (begin, length)), side, place))
+def _creeps(flow: Flow, contact: int) -> bool:
+    return bool(flow.systems[0]["law"]["states"][contact] > 0)
 
 
-def _seen_of_steps(
-    flow: Integrated, pieces: FloatArray, since: FloatArray, cubics: FloatArray
-) -> tuple[Any, FloatArray]:
-    """Return what steps do in all; time, slip and place of contacts (3, c, 8 m) at nodes."""
-    n, contacts, system = flow.masses, flow.contacts, flow.systems[0]
-    q, _, _, slip = flow.nodes(pieces)
-    times = pieces[:, :1] + pieces[:, 1:2] * radau.NODES
-    drive = derivatives_of(cubics, (times - since[:, None]).T)[:2].swapaxes(1, 2)
-    place = np.einsum("ca,mai->cmi", system["row"][:contacts, :n], q)
-    place -= system["follow"][:contacts, None, None] * drive[0]
-    slips = np.moveaxis(slip, 1, 0)
-    nodes = np.stack((np.broadcast_to(times, slips.shape), slips, place)).reshape(3, contacts, -1)
-    return flow.sums(pieces, drive), nodes
+def _seen_of(flow: Flow, c: int, pieces: FloatArray, since: FloatArray, cubics: FloatArray) -> FloatArray:
+    """Return begin, length, side, place (4, m) of a contact in pieces; of one that creeps time, slip, place (3, k)."""
+    n, system = flow.masses, flow.systems[0]
+    row, follow = system["row"][c, :n], system["follow"][c]
+    if isinstance(flow, Integrated):
+        q, _, _, slip = flow.nodes(pieces)
+        times = pieces[:, :1] + pieces[:, 1:2] * radau.NODES
+        f = derivatives_of(cubics, (times - since[:, None]).T)[0].T
+        place = row @ q - follow * f
+        if _creeps(flow, c):
+            return np.stack((times, slip[:, c], place)).reshape(3, -1)
+        place = place[:, 0]
+    else:
+        place = pieces[:, 2 + flow.contacts :][:, :n] @ row - follow * derivatives_of(cubics, pieces[:, 0] - since)[0]
+    return np.stack((pieces[:, 0], pieces[:, 1], pieces[:, 2 + c], place))
 
 
 def _stored(flow: Flow, frame: Structure, base: BaseRecord, sample: FloatArray) -> FloatArray:
