@@ -59,9 +59,14 @@ def read_measurements(path: Path) -> list[Row]:
         raise UsageError(
             f"{path}: row {strange[0]}: expected a measurement with a source; got none: is it another table?"
         )
-    if any("law" in row for row in rows):
-        raise UsageError(f"{path}: {IS_COMPARISON}")
+    refuse_comparisons(rows, str(path))
     return rows
+
+
+def refuse_comparisons(rows: Iterable[Row], where: str) -> None:
+    """Refuse (`UsageError`) rows with the columns of comparisons; a user's own column may have any name."""
+    if any(schema.table_of(list(row)) is schema.COMPARISONS for row in rows):
+        raise UsageError(f"{where}: {IS_COMPARISON}")
 
 
 def _at_home(row: Row) -> Row:

@@ -26,7 +26,7 @@ TURNED = (
 PRESCRIBED = "its motion is prescribed: no frame answers it: `frictionlab batch` without --campaign compares each test"
 LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
 NEEDED = (RATIO, ENERGY, AMPLITUDE)
-ESTIMATES = ("ratio", "energy", "amplitude", "steady_energy", "steady_amplitude")
+ESTIMATES = ("ratio", "energy", "energy_joules", "amplitude", "steady_energy", "steady_amplitude")
 NUMBERS = {
     **{key: key for key in ("duration_s", "transient_s", "settled_s", "drive_frequency_hz", BASE)},
     "irregularity": "irregularity_index",
@@ -43,6 +43,7 @@ class Trial:
     """One test as its measurement has it; ``None`` is not known. Units as the contract's keys; ``row`` is all of it.
 
     ``ratio`` (the frequency ratio), ``energy`` (k Y^2 per cycle), ``amplitude`` (Y) are estimates, dimensionless;
+    ``energy_joules``: the energy in J, where the measurement knew the stiffness;
     ``steady_energy``, ``steady_amplitude``: the same over all settled cycles, where ``energy`` is of the last only.
     """
 
@@ -59,6 +60,7 @@ class Trial:
     base_amplitude_m: float = math.nan
     ratio: Estimate = NOT_KNOWN
     energy: Estimate = NOT_KNOWN
+    energy_joules: Estimate = NOT_KNOWN
     amplitude: Estimate = NOT_KNOWN
     steady_energy: Estimate = NOT_KNOWN
     steady_amplitude: Estimate = NOT_KNOWN

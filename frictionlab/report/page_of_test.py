@@ -1,6 +1,5 @@
 """A page of one test: its motion, its loop, the force of its contact, its cycles, and what is to be warned of."""
 
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.files import MARK
-from frictionlab.campaign.friction import SLOWEST_HZ, Verdict
+from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.trials import Trial, short_name
 from frictionlab.figures.materials import at_lag
 from frictionlab.files import write_whole
@@ -22,7 +21,7 @@ from frictionlab.recording import Recording
 from frictionlab.report.charts import TEMPLATES, ChartLine, chart
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
-from frictionlab.uncertainty import Estimate, sources_of
+from frictionlab.uncertainty import Estimate
 
 CYCLES = 8  # of the time response, the last ones
 
@@ -80,20 +79,17 @@ def _is_sheet(path: Path) -> bool:
 
 def sheet_page(sheet: PageOfTest, *, back: str | None = None) -> str:
     """The page's text; whatever stood in a log is escaped by the template."""
-    trial, stiffness = sheet.trial, sheet.scene.rig.stiffness
-    base = Estimate(trial.base_amplitude_m)
-    means = [
-        mean.with_u(math.hypot(mean.se or 0.0, share * (mean.value or 0.0))) if share else mean
-        for mean, share in zip(trial.means, trial.systematic, strict=False)
-    ]
-    joules = None if stiffness is None or base.value is None else stiffness * base.value**2
+    trial = sheet.trial
+    shares = (share or 0.0 for share in trial.systematic)
+    means = [mean.widened(share) if mean.u is None else mean for mean, share in zip(trial.means, shares, strict=False)]
+    energy, mean = trial.energy.value, trial.means[0].value
     return TEMPLATES.get_template("sheet.html").render(
         sheet=sheet,
         back=back,
         force=Estimate(trial.normal_force_n),
-        base=base.scaled(1e3),
+        base=Estimate(trial.base_amplitude_m).scaled(1e3),
         means=means,
-        joules=means[0].scaled(1e3 * joules).widened(sources_of(sheet.scene, SLOWEST_HZ).stiffness) if joules else None,
+        joules=trial.energy_joules.scaled(1e3 * mean / energy if energy and mean else None),
         charts=[(title, svg) for title, svg in _charts(sheet) if svg],
     )
 

@@ -158,6 +158,7 @@ ESTIMATED = {
     "ratio": RATIO,
     "base_amplitude": BASE,
     "energy": ENERGY,
+    "energy_joules": f"{ENERGY}_j",
     "amplitude": AMPLITUDE,
     "steady_energy": f"steady_{ENERGY}",
     "steady_amplitude": f"steady_{AMPLITUDE}",

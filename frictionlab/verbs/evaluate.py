@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.campaign import Campaign, Watch
 from frictionlab.campaign import evaluate as evaluate_trials
-from frictionlab.campaign.files import IS_COMPARISON, read_measurements, recording_of, recording_path
+from frictionlab.campaign.files import read_measurements, recording_of, recording_path, refuse_comparisons
 from frictionlab.campaign.trials import Trial, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.experiment import facts_of
@@ -78,8 +78,7 @@ def evaluate(
                 places |= set(recordings_beside(path))
         else:
             raise UsageError(f"evaluate: expected measurements, rows or files of them; got a {type(what).__name__}")
-    if any("law" in row for row in rows):
-        raise UsageError(f"evaluate: {IS_COMPARISON}")
+    refuse_comparisons(rows, "evaluate")
     trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in rows]
     observations = observations_of(trials, known, folders=sorted(places), workers=workers)
     return evaluate_trials(
