@@ -120,14 +120,25 @@ def refuse_inputs(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
             raise UsageError(f"{output}: is the input {read[one]}: an output never replaces an input: choose another")
 
 
-def refuse_unwritable(output: Path, *, force: bool) -> None:
-    """Refuse (`UsageError`), before long work, an output that cannot be written, or is protected and not ``force``."""
-    if not force and output.exists() and _is_protected(output):
-        raise UsageError(PROTECTED.format(output))
-    above = next(parent for parent in (*output.parents, Path.cwd()) if os.path.lexists(parent))
-    if not above.is_dir() or not os.access(above, os.W_OK):
-        what = "cannot be written to" if above.is_dir() else "is no folder"
-        raise UsageError(f"{output}: {above} {what}: choose another output")
+def refuse_outputs(
+    outputs: Iterable[Path], ours: Callable[[Path], bool], what: str, *, force: bool, inputs: Iterable[Path] = ()
+) -> None:
+    """Refuse (`UsageError`), before long work, outputs that are inputs, cannot be written, or would replace another's.
+
+    ``ours``: whether a file that stands there may be replaced without ``force``; ``what``: what it is then, in words.
+    """
+    places = list(outputs)
+    refuse_inputs(places, inputs)
+    for path in places:
+        if not force and os.path.lexists(path):
+            if not ours(path):
+                raise UsageError(f"{path}: exists and is no {what}: choose another output, or give --force")
+            if path.exists() and _is_protected(path):
+                raise UsageError(PROTECTED.format(path))
+        above = next(parent for parent in (*path.parents, Path.cwd()) if os.path.lexists(parent))
+        if not above.is_dir() or not os.access(above, os.W_OK):
+            fault = "cannot be written to" if above.is_dir() else "is no folder"
+            raise UsageError(f"{path}: {above} {fault}: choose another output")
 
 
 def _is_protected(path: Path) -> bool:

@@ -10,8 +10,8 @@ import numpy as np
 from frictionlab import schema
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.trials import Trial
-from frictionlab.errors import FrictionlabError, OutputError, RecordingError, UsageError
-from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable
+from frictionlab.errors import FrictionlabError, RecordingError, UsageError
+from frictionlab.files import make_folder, refuse_outputs
 from frictionlab.hdf5 import is_recording, read_recording, read_tree
 from frictionlab.recording import Recording
 from frictionlab.tables import SUFFIXES, Row, is_table, read_rows, rows_of
@@ -149,21 +149,13 @@ def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = 
     Raises
     ------
     OutputError
-        It cannot be made, or the files in it may not be replaced.
+        It cannot be made.
     UsageError
-        One of them is an input.
+        The files in it may not be replaced, or one of them is an input.
     """
-    refuse_inputs((folder / name for name in (*TABLES, REPORT)), inputs)
     make_folder(folder / "figures")
-    for name in (*TABLES, REPORT):
-        refuse_unwritable(folder / name, force=force)
-    there = [name for name in (*TABLES, REPORT) if (folder / name).exists()]
-    strange = [name for name in there if not _is_ours(folder / name)]
-    if strange and not force:
-        raise OutputError(
-            f"{folder / strange[0]}: exists and was not written by frictionlab campaign: choose another folder, or give"
-            " --force"
-        )
+    what = "file of an earlier campaign of frictionlab"
+    refuse_outputs((folder / name for name in (*TABLES, REPORT)), _is_ours, what, force=force, inputs=inputs)
 
 
 def _is_ours(path: Path) -> bool:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from frictionlab.errors import UsageError
-from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable
+from frictionlab.files import make_folder, refuse_outputs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,11 +48,7 @@ def check_figures(paths: Iterable[Path], *, force: bool = False, inputs: Iterabl
             raise UsageError(
                 f"{path}: expected a figure ending in .pdf, .svg or .png, or a folder; got {path.suffix!r}"
             )
-    refuse_inputs(places, inputs)
-    for path in places:
-        if path.exists() and not (force or is_figure(path)):
-            raise UsageError(f"{path}: exists and is no figure of frictionlab: draw elsewhere, or move it away")
-        refuse_unwritable(path, force=force)
+    refuse_outputs(places, is_figure, "figure of frictionlab", force=force, inputs=inputs)
 
 
 FIGURES = {

@@ -11,8 +11,8 @@ In HDF5 ``/rows`` holds an array per column, and ``/cycles/N`` the series behind
 """
 
 import csv
-import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import chain, islice
 from os import PathLike
 from pathlib import Path
@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from frictionlab.errors import RecordingError, UsageError
-from frictionlab.files import make_folder, refuse_inputs, refuse_unwritable, write_whole
+from frictionlab.files import make_folder, refuse_outputs, write_whole
 from frictionlab.schema import MOTIONS, OUTCOME, STEADY_STATES, TABLES, Table, Type, column_of, is_marked, table_of
 from frictionlab.tables import texts
 from frictionlab.tables.texts import CellError, checked, encodable, flat
@@ -122,11 +122,8 @@ def check_output(path: Path, table: Table | None = None, *, force: bool = False,
         raise UsageError(f"{path}: expected an output ending in {EITHER}; got {path.suffix or 'no suffix'}")
     if path.is_dir():
         raise UsageError(f"{path}: is a folder: give the name of a file in it")
-    refuse_inputs([path], inputs)
-    if os.path.lexists(path) and not (force or is_table(path, table)):
-        what = f"table of {table.kind} of frictionlab" if table else "table of frictionlab"
-        raise UsageError(f"{path}: exists and is no {what}: choose another output, or give --force")
-    refuse_unwritable(path, force=force)
+    what = f"table of {table.kind} of frictionlab" if table else "table of frictionlab"
+    refuse_outputs([path], partial(is_table, table=table), what, force=force, inputs=inputs)
 
 
 def is_table(path: Path, table: Table | None = None) -> bool:

@@ -71,8 +71,8 @@ def test_a_foreign_folder_and_a_wrong_scene_stop_it(run: Run, tmp_path: Path) ->
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "report.html").write_text("<p>mine")
     done = run("campaign", "m.jsonl", "-o", "out")
-    assert done.returncode == 1
-    assert "exists and was not written by frictionlab campaign" in done.stderr
+    assert done.returncode == 2
+    assert "exists and is no file of an earlier campaign" in done.stderr
     assert (tmp_path / "out" / "report.html").read_text() == "<p>mine"
     (tmp_path / "scene.toml").write_text("[rigs]\n")
     assert run("campaign", "m.jsonl", "-o", "new", "--scene", "scene.toml").returncode == 2
