@@ -72,7 +72,8 @@ def sampling_interval(time: FloatArray) -> float:
 def holes_of(time: FloatArray, interval: float, resolution: float = 0.0) -> IntArray:
     """Samples (m,) before which some are missing: one step is long, and the next eight stamps do not make it good.
 
-    Of stamps (n,) that jitter only one is late; ``interval``, ``resolution``: between samples and of the stamps [s].
+    Of stamps (n,) that jitter only one is late, and beside a hole only what is late beyond it is another;
+    ``interval``, ``resolution``: between samples and of the stamps [s].
 
     Examples
     --------
@@ -81,10 +82,22 @@ def holes_of(time: FloatArray, interval: float, resolution: float = 0.0) -> IntA
     """
     passed = np.diff(time) / interval
     at = np.flatnonzero(passed > 1.5 + resolution / interval) + 1
-    late = np.cumsum(np.append([0.0, 0.0], np.cumsum(np.minimum(passed, 10.0) - 1.0)))  # a clock set by years: 9 steps
+    late = np.append(0.0, np.cumsum(np.minimum(passed, 10.0) - 1.0))  # a clock set by years: 9 steps
     begin, end = np.maximum(at - 8, 0), np.minimum(at + 8, len(time))
-    rise = (late[end] - late[at]) / (end - at) - (late[at] - late[begin]) / (at - begin)
-    lasting: IntArray = at[rise > 0.5]
+
+    def rises(late: FloatArray) -> FloatArray:
+        total = np.cumsum(np.append(0.0, late))
+        return np.asarray((total[end] - total[at]) / (end - at) - (total[at] - total[begin]) / (at - begin))
+
+    rise = rises(late)
+    largest = rise > 0.5  # of those within eight samples
+    for k in range(1, min(9, len(at))):
+        near = at[k:] - at[:-k] <= 8
+        largest[k:] &= ~(near & (rise[k:] < rise[:-k]))
+        largest[:-k] &= ~(near & (rise[:-k] <= rise[k:]))
+    holes = np.zeros(len(time))
+    holes[at[largest]] = np.rint(rise[largest])
+    lasting: IntArray = at[largest | (rises(late - np.cumsum(holes)) > 0.5)]
     return lasting
 
 

@@ -6,6 +6,7 @@ a sample without a value, or quarantined with the reason; nothing falls through.
 
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -32,34 +33,48 @@ _BLANK_ENDS = re.compile(rb" +(?=\r?\n)")
 class Body:
     """What was read: columns as in the file, (n,) each, nan for no value, and what became of the lines.
 
-    ``empty`` counts those nan, ``cut`` whether the last line was cut (no sign of a damaged log); ``first``: number of
-    the first line; ``others``: those of the lines that hold no sample, increasing; ``texts``: of lines that the clock
-    may set aside, by their numbers.
+    ``cut``: number of the last line where it was cut (no sign of a damaged log), 0: it was not; ``first``: number of
+    the first line; ``others``: number and kind of the lines that hold no sample, increasing; ``texts``: of lines that
+    the clock may set aside, by their numbers.
     """
 
     first: int
     values: list[NDArray[np.float64]] = field(default_factory=list)
-    others: list[int] = field(default_factory=list)
-    empty: int = 0
+    others: dict[int, str] = field(default_factory=dict)
     cut: int = 0
-    counts: dict[str, int] = field(
-        default_factory=lambda: dict.fromkeys(("data", "header", "blank", "comment", "quarantined"), 0)
-    )
     quarantined: list[tuple[int, str, str]] = field(default_factory=list)
-    headers: list[int] = field(default_factory=list)
     texts: dict[int, str] = field(default_factory=dict)
+
+    @property
+    def counts(self) -> Counter[str]:
+        """How many lines are of which kind."""
+        return Counter({"data": len(self.values[0]), **Counter(self.others.values())})
 
     def lines_of(self, samples: NDArray[np.int64]) -> NDArray[np.int64]:
         """Line numbers from 1 of these samples."""
-        before = np.array(self.others, np.int64) - self.first - np.arange(len(self.others))  # samples above each
+        before = np.array(list(self.others), np.int64) - self.first - np.arange(len(self.others))  # samples above each
         return np.asarray(samples + self.first + np.searchsorted(before, samples, side="right"))
+
+    def samples_at(self, lines: Sequence[int]) -> NDArray[np.int64]:
+        """The samples on these lines, or the next ones below."""
+        return np.asarray(np.array(lines, np.int64) - self.first - np.searchsorted(list(self.others), lines))
 
     @property
     def restarts(self) -> NDArray[np.int64]:
         """Samples before which a header was repeated."""
-        lines = np.array(self.headers, np.int64)
-        found = np.unique(lines - self.first - np.searchsorted(self.others, lines))
-        return found[found < self.counts["data"]]
+        found = np.unique(self.samples_at([number for number, kind in self.others.items() if kind == "header"]))
+        return found[found < len(self.values[0])]
+
+    def part(self, first: int, stop: int) -> "Body":
+        """The lines from one number up to another, not included."""
+        a, b = self.samples_at([first, stop]).tolist()
+        return Body(
+            first=first,
+            values=[column[a:b] for column in self.values],
+            others={number: kind for number, kind in self.others.items() if first <= number < stop},
+            cut=self.cut if first <= self.cut < stop else 0,
+            quarantined=[line for line in self.quarantined if first <= line[0] < stop],
+        )
 
 
 class Reader:
@@ -91,7 +106,7 @@ class Reader:
         self.last_decimals = last_decimals if self.dialect.fields - 1 in self.wanted else 0
         self.next_line = first + 1
         self.body = Body(self.next_line)
-        self._size, self._columns = size, np.empty((len(self.wanted), 0))
+        self._size, self._data, self._columns = size, 0, np.empty((len(self.wanted), 0))
         self._signs = b'"\0' + (b"\v\f" if self.dialect.separator == " " else b"")
 
     def read(self, block: bytes) -> None:
@@ -164,14 +179,10 @@ class Reader:
                 kind, reason = "quarantined", "the file ends inside this line: it may be cut"
             if kind == "data":
                 rows.append(row)
-                self.body.empty += sum(map(math.isnan, row))
             else:
-                self.body.counts[kind] += 1
-                self.body.others.append(self.next_line)
-            if kind == "header":
-                self.body.headers.append(self.next_line)
+                self.body.others[self.next_line] = kind
             if kind == "quarantined":
-                self.body.cut += unended
+                self.body.cut = self.next_line if unended else 0
                 if len(self.body.quarantined) < KEEP:
                     text = line[:_LONGEST_KEPT].decode(self.encoding, "replace").rstrip("\r\n")
                     self.body.quarantined.append((self.next_line, text, reason))
@@ -181,8 +192,8 @@ class Reader:
 
     def _take(self, values: Sequence[NDArray[np.float64]], expected: int) -> None:
         """Add the next samples; so many are expected in all, by the lines of this block."""
-        start = self.body.counts["data"]
-        stop = self.body.counts["data"] = start + len(values[0])
+        start = self._data
+        stop = self._data = start + len(values[0])
         if stop > self._columns.shape[1]:
             grown = np.empty((len(values), max(int(1.02 * expected), 3 * stop // 2)))
             grown[:, :start] = self._columns[:, :start]
@@ -228,8 +239,8 @@ class Reader:
 
     def finish(self) -> Body:
         """What was read."""
-        self.body.values = [column[: self.body.counts["data"]] for column in self._columns]
-        if self.body.counts["data"] + len(self.body.others) != self.next_line - self.body.first:
+        self.body.values = [column[: self._data] for column in self._columns]
+        if self._data + len(self.body.others) != self.next_line - self.body.first:
             raise LogError("lines do not add up: this is a fault of frictionlab, please report it with the log")
         return self.body
 

@@ -8,7 +8,6 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -107,7 +106,7 @@ def read_table(
         body, file = _of_text(log, log.text, columns, options.test, progress)
     elif log.sheet is not None:
         body, file = _of_sheet(log, log.sheet, columns)
-    name, data, bad = log.path.name, body.counts["data"], body.counts["quarantined"] - body.cut
+    name, data, bad = log.path.name, body.counts["data"], body.counts["quarantined"] - (body.cut > 0)
     first = "no line was quarantined"
     if body.quarantined:
         line, text, reason = body.quarantined[0]
@@ -120,10 +119,9 @@ def read_table(
             f"{name}: damaged beyond use: {bad} of {data + bad} lines cannot be read ({share:.0%}; accepted are "
             f"{options.most_damage:.0%}); {first}"
         )
-    if body.empty > _MOST_EMPTY * data * len(body.values):
-        raise LogError(
-            f"{name}: damaged beyond use: {body.empty} values in {data} lines are missing: expected most of them"
-        )
+    empty = sum(int(np.isnan(column).sum()) for column in body.values)
+    if empty > _MOST_EMPTY * data * len(body.values):
+        raise LogError(f"{name}: damaged beyond use: {empty} values in {data} lines are missing: expected most of them")
     values = dict(zip(columns, body.values, strict=True))
     quarantined = tuple(QuarantinedLine(name, *line) for line in body.quarantined)
     return LogTable(log, file, columns, values, body, quarantined, tuple(warnings))
@@ -141,25 +139,21 @@ def _of_text(
     usual, times = found.most_common(1)[0] if found else (0, 0)
     last_decimals = usual or 0 if times >= 0.97 * found.total() else 0
 
-    def read(first: int) -> Body:
-        reader = Reader(layout, columns, first=first, last_decimals=last_decimals, encoding=encoding, size=size)
-        for block in text.blocks(first, progress):
-            reader.read(block)
-        return reader.finish()
-
-    body, above = read(layout.body), layout.body
+    reader = Reader(layout, columns, first=layout.body, last_decimals=last_decimals, encoding=encoding, size=size)
+    for block in text.blocks(layout.body, progress):
+        reader.read(block)
+    body = reader.finish()
     if test is not None:
-        starts, often = body.lines_of(body.restarts).tolist(), len(body.restarts) + 1
-        heads = [min(h for h in body.headers if before < h < start) for before, start in pairwise([0, *starts])]
+        starts, often = [body.first, *body.lines_of(body.restarts).tolist()], len(body.restarts) + 1
         if not 1 <= int(test) <= often:
             raise LogError(f"--test {test}: expected 1 to {often}, as often as {log.path.name} has its header")
-        above = [above + 1, *starts][int(test) - 1] - 1
-        text.content = text.content[: text.offset([*(head - 1 for head in heads), None][int(test) - 1])]
-        body = read(above)
+        first, *following = starts[int(test) - 1 :]
+        heads = (number for number, kind in body.others.items() if kind == "header" and number >= first)
+        body = body.part(first, next(heads) if following else reader.next_line)
     if "time" in columns and (falls := np.flatnonzero(np.diff(body.values[0]) < 0.0)).size:
         body.texts = text.texts_of(body.lines_of(np.union1d(falls, falls + 1)[:KEEP]).tolist())
     text.content = b""  # as large as the log: not kept while its values are examined
-    counts = Counter(body.counts) + Counter(header=len(layout.header), preamble=above - layout.body)
+    counts = body.counts + Counter(header=len(layout.header), preamble=body.first - 1 - layout.body)
     for i in set(range(min(layout.body, len(text.lines)))).difference(layout.header):
         line = text.lines[i]
         counts["blank" if not line.strip() else "comment" if is_comment(line) else "preamble"] += 1
@@ -175,11 +169,9 @@ def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tupl
     body = Body(
         first=1,
         values=[column[stamped] for column in values.values()],
-        others=lost,
-        empty=sum(int(np.isnan(column[stamped]).sum()) for column in values.values()),
+        others=dict.fromkeys(lost, "quarantined"),
         quarantined=[(row, "", "no time stamp") for row in lost[:KEEP]],
     )
-    body.counts |= {"data": rows - len(lost), "quarantined": len(lost)}
     with log.path.open("rb") as raw:
         sha256 = hashlib.file_digest(raw, "sha256").hexdigest()
     return body, SourceFile(log.path.name, sha256, log.path.stat().st_size, LineCount(read=rows, **body.counts))

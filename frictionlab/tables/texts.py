@@ -273,7 +273,7 @@ def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, 
     """Group warnings (source, sentence) by cause, grave ones first.
 
     Sentences that differ in their numbers alone are one, with the least and the largest of each number; of ranges
-    the ends that are farthest. Where one source has several, as of gaps, the first stands for them.
+    the ends that are farthest. Where one source has several, as of gaps, its first stands for them.
 
     Examples
     --------
@@ -283,15 +283,18 @@ def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, 
     [('from 1 N to 5 N', ('a', 'b'))]
     >>> kinds_of([("a", "from 2 s to 3 s"), ("a", "from 7 s to 8 s")])
     [('from 2 s to 3 s (and 1 more such)', ('a',))]
+    >>> kinds_of([("a", "lag: 2 s"), ("a", "lag: 9 s"), ("b", "lag: 4 s")])
+    [('lag: 2 to 4 s (and 1 more such)', ('a', 'b'))]
     """
     found: dict[str, list[tuple[str, str]]] = {}
     for source, sentence in warnings:
         found.setdefault(_DIGITS.sub("0", sentence), []).append((source, sentence))
     kinds = []
     for alike in found.values():
-        said, sources = list(dict.fromkeys(said for _, said in alike)), tuple(dict.fromkeys(s for s, _ in alike))
-        several = len(set(alike)) > len(sources)
-        kinds.append((f"{said[0]} (and {len(said) - 1} more such)" if several else _in_one(said), sources))
+        first, more = dict(reversed(alike)), len(set(alike)) - len({source for source, _ in alike})
+        sources = tuple(dict.fromkeys(source for source, _ in alike))
+        said = _in_one(list(dict.fromkeys(first[source] for source in sources)))
+        kinds.append((f"{said} (and {more} more such)" if more else said, sources))
     return sorted(kinds, key=lambda kind: (not GRAVE.search(kind[0]), -len(kind[1])))
 
 

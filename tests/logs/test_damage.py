@@ -246,6 +246,15 @@ def test_holes_are_found_after_a_clock_was_set_by_years() -> None:
     assert holes_of(np.delete(time, [200_000]), 1e-4).tolist() == [1000, 200_000]
 
 
+def test_a_stamp_that_strays_beside_a_hole_is_none() -> None:
+    """Of three missing samples and a stamp 0.7 late within eight samples, two holes were made."""
+    for beside in (-7, -4, -2, 2, 5, 8):
+        time = np.arange(300.0)
+        time[150:] += 3.0
+        time[150 + beside] += 0.7
+        assert holes_of(time, 1.0).tolist() == [150]
+
+
 def test_stamps_too_coarse_to_tell_samples_apart_are_counted(read: Callable[..., Recording]) -> None:
     data = truth(4000, 4000.0)
     rows = Truth(tuple((f"{int(float(t) * 1000 + 1e-9) / 1000:.3f}", x, y) for t, x, y in data.rows))
