@@ -1,8 +1,8 @@
 """A number with its errors, and what is not known of sensors, clock and rig does to it (GUM, JCGM 100).
 
 A result holds its numbers as estimates; the flat names of the contract (a column's, with ``_se`` and ``_u``) are read
-off them by `Flat` and `FlatKnown`, so that a number and its errors cannot part. `average` and `weighted_mean` make one
-number of several that scatter by more than their errors. What sensors, clock and rig do::
+off them by `Flat` and `FlatKnown`, so that a number and its errors cannot part. `average` makes one number of several
+that scatter by more than their errors. What sensors, clock and rig do::
 
     scene --sources_of--> Sources (standard uncertainties of one test, each of one cause)
     Sources + mean cycle --cycle_budget--> shares of energy, amplitude and the base's amplitude, to first order
@@ -195,15 +195,9 @@ def average(values: Sequence[float], errors: Sequence[float]) -> Average:
     error = np.maximum(error, 1e-12 * float(np.abs(value).max(initial=1e-300)))
     spread = scatter_beyond(value, error)
     weight = 1.0 / (error**2 + spread**2)
-    mean = weighted_mean(value, error, spread)
+    mean = float(np.sum(weight * value) / np.sum(weight))
     seen = math.sqrt(float(np.sum(weight * (value - mean) ** 2)) / (len(value) - 1) / float(weight.sum()))
     return Average(mean, max(1.0 / math.sqrt(float(weight.sum())), seen), spread)
-
-
-def weighted_mean(value: FloatArray, error: FloatArray, spread: float) -> float:
-    """Mean of values (n,) with errors (n,), each weighted by 1 / (error^2 + spread^2)."""
-    weight = 1.0 / (error**2 + spread**2)
-    return float(np.sum(weight * value) / np.sum(weight))
 
 
 def scatter_beyond(value: FloatArray, error: FloatArray) -> float:
@@ -211,8 +205,8 @@ def scatter_beyond(value: FloatArray, error: FloatArray) -> float:
     freedom = len(value) - 1
 
     def excess(spread: float) -> float:
-        mean = weighted_mean(value, error, spread)
-        return float(np.sum((value - mean) ** 2 / (error**2 + spread**2))) - freedom
+        weight = 1.0 / (error**2 + spread**2)
+        return float(np.sum(weight * (value - np.sum(weight * value) / np.sum(weight)) ** 2)) - freedom
 
     if freedom < 1 or excess(0.0) <= 0.0:
         return 0.0

@@ -19,7 +19,6 @@ OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its midd
 LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 MEMORY_S = 60.0  # no frame of a laboratory remembers its start for longer
 SMALL, FULL = 0.5, 0.97  # of the drive's usual size: less at an end is a start or a stop, cut up to the second
-MANY = 64  # samples of a twentieth that shows whether it moves
 OTHER = 0.05  # of the drive's frequency: so far off, a part is another test
 LEFT = 5e-4  # of the motion: a decay that changes it by less is none
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
@@ -105,7 +104,7 @@ def _other_frequency(base: FloatArray, frequency: float) -> float | None:
 
 def _moving(signal: FloatArray) -> slice:
     """From the first to the last twentieth of a signal (n,) that moves a quarter as far as one of them."""
-    edges = np.linspace(0, len(signal), 21 if len(signal) > 20 * MANY else 2).astype(np.intp)
+    edges = np.linspace(0, len(signal), 21 if len(signal) > 1280 else 2).astype(np.intp)
     some = (signal[a : b : max(1, (b - a) // 1000)] for a, b in pairwise(edges.tolist()))
     swings = [float(np.ptp(np.quantile(each, (0.05, 0.95)))) if len(each) else 0.0 for each in some]  # without spikes
     moves = np.flatnonzero(np.array(swings) >= 0.25 * max(swings))

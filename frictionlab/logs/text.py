@@ -71,7 +71,9 @@ class Text:
 
     def blocks(self, skip: int, progress: Progress | None = None) -> Iterator[bytes]:
         """Some megabytes of whole lines each, from the line of this index on; the last line may be unended."""
-        start, size = self.offset(skip), len(self.content)
+        start, size = 0, len(self.content)
+        for _ in range(skip):
+            start = self.content.find(b"\n", start) + 1 or size
         while start < size:
             stop = self.content.rfind(b"\n", start, start + _BLOCK) + 1
             stop = stop or self.content.find(b"\n", start + _BLOCK) + 1 or size
@@ -81,13 +83,6 @@ class Text:
             start = stop
             if progress is not None:
                 progress(self.size * stop // size, self.size)
-
-    def offset(self, line: int | None) -> int:
-        """Where the line of this index begins in ``content``; None: after the last."""
-        start, size = 0, len(self.content)
-        for _ in range(line or 0):
-            start = self.content.find(b"\n", start) + 1 or size
-        return size if line is None else start
 
     def texts_of(self, numbers: Sequence[int]) -> dict[int, str]:
         """The texts of some lines, by their numbers from 1; cut to 300 characters."""

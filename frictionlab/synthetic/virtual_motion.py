@@ -128,15 +128,9 @@ class Driven:
         base = np.concatenate([part.base.values for part in self.parts])
         return {
             "base_largest_m": amplitude * float(np.abs(base).max()),
-            "base_rms_m": amplitude * float(np.std(base)),
-            "total_energy": energy,
             "total_energy_j": energy * self.test.stiffness_n_per_m * amplitude**2,
             "total_friction_energy": sum(part.friction_energy for part in self.parts),
-            "total_path": sum(part.path for part in self.parts),
             "total_stops": sum(part.stops for part in self.parts),
-            "total_time_stuck_s": sum(part.time_stuck for part in self.parts)
-            / (2 * math.pi * self.test.natural_frequency_hz),
-            "peak_displacement": max(part.peaks["displacement"] for part in self.parts),
         }
 
     def channels(self, names: Sequence[str]) -> dict[str, FloatArray]:
