@@ -34,6 +34,8 @@ UNITS = {
     "consistency": "irregularity index beyond noise, geometric mean",
     "drift": "relative change of the energy per hour, mean of its magnitude",
 }
+STUCK = ", a test in which the mass never slips as 0"
+UNLIKE = "no test is common to all materials: friction coefficient instead, mean over their normal forces"
 HOUR = 3600.0
 OWN_STEPS = 4  # from the friction of its group to that of a test
 INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not determine the friction force
@@ -139,9 +141,14 @@ class Rank:
     evidence: str
 
     @property
+    def by(self) -> str:
+        """The criterion in words: the energy, where no test is common, by what governs it."""
+        return "friction coefficient" if self.evidence.startswith(UNLIKE) else self.criterion
+
+    @property
     def unit(self) -> str:
         """What the value is."""
-        return UNITS[self.criterion]
+        return UNITS[self.criterion] if self.by == self.criterion else f"mean {self.by}"
 
 
 @dataclass(frozen=True)
@@ -223,7 +230,8 @@ def _by_energy(cells: Cells, fits: Sequence[FrictionFit]) -> Standing:
     common = _common(cells)
     if common:
         each = {m: [_mean([_energy(*test) for test in own[cell]]) for cell in common] for m, own in cells.items()}
-        evidence = f"mean over {_count(common)} that all materials have in common"
+        rests = any(v.trial.regime == "stuck" for own in cells.values() for cell in common for v, _ in own[cell])
+        evidence = f"mean over {_count(common)} that all materials have in common{STUCK if rests else ''}"
     else:
         each = {f.material: [] for f in fits if f.coefficient.known}
         for f in fits:
@@ -231,7 +239,7 @@ def _by_energy(cells: Cells, fits: Sequence[FrictionFit]) -> Standing:
                 value = f.friction_coefficient
                 shared = value * np.array([f.shares.get(source, 0.0) for source in SHARED])
                 each[f.material].append(_Level(value, f.friction_coefficient_se, shared, value * f.normal_force_u))
-        evidence = "no test is common to all materials: friction coefficient instead, mean over their normal forces"
+        evidence = UNLIKE
     found = {m: _mean(own) for m, own in each.items()}
     return found, lambda a, b: found[a].tie(found[b]), f"{evidence}; {SURVIVES}"
 

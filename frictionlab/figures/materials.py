@@ -82,7 +82,7 @@ def ranking(campaign: Campaign) -> Figure:
                     ax.errorbar(rank.value, place, xerr=error, fmt="o", ms=3.5, color=colour, capsize=4)
             names = [fill(f"{'–' if r.rank is None else r.rank}  {r.material}", NAME) for r in ranks]
             ax.set_yticks(range(len(ranks)), names)
-            ax.set(title=criterion, ylim=(len(ranks) - 0.5, -0.5), xlabel=fill(ranks[0].unit, 26) if ranks else "")
+            ax.set(title=ranks[0].by, ylim=(len(ranks) - 0.5, -0.5), xlabel=fill(ranks[0].unit, 26))
             left, right = (float(ax.dataLim.intervalx[end]) for end in (0, 1)) if ax.has_data() else (0.0, 1.0)
             space = 0.08 * (right - min(left, 0.0)) or 1.0  # 0 is shown, and markers and bars are whole
             ax.set_xlim(min(left, 0.0) - space, right + space)

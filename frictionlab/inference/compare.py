@@ -97,6 +97,11 @@ def compare_record(
             'the whole record (--whole, --fit whole): needs a base that drives a spring; got rig.kind = "prescribed"'
         )
     refuse_several(scene)
+    if lacking := {"mass_displacement", "base_displacement"} - set(recording.measured()):
+        raise UsageError(
+            "the whole record (--whole, --fit whole): needs displacements, for integrals have no start; the recording"
+            f" has no {' and no '.join(sorted(lacking))}: leave it out: the cycle takes velocities and accelerations"
+        )
     measurement, why = _steady(recording, scene, fit)
     if measurement is None:
         return _without_cycle(recording, scene, why, law, friction_ratio)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.stretches import even_stretches
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.files import MARK
@@ -102,12 +103,12 @@ def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
     unit, drive = 1e3 * (measured.base_amplitude.value or np.nan), measured.drive.value or np.nan  # Y in mm; Hz
     cycle, series = measured.cycle, measured.series
     if recording is not None:
-        inside = recording.time >= recording.time[-1] - CYCLES / drive
-        time = recording.time[inside]
-        mass, base = (1e3 * s[inside] for s in (recording.mass_displacement, recording.base_displacement))
+        last = even_stretches(recording, sheet.scene)[0][-1]  # displacements, of whatever was measured
+        last = last.part(max(0, len(last.base) - round(CYCLES / drive / last.step)), len(last.base))
+        time = last.time + last.step * np.arange(float(len(last.base)))
         lines = [
-            ChartLine(time, values - np.nanmean(values), label, kind)
-            for values, label, kind in ((base, "base", "other"), (mass, "mass", "measured"))
+            ChartLine(time, 1e3 * (values - values.mean()), label, kind)
+            for values, label, kind in ((last.base, "base", "other"), (last.mass, "mass", "measured"))
         ]
         yield "Time response", chart(lines, "time [s]", "displacement [mm]")
     x, y = "mass displacement x [mm]", "base displacement y [mm]"

@@ -126,8 +126,17 @@ def test_without_common_tests_the_coefficient_stands_in_and_says_so(scene: Scene
     found = evaluate([trial_of(r) for r in rows], scene)
     assert order(found, "energy") == [(1, "rubber"), (2, "steel")]
     assert ranks_of(found, "energy")[0].value == pytest.approx(0.95, rel=0.01)
-    assert "friction coefficient instead" in ranks_of(found, "energy")[0].evidence
+    best = ranks_of(found, "energy")[0]
+    assert "friction coefficient instead" in best.evidence
+    assert (best.by, best.unit) == ("friction coefficient", "mean friction coefficient")
     assert order(found, "consistency") == [(None, "rubber"), (None, "steel")]
+
+
+def test_a_test_that_never_slips_counts_as_no_energy_and_that_is_said(scene: Scene) -> None:
+    rows = [row(m, 1.5, r, 0.6) for m in ("steel", "rubber") for r in RATIOS]
+    rows[0] |= {"regime": "stuck", "energy_per_cycle": 0.0}
+    (rank, *_) = ranks_of(evaluate([trial_of(r) for r in rows], scene), "energy")
+    assert rank.evidence.partition(";")[0].endswith("in common, a test in which the mass never slips as 0")
 
 
 def test_without_long_tests_nobody_has_a_rank_in_drift(scene: Scene) -> None:

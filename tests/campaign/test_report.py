@@ -19,9 +19,11 @@ from hypothesis import strategies as st
 from frictionlab.analysis.measurement import measure
 from frictionlab.campaign import Campaign, evaluate
 from frictionlab.campaign.trials import trial_of
+from frictionlab.errors import UsageError
 from frictionlab.figures.materials import energy
 from frictionlab.figures.plates import plates
 from frictionlab.hdf5 import write_recording
+from frictionlab.inference.compare import compare_record
 from frictionlab.report import page
 from frictionlab.report.charts import ChartLine, chart
 from frictionlab.report.page_of_test import PageOfTest, sheet_name, sheet_page, sheets_of, write_sheet
@@ -31,6 +33,7 @@ from frictionlab.tables import write_rows
 from frictionlab.tables.texts import kinds_of
 from frictionlab.uncertainty import Estimate
 from frictionlab.verbs.evaluate import evaluate as evaluate_all
+from tests.analysis import test_force as cell
 from tests.campaign.fabricate import AMPLITUDE, NATURAL, RATIOS, SCENE, row, steady_recording
 from tests.desk import ROOT, invoke
 
@@ -291,3 +294,13 @@ def test_the_recording_is_drawn(scene: Scene) -> None:
         "friction force [N]",
     ):
         assert words in text
+
+
+def test_the_page_of_a_vibrometers_test_shows_its_displacement() -> None:
+    """It ended the whole campaign: no table, no report, and no test was named."""
+    seen, facts = cell.recording(cell.channels_of(0.4, 0.3), "mass_velocity", "base_displacement"), cell.scene()
+    measured = measure(seen, facts)
+    trial = trial_of({**measured.row(), "source": "vibro.h5"})
+    assert sheet_page(PageOfTest(trial, facts, measurement=measured, recording=seen)).count("<svg") > 4
+    with pytest.raises(UsageError, match=r"whole record .* needs displacements, .* the recording has no mass_displace"):
+        compare_record(seen, facts)
