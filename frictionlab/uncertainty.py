@@ -29,13 +29,14 @@ from frictionlab.arrays import FloatArray, shifted
 from frictionlab.scene import Infer, Scene
 from frictionlab.schema import AMPLITUDE, BASE, ENERGY, with_error
 
-Part = Literal["value", "se", "u"]
+Part = Literal["value", "se", "u", "low", "high"]
 Shares = Mapping[str, float]
 STATISTICAL = "noise and scatter"
 LINES = "hum and other lines"
 FILTER = "filter of the mass sensor"
 KEYS = (ENERGY, AMPLITUDE, BASE)
 LAG = "sensors.lag_s_u"
+LEVEL, NORMAL = 0.95, 1.959964  # of an interval, and of how many standard errors to either side it is
 ROUNDING = 1e-12  # below it a share is the rounding of differences
 CUBIC_GAIN = 0.75  # of a cosine's cube, in its fundamental
 NATURAL_FREQUENCY = 0.002  # relative: two publications of one frame say 3.115 and 3.130 Hz
@@ -80,6 +81,16 @@ class Estimate:
     def error(self) -> float | None:
         """The widest error that is known: the combined uncertainty, else the standard error."""
         return self.se if self.u is None else self.u
+
+    @property
+    def low(self) -> float | None:
+        """Lower end of the 95 % interval."""
+        return None if self.value is None or self.error is None else self.value - NORMAL * self.error
+
+    @property
+    def high(self) -> float | None:
+        """Upper end of it."""
+        return None if self.value is None or self.error is None else self.value + NORMAL * self.error
 
     @property
     def relative_se(self) -> float | None:

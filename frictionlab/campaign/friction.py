@@ -11,7 +11,6 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.campaign.prediction import Model, elasticity, fundamental, loop_ratio, observe_row, predict
@@ -29,9 +28,8 @@ ASYMMETRIC = 0.1  # asymmetry above which a symmetric law cannot stand for the t
 NOTHING = 1e-9  # energy or amplitude below which the mass does not move
 UNSETTLED = 0.01  # what may be left of the transient, by Coulomb's own memory
 KEPT = 0.999  # of a disturbance after a cycle: from so much on a motion is one of many
-NORMAL = 1.959964
 SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement says it
-FEW = 3  # degrees of freedom, below which 95 % is far wider than twice a standard error
+FEW = 3  # tests more than one, below which they hardly show how friction scatters
 Setting = tuple[str, float]
 """Material and normal force [N]."""
 SHARED = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests of all materials share
@@ -139,10 +137,10 @@ class FrictionFit(FrictionNames):
     """Friction of one material under one normal force; ``None`` is not known, and ``note`` says why.
 
     ``friction`` (beta), ``force`` = beta k Y in N, ``coefficient`` = force / normal force are estimates, with the
-    contract's columns as flat names; 95 % intervals are by Student's t with ``freedom`` degrees; ``scatter``: relative
-    standard deviation from test to test beyond measurement error; ``shares``: relative uncertainty of the ratio by each
-    source that all tests share; ``normal_force_u``: relative. ``law``: that its cycles were fitted with, None where it
-    rests on energies and amplitudes.
+    contract's columns as flat names; ``scatter``: relative standard deviation from test to test beyond measurement
+    error, ``scatter_counted``: as errors count it; ``shares``: relative uncertainty of the ratio by each source that
+    all tests share; ``normal_force_u``: relative. ``law``: that its cycles were fitted with, None where it rests on
+    energies and amplitudes.
     """
 
     material: str
@@ -151,14 +149,15 @@ class FrictionFit(FrictionNames):
     friction: Estimate = NOT_KNOWN
     force: Estimate = NOT_KNOWN
     coefficient: Estimate = NOT_KNOWN
-    freedom: int = 0
     scatter: float | None = None
+    scatter_counted: float | None = None
     note: str = ""
     shares: Mapping[str, float] = field(default_factory=dict)
     normal_force_u: float = 0.0
     law: str | None = None
 
     friction_ratio = Flat("friction")
+    friction_coefficient_low, friction_coefficient_high = Flat("coefficient", "low"), Flat("coefficient", "high")
 
     @property
     def friction_ratio_scatter(self) -> float | None:
@@ -189,24 +188,6 @@ class FrictionFit(FrictionNames):
     def tests(self) -> int:
         """How many short tests there are, or long ones where there are no others."""
         return sum(not v.trial.is_long for v in self.verdicts) or len(self.verdicts)
-
-    @property
-    def friction_coefficient_low(self) -> float | None:
-        """Lower end of the coefficient's 95 % interval."""
-        return self._end(-1.0)
-
-    @property
-    def friction_coefficient_high(self) -> float | None:
-        """Upper end of it."""
-        return self._end(1.0)
-
-    def _end(self, side: float) -> float | None:
-        """An end of the interval: Student's for the tests' own scatter, normal for what they share."""
-        value, se, u = self.coefficient.value, self.coefficient.se, self.coefficient.u
-        if value is None or se is None:
-            return None
-        t = float(stdtrit(self.freedom, 0.975)) if self.freedom else NORMAL
-        return value + side * math.hypot(t * se, NORMAL * math.sqrt(max((u or se) ** 2 - se**2, 0.0)))
 
 
 @dataclass(frozen=True)
@@ -308,8 +289,8 @@ def friction_of(
         friction=ratio,
         force=newtons.widened(by_rig),
         coefficient=newtons.over(force).widened(math.hypot(by_rig, sources.normal_force)),
-        freedom=freedom,
         scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
+        scatter_counted=float(posterior.scatter[k]) * posterior.relative(k) if freedom else None,
         note="; ".join(filter(None, (*_notes(verdicts, group.note, model, stiffness, freedom), said))),
         shares={n: share / ratio.value for n, share in posterior.shares("beta", tests[0]).items() if n in SHARED},
         normal_force_u=sources.normal_force,
@@ -373,7 +354,7 @@ def _notes(
     if not freedom:
         yield "one test only: its scatter from test to test is not known"
     elif freedom < FEW:
-        yield f"{freedom + 1} tests only: 95 % is friction_coefficient_low to _high, wider than twice ± (Student's t)"
+        yield f"{freedom + 1} tests only hardly show how friction scatters from test to test: ± is wide for it"
     if len(used) < tests:
         yield f"{tests - len(used)} of {tests} tests left out"
     if misread := [short_name(v.trial.source) for v in verdicts if v.is_misread]:

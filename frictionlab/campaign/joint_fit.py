@@ -285,8 +285,6 @@ def fit_together(
             posterior, detuned = _against_another_rig(posterior, by_mass=by_mass)
             posterior, said = _against_richer_laws(posterior, do="" if find_law else DO_FIND)
             notes += said
-        else:  # their interval counts how badly few tests determine the scatter
-            posterior = replace(posterior, scatter_u=np.zeros(len(posterior.unknowns)))
         return JointFit(posterior, at_each_force(posterior), ladders, out, detuned), notes
     except FAULTS as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
@@ -397,4 +395,4 @@ def at_each_force(posterior: Posterior) -> Posterior:
     left = tuple(r - slopes @ (there - fit.point)[test.index] for r, slopes, test in each)
     stepped = replace(fit, point=there, residuals=left)
     shifts = {name: shift[old] for name, shift in posterior.shifts.items()}
-    return Posterior(stepped, posterior.information, posterior.scatter_u[old], shifts, posterior.warnings)
+    return Posterior(stepped, posterior.information, posterior.scatter[old], shifts, posterior.warnings)

@@ -3,9 +3,7 @@
 A test left out is predicted by the law of all others: amplitude, energy and cycle, and whether the 95 % bands held
 them. Of a few tests the fit is made again without it; of many it is one linear step away. What the others say of it is
 a normal distribution of its unknowns: their posterior, and the scatter from test to test. It is carried to amplitude
-and energy by three points (Gauss and Hermite) along each direction that moves the cycle. The scatter is known from few
-tests, so its share of the variance has that few degrees of freedom (Welch and Satterthwaite), and a band is as wide as
-Student's t of them asks.
+and energy by three points (Gauss and Hermite) along each direction that moves the cycle.
 """
 
 import math
@@ -15,14 +13,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.special import fdtrc, stdtrit
+from scipy.special import chdtrc
 
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.inference.compare import contact_of
 from frictionlab.inference.comparison import ContactForce, loop_energy
-from frictionlab.inference.fit import Model, fit_from, scatter_scale
+from frictionlab.inference.fit import NOT_SEEN, Model, fit_from, scatter_scale
 from frictionlab.inference.ladder import Ladder
 from frictionlab.inference.observations import CycleObservation, cycle_of, lines_of
 from frictionlab.inference.posterior import Posterior, of_several
@@ -30,7 +28,7 @@ from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.schema import AMPLITUDE, ENERGY, LEFT_OUT, MATERIAL_LAWS
 from frictionlab.tables import Row
-from frictionlab.uncertainty import Estimate
+from frictionlab.uncertainty import NORMAL, Estimate
 
 SIGNIFICANT = 0.05
 SHOWN = 3  # loops of a material
@@ -38,7 +36,6 @@ FEW = 8  # tests up to which the fit is made again
 MOVES = 0.1  # of the noise: a direction along which the cycle moves by less is not followed ...
 MOST_DIRECTIONS = 6  # ... nor are more than these
 HERMITE, OUTER = math.sqrt(3.0), 1.0 / 6.0  # the outer two of three points, in standard deviations, and their weights
-LEVEL = 0.975  # of the upper end of a 95 % band
 SIGNS = (0.0, 0.6, -0.6)  # scatters at which a test's own unknowns begin
 POINTS = 512  # of a cycle
 ALONE = "no other test of its material is at hand"
@@ -102,16 +99,15 @@ def amontons_of(
         coefficient, ratio = ((e.u or 0.0) / (e.value or 1.0) for e in (f.coefficient, f.friction))
         beyond = max(beyond, math.sqrt(max(0.0, coefficient**2 - ratio**2)))
     mean = mean.with_u(math.hypot(mean.u or 0.0, beyond * (mean.value or 0.0)))
-    return amontons(material, np.array(forces), value, relative * np.outer(value, value), known[0].freedom, mean)
+    return amontons(material, np.array(forces), value, relative * np.outer(value, value), mean)
 
 
 def amontons(
-    material: str, forces: FloatArray, value: FloatArray, covariance: FloatArray, tests: int, mean: Estimate
+    material: str, forces: FloatArray, value: FloatArray, covariance: FloatArray, mean: Estimate
 ) -> AmontonsTest:
-    """Test whether coefficients (n,) with covariance (n, n) are constant over normal forces (n,), N; ``mean``: by all.
+    """Test by chi-square if coefficients (n,) with covariance (n, n) are constant over normal forces (n,), N.
 
-    Chi-square about their best mean; their errors come from few tests (``tests`` degrees of freedom), so p is that of
-    Fisher's F.
+    ``mean``: by all.
     """
     freedom, weight = len(value) - 1, np.linalg.inv(covariance)
     if not freedom:
@@ -119,7 +115,7 @@ def amontons(
         return AmontonsTest(material, 1, mean.value, mean.error, verdict=f"{material}: {words}.")
     about = value - float(weight.sum(axis=0) @ value / weight.sum())
     square = float(about @ weight @ about)
-    p = float(fdtrc(freedom, max(tests, 1), square / freedom))
+    p = float(chdtrc(freedom, square))
     exponent, error = _exponent(forces, value, weight * np.outer(value, value))
     proof = f"chi-square {square:.3g} on {freedom} degrees of freedom, p"
     proof += f" = {p:.2g}" if p >= 1e-4 else " = less than 0.0001"
@@ -216,17 +212,12 @@ def not_predicted(source: str, material: str | None, reason: str) -> dict[str, A
 
 @dataclass(frozen=True)
 class _Expected:
-    """What the other tests say of test ``i`` of a model: its coordinates' ``mean`` (n,) and ``covariance`` (n, n).
-
-    ``scatter`` (n,): from test to test, in it already; ``others``: how many tests of its material they are.
-    """
+    """What the other tests say of test ``i`` of a model: its coordinates' ``mean`` (n,) and ``covariance`` (n, n)."""
 
     model: Model
     i: int
     mean: FloatArray
     covariance: FloatArray
-    scatter: FloatArray
-    others: int
 
     @property
     def observation(self) -> CycleObservation:
@@ -264,15 +255,15 @@ def _expected(posterior: Posterior, i: int, others: int) -> _Expected:
     """What the others say of test i: by a fit of them in the same unknowns, or of many by one step."""
     model, index = posterior.fit.model, posterior.tests[i].index
     if len(model.tests) > FEW:
-        return _Expected(model, i, *posterior.left_out(i), model.scatter[index], others)
+        return _Expected(model, i, *posterior.left_out(i))
     tests = tuple(replace(t, observation=t.observation.missing(0.0)) for j, t in enumerate(model.tests) if j != i)
     rest = of_several(fit_from(replace(model, tests=tests, scatter=0.0 * model.scatter), [posterior.fit.point]))
     rest = replace(rest, shifts=posterior.shifts)  # of what the law misses the others know no more
-    mean, scatter = rest.fit.point[index], rest.fit.model.scatter[index]
-    if others == 1:  # one test shows no scatter: what is assumed of it before any
-        scatter = np.array([scatter_scale(model.unknowns[k], float(rest.fit.point[k])) for k in index])
+    scatter = rest.scatter[index]
+    if others == 1:
+        scatter = NOT_SEEN * np.array([scatter_scale(model.unknowns[k], float(rest.fit.point[k])) for k in index])
     covariance = rest.covariance[np.ix_(index, index)] + np.diag(scatter**2)
-    return _Expected(model, i, mean, covariance, scatter, others)
+    return _Expected(model, i, rest.fit.point[index], covariance)
 
 
 def _predicted(expected: _Expected, lag_s: float) -> dict[str, object]:
@@ -285,10 +276,8 @@ def _predicted(expected: _Expected, lag_s: float) -> dict[str, object]:
     offset = measured - seen_in(observation.data, observation)  # a mean of cycles is not the cycle of means
     measured[0] -= observation.energy_by_lag(late)
     value = seen_in(lines, observation, late)
-    middle, variance, scattered = _spread(expected, value, late)
-    whole = variance + error**2
-    freedom = (expected.others - 1 or 1) * (whole / np.maximum(scattered, 1e-9 * whole + 1e-300)) ** 2
-    reach = stdtrit(np.minimum(freedom, 1e6), LEVEL) * np.sqrt(whole)
+    middle, variance = _spread(expected, value, late)
+    reach = NORMAL * np.sqrt(variance + error**2)
     low, high, value = offset + middle - reach, offset + middle + reach, offset + value
     ends = np.array([np.minimum(low, value), value, np.maximum(high, value)]).T.ravel().tolist()
     seen = {"": lines, "_own": _with_own(expected)}
@@ -311,19 +300,16 @@ def seen_in(lines: FloatArray, observation: CycleObservation, late: float = 0.0)
     return np.array([loop_energy(a, cycle.base_cosine - 1j * cycle.base_sine, -late), 0.5 * float(np.ptp(x))])
 
 
-def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mean and variance of energy and amplitude over what the others say of the test, and the scatter's part of it.
+def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatArray, FloatArray]:
+    """Mean and variance of energy and amplitude over what the others say of the test.
 
-    Independent deviations of the test's unknowns are followed, the most telling first; the scatter of a test, and of
-    the others about their mean, is a share of each.
+    Independent deviations of the test's unknowns are followed, the most telling first.
     """
     model, i, observation = expected.model, expected.i, expected.observation
     values, vectors = np.linalg.eigh(expected.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     _, sizes, turned = np.linalg.svd(model.slopes(i, expected.mean) @ root, full_matrices=False)
-    scatter = expected.scatter * math.sqrt(1.0 + 1.0 / expected.others)
-    back = vectors / np.sqrt(np.maximum(values, 1e-300))
-    middle, variance, scattered = here.copy(), np.zeros(2), np.zeros(2)
+    middle, variance = here.copy(), np.zeros(2)
     for row in turned[sizes > MOVES][:MOST_DIRECTIONS]:
         ends = [expected.lines(expected.mean + sign * HERMITE * (root @ row)) for sign in (1.0, -1.0)]
         both = np.array([seen_in(end, observation, late) - here for end in ends if end is not None])
@@ -331,10 +317,8 @@ def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatAr
             continue
         weights = OUTER * 2.0 / len(both)
         mean = weights * both.sum(axis=0)
-        added = weights * (both**2).sum(axis=0) - mean**2
-        share = min(1.0, float(np.sum((scatter * (back @ row)) ** 2)))
-        middle, variance, scattered = middle + mean, variance + added, scattered + share * added
-    return middle, variance, scattered
+        middle, variance = middle + mean, variance + weights * (both**2).sum(axis=0) - mean**2
+    return middle, variance
 
 
 def _with_own(expected: _Expected) -> FloatArray:

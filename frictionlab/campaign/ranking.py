@@ -16,7 +16,7 @@ from scipy.special import ndtr, stdtr
 from frictionlab.analysis.measurement import measure
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign.friction import NORMAL, SHARED, TRANSIENT, FrictionFit, Verdict
+from frictionlab.campaign.friction import SHARED, TRANSIENT, FrictionFit, Verdict
 from frictionlab.campaign.prediction import Model, elasticity, predict
 from frictionlab.campaign.trials import Trial, levels, nearest
 from frictionlab.errors import AnalysisError
@@ -100,7 +100,8 @@ def drift_of(
     if trend is not None:
         slope, low, high = Estimate(trend.slope, trend.slope_se).scaled(HOUR), trend.low * HOUR, trend.high * HOUR
     elif isinstance(value, (int, float)) and isinstance(error, (int, float)):
-        slope, low, high = Estimate(float(value), float(error)), value - NORMAL * error, value + NORMAL * error
+        slope = Estimate(float(value), float(error))
+        low, high = slope.low, slope.high
     friction = slope.over((trial.energy.value or 0.0) * _steepness(trial, model, fits, slope.value))
     note = "" if trend is not None else "its recording is not at hand: no points are drawn"
     if not slope.known:
@@ -267,7 +268,7 @@ def _energy(verdict: Verdict, fit: FrictionFit) -> _Level:
     late *= measured / energy
     return _Level(
         energy,
-        math.hypot(trial.mean_se[0], (fit.scatter or 0.0) * energy),
+        math.hypot(trial.mean_se[0], (fit.scatter_counted or 0.0) * energy),
         energy * np.array([gain, late, 0.0, 0.0]),
         abs(verdict.elasticity * energy) * fit.normal_force_u,
     )

@@ -11,19 +11,20 @@ has shown (C. G. Broyden, Math. Comp. 19 (1965) 577); they are where a step disa
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr, logsumexp, ndtri_exp
+from scipy.special import log_ndtr, logsumexp, ndtr, ndtri_exp
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.unknowns import Unknown
+from frictionlab.uncertainty import LEVEL, NORMAL
 
 ENOUGH = 1e-7  # of the sum of squares: a step that is foretold to gain less is not made ...
 MISSED = 100.0  # ... times squares over data up to this: values that miss the data are so much less sure
@@ -35,6 +36,9 @@ NODES = 40  # of an integral over one coordinate that may only grow from a bound
 ROUNDS, SETTLED = 4, 0.2  # of weighing down what the law cannot explain, until its share changes by no more
 FARTHEST = 3.0  # scales of its prior beyond which a scatter is no scatter but a misfit of the law
 SCATTERS = np.concatenate([[0.0], np.geomspace(0.05, 40.0, 22)])  # over its prior's scale, that are tried
+STEPS = np.diff(np.concatenate([[0.0], 0.5 * (SCATTERS[1:] + SCATTERS[:-1]), SCATTERS[-1:]]))
+LOG_PRIOR = -np.log1p(2.0 * SCATTERS) - 0.5 * (SCATTERS / 15.0) ** 2  # of a scatter of any size, for errors
+NOT_SEEN = 8.0  # scales: the scatter to count where no two tests show it
 
 
 @dataclass(frozen=True)
@@ -181,6 +185,21 @@ class Fit:
         some = range(len(self.model.tests)) if tests is None else tests
         each = [self.model.tests[i].observation.nrmse(self.residual(i)) for i in some]
         return math.sqrt(math.fsum(e * e for e in each) / len(each))
+
+    @cached_property
+    def scatter_to_count(self) -> FloatArray:
+        """Scatters (m,) from test to test that errors are to count.
+
+        What tests share is a mixture of normal distributions over every scatter that they leave possible, with long
+        tails where they are few: each scatter is the one with which 1.96 standard errors reach as far as 95 % of it.
+        """
+        counted = self.model.scatter.copy()
+        for k, scale in _scattering(self):
+            weight, off, sd = _over_scatter(self, self.model.scatter, k, scale, LOG_PRIOR)
+            reach = NORMAL * sd[:, None]
+            held = (ndtr((reach - off) / sd) - ndtr((-reach - off) / sd)) @ weight
+            counted[k] = scale * float(np.interp(LEVEL, held, SCATTERS))
+        return counted
 
     @cached_property
     def reduced(self) -> Reduced:
@@ -430,24 +449,23 @@ def weighed(found: Fit, shares: FloatArray, *, follows: bool = True) -> Fit:
     return descend(moved) if follows else moved
 
 
-def with_scatter(found: Fit, farthest: float = FARTHEST, *, lifts: bool = False) -> tuple[Fit, FloatArray]:
-    """Return the fit with the likeliest scatter from test to test, and the standard errors of the scatters (m,).
+def with_scatter(found: Fit, farthest: float = FARTHEST, *, lifts: bool = False) -> Fit:
+    """Return the fit weighed by the scatter from test to test that is to be expected of it.
 
     Each scatter is tried on a grid, the others held, until nothing moves: the marginal likelihood of all tests by their
     linear slopes, times a half-Cauchy prior. One test gives no scatter. ``farthest``: scales of its prior beyond which
     scatter is misfit; ``lifts``: not so of a scatter found there, for a law that explains its tests has no misfit.
     """
     model = found.model
-    errors = np.zeros(len(model.unknowns))
     if len(model.tests) < 2:
-        return found, errors
+        return found
+    log_prior = -np.log1p(SCATTERS**2) - 0.5 * (SCATTERS / farthest) ** 2
     for _ in range(2):
         scatter = found.model.scatter.copy()
         for _ in range(2):
-            for k, unknown in enumerate(model.unknowns):
-                scale = scatter_scale(unknown, float(found.point[k]))
-                if scale > 0.0 and sum(k in t.index for t in model.tests) > 1:
-                    scatter[k], errors[k] = _likeliest(found, scatter, k, scale, farthest)
+            for k, scale in _scattering(found):
+                weight, _, _ = _over_scatter(found, scatter, k, scale, log_prior)
+                scatter[k] = float(weight @ SCATTERS) * scale
         old, moved = found.model.scatter, replace(found.model, scatter=scatter)
         local = tuple(
             np.divide(old[t.index] * d, scatter[t.index], out=np.zeros(len(d)), where=scatter[t.index] > 0.0)
@@ -455,7 +473,7 @@ def with_scatter(found: Fit, farthest: float = FARTHEST, *, lifts: bool = False)
         )
         found = descend(fit_at(moved, found.point, local))
     bounds = [FARTHEST * scatter_scale(u, c) for u, c in zip(model.unknowns, found.point.tolist(), strict=True)]
-    return with_scatter(found, math.inf) if lifts and (found.model.scatter > bounds).any() else (found, errors)
+    return with_scatter(found, math.inf) if lifts and (found.model.scatter > bounds).any() else found
 
 
 def let_apart(found: Fit) -> Fit:
@@ -475,23 +493,25 @@ def scatter_scale(unknown: Unknown, c: float) -> float:
     return unknown.scatter * abs(unknown.value(c)) / unknown.sd
 
 
-def _likeliest(found: Fit, scatter: FloatArray, k: int, scale: float, farthest: float) -> tuple[float, float]:
-    """The mean of one scatter under its posterior on the grid, where it is clearly above zero, and its error."""
-    tried = SCATTERS * scale
-    score = log_marginals(found, np.where(np.arange(len(scatter)) == k, tried[:, None], scatter))
-    score -= np.log1p(SCATTERS**2) + 0.5 * (SCATTERS / farthest) ** 2
-    edges = np.concatenate([[0.0], 0.5 * (tried[1:] + tried[:-1]), tried[-1:]])
-    weight = np.exp(score - score.max()) * np.diff(edges)
-    weight /= weight.sum()
-    mean = float(weight @ tried)
-    return mean, math.sqrt(max(float(weight @ tried**2) - mean**2, 0.0))
+def _scattering(found: Fit) -> Iterator[tuple[int, float]]:
+    """The unknowns that may differ between tests, and the scale of each one's scatter."""
+    for k, unknown in enumerate(found.model.unknowns):
+        scale = scatter_scale(unknown, float(found.point[k]))
+        if scale > 0.0 and sum(k in t.index for t in found.model.tests) > 1:
+            yield k, scale
 
 
-def log_marginals(found: Fit, scatters: FloatArray) -> FloatArray:
-    """Return the log marginal likelihood (g,) of scatters (g, m), up to a constant: all else is integrated over."""
+def _over_scatter(
+    found: Fit, scatter: FloatArray, k: int, scale: float, log_prior: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Over the grid of unknown k's scatter: its probability, and how far off the unknown then is, with its error.
+
+    By the marginal likelihood of all tests, the other scatters held and all else integrated over.
+    """
+    scatters = np.where(np.arange(len(scatter)) == k, scale * SCATTERS[:, None], scatter)
     model, hold = found.model, found.model.holds(found.point)
     precision, pull = np.tile(np.diag(hold), (len(scatters), 1, 1)), np.tile(-hold * found.point, (len(scatters), 1))
-    total = np.zeros(len(scatters))
+    total = log_prior.copy()
     for test, slopes, residual, local in zip(model.tests, found.slopes, found.residuals, found.local, strict=True):
         information, s = slopes.T @ slopes, scatters[:, test.index]
         force = slopes.T @ (residual + slopes @ (model.scatter[test.index] * local))  # as if no test deviated
@@ -501,8 +521,11 @@ def log_marginals(found: Fit, scatters: FloatArray) -> FloatArray:
         precision[:, test.index[:, None], test.index] += information - scaled @ back[:, :, :-1]
         pull[:, test.index] += force - (scaled @ back[:, :, -1:])[:, :, 0]
         total += 0.5 * np.sum(s * force * back[:, :, -1], axis=1) - 0.5 * np.linalg.slogdet(inner)[1]
-    total += 0.5 * np.sum(pull * np.linalg.solve(precision, pull[:, :, None])[:, :, 0], axis=1)
-    return np.asarray(total - 0.5 * np.linalg.slogdet(precision)[1])
+    covariance: FloatArray = np.asarray(np.linalg.inv(precision))
+    moved = (covariance @ pull[:, :, None])[:, :, 0]
+    total += 0.5 * np.sum(pull * moved, axis=1) - 0.5 * np.linalg.slogdet(precision)[1]
+    weight = np.exp(total - total.max()) * STEPS
+    return weight / weight.sum(), moved[:, k], np.sqrt(covariance[:, k, k])
 
 
 def log_evidence(found: Fit) -> float:

@@ -272,7 +272,7 @@ class _Climb:
             fits = [fit_from(model, [start], local, tempers=False) for start in starts]
         if tests[0].shows_rig:  # of samples so many, and autocorrelated, what a law misses counts from the first
             fits = [tempered(f, np.array([t.observation.missed for t in f.model.tests])) for f in fits]
-        found = _unmetered(with_scatter(min(fits, key=lambda f: f.cost))[0])
+        found = _unmetered(with_scatter(min(fits, key=lambda f: f.cost)))
         made = Rung(law, found, log_evidence(found), *held_out(found))
         return replace(made, required=below is None or self._is_required(made, below))
 
@@ -350,7 +350,7 @@ class _Climb:
             return here, good
         model, point, local = _carried(here.fit.model, best.fit, {})
         try:
-            again = with_scatter(fit_from(model, [point], local, tempers=False))[0] if model.unknowns else here.fit
+            again = with_scatter(fit_from(model, [point], local, tempers=False)) if model.unknowns else here.fit
         except FAULTS:
             return here, good  # the simpler law has no steady state there, so no minimum either
         if again.cost > here.fit.cost - DEEPER:

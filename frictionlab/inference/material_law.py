@@ -43,7 +43,8 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 HEAD = """\
 # The contact law of one material, by all its tests: frictionlab campaign wrote it, frictionlab predict reads it.
-# Values in N, m and s; "scatter" is their standard deviation from test to test, "scatter_u" the error of that.
+# Values in N, m and s; "scatter" is their standard deviation from test to test, "scatter_u" what more of it the tests
+# leave possible: 1.96 times both in quadrature holds 95 % of tests.
 # Errors are those of the tests; the rig's own (stiffness, normal force) are in none: predictions on it share them.
 # A value of level "test" is another in each test of the material: re-seating the contact changes it.
 """
@@ -63,11 +64,11 @@ class MaterialLaw:
     normal force F, in N, where Amontons' law fails) and the law's other parameters by `physical_name`;
     ``frame_damping_ratio`` and ``natural_frequency_ratio`` (the frame's over `rig`'s) where the tests have moved them.
     ``covariance`` (n, n): of the values, in their order. ``scatter``: standard deviation from test to test of a value,
-    and the standard error of that; a name without one has none. ``test_level``: values that are another in each test:
-    their mean is what stands in `values`. ``rig``: ``natural_frequency_hz``, ``stiffness_n_per_m``,
-    ``frame_damping_ratio``, and ``lag_s``: by how much the base's channel is behind, as the tests have found it (0
-    where that is not known). ``conditions``: lowest and highest ``normal_force_n``, ``base_amplitude_m`` and
-    ``frequency_ratio`` of the tests.
+    and what more of it the tests leave possible (in quadrature); a name without one has none. ``test_level``: values
+    that are another in each test: their mean is what stands in `values`. ``rig``: ``natural_frequency_hz``,
+    ``stiffness_n_per_m``, ``frame_damping_ratio``, and ``lag_s``: by how much the base's channel is behind, as the
+    tests have found it (0 where that is not known). ``conditions``: lowest and highest ``normal_force_n``,
+    ``base_amplitude_m`` and ``frequency_ratio`` of the tests.
     """
 
     material: str
@@ -153,17 +154,17 @@ class MaterialLaw:
         return float(np.interp(normal_force_n, forces, [at_force[force] for force in forces]))
 
     def draws(self, n: int, seed: int = 0) -> list[dict[str, float]]:
-        """Return values of so many tests not made: errors, and scatter from test to test by Student's t.
+        """Return values of so many tests not made: errors, and scatter from test to test with what is not known of it.
 
-        The scatter is known from the law's tests: they less one are its degrees of freedom. A value that is positive by
-        its law is drawn on a logarithmic scale, others are kept inside their domain. The same seed, the same draws.
+        A value that is positive by its law is drawn on a logarithmic scale, others are kept inside their domain. The
+        same seed, the same draws.
         """
         names, best = list(self.values), np.array(list(self.values.values()))
-        spread = np.array([self.scatter.get(name, (0.0,))[0] for name in names])
+        spread = np.array([math.hypot(*self.scatter.get(name, ())) for name in names])
         values, vectors = np.linalg.eigh(self.covariance)
         generator = np.random.default_rng(seed)
         steps = generator.standard_normal((n, len(names))) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
-        steps += generator.standard_t(max(self.tests - 1, 1), (n, len(names))) * spread
+        steps += generator.standard_normal((n, len(names))) * spread
         own = {physical_name(p): p for p in law_of(self.law).own}
         domains = [own[COEFFICIENT] if name.startswith(AT_FORCE) else own.get(name) for name in names]
         low = [p.low if p else -math.inf if n == DETUNING else 0.0 for n, p in zip(names, domains, strict=True)]
@@ -255,7 +256,8 @@ def material_law_of(
             value, slope = posterior.shared(index[0][unknown], first)
             found[name] = (add + value, index[0][unknown], slope)
     rows, slopes = [k or 0 for _, k, _ in found.values()], np.array([slope for _, _, slope in found.values()])
-    scatter, error = posterior.fit.model.scatter, posterior.scatter_u
+    scatter = posterior.fit.model.scatter
+    error = np.sqrt(np.maximum(posterior.scatter**2 - scatter**2, 0.0))
     ranges = {
         "normal_force_n": forces,
         "base_amplitude_m": [o.unit for o in seen],

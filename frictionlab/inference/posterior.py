@@ -23,9 +23,8 @@ from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor
 from frictionlab.simulator.laws import Law
-from frictionlab.uncertainty import NOT_KNOWN, Estimate
+from frictionlab.uncertainty import LEVEL, NOT_KNOWN, Estimate
 
-LEVEL = 0.95  # of a limit
 EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
 NOISE_LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
 TOLD = 0.5  # a parameter is determined if its variance has fallen below this share of its prior's ...
@@ -59,14 +58,14 @@ class Posterior:
     """What tests say of their laws, sensors and rig.
 
     ``fit``: best values; ``information``: what each test's data say of its own coordinates, with the scatter of the
-    cycles and the misfit counted; ``scatter_u`` (m,): standard errors of the scatters from test to test, in
+    cycles and the misfit counted; ``scatter`` (m,): from test to test, that errors count (`Fit.scatter_to_count`), in
     coordinates; ``shifts``: source -> systematic distance (m,), in coordinates, that errors hold in quadrature;
     ``held_se`` (m,): standard errors of the coordinates where sensors and rig are held as they are known.
     """
 
     fit: Fit
     information: tuple[FloatArray, ...]
-    scatter_u: FloatArray
+    scatter: FloatArray
     shifts: Mapping[str, FloatArray] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     held_se: FloatArray | None = None
@@ -93,16 +92,6 @@ class Posterior:
     def values(self, i: int = 0) -> dict[str, float]:
         """Best values of test i by name, dimensionless in this test."""
         return self.fit.values(i)
-
-    @cached_property
-    def scatter(self) -> FloatArray:
-        """Scatter (m,) from test to test that errors count: rms over what the tests leave possible of it.
-
-        The variance of a mean is that for each scatter, averaged over the scatter's own posterior (law of total
-        variance). `fit.with_scatter` returns its mean, which already is larger than the tests' standard deviation, and
-        its error; Student's factor on top of these would count twice that few tests show it badly.
-        """
-        return np.hypot(self.fit.model.scatter, self.scatter_u)
 
     @cached_property
     def _eliminated(self) -> tuple[FloatArray, tuple[FloatArray, ...]]:
@@ -238,7 +227,8 @@ class Posterior:
             return NOT_KNOWN
         value, slope = self.shared(k, i)
         law = np.flatnonzero([u.law for u in self.unknowns])
-        alone = np.linalg.inv(self.fit.precision[np.ix_(law, law)])[np.ix_(law == k, law == k)]
+        known = self._eliminated[0] + np.diag(self.fit.model.holds(self.fit.point))
+        alone = np.linalg.inv(known[np.ix_(law, law)])[np.ix_(law == k, law == k)]
         whole = math.sqrt(self.covariance[k, k])
         return Estimate(value, slope * min(math.sqrt(float(alone[0, 0])), whole), slope * whole)
 
@@ -308,7 +298,7 @@ class Posterior:
         without = self._eliminated[0] + np.diag(model.holds(self.fit.point))
         without[np.ix_(test.index, test.index)] -= self._eliminated[1][i]
         covariance = at_least(np.asarray(np.linalg.inv(without)), np.diag(self.covariance))
-        s = model.scatter[test.index]
+        s = self.scatter[test.index]
         return np.clip(moved, *model.bounds)[test.index], covariance[np.ix_(test.index, test.index)] + np.diag(s**2)
 
 
@@ -434,10 +424,9 @@ def information_of(fit: Fit, i: int) -> FloatArray:
     return np.asarray(back @ np.linalg.solve(excess, back.T))
 
 
-def posterior_of(fit: Fit, scatter_u: FloatArray | None = None) -> Posterior:
+def posterior_of(fit: Fit) -> Posterior:
     """Return the posterior about a fit."""
-    information = tuple(information_of(fit, i) for i in range(len(fit.model.tests)))
-    return Posterior(fit, information, np.zeros(len(fit.model.unknowns)) if scatter_u is None else scatter_u)
+    return Posterior(fit, tuple(information_of(fit, i) for i in range(len(fit.model.tests))), fit.scatter_to_count)
 
 
 def infer(
@@ -525,12 +514,12 @@ def of_several(found: Fit) -> Posterior:
     their scatter: they are fitted once more from values of their own, and what is left then is misfit.
     """
     first, tests = with_scatter(found), range(len(found.model.tests))
-    again = with_scatter(tempered(first[0]), lifts=True)
-    if explains(again[0], tests):
-        return posterior_of(*again)
-    apart = with_scatter(tempered(with_scatter(let_apart(found))[0]), lifts=True)
-    more = sum(explains(apart[0], [i]) - explains(first[0], [i]) for i in tests)
-    return posterior_of(*(apart if more > 0 else first))
+    again = with_scatter(tempered(first), lifts=True)
+    if explains(again, tests):
+        return posterior_of(again)
+    apart = with_scatter(tempered(with_scatter(let_apart(found))), lifts=True)
+    more = sum(explains(apart, [i]) - explains(first, [i]) for i in tests)
+    return posterior_of(apart if more > 0 else first)
 
 
 def explains(fit: Fit, tests: Iterable[int]) -> bool:

@@ -14,11 +14,11 @@ from scipy.special import stdtrit
 
 from frictionlab.scene import Infer
 from frictionlab.simulator.laws import Law, Parameter
-from frictionlab.uncertainty import LAG, Sources, bent_gain
+from frictionlab.uncertainty import LAG, NORMAL, Sources, bent_gain
 
 Level = Literal["rig", "material", "test"]
 
-WIDE = 2.0 * 1.959964  # standard deviations from end to end of a 95 % interval
+WIDE = 2.0 * NORMAL  # standard deviations from end to end of a 95 % interval
 WITHIN = 0.5 + 0.5 * 0.682689  # probability below one standard deviation of a normal distribution
 LARGEST = 700.0  # of a logarithm: beyond it no double is left, and no parameter's domain
 STRONGEST = 12.0  # standard deviations: no coordinate goes farther from its prior

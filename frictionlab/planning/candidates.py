@@ -386,5 +386,5 @@ def together(lab: Laboratory, tests: Sequence[VirtualTest], *, rig: bool = True)
         shift[test.index] = np.sqrt(sum(s**2 for s in own.shifts.values()) + np.zeros(len(times))) / times
         shifts.append(shift)
     fit = placed(replace(model, scatter=scatter), point, [np.zeros(len(own)) for own in slopes], slopes)
-    found = Posterior(fit, tuple(information), np.zeros(len(point)))
+    found = Posterior(fit, tuple(information), scatter)
     return found.with_shift(OTHER_CAUSE, np.min(shifts, axis=0))  # one rig: the test that shows most of it bounds it

@@ -184,9 +184,9 @@ def test_a_band_holds_95_of_100_laws() -> None:
 
 def test_draws_have_the_covariance_and_stay_in_their_domain() -> None:
     covariance = np.array([[0.01**2, 0.02], [0.02, 9.0]])
-    law = replace(example_law(), covariance=covariance, scatter={"gradient_per_m": (4.0, 3.0)}, tests=10_000)
+    law = replace(example_law(), covariance=covariance, scatter={"gradient_per_m": (4.0, 3.0)})
     drawn = np.array([list(values.values()) for values in law.draws(20_000, seed=3)])
-    np.testing.assert_allclose(np.cov(drawn.T), covariance + np.diag([0.0, 16.0]), rtol=0.05)
+    np.testing.assert_allclose(np.cov(drawn.T), covariance + np.diag([0.0, 25.0]), rtol=0.05)
     wide = law_with({COEFFICIENT: 0.3, "contact_damping_n_s_per_m": 0.1}, "coulomb+speed", u=3.0)
     assert min(min(values.values()) for values in wide.draws(200)) >= 0.0
     assert law.draws(3, seed=1) == law.draws(3, seed=1)
@@ -362,9 +362,3 @@ def test_a_lag_is_as_free_under_a_law_found_elsewhere_as_the_scene_declares(lag_
     assert judged.nuisances["lag_s"]["known_to"] == pytest.approx(lag_s_u)
     if verdict == "explained":
         assert judged.nuisances["lag_s"]["value"] == pytest.approx(2e-4, abs=3.0 * judged.nuisances["lag_s"]["u"])
-
-
-def test_scatter_known_from_few_tests_is_drawn_by_students_t() -> None:
-    law = law_with({COEFFICIENT: 0.3}, scatter=1e-3)
-    drawn = np.array([v[COEFFICIENT] for v in law.draws(20000)]) - 0.3
-    assert np.mean(np.abs(drawn) < 3.182 * 0.3e-3) == pytest.approx(0.95, abs=0.005)  # t of 4 tests less one
