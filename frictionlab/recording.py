@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.arrays import sampling_interval, step_range
 from frictionlab.errors import RecordingError
+from frictionlab.schema import in_html
 from frictionlab.units import UNIT
 
 if TYPE_CHECKING:
@@ -271,8 +272,6 @@ class Recording:
         return f"<Recording {names}: {size}{f', {flagged} flagged' if flagged else ''}>"
 
     def _repr_html_(self) -> str:
-        from frictionlab.schema import in_html  # noqa: PLC0415 - for notebooks alone
-
         return in_html(self)
 
     def measured(self) -> dict[str, NDArray[np.float64]]:

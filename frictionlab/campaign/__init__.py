@@ -64,7 +64,7 @@ NOT_OPENED = (
     "{} tests name recordings outside the folders of their tables and the working folder (such as {}): these are not"
     " opened. If they are yours, start from a folder above them, or copy them beside the table."
 )
-PLAIN = "by plain Coulomb friction, for rows of measurements do not tell the scene's law: no recordings are at hand"
+PLAIN = "by plain Coulomb friction, for rows of measurements do not give the scene's law: no recordings are at hand"
 SHARED_ERRORS = (
     "Standard errors (_se) hold the scatter from test to test; combined uncertainties (_u) and 95 % intervals also hold"
     " what all tests share: gain, lag, natural frequency, stiffness, normal force."

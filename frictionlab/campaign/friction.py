@@ -40,7 +40,7 @@ class Reason(Enum):
 
     UNIT = "unit", "its unit looks wrong; see its warnings"
     LONG = "long", "a long test: in drift.csv"
-    STUCK = "stuck", "stuck: all it tells is that the friction ratio is 1 / (static over kinetic friction) or more"
+    STUCK = "stuck", "stuck: all it shows is that the friction ratio is 1 / (static over kinetic friction) or more"
     UNSTEADY = "unsteady", "unsteady: irregularity {:.2g} beyond noise and base; one steady state cannot stand for it"
     ASYMMETRIC = "asymmetric", "asymmetric ({:.2g}): Coulomb's law on a symmetric contact cannot explain it"
     NEAR_RESONANCE = "near resonance", "near resonance: by Coulomb's law the response grows without bound"
@@ -361,11 +361,11 @@ def _notes(
         yield f"left out of all means, for {DOUBTED}: {', '.join(misread)}"
     silent = sum(not v.trial.tells_errors for v in used)
     if silent and not missed:
-        yield f"{silent} tests tell no standard error: {UNKNOWN_ERROR:.0%} is taken"
+        yield f"{silent} tests give no standard error: {UNKNOWN_ERROR:.0%} is taken"
     if stiffness is None:
         yield "no force: the scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency)"
     elif not any(math.isfinite(v.trial.base_amplitude_m) for v in used):
-        yield "no force: no test tells its base amplitude"
+        yield "no force: no test gives its base amplitude"
     off = sum((v.nrmse or 0.0) > EXPLAINED * (v.floor or 0.0) for v in missed)
     if off:
         which = "its test" if len(missed) == 1 else f"{off} of {len(missed)} tests"

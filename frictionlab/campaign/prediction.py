@@ -90,7 +90,7 @@ def model_of(scene: Scene, *, recorded: bool = False) -> Model:
         )
     if model.open_ones:
         raise UsageError(
-            f"law {law.name}: rows of measurements tell the friction ratio alone: put the recordings beside them, or"
+            f"law {law.name}: rows of measurements give the friction ratio alone: put the recordings beside them, or"
             f" hold the law's other parameters fixed in [model.parameters]: {', '.join(model.open_ones)}"
         )
     return model

@@ -107,7 +107,7 @@ def drift_of(
     if not slope.known:
         note = "no slope: its recording is not at hand and its measurement holds no energy_trend_per_hour"
     elif not friction.known:
-        note = "the energy is near its largest over the friction force, so it does not tell how that drifts"
+        note = "the energy is near its largest over the friction force, so it does not show how that drifts"
     return Drift(trial, slope, low, high, friction, trend, note)
 
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from frictionlab.analysis.steadiness import LONG_S, Trend
 from frictionlab.errors import UsageError
@@ -199,7 +200,8 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
     own, trend, force = row.get("warnings"), merged.get("trend"), number("normal_force_n")
     sentences = own if isinstance(own, (list, tuple)) else [own] if own else []
     merged["warnings"] = warnings = (*map(str, sentences), *_contradictions(row, known))
-    numbers = {name: value for name, key in NUMBERS.items() if (value := number(key)) is not None}
+    numbers: dict[str, Any] = {name: value for name, key in NUMBERS.items() if (value := number(key)) is not None}
+    estimates: dict[str, Any] = {name: estimate(ESTIMATED[name]) for name in ESTIMATES}
     trial = Trial(
         source=str(merged.get("source", "?")),
         warnings=warnings,
@@ -209,8 +211,8 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
         regime=text("regime"),
         trend=trend if isinstance(trend, Trend) else None,
         row={key: value for key, value in merged.items() if key != "trend"},
-        **numbers,  # type: ignore[arg-type] # all of them numbers
-        **{name: estimate(ESTIMATED[name]) for name in ESTIMATES},  # type: ignore[arg-type] # all of them estimates
+        **numbers,
+        **estimates,
     )
     return replace(trial, reason=_reason(trial))
 
@@ -258,8 +260,10 @@ def _contradictions(row: Row, facts: Row) -> Iterator[str]:
         theirs = row.get(key)
         if ours is None or theirs is None:
             continue
-        numbers = isinstance(ours, (int, float)) and isinstance(theirs, (int, float))
-        same = math.isclose(ours, theirs, rel_tol=1e-6) if numbers else str(ours) == str(theirs)  # type: ignore[arg-type]
+        if isinstance(ours, (int, float)) and isinstance(theirs, (int, float)):
+            same = math.isclose(ours, theirs, rel_tol=1e-6)
+        else:
+            same = str(ours) == str(theirs)
         if not same:
             yield f"{key} is {theirs!r} in the measurement, {ours!r} by the scene: {theirs!r} is taken"
 

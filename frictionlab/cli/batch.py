@@ -176,8 +176,8 @@ def campaign(
             rows += read_measurements(path)
         except Exception as error:  # noqa: BLE001  # a file that cannot be read is a row, whatever the reason
             unread.append(failure(path, error))
-    told = [(str(row["source"]), str(row["reason"])) for row in unread]
-    reasons = [reason if reason.startswith(source) else f"{source}: {reason}" for source, reason in told]
+    failed = [(str(row["source"]), str(row["reason"])) for row in unread]
+    reasons = [reason if reason.startswith(source) else f"{source}: {reason}" for source, reason in failed]
     if not rows and all(path.suffix == ".csv" for path in paths):
         every = f" ({screen.counted(len(paths), 'file')} in all)"
         raise UsageError(f"{reasons[0]}{every}: of raw logs, `frictionlab batch LOGS --campaign`")

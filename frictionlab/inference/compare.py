@@ -18,6 +18,7 @@ from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
 from frictionlab.inference.diagnose import Diagnosis, against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
+from frictionlab.inference.force import GAIN, ForceObservation, observe_force, with_force
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.material_law import DETUNING, FRAME, MaterialLaw
 from frictionlab.inference.observation import Observation
@@ -145,8 +146,6 @@ def identified(
     """Return the posterior of a measured test under the law that is given or required, and the ladder if climbed."""
     observation = observe(measurement, scene, None if law == AUTO else law)
     if measurement.cycle.cell is not None:
-        from frictionlab.inference.force import with_force  # noqa: PLC0415 - for measured forces alone
-
         observation = with_force(observation, measurement, scene)
     return _found(observation, scene, law, friction_ratio)
 
@@ -281,8 +280,6 @@ def compare_force(
     Numbers are over the normal force (so that the friction ratio is the coefficient; over the measured friction force
     where it is not known), lengths over half the stroke Y, speeds over omega Y.
     """
-    from frictionlab.inference.force import GAIN, ForceObservation, observe_force  # noqa: PLC0415 - as above
-
     if measurement.slides_one_way:  # at one speed, which shows nothing but Coulomb friction
         asked, law = "coulomb" if law == AUTO else law_and_held(scene, law)[0].name, "coulomb"
         if asked != law:

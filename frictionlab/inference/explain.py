@@ -16,7 +16,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.inference.compare import AUTO, compare_measurement
 from frictionlab.inference.comparison import Comparison, ContactForce
 from frictionlab.inference.diagnose import OTHER_CAUSE
-from frictionlab.inference.ladder import DEAR, EXACT, NOT_TOLD_APART, NUMERIC, REQUIRED, left_for_work
+from frictionlab.inference.ladder import DEAR, EXACT, NOT_DISTINGUISHED, NUMERIC, REQUIRED, left_for_work
 from frictionlab.inference.posterior import AS_KNOWN, MISSED, NOISE, limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
@@ -29,7 +29,7 @@ PARTS = {"stops": "at stops", "slides up": "while the mass slides up", "slides d
 SOURCES = {
     NOISE: "noise, and what the law misses",
     AS_KNOWN: "sensors and rig, which the fit finds unlike what is known of them",
-    NOT_TOLD_APART: "other laws, which the recording does not tell apart",
+    NOT_DISTINGUISHED: "other laws, which the recording does not distinguish",
     MISSED: "the law: found in another way, beta is another",
     OTHER_CAUSE: "another cause than the law",
     "natural_frequency": "the natural frequency (rig.natural_frequency_hz)",
@@ -238,5 +238,5 @@ def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
         yield 0, f"Next: --law {left[0]} fits that law alone."
     elif not untold:
         yield 2, NEXT
-    warnings = (said for said in about.comparison.warnings if "does not tell it" not in said)
+    warnings = (said for said in about.comparison.warnings if "does not determine it" not in said)
     yield from ((1 if "declare it" in said else 5, f"! {said}") for said in warnings)

@@ -6,7 +6,7 @@ The coordinates c of the unknowns hold for all tests; a test's own are ``e = c +
 
     W = A - A S (1 + S A S)^-1 S A,        v = b - A S (1 + S A S)^-1 (S b - d),
 
-so that 457 tests cost 457 times one. Between two steps slopes are not asked for again but corrected by what the step
+so that 457 tests cost 457 times one. Between two steps slopes are not computed again but corrected by what the step
 has shown (C. G. Broyden, Math. Comp. 19 (1965) 577); they are where a step disappoints, and at the end.
 """
 
@@ -361,8 +361,8 @@ def inside(curvature: FloatArray, slope: FloatArray, low: FloatArray, high: Floa
 
 def told_of(fit: Fit, i: int = 0) -> float:
     """Return how many unknowns test i determines: of several tests that share them, half."""
-    told = float((np.abs(fit.slopes[i]).max(axis=0, initial=0.0) > 1.0).sum())
-    return told if len(fit.model.tests) == 1 else 0.5 * told
+    determined = float((np.abs(fit.slopes[i]).max(axis=0, initial=0.0) > 1.0).sum())
+    return determined if len(fit.model.tests) == 1 else 0.5 * determined
 
 
 def excess_of(fit: Fit, i: int = 0) -> float:

@@ -3,7 +3,7 @@
 The data are means of the force over short parts of the cycle. While the contact stands, or turns faster than sensors
 show, a rigid law does not say its force: parts in which the measured speed is not clear of its noise, and those within
 two and a half samples of them, have no weight. They are the same under every law, so that laws can be compared; what
-stands of a turn in the parts beside them tells a contact that yields. A load cell has no zero, so the mean of the parts
+stands of a turn in the parts beside them shows a contact that yields. A load cell has no zero, so the mean of the parts
 is taken off.
 
 A motion with a force is one observation (`MotionAndForce`): the two share law, frame and sensors. The force gives
@@ -38,6 +38,7 @@ from frictionlab.inference.posterior import Posterior
 from frictionlab.inference.unknowns import STRAINED, Unknown, lag
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law
+from frictionlab.simulator.prescribed import force_under
 from frictionlab.uncertainty import Estimate, lag_of_samples, unit_uncertainty
 
 PARTS = 128  # of a cycle, at most
@@ -105,8 +106,6 @@ class ForceObservation(OfCycles):
 
     def motion(self, values: Values, near: Any = None) -> FloatArray | None:  # noqa: ARG002 - nothing is looked for
         """Return the law's force (p,) under the measured motion; None where it has none."""
-        from frictionlab.simulator.prescribed import force_under  # noqa: PLC0415 - for measured forces alone
-
         gain, late = 1.0 + values.get("gain", 0.0), self.turn * values.get(LAG, 0.0)
         times = -(-POINTS // len(self.place))
         try:
@@ -311,7 +310,7 @@ class MotionAndForce(CycleObservation):
         return self.force.in_newtons(found)
 
     def disagreement(self, found: Posterior) -> tuple[str, ...]:
-        """Say where force and motion tell different friction, by more than three of what is not known between them."""
+        """Say where force and motion give different friction, by more than three of what is not known between them."""
         said, force = list(self.force.said), self.force
         places = [k for name in (GAIN, UNIT) if (k := found.fit.find(name)) is not None]
         if math.hypot(*found.fit.point[places]) > STRAINED:

@@ -60,7 +60,7 @@ SCALES = (-1.5, -1.0, -0.5, 0.0, 0.5)  # the same on a logarithmic scale: where 
 LIKELY = 0.05  # times as likely as the law that is given: from there on another law counts, ...
 APART = 1.0  # ... and is named if its friction ratio is so many errors away
 SPENT = "the work of a ladder was used up"
-NOT_TOLD_APART = "laws that the data do not tell apart"
+NOT_DISTINGUISHED = "laws that the data do not distinguish"
 FAULTS = (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError)
 
 
@@ -400,8 +400,9 @@ def _is_better(below: FloatArray, above: FloatArray) -> bool:
 def _is_sure(rung: Rung, below: Fit) -> bool:
     """Whether one of a term's parameters lies far enough from where it does nothing; many samples please any term."""
     found, known = rung.posterior, below.values()
+    values = {} if found is None else found.parameters()
     for p in rung.law.own if found is not None else ():
-        e = None if p.name in known else found.parameters()[p.name]  # type: ignore[union-attr]
+        e = None if p.name in known else values[p.name]
         if e is not None and (p.neutral is None or not math.isfinite(p.neutral)):
             return True  # no value of it does nothing: its evidence alone decides
         if e is not None and abs(e.value - (p.neutral or 0.0)) > SURE * (e.u or math.inf):
@@ -535,12 +536,12 @@ def told_apart(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posteri
     more = np.where(more > 0.05 * own, more, 0.0)
     if not more.any():
         return found
-    found = found.with_shift(NOT_TOLD_APART, np.sqrt(more))
+    found = found.with_shift(NOT_DISTINGUISHED, np.sqrt(more))
     if named:
         law = f"{chosen.law.name} ({found.values()['beta']:.4g})"
         said = (
-            f"friction_ratio: this recording does not tell {law} from {', '.join(dict.fromkeys(named))}: its error"
-            " holds the difference; tests at other frequencies or forces tell them apart (frictionlab plan)"
+            f"friction_ratio: this recording does not distinguish {law} from {', '.join(dict.fromkeys(named))}: its"
+            " error holds the difference; tests at other frequencies or forces distinguish them (frictionlab plan)"
         )
         found = replace(found, warnings=(*found.warnings, said))
     return found

@@ -289,7 +289,7 @@ class CycleObservation(OfCycles):
         """Energy (k Y^2) that the motion over the wall takes in; a moving wall makes the force r^2 as large."""
         if self.regime == "stuck":
             raise AnalysisError(
-                "no friction ratio: the mass stands still, which tells only that friction is at least the spring's"
+                "no friction ratio: the mass stands still, which shows only that friction is at least the spring's"
                 " force: measure with less normal force or more base amplitude"
             )
         energy = self.energy.value or 0.0

@@ -357,8 +357,8 @@ def model_of(observations: Sequence[Observation], *, amontons: bool = True, rig:
         reference = references.setdefault(o.material, o)
         scales = {"length": 1.0, "rate": 1.0, "force": 1.0}
         if o is not reference:
-            alike = amontons and o.normal_force and reference.normal_force
-            force = o.normal_force / reference.normal_force if alike else 1.0  # type: ignore[operator]
+            load, own = reference.normal_force, o.normal_force
+            force = own / load if amontons and own and load else 1.0
             scales = {"length": o.unit / reference.unit, "rate": o.turn / reference.turn, "force": force}
         for u in (*o.law_unknowns, *(common if rig else ())):
             key: tuple[object, ...] = (u.name, o.material) if u.law else (u.name,)
@@ -566,6 +566,6 @@ def _with_rivals(found: Posterior, others: Sequence[Fit]) -> Posterior:
         return found
     for other in near:
         found = found.with_shift("other minima", other.point - best.point)
-    told = " and ".join(f"{f.values()['beta']:.4g}" for f in near)
-    said = f"friction_ratio: not unique: {told} fits nearly as well as {own:.4g}; its error spans them"
+    named = " and ".join(f"{f.values()['beta']:.4g}" for f in near)
+    said = f"friction_ratio: not unique: {named} fits nearly as well as {own:.4g}; its error spans them"
     return replace(found, warnings=(*found.warnings, said))

@@ -55,10 +55,10 @@ class StoreyObservation(CycleObservation):
         for i, storey in enumerate(self.scene.rig.masses[1:], 2):
             key, zeta = f"rig.masses.{i - 1}", storey.damping_ratio or 0.0
             low = max(-STRONGEST, -zeta / loose) if loose > 0.0 else 0.0
-            damping = {"mean": zeta, "sd": loose, "low": low, "folded": zeta == 0.0}
+            damping = f"damping of storey {i}"
             more += [
                 Unknown(FREQUENCY.format(i), f"natural frequency of storey {i}", sd=detuned, key=key),
-                Unknown(DAMPING.format(i), f"damping of storey {i}", key=key, **damping),  # type: ignore[arg-type]
+                Unknown(DAMPING.format(i), damping, "rig", zeta, loose, low=low, folded=zeta == 0.0, key=key),
             ]
         for gain in (u for u in known if u.name == "gain"):
             more += [

@@ -129,12 +129,12 @@ def doubts(
     beta, law = parameters["beta"], {u.name for u in found.unknowns if u.law}
     if beta.u is not None and beta.u > VAGUE * beta.value:
         yield (
-            f"friction_ratio: known only to {100 * beta.u / beta.value:.0f} %: this test hardly tells it, or the law"
-            " does not explain the test; see misfit and --budget"
+            f"friction_ratio: known only to {100 * beta.u / beta.value:.0f} %: this test hardly determines it, or the"
+            " law does not explain the test; see misfit and --budget"
         )
     for name, e in parameters.items():
         if name != "beta" and name in law and not e.told:
-            yield f"{name}: this test does not tell it; {limits_in_words(e.lower, e.upper)} (95 %)"
+            yield f"{name}: this test does not determine it; {limits_in_words(e.lower, e.upper)} (95 %)"
     if verdict == "explained" and observation.floor > FAINT:
         faint = f"the measurement's own error is {100 * observation.floor:.2g} % of the motion"
         yield f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
@@ -155,7 +155,7 @@ def doubts(
         if own and term.name != "coulomb" and not any(e.told for e in own):
             yield (
                 f"law: the recording requires the term {term.name}, for without it cycles are predicted worse; how"
-                " much of it there is it does not tell, for errors of sensors and rig do nearly the same: declare them"
+                " much of it there is it does not show, for errors of sensors and rig do nearly the same: declare them"
                 " in [sensors], [rig]"
             )
     yield from not_tried(ladder)

@@ -191,7 +191,7 @@ def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dial
     return rivals[0].dialect
 
 
-@lru_cache(maxsize=2048)  # a separator that a line lacks leaves it whole: one cell, asked about again and again
+@lru_cache(maxsize=2048)  # a separator that a line lacks leaves it whole: one cell, looked at again and again
 def kind_of(cell: str, decimal: str) -> str:
     """Classify a cell: ``n`` number, ``m`` moment, ``e`` no value, ``t`` text."""
     if number(cell, decimal) is not None:

@@ -164,7 +164,7 @@ class Limits:
             )
         if not any(test.posterior is not None for test, ok in zip(tests, allowed, strict=True) if ok):
             raise UsageError(
-                f"law {lab.law.name}: no candidate tells anything: the mass stands still or has no steady state in all"
+                f"law {lab.law.name}: no candidate shows anything: the mass stands still or has no steady state in all"
                 " of them, or would if friction were one standard error higher; change normal_forces_n,"
                 " base_amplitudes_m or frequency_ratios of [plan], or narrow friction_coefficient"
             )
@@ -238,9 +238,9 @@ def _notes(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) -
         notes = (*notes, "against: motions jump with break-away: the evidence may come out some ten times lower")
     after = tests[-1].log_bayes_after
     if against is not None and after is not None and after < REQUIRED:
-        laws = f"{lab.law.name} from {against}"
+        laws = f"{lab.law.name} and {against}"
         said = f"{REQUIRED:g} decides, {after:.2g} is expected; allow more tests, or larger values in plan.expected"
-        notes = (*notes, f"against: these tests are not expected to tell {laws}: {said}")
+        notes = (*notes, f"against: these tests are not expected to decide between {laws}: {said}")
     return notes
 
 

@@ -67,7 +67,7 @@ def notes_of(values: Mapping[str, Any], wall: "Wall", base: "Base", row: Any, *,
     loose = (((left > LOOSE * taken) & (taken > 0.0)) | lasts | small) & _not(many)
     held = rests & (not rigid)
     said = {
-        Note.FAILED: outcome != outcome,  # noqa: PLR0124 - not a number
+        Note.FAILED: np.isnan(outcome),
         Note.RUNS_AWAY: outcome == places.RUNAWAY,
         Note.PULLS: outcome == places.PULLING,
         Note.CHATTERS: outcome == places.CHATTERED,

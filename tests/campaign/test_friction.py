@@ -140,7 +140,7 @@ def test_intervals_hold_the_truth_at_the_stated_rate() -> None:
     [
         ({"irregularity_index": 0.4}, "unsteady: irregularity 0.4"),
         ({"asymmetry": 0.3}, r"asymmetric \(0.3\)"),
-        ({"regime": "stuck"}, "stuck: all it tells is that the friction ratio is"),
+        ({"regime": "stuck"}, "stuck: all it shows is that the friction ratio is"),
         ({"energy_per_cycle": 6.0}, "unexplained: alone it would say"),
         ({"duration_s": 1800.0}, "a long test"),
         ({"frequency_ratio": 1.0, "source": "z"}, "near resonance"),
@@ -280,7 +280,7 @@ def test_an_error_that_nobody_tells_is_wide_and_said() -> None:
     (told,) = evaluate([trial_of(r) for r in rows], EXACT).fits
     (fit,) = evaluate([trial_of(r) for r in silent], EXACT).fits
     assert present(fit.friction_ratio_se) > 5.0 * present(told.friction_ratio_se)
-    assert "5 tests tell no standard error: 5% is taken" in fit.note
+    assert "5 tests give no standard error: 5% is taken" in fit.note
 
 
 def ranks(rows: list[dict[str, object]]) -> list[tuple[int | None, str]]:

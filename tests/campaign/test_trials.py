@@ -93,7 +93,7 @@ def test_a_campaign_without_base_amplitudes_has_ratios_and_says_why_no_forces() 
     (fit,) = evaluate([trial_of(r) for r in rows], SCENE).fits
     assert fit.friction_ratio is not None
     assert fit.friction_force_n is None
-    assert "no force: no test tells its base amplitude" in fit.note
+    assert "no force: no test gives its base amplitude" in fit.note
 
 
 @pytest.fixture

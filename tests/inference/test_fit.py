@@ -92,7 +92,7 @@ def test_a_parameter_that_a_test_does_not_tell_has_a_limit_instead_of_a_value(
     assert not told["told"]
     assert (told["lower"] is None, told["upper"] is None) == (not least, least)
     assert least or 0.0 < told["upper"] < 0.02
-    words = f"{name}: this test does not tell it; at {'least' if least else 'most'}"
+    words = f"{name}: this test does not determine it; at {'least' if least else 'most'}"
     assert any(w.startswith(words) for w in found.warnings)
 
 
