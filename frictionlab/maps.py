@@ -54,7 +54,7 @@ def solve(numbers: Sequence[int], grid: Grid, build: str) -> FloatArray:
 
 def _solve(points: FloatArray, grid: Grid) -> FloatArray:
     try:
-        return sweep_points(points, grid.family)
+        return sweep_points(points, grid)
     except SimulationError:  # one of them cannot be solved: alone, it costs only itself
         if len(points) == 1:
             return np.full((1, ROW), np.nan)

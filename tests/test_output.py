@@ -72,6 +72,11 @@ def test_what_is_too_wide_stands_in_blocks() -> None:
     assert head.endswith("stops  predicted stops  regime")
     assert Path(LONG).stem in first
     assert "coefficient" not in printed(1000, [{**COMPARED, "friction_coefficient": None}], COMPARISONS)
+    laws: list[Row] = [
+        {"material": "steel", "law": law, "nrmse": "0.1", "evidence": "many letters"} for law in ("a", "b")
+    ]
+    again = printed(30, laws, ["material", "law", "nrmse", "evidence"]).splitlines()[4:]
+    assert [line.split()[:2] for line in again] == [["material", "law"], ["steel", "a"], ["steel", "b"]]
 
 
 def shown(path: Path) -> list[list[str]]:
@@ -173,7 +178,7 @@ def test_warnings_are_printed_once_for_each_cause_and_grave_ones_first(capsys: p
     print_warnings(rows, notes=["a note"])
     assert capsys.readouterr().err.splitlines() == [
         "warning (1): not settled: at 3 s",
-        "warning (3 tests): short: 0 to 2 s",
+        "warning (3 tests): short: 0 ... 2 s",
         "warning (2 tests): hum",
         "note: a note",
     ]

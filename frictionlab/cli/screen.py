@@ -205,14 +205,19 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
 
 
 def _print_blocks(heads: Sequence[str], lines: Sequence[Sequence[str] | str]) -> None:
-    """Print lines of cells under their heads, in blocks that fit, each led by the first column; a text as it is."""
+    """Print lines of cells under their heads, in blocks that fit; a text as it is.
+
+    Each block is led by the first columns that distinguish the rows, where they leave half of the width.
+    """
     cells = [heads, *(line for line in lines if not isinstance(line, str))]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    block, blocks = [0], list[list[int]]()  # places of the columns side by side
-    for place in range(1, len(widths)):
-        if len(block) > 1 and sum(widths[p] + GAP for p in (*block, place)) - GAP > _width():
+    lead = next((n for n in range(1, len(heads)) if len({tuple(line[:n]) for line in cells}) == len(cells)), 1)
+    lead = lead if 2 * sum(widths[:lead]) <= _width() else 1
+    block, blocks = [*range(lead)], list[list[int]]()  # places of the columns side by side
+    for place in range(lead, len(widths)):
+        if len(block) > lead and sum(widths[p] + GAP for p in (*block, place)) - GAP > _width():
             blocks.append(block)
-            block = [0]
+            block = [*range(lead)]
         block.append(place)
     blocks.append(block)
     for shown in blocks:

@@ -29,33 +29,6 @@ AXES = ("r", "beta", "mu", "zeta")
 
 
 @dataclass(frozen=True)
-class Family:
-    """What the points of a map have in common; `names`: parameters that are coordinates after r, beta, mu, zeta."""
-
-    law: str = "coulomb"
-    names: tuple[str, ...] = ()
-    wall: Wall = "fixed"
-    base: Base = COSINE
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Name of each coordinate of a point."""
-        return (*AXES, *self.names)
-
-    def problem(self, point: Sequence[float]) -> Problem:
-        """Return the problem at a point; what a parameter says goes before mu and zeta."""
-        r, beta, mu, zeta, *more = (float(value) for value in point)
-        values = dict(zip(self.names, more, strict=True))
-        return Problem(r, beta, mu, zeta, self.wall, self.base, law=self.law, parameters=values)
-
-    def values(self, points: FloatArray) -> dict[str, FloatArray]:
-        """Return the numbers (n,) of the law at points (n, coordinates); what a parameter says goes before mu, zeta."""
-        values = dict(zip(self.coordinates, points.T, strict=True))
-        mu, zeta = values.pop("mu"), values.pop("zeta")
-        return {"static_ratio_up": mu, "static_ratio_down": mu, "contact_damping_ratio": zeta} | values
-
-
-@dataclass(frozen=True)
 class Grid:
     """Every combination of r, beta, mu, zeta and further parameters of a law, the last one fastest.
 
@@ -103,15 +76,10 @@ class Grid:
         first = {name: float(values[0]) for name, values in axes.items()}
         for name, values in axes.items():
             for value in values.tolist():
-                self.family.problem(tuple((first | {name: value}).values()))
+                self.problem(tuple((first | {name: value}).values()))
 
     def __len__(self) -> int:
         return prod(len(values) for values in self.axes().values())
-
-    @property
-    def family(self) -> Family:
-        """What the points have in common."""
-        return Family(self.law, tuple(name for name, _ in self.parameters), self.wall, self.base)
 
     def axes(self) -> dict[str, FloatArray]:
         """The values along each axis."""
@@ -123,6 +91,18 @@ class Grid:
         axes = list(self.axes().values())
         places = np.unravel_index(np.arange(numbers[0], numbers[-1] + 1), tuple(len(axis) for axis in axes))
         return np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
+
+    def problem(self, point: Sequence[float]) -> Problem:
+        """Return the problem at a point; what a parameter says goes before mu and zeta."""
+        r, beta, mu, zeta, *more = (float(value) for value in point)
+        values = dict(zip((name for name, _ in self.parameters), more, strict=True))
+        return Problem(r, beta, mu, zeta, self.wall, self.base, law=self.law, parameters=values)
+
+    def values(self, points: FloatArray) -> dict[str, FloatArray]:
+        """Return the numbers (n,) of the law at points (n, axes); what a parameter says goes before mu and zeta."""
+        values = dict(zip((*AXES, *(name for name, _ in self.parameters)), points.T, strict=True))
+        mu, zeta = values.pop("mu"), values.pop("zeta")
+        return {"static_ratio_up": mu, "static_ratio_down": mu, "contact_damping_ratio": zeta} | values
 
 
 @dataclass(frozen=True)
@@ -169,7 +149,7 @@ class StateMap(Result):
         keys = (*KEYS, *also)
         for point, *values in zip(points, *(_listed(key, columns[key]) for key in keys), strict=True):
             row = dict(zip(keys, values, strict=True))
-            yield row | {"warnings": _said(row, grid.family, point) if row["warnings"] else []}
+            yield row | {"warnings": _said(row, grid, point) if row["warnings"] else []}
 
     def place(self, number: int) -> str:
         """The coordinates of a point in words."""
@@ -212,12 +192,12 @@ def named(numbers: FloatArray) -> dict[str, NDArray[Any]]:
     return texts | {key: numbers[:, position] for key, position in PLACES.items()} | {"warnings": notes}
 
 
-def _said(row: Mapping[str, Any], family: Family, point: FloatArray) -> list[str]:
+def _said(row: Mapping[str, Any], grid: Grid, point: FloatArray) -> list[str]:
     """Return the sentences of a point's notes, with its numbers."""
     if row["outcome"] == FAILED:
         return [f"{WORDS[Note.FAILED]}."]
     numbers = {key: row[key] for key in (*PLACES, "solver", "outcome")}
-    problem = family.problem(point.tolist())
+    problem = grid.problem(point.tolist())
     return list(SteadyState(problem, **numbers, notes=row["warnings"]).warnings)
 
 
@@ -277,7 +257,7 @@ def sweep(
     more = tuple((name, _numbers(values)) for name, values in (parameters or {}).items())
     grid = Grid(_numbers(r), _numbers(beta), _numbers(mu), _numbers(zeta), wall, law, more, base)
     chunks = [range(start, min(start + CHUNK, len(grid))) for start in range(0, len(grid), CHUNK)]
-    return StateMap(grid, np.concatenate([sweep_points(grid.points(c), grid.family) for c in chunks]))
+    return StateMap(grid, np.concatenate([sweep_points(grid.points(c), grid) for c in chunks]))
 
 
 def _numbers(values: Sequence[float]) -> tuple[float, ...]:
@@ -294,17 +274,17 @@ def warm_up(law: str) -> None:
         numeric.warm_up()
 
 
-def sweep_points(points: FloatArray, family: Family) -> FloatArray:
-    """Return the rows of points given as (n, coordinates). What a worker does."""
-    if not law_of(family.law).is_exact:
-        return np.array([to_numbers(steady_state(family.problem(point))) for point in points.tolist()])
+def sweep_points(points: FloatArray, grid: Grid) -> FloatArray:
+    """Return the rows of points (n, axes) of a grid. What a worker does."""
+    if not law_of(grid.law).is_exact:
+        return np.array([to_numbers(steady_state(grid.problem(point))) for point in points.tolist()])
     from frictionlab.simulator.exact.solve import rows_of, systems_of  # noqa: PLC0415 - half a second to load
 
-    rows = rows_of(systems_of(family.values(points), family.wall, family.base))
+    rows = rows_of(systems_of(grid.values(points), grid.wall, grid.base))
     parts, kept = rows[:, places.OUTCOME] == places.PARTING, (places.PERIODIC, places.STUCK, places.COSTLY)
     rows[:, places.GROWTH] = np.where(parts, rows[:, places.MISS], np.nan)  # MISS is its growth
     known = np.isin(rows[:, places.OUTCOME], kept) & np.isfinite(rows[:, places.MISS])
     rows[:, places.MISS] = np.where(known, rows[:, places.MISS], np.nan)
-    rigid = law_of(family.law).kind == "rigid"
-    rows[:, places.NOTES] = notes_of(family.values(points), family.wall, family.base, rows.T, rigid=rigid)
+    rigid = law_of(grid.law).kind == "rigid"
+    rows[:, places.NOTES] = notes_of(grid.values(points), grid.wall, grid.base, rows.T, rigid=rigid)
     return rows

@@ -29,7 +29,7 @@ GRAVE = re.compile(
     r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
     r"|times what|the fit moved|changes its sign|not at hand|used up"
 )
-_DIGITS = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?")
+_DIGITS = re.compile(r"(?<![\w.])(?<!\w-)\d[\d.]*(?:e[+-]?\d+)?")  # a number, not part of a name
 _TO = re.compile(r"( \w{1,3})? to ")  # of a range, also of one that names its unit twice
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 _FORMULA = re.compile(r"'*[=+\-@\t\r\uff1d\uff0b\uff0d\uff20]")  # full-width forms as well
@@ -272,23 +272,27 @@ def few_of(names: Sequence[str]) -> str:
 def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, ...]]]:
     """Group warnings (source, sentence) by cause, grave ones first.
 
-    Sentences that differ in their numbers alone are one, with the least and the largest of each number; of ranges
-    the ends that are farthest. Where one source has several, as of gaps, its first stands for them.
+    Sentences that differ in their numbers alone, or in the source's name, are one, with the least and the largest of
+    each number; of ranges the ends that are farthest. Where one source has several, as of gaps, its first stands for
+    them.
 
     Examples
     --------
     >>> kinds_of([("a", "lag: 3 s"), ("b", "no unit"), ("c", "lag: 4.5e-3 s")])
-    [('lag: 4.5e-3 to 3 s', ('a', 'c')), ('no unit', ('b',))]
+    [('lag: 4.5e-3 ... 3 s', ('a', 'c')), ('no unit', ('b',))]
+    >>> kinds_of([("r/N2_1.h5", "no row for N2_1.csv"), ("r/N3_1.h5", "no row for N3_1.csv")])
+    [('no row for N2_1.csv', ('r/N2_1.h5', 'r/N3_1.h5'))]
     >>> kinds_of([("a", "from 2 N to 5 N"), ("b", "from 1 N to 4 N")])
     [('from 1 N to 5 N', ('a', 'b'))]
     >>> kinds_of([("a", "from 2 s to 3 s"), ("a", "from 7 s to 8 s")])
     [('from 2 s to 3 s (and 1 more such)', ('a',))]
     >>> kinds_of([("a", "lag: 2 s"), ("a", "lag: 9 s"), ("b", "lag: 4 s")])
-    [('lag: 2 to 4 s (and 1 more such)', ('a', 'b'))]
+    [('lag: 2 ... 4 s (and 1 more such)', ('a', 'b'))]
     """
     found: dict[str, list[tuple[str, str]]] = {}
     for source, sentence in warnings:
-        found.setdefault(_DIGITS.sub("0", sentence), []).append((source, sentence))
+        shape = re.sub(rf"(?<!\w){re.escape(Path(source).stem)}(?!\w)", "", sentence)
+        found.setdefault(_DIGITS.sub("0", shape), []).append((source, sentence))
     kinds = []
     for alike in found.values():
         first, more = dict(reversed(alike)), len(set(alike)) - len({source for source, _ in alike})
@@ -299,13 +303,13 @@ def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, 
 
 
 def _in_one(sentences: Sequence[str]) -> str:
-    """One sentence for some that differ in their numbers alone: ``3 to 5`` where these differ."""
+    """One sentence for some that differ in their numbers alone: ``3 ... 5`` where these differ."""
     words, each = _DIGITS.split(sentences[0]), zip(*map(_DIGITS.findall, sentences), strict=True)
     said = [words[0]]
     for before, after, numbers in zip(words, words[1:], each, strict=False):
         low, high = (pick(numbers, key=_size) for pick in (min, max))
         sign = "-" if before.endswith((" -", "(-")) else ""
-        whole = low if _size(low) == _size(high) else f"{low} to {sign}{high}"
+        whole = low if _size(low) == _size(high) else f"{low} ... {sign}{high}"
         said += [low if _TO.fullmatch(after) else high if _TO.fullmatch(before) else whole, after]
     return "".join(said)
 

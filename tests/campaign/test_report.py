@@ -171,7 +171,7 @@ SAID = st.tuples(st.sampled_from("abcd"), st.sampled_from(["lag: 3 s", "lag: 0.4
 @given(st.lists(SAID))
 def test_every_warning_of_every_test_is_in_exactly_one_kind(said: list[tuple[str, str]]) -> None:
     kinds = kinds_of(said)
-    numbers = re.compile(r"[\d.e-]+( to [\d.e-]+)? s\b( \(and \d+ more such\))?")
+    numbers = re.compile(r"[\d.e-]+( \.\.\. [\d.e-]+)? s\b( \(and \d+ more such\))?")
     told = {(source, numbers.sub("# s", sentence)) for sentence, sources in kinds for source in sources}
     assert told == {(source, numbers.sub("# s", sentence)) for source, sentence in said}
     assert len(told) == sum(len(sources) for _, sources in kinds)
@@ -191,7 +191,7 @@ def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path
     assert not any(line.startswith("by ") for line in shown), "one material is not ranked"
     told = [line for line in done.stderr.splitlines() if "warning (" in line]
     assert told == [
-        "warning (3 tests): stops_per_cycle: 0.3 to 0.7 in some cycles",
+        "warning (3 tests): stops_per_cycle: 0.3 ... 0.7 in some cycles",
         "warning (steel_N1_r0.3): odd",
     ]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").partition('<section id="warnings">')[2]

@@ -21,7 +21,7 @@ from frictionlab.simulator.exact.phase import DONE, MISSING, SLOTS, make_phase
 from frictionlab.simulator.exact.solve import system_of
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import to_numbers
-from frictionlab.simulator.sweep import Family, sweep_points
+from frictionlab.simulator.sweep import Grid, sweep_points
 from tests.desk import told_by
 from tests.simulator.several_twin import rubs
 
@@ -56,14 +56,16 @@ NAMES = ("gradient", "static_ratio_up", "static_ratio_down", "frame_damping_rati
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize("wall", ["fixed", "base"])
 def test_every_rigid_law_has_the_same_bits_in_a_map_and_alone(wall: Wall) -> None:
-    family = Family("coulomb+place+breakaway", NAMES, wall, Base((1.0, 0.1)))
-    for point, row in zip(LAWS, sweep_points(LAWS, family), strict=True):
-        np.testing.assert_array_equal(to_numbers(steady_state(family.problem(point)))[1:9], row[1:9])
+    more = tuple((name, (1.0,)) for name in NAMES)
+    grid = Grid((0.5,), (0.4,), wall=wall, law="coulomb+place+breakaway", parameters=more, base=Base((1.0, 0.1)))
+    for point, row in zip(LAWS, sweep_points(LAWS, grid), strict=True):
+        np.testing.assert_array_equal(to_numbers(steady_state(grid.problem(point)))[1:9], row[1:9])
 
 
 def test_chunks_do_not_matter() -> None:
-    whole = sweep_points(POINTS, Family())
-    parts = [sweep_points(POINTS[i : i + 1], Family()) for i in range(len(POINTS))]
+    grid = Grid((0.5,), (0.4,))
+    whole = sweep_points(POINTS, grid)
+    parts = [sweep_points(POINTS[i : i + 1], grid) for i in range(len(POINTS))]
     np.testing.assert_array_equal(whole, np.vstack(parts))
 
 
