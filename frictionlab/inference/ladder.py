@@ -474,7 +474,7 @@ def held_out(found: Fit) -> tuple[FloatArray, float | None]:
         return scores + strain, nrmse
     if len(model.tests) < 3:
         return np.zeros(0), None
-    posterior = Posterior(found, tuple(j.T @ j for j in found.slopes), np.zeros(len(found.point)))
+    posterior = Posterior(found, tuple(j.T @ j for j in found.slopes), model.scatter)
     parts, squares = [], []
     for i, test in enumerate(model.tests):
         mean, covariance = posterior.left_out(i)
