@@ -96,7 +96,7 @@ def holes_of(time: FloatArray, interval: float, resolution: float = 0.0) -> IntA
         largest[k:] &= ~(near & (rise[k:] < rise[:-k]))
         largest[:-k] &= ~(near & (rise[:-k] <= rise[k:]))
     holes = np.zeros(len(time))
-    holes[at[largest]] = np.rint(rise[largest])
+    holes[at[largest]] = np.rint(np.minimum(rise, passed[at - 1] - 1.0)[largest])  # of two side by side each its own
     lasting: IntArray = at[largest | (rises(late - np.cumsum(holes)) > 0.5)]
     return lasting
 

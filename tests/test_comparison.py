@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import frictionlab as fl
@@ -199,6 +199,7 @@ def test_stretches_hold_what_is_sound_and_never_cross_a_hole(damage: list[tuple[
         assert part.stretches() == (part,) or len(part.stretches()) == 1
 
 
+@example(1.0, 1216, 0.0, 4)  # two places side by side
 @given(st.floats(1e-5, 1.0), st.integers(10, 2000), st.floats(-1e3, 1e3), st.integers(0, 8))
 def test_the_interval_is_that_of_the_clock_whatever_is_missing(step: float, n: int, start: float, lost: int) -> None:
     keep = np.sort(np.random.default_rng(n).permutation(np.arange(1, n - 1))[: n - 2 - min(lost, n // 4)])

@@ -371,6 +371,9 @@ class _Climb:
             return False
         if below.fit is None or rung.fit is None:
             return True
+        starting = any(o.settles_later_s is not None for o in self.observations)
+        if starting and explains(below.fit, range(len(self.observations))):  # what is left of a start looks like a term
+            return False
         scores = below.held_out, rung.held_out
         shares = missed_shares(rung.fit)
         if shares.any():  # what not even the richer law explains is no noise: with it counted the gain must stand

@@ -47,6 +47,9 @@ FEW = 3.0  # over the number of cycles: the share of the mean variance below whi
 FEW_LEFT_OUT = 15  # below so many cycles they are left out in two halves, else in five parts
 PARTS = 8  # that the cycles are left out in, one after the other
 POINTS = 4.0  # of a cycle for each harmonic: with fewer, interpolation takes part of it away
+AS_A_DRIFT, CLEAR = 1.15, 5.0  # times the last third's change; errors of it: from these on a decay is seen
+MOST_OF_IT = 0.01  # of the motion: how much of a start an error may hold
+MOST_LEFT = 0.85  # of a third's change in the next: slower decays look like drifts
 MOST_RAISED = 4.0  # of a covariance by autocorrelation: a drift is no noise
 ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
@@ -64,9 +67,9 @@ class Cycles:
     ``mean`` (2 K,): cosine parts of harmonics 1 to K of x/Y, then the sine parts; ``each`` (n, 2 K): the same of single
     steady cycles; ``covariance`` (2 K, 2 K) of the mean cycle; ``sensor``: variance of one part of it from the sensor's
     white noise alone; ``used``: cycles that the mean is of; ``power``: mean square of the measured mean cycle;
-    ``floor``: standard error of the mean cycle over its rms, what no model can undercut; ``of_base`` (2 K, 2 K): the
-    part of the covariance that all cycles share, the base's noise; ``raised``: by how much the autocorrelation of the
-    cycles raises the covariance of the mean.
+    ``floor``: standard error of the mean cycle over its rms, what no model can undercut; ``of_all`` (2 K, 2 K): the
+    part of the covariance that all cycles share, the base's noise and what is left of the start; ``raised``: by how
+    much the autocorrelation of the cycles raises the covariance of the mean.
     """
 
     mean: FloatArray
@@ -76,7 +79,7 @@ class Cycles:
     used: int
     power: float
     floor: float
-    of_base: FloatArray
+    of_all: FloatArray
     raised: float
 
     @property
@@ -99,7 +102,7 @@ class Cycles:
         least = self.sensor * self.used + 4.0 * ROUNDING**2 * self.power / len(self.mean)
         others = (np.delete(self.each, part, axis=0) for part in rows)
         return tuple(
-            (about[part], shrunk(rest, least) * (self.raised / self.used) + self.of_base)
+            (about[part], shrunk(rest, least) * (self.raised / self.used) + self.of_all)
             for part, rest in zip(rows, others, strict=True)
         )
 
@@ -129,7 +132,7 @@ class OfCycles(Observation):
             each = np.concatenate(moved)
             freedom = len(each) - 1.0
             grown = each * np.sqrt(variance_inflation(each) * student(freedom) / freedom / cycles.used)
-            shown = at_least(of_few(grown, assumed), np.diag(sensor)) + white @ cycles.of_base @ white.T
+            shown = at_least(of_few(grown, assumed), np.diag(sensor)) + white @ cycles.of_all @ white.T
         else:
             shown = assumed
         if at.is_noise:
@@ -453,6 +456,7 @@ def of_measurement(measurement: Measurement, scene: Scene, masses: int = 1) -> d
         unit_u=measurement.base_amplitude_m_se / measurement.base_amplitude_m,
         least=scene.model.base_harmonics,
         masses=masses,
+        settled=measurement.settles_later_s is None,
     )
 
 
@@ -469,14 +473,15 @@ def of_cycle(
     unit_u: float,
     least: int = 1,
     masses: int = 1,
+    settled: bool = True,
 ) -> dict[str, Any]:
     """Return what an observation takes from a mean cycle: its base, and harmonics with the covariance of its cycles.
 
     ``samples`` of a cycle; ``used``: cycles that the mean is of; ``noise``: rms of the first mass's sensor, Y, which
     stands for all; ``unit_u``: relative error of Y; ``least``: harmonics of the base; ``masses`` of a frame, one after
-    the other. A stop's corner is sharp, and a slow drive wakes high harmonics at the frame's own: so many are kept as
-    that needs and the samples allow. What the base's noise adds is shared by all cycles: all is over its amplitude,
-    from its phase on.
+    the other; ``settled``: no start is known to be left. A stop's corner is sharp, and a slow drive wakes high
+    harmonics at the frame's own: so many are kept as that needs and the samples allow. What the base's noise adds is
+    shared by all cycles: all is over its amplitude, from its phase on.
     """
     wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / r)))
     count = min(cycle.each.shape[1], max(2, min(wanted, int(min(samples, len(cycle.tau)) / POINTS))))
@@ -488,12 +493,13 @@ def of_cycle(
     one_cycle, raised = of_one_cycle(single, sensor + 2.0 * ROUNDING**2 * power / count)
     lines, order = mean.reshape(masses, 2, -1), np.arange(1, count + 1)
     later = np.stack([order * lines[:, 1], -order * lines[:, 0]], axis=1).ravel()
-    of_base = unit_u**2 * (np.outer(mean, mean) + np.outer(later, later))
-    covariance = one_cycle * (raised / used) + of_base
+    start = left_of_start(single, sensor, settled=settled)
+    of_all = unit_u**2 * (np.outer(mean, mean) + np.outer(later, later)) + start.T @ start
+    covariance = one_cycle * (raised / used) + of_all
     beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)
     floor = math.sqrt((0.5 * float(np.trace(covariance)) + beyond) / power)
     base = base_of(cycle, unit_u, least)
-    return Cycles(mean, single, covariance, sensor / used, used, power, floor, of_base, raised).facts | {
+    return Cycles(mean, single, covariance, sensor / used, used, power, floor, of_all, raised).facts | {
         "cycle": cycle,
         "energy": energy,
         "amplitude": amplitude,
@@ -519,6 +525,36 @@ def base_of(cycle: Cycle, unit_u: float, least: int = 1) -> Base:
         return COSINE
     cosine, sine = (np.where(shown, side, 0.0)[:count] for side in (cycle.base_cosine, cycle.base_sine))
     return Base(tuple(cosine.tolist()), tuple(sine.tolist()))
+
+
+def left_of_start(single: FloatArray, sensor: float, *, settled: bool) -> FloatArray:
+    """Return what is left of a recording's start in the mean of its cycles (n, d), (2, d): zeros where none shows.
+
+    Each third is nearer to the steady state than the one before; what is still to come follows as in a geometric series
+    [Aitken 1926], and what turns about with it, in the second row, has its share. A drift, as strong in the last third,
+    is none where the motion is ``settled``. ``sensor``: variance of a part by its white noise.
+    """
+    n, none = len(single), np.zeros((2, single.shape[1]))
+    length = n // 3
+    if length < 2:  # too few to show their own scatter
+        return none
+    three = np.array([single[first : first + length].mean(axis=0) for first in (0, (n - length) // 2, n - length)])
+    change, bend = three[0] - three[2], three[0] - 2.0 * three[1] + three[2]
+    size = float(np.linalg.norm(change))
+    if size == 0.0:
+        return none
+    along = change / size
+    early, late = -np.diff(three @ along)
+    scatter = float(np.mean(np.diff(single @ along, 2) ** 2)) / 6.0
+    clear = CLEAR * math.sqrt(max(sensor, scatter) / length)
+    if early - (AS_A_DRIFT if settled else -1.0) * late < clear or early < clear:
+        return none
+    late = max(late, 0.0)
+    less = min(late / early, MOST_LEFT)
+    left = (early + 2.0 * late) / 3.0 + late * less / (1.0 - less)
+    if left > MOST_OF_IT * float(np.linalg.norm(single.mean(axis=0))):  # such a motion is not steady, and that is said
+        return none
+    return np.asarray(left / size * np.array([change, bend - along * (bend @ along)]))
 
 
 def of_one_cycle(single: FloatArray, least: float) -> tuple[FloatArray, float]:

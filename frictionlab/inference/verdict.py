@@ -18,6 +18,7 @@ VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
 RESTLESS = 0.02  # error of the measured cycle over its size that steady motions do not have
 OUTLASTS = 100.0  # times the cycles measured: what disturbs a motion so long has not died out in them
 START = 0.3  # of what a law misses, or of the noise: of a start as large as the motion, less than that is gone
+UNLIKELY = 100.0  # of log evidence: more than unknowns that are not needed cost
 ANOTHER = "another may: --law auto"
 UNSETTLED = "motion that is not steady"
 
@@ -38,9 +39,16 @@ def verdict_of(
 
 
 def better_of(ladder: Ladder, misfit: float) -> str:
-    """Return the laws of a ladder that leave less than an unexplained one, though evidence does not require them."""
-    most = EXPLAINED / misfit * (ladder.chosen.nrmse or 0.0)
-    better = [rung.law.name for rung in ladder.rungs if rung.nrmse is not None and rung.nrmse <= most]
+    """Return the laws of a ladder that leave less than an unexplained one, though evidence does not require them.
+
+    One that leaves less of the motion and is far less likely misses the force beside it.
+    """
+    most, least = EXPLAINED / misfit * (ladder.chosen.nrmse or 0.0), ladder.chosen.log_evidence - UNLIKELY
+    better = [
+        rung.law.name
+        for rung in ladder.rungs
+        if rung.nrmse is not None and rung.nrmse <= most and rung.log_evidence > least
+    ]
     if not better and (spent := left_for_work(ladder.left_out)):
         return f"no law that --law auto tried to the end explains it; do: --law {spent[0]}, left out for its work"
     if not better:

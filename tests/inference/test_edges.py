@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from frictionlab import compare
 from frictionlab.inference import verdict
+from frictionlab.inference.observations import left_of_start
 from frictionlab.inference.starts import elastic_friction_ratios, strokes_of
 from frictionlab.recording import Recording
 from frictionlab.simulator import Base, Problem, simulate, steady_state
 from tests.analysis.seen import through_laser
 from tests.desk import present
-from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
+from tests.inference.contacts import BASE_M, NATURAL_HZ, from_rest, recorded, scene
 
 
 @pytest.mark.parametrize(
@@ -138,3 +139,20 @@ def test_a_contact_too_soft_for_the_energy_has_no_friction_ratio() -> None:
     strokes = np.array([2.0])
     assert elastic_friction_ratios(strokes, 1.01, 1.0) == ()
     assert elastic_friction_ratios(strokes, 0.9999, 1.0) == pytest.approx([0.495, 0.505], abs=1e-3)
+
+
+def test_what_is_left_of_a_start_is_in_the_error_of_the_cycle_and_makes_no_term() -> None:
+    """Half of 60 s was cut, a decay of a thousandth was left: a misfit of 3.4, and friction "required" to vary."""
+    law = Problem(0.42, 0.2205, frame_damping_ratio=0.004)
+    rig = {"damping_ratio": 0.004, "damping_ratio_u": 0.0004}
+    seen = recorded(law, np.random.default_rng(3), scatter=0.0, sensors=from_rest(law))
+    found = compare(seen, scene(rig=rig, analysis={"transient_s": None}), law="auto")
+    assert (found.law, found.verdict) == ("coulomb", "explained")
+    assert abs(found.friction_ratio - 0.2205) < 2.0 * present(found.friction_ratio_u)
+    steady = np.random.default_rng(4).normal(size=(40, 10))
+    assert not left_of_start(steady, 1.0, settled=True).any()
+    decay = 100.0 + np.outer(0.7 ** np.arange(40.0), np.ones(10))
+    left = left_of_start(steady * 1e-3 + decay, 1e-6, settled=True)
+    assert np.linalg.norm(left[0]) == pytest.approx(np.linalg.norm(decay.mean(axis=0) - 100.0), rel=0.1)
+    drift = 100.0 + np.outer(np.linspace(1.0, 0.0, 40), np.ones(10))
+    assert not left_of_start(steady * 1e-3 + drift, 1e-6, settled=True).any()
