@@ -10,7 +10,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.schema import AMPLITUDE, ENERGY, STOPS, Result, value_of
 from frictionlab.simulator import row as places
 from frictionlab.simulator.motion import Motion
-from frictionlab.simulator.notes import Note, notes_of, sentences
+from frictionlab.simulator.notes import notes_of, sentences
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.structure import Structure
 
@@ -44,9 +44,6 @@ NUMBERS = {  # of a state: their places in a row, if they have one
     "warnings": None,
 }
 PLACES = {key: place for key, place in NUMBERS.items() if place is not None}
-EXACT = (
-    *("response_amplitude", "stops_per_cycle", "stuck_fraction", "floquet_multiplier", "closure_error", "residual"),
-)
 KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
 CREEP = 1e-10  # Y in a cycle: a contact that slips no further is at rest, at the edge of where it holds
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
@@ -203,33 +200,21 @@ def _cycles(count: int | None) -> str:
     return "cycle" if count == 1 else f"{count} cycles"
 
 
-def from_numbers(problem: Problem, row: FloatArray, orbit: Motion | None) -> SteadyState:
-    """Turn a row of numbers into a steady state."""
+def from_numbers(problem: Problem, row: FloatArray, **known: Any) -> SteadyState:
+    """Turn a row of numbers into a steady state; what is `known` goes before what the row says."""
     numbers: list[float] = row.tolist()  # Python's own are faster one by one
-    values = problem.parameters | {"r": problem.r}
-    outcome, rigid = OUTCOMES[int(numbers[places.OUTCOME])], problem.law.kind == "rigid"
-    said = int(notes_of(values, problem.wall, problem.base, numbers, rigid=rigid))
-    miss = numbers[places.MISS]
-    if outcome not in ("periodic", "stuck"):
-        residual = miss if said & Note.GIVEN_UP and isfinite(miss) else None
-        growth = miss if said & Note.PARTS else None
-        return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
-    moves: Regime = "stick-slip" if numbers[places.STOPS] > 0.0 else "continuous"
-    known: dict[str, Any] = {key: numbers[PLACES[key]] for key in EXACT}
-    return SteadyState(
-        problem=problem,
-        solver=SOLVERS[int(numbers[places.SOLVER])],
-        outcome=outcome,
-        energy_per_cycle=numbers[places.ENERGY],
-        contact_energy_per_cycle=numbers[places.CONTACT_ENERGY],
-        frame_energy_per_cycle=numbers[places.FRAME_ENERGY],
-        regime="stuck" if outcome == "stuck" else moves,
-        symmetric=bool(numbers[places.SYMMETRIC]),
-        period_cycles=int(numbers[places.PERIOD]),
-        notes=said,
-        orbit=orbit,
-        **known,
-    )
+    if "notes" not in known:
+        values = problem.parameters | {"r": problem.r}
+        rigid = problem.law.kind == "rigid"
+        known["notes"] = int(notes_of(values, problem.wall, problem.base, numbers, rigid=rigid))
+    said: dict[str, Any] = {key: number for key, at in PLACES.items() if isfinite(number := numbers[at])}
+    said["outcome"], said["solver"] = OUTCOMES[int(numbers[places.OUTCOME])], "exact"
+    if said["outcome"] in ("periodic", "stuck"):
+        said["solver"] = SOLVERS[int(numbers[places.SOLVER])]
+        said["regime"] = "stick-slip" if numbers[places.STOPS] > 0.0 else "continuous"
+        said["regime"] = "stuck" if said["outcome"] == "stuck" else said["regime"]
+        said["symmetric"], said["period_cycles"] = bool(said["symmetric"]), int(said["period_cycles"])
+    return SteadyState(problem, **said | known)
 
 
 def to_numbers(state: SteadyState) -> list[float]:

@@ -280,11 +280,7 @@ def sweep_points(points: FloatArray, grid: Grid) -> FloatArray:
         return np.array([to_numbers(steady_state(grid.problem(point))) for point in points.tolist()])
     from frictionlab.simulator.exact.solve import rows_of, systems_of  # noqa: PLC0415 - half a second to load
 
-    rows = rows_of(systems_of(grid.values(points), grid.wall, grid.base))
-    parts, kept = rows[:, places.OUTCOME] == places.PARTING, (places.PERIODIC, places.STUCK, places.COSTLY)
-    rows[:, places.GROWTH] = np.where(parts, rows[:, places.MISS], np.nan)  # MISS is its growth
-    known = np.isin(rows[:, places.OUTCOME], kept) & np.isfinite(rows[:, places.MISS])
-    rows[:, places.MISS] = np.where(known, rows[:, places.MISS], np.nan)
-    rigid = law_of(grid.law).kind == "rigid"
-    rows[:, places.NOTES] = notes_of(grid.values(points), grid.wall, grid.base, rows.T, rigid=rigid)
+    values, rigid = grid.values(points), law_of(grid.law).kind == "rigid"
+    rows = rows_of(systems_of(values, grid.wall, grid.base))
+    rows[:, places.NOTES] = notes_of(values, grid.wall, grid.base, rows.T, rigid=rigid)
     return rows

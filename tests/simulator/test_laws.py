@@ -193,7 +193,7 @@ def test_a_search_given_up_before_it_came_anywhere_has_no_residual(miss: float, 
     """A file of a map says not known by NaN; it had infinity there."""
     row = np.full(places.ROW, np.nan)
     row[places.OUTCOME], row[places.MISS] = places.COSTLY, miss
-    state = from_numbers(Problem(0.5, 0.4), row, None)
+    state = from_numbers(Problem(0.5, 0.4), row)
     assert (state.outcome, state.notes, state.residual) == ("not found", Note.GIVEN_UP, residual)
     assert ("missed itself by" in state.verdict) is (residual is not None)
 

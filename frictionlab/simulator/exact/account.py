@@ -163,23 +163,13 @@ def add_flows(system: Any, work: Any, weight: float, numbers: Any) -> None:
         numbers.path[c] += weight * abs(work.slip[c])
         numbers.gap -= weight * dry * (speed + system.follow[c] * rate)
     for a in range(n):
-        drive, thick = dot(system.push[a], work.f, 2), 0.0
-        for b in range(n):
-            if system.damping[a, b] != 0.0:
-                thick += of_frame(system, a, b) * (work.now_v[b] - system.moves * rate)
+        work.net[a] = work.now_v[a] - system.moves * rate
+    for a in range(n):
+        drive = dot(system.push[a], work.f, 2)
         numbers.gap += weight * (drive - dot(system.damping[a], work.now_v, n)) * work.now_v[a]
         numbers.input += weight * drive * work.now_v[a]
-        numbers.frame += weight * thick * (work.now_v[a] - system.moves * rate)
+        numbers.frame += weight * dot(system.frame[a], work.net, n) * work.net[a]
     numbers.loop += weight * (f if system.moves else base_moved(system, work, 0)) * work.now_v[0]
-
-
-@inner
-def of_frame(system: Any, a: int, b: int) -> float:
-    """Return an entry of the frame's own damping."""
-    own = system.damping[a, b]
-    for c in range(system.contacts):
-        own -= system.dashpot[c] * system.row[c, a] * system.row[c, b]
-    return own
 
 
 @inner

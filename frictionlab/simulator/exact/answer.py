@@ -4,20 +4,23 @@ Den Hartog's continuous motion (2.10-2.14) answers where it is valid: one undamp
 pure cosine.
 """
 
+from functools import cache
 from math import atan2, floor, hypot, inf, isnan, nan, pi, sqrt, tan
 from typing import Any
 
 import numpy as np
+from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator import row as places
-from frictionlab.simulator.compiled import compiled, entry, inner
+from frictionlab.simulator.compiled import address_of, caller, compiled, entry, inner
 from frictionlab.simulator.exact.account import call_account
-from frictionlab.simulator.exact.flow import TURN_OF, Carrier, call_run, is_integrated, is_rigid
+from frictionlab.simulator.exact.flow import RECORDS, TURN_OF, Carrier, call_run, is_integrated, is_rigid
 from frictionlab.simulator.exact.motion import base_at_time, contact_force, place_of
 from frictionlab.simulator.exact.orbit import (
     ALMOST,
+    LEG,
     TURN,
     carry,
     copy,
@@ -41,6 +44,7 @@ from frictionlab.simulator.row import (
     LACKING,
     NOT_FOUND,
     OVERFULL,
+    PARTING,
     PERIODIC,
     RUNAWAY,
     STUCK,
@@ -51,7 +55,7 @@ from frictionlab.simulator.row import (
 LOOKS = 1e7  # evaluations in a search, for each harmonic: some seconds
 CYCLES = 150.0  # natural periods that a search may always follow, ten evaluations each
 RESTING = 64  # cycles in which a mass that can rest comes to rest, or nearly so
-AUTO, CLOSED_ONLY, NEVER_CLOSED = 0, 1, -1
+AUTO, CLOSED_ONLY, NEVER_CLOSED, WAITS = 0, 1, -1, -2  # WAITS: as the latter, and the motion is followed at once
 
 
 @compiled
@@ -316,16 +320,28 @@ def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, row: FloatArray
     return PERIODIC
 
 
-@inner
-def wait(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
-    """Find the orbit that the motion from a start settles on, from rest where `y[0]` is not a number; an outcome."""
-    system, starts = flow.system, np.empty((3, len(y)))
+def wait(system: Any, work: Any, pieces: FloatArray, leg: Any, y: FloatArray, row: FloatArray) -> int:
+    """Find the orbit that the motion from a start settles on, from rest where `y[0]` is not a number; an outcome.
+
+    It is called by its address, and compiled when orbits may coexist for the first time.
+    """
+    flow, starts = Carrier(system, work, pieces), np.empty((3, len(y)))
     if not is_integrated(system):
-        fill_starts(system, flow.work, starts)
+        fill_starts(system, work, starts)
     if isnan(y[0]):
         copy(starts[0], y)
     row[places.MISS], outcome = settle_from(flow, leg, y, starts[2], 2 if system.mirrored else 1)
-    return outcome
+    return int(outcome)
+
+
+WAIT = types.int64(*RECORDS, from_dtype(LEG), types.float64[::1], types.float64[::1])
+call_wait = caller(WAIT)
+
+
+@cache
+def waiter() -> int:
+    """Compile what follows the motion from a start; return its address."""
+    return address_of(wait, WAIT)
 
 
 @inner
@@ -366,7 +382,7 @@ def fill_energies(system: Any, leg: Any, held: bool, numbers: Any, row: FloatArr
     row[places.OUTCOME] = STUCK if held else PERIODIC
     least = 1e-3 * (taken + numbers.frame) / cycles + 1e-10 * drive_size(system) * row[places.AMPLITUDE]
     if not held and row[places.CLOSURE] > least:
-        for k in range(places.ENERGY, places.MISS):
+        for k in range(places.ENERGY, places.MISS + 1):
             row[k] = nan
         row[places.OUTCOME] = NOT_FOUND
 
@@ -393,6 +409,8 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
     work.spent, work.left = given - (work.left if work.left < inf else work.spent), inf
     row[places.OUTCOME] = float(outcome)
     if outcome not in (PERIODIC, STUCK, UPCOMING):
+        row[places.GROWTH] = row[places.MISS] if outcome == PARTING else nan
+        row[places.MISS] = row[places.MISS] if outcome == COSTLY and row[places.MISS] < inf else nan
         return
     if outcome == STUCK:
         carry(flow, leg, y, image, True)
@@ -417,7 +435,7 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
 def name_solver(flow: Any, leg: Any, closed: int, row: FloatArray) -> None:
     """Name the solver of an orbit that is Den Hartog's, from one turn to the next without a stop."""
     system, straight = flow.system, flow.work.signature == 1 + TURN_OF and leg.sign < 0.0
-    if closed != NEVER_CLOSED and row[places.OUTCOME] == PERIODIC and straight and is_plain(system) and system.limit[0]:
+    if closed >= AUTO and row[places.OUTCOME] == PERIODIC and straight and is_plain(system) and system.limit[0]:
         row[places.SOLVER] = places.CLOSED_FORM if system.harmonics == 1 else places.EXACT
 
 
@@ -433,44 +451,30 @@ def solve(
     rows: FloatArray,
     left: float,
 ) -> None:
-    """Fill the rows (k, ROW) of the steady states that rest settles on, of systems, each by itself.
+    """Fill the rows (k, ROW) of steady states of systems, each by itself, that rest or a start settles on.
 
-    Starts of the orbits are written to `ys` (k, size); leg, pieces and sums (NUMBERS) are the last one's. A row whose
-    outcome is AWAITED is `wait_for`'s. `left`: evaluations that each may take, if those are fewer than its own share.
+    Starts are read from `ys` (k, size), rest where they are not numbers, and starts of the orbits are written there;
+    leg, pieces and sums (NUMBERS) are the last one's. A row is AWAITED where the motion is to be followed and the
+    system has no address yet of what does. `left`: evaluations that each may take, if those are fewer than its share.
     """
-    leg, starts = legs[0], np.empty((3, ys.shape[1]))
+    leg, starts, begun = legs[0], np.empty((3, ys.shape[1])), np.empty(ys.shape[1])
     for k in range(len(rows)):
         one, works[0].left = Carrier(systems[k], works[0], pieces), left
-        given = begin_row(one, leg, rows[k])
-        found = simple(one, leg, starts, ys[k], closed, rows[k])
-        if found == AWAITED:
+        given, found = begin_row(one, leg, rows[k]), AWAITED
+        copy(ys[k], begun)
+        if closed != WAITS:
+            found = simple(one, leg, starts, ys[k], closed, rows[k])
+        if closed != WAITS and found == AWAITED:
             if is_integrated(one.system):
                 copy(ys[k], starts[0])
                 found = shot(one, leg, starts[:1], ys[k], rows[k])
             else:
                 found = shot(one, leg, starts[: 3 if one.system.sliders else 2], ys[k], rows[k])
+        if found == AWAITED and one.system.wait != 0:
+            one.work.left = given
+            copy(begun, ys[k])
+            found = call_wait(one.system.wait, (one.system, one.work, pieces, leg, ys[k], rows[k]))
         end_row(one, leg, ys[k], found, given, sums[0], rows[k])
-        name_solver(one, leg, closed, rows[k])
-
-
-@entry
-def wait_for(
-    systems: Any,
-    works: Any,
-    pieces: FloatArray,
-    legs: Any,
-    ys: FloatArray,
-    closed: int,
-    sums: Any,
-    rows: FloatArray,
-    left: float,
-) -> None:
-    """As `solve`, of what the motions from starts settle on, or, where `ys` is not a number, from rest."""
-    leg = legs[0]
-    for k in range(len(rows)):
-        one, works[0].left = Carrier(systems[k], works[0], pieces), left
-        given = begin_row(one, leg, rows[k])
-        end_row(one, leg, ys[k], wait(one, leg, ys[k], rows[k]), given, sums[0], rows[k])
         name_solver(one, leg, closed, rows[k])
 
 

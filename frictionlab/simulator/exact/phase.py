@@ -52,7 +52,8 @@ SYSTEM = np.dtype(
         ("run", "i8"),  # addresses: of `flow.run`,
         ("advance", "i8"),  # of what carries it through a phase, in closed form or by steps,
         ("look", "i8"),  # of what says its motion at a time within a recorded piece,
-        ("account", "i8"),  # and of `account.account`
+        ("account", "i8"),  # of `account.account`,
+        ("wait", "i8"),  # and of `answer.wait`; 0: it is not compiled yet
         ("masses", "i8"),
         ("contacts", "i8"),
         ("sliders", "i8"),
@@ -61,6 +62,7 @@ SYSTEM = np.dtype(
         ("inertia", "f8", (_N, _N)),  # r^2 M
         ("mobility", "f8", (_N, _N)),  # its inverse
         ("damping", "f8", (_N, _N)),  # r C, dashpots of contacts in it
+        ("frame", "f8", (_N, _N)),  # r C without them
         ("stiffness", "f8", (_N, _N)),
         ("push", "f8", (_N, 2)),  # forces per f and f'
         ("row", "f8", (_C, _N)),

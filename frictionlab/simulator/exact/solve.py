@@ -36,7 +36,7 @@ from frictionlab.simulator.laws import BREAKAWAY, PLACE
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.problem import EXACT_STATE, LOOKS, Base, Meter, Problem
-from frictionlab.simulator.state import Outcome, SteadyState, from_numbers, numbers_of, taken_in
+from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
 from frictionlab.simulator.structure import Contact, Structure
 
 announce("frictionlab.simulator.exact.answer")
@@ -47,6 +47,7 @@ PIECES = 512  # recorded at first
 MOST_PIECES = 1 << 22
 CLOSED = {"auto": answer.AUTO, "closed-form": answer.CLOSED_ONLY, "exact": answer.NEVER_CLOSED}
 NOTHING: FloatArray = np.empty((0, 0))
+ONE: FloatArray = np.ones((1, 1))
 NEGATIVE = (
     "friction turns negative within the motion: gradient; expected 1 + gradient z > 0, and beta |gradient| < 1; do: a"
     " smaller gradient, or rate_strength"
@@ -105,66 +106,71 @@ def system_of(what: Problem | Structure) -> Any:
     if isinstance(what, Problem):
         values = what.parameters | {"r": what.r}
         return systems_of({name: np.array([value]) for name, value in values.items()}, what.wall, what.base)
-    r, n, contacts = what.r, what.masses, what.contacts
-    rows = np.array([what.row(contact) for contact in contacts]).reshape(-1, n)
-    follow = np.array([float(contact.against == "base") for contact in contacts])
-    dashpot = np.array([2.0 * r * contact.parameter("contact_damping_ratio") for contact in contacts])
-    _refuse_more("masses", n, MASSES)
-    _refuse_more("contacts", len(contacts), CONTACTS)
-    systems = record_of(SYSTEM)
-    system = systems[0]
-    system["masses"], system["contacts"], system["r"] = n, len(contacts), r
-    for number, contact in enumerate(contacts):
-        _set_sliders(system, number, contact.parameters if contact.law.kind == "elastic" else {"beta": contact.beta})
-        system["limit"][number] = system["brake"][number] = contact.beta
-        system["gradient"][number] = contact.parameter("gradient")
-        system["up"][number], system["down"][number] = contact.static_ratios
-    rigid = [i for i, contact in enumerate(contacts) if contact.law.kind in ("rigid", "smooth")]
-    bound = np.column_stack((rows, follow))[rigid]
-    if len(bound) and np.linalg.matrix_rank(bound) < len(bound):
+    _refuse_more("masses", what.masses, MASSES)
+    _refuse_more("contacts", len(what.contacts), CONTACTS)
+    contacts, bound = [], []
+    for contact in what.contacts:
+        row, follow, values = what.row(contact), float(contact.against == "base"), contact.parameters
+        if contact.law.kind in ("rigid", "smooth"):
+            bound.append((*row, follow))
+        if contact.law.kind != "elastic":
+            values.pop("stiffness_ratio", None)  # that of a formula is none of sliders
+        contacts.append((row, follow, values))
+    if bound and np.linalg.matrix_rank(bound) < len(bound):
         raise SimulationError(
             "structure: rigid contacts hold a mass twice over, and what each carries is not determined; do: give"
             " one of them the term compliance"
         )
-    _set_base(systems, what.base)
-    system["alone"], system["mirrored"] = not what.weakens, what.has_mirror_image
-    system["row"][: len(rows), :n], system["follow"][: len(rows)], system["dashpot"][: len(rows)] = (
-        rows,
-        follow,
-        dashpot,
-    )
-    system["inertia"][:n, :n] = r * r * what.mass
-    system["mobility"][:n, :n] = np.linalg.inv(r * r * what.mass)
-    system["damping"][:n, :n] = r * what.damping + rows.T @ (dashpot[:, None] * rows)
-    system["stiffness"][:n, :n] = what.stiffness
-    system["push"][:n, 0] = what.stiffness.sum(axis=1)
-    system["push"][:n, 1] = r * what.damping.sum(axis=1) + rows.T @ (dashpot * follow)
+    systems = _systems(np.array([what.r]), (what.mass, what.damping, what.stiffness), contacts, what.base)
+    systems["alone"], systems["mirrored"] = not what.weakens, what.has_mirror_image
     return systems
 
 
 def systems_of(values: Mapping[str, FloatArray], wall: str, base: Base) -> Any:
     """Return problems of one law, whose numbers (k,) are given by name, as the compiled flow takes them (k,)."""
-    r, moves = values["r"], float(wall == "base")
-    contact, frame = values.get("contact_damping_ratio", 0.0), values.get("frame_damping_ratio", 0.0)
-    systems = record_of(SYSTEM, len(r))
-    systems["masses"], systems["contacts"], systems["r"] = 1, 1, r
-    systems["row"][:, 0, 0], systems["follow"][:, 0] = 1.0, moves
-    systems["dashpot"][:, 0], systems["damping"][:, 0, 0] = 2.0 * contact * r, 2.0 * (contact + frame) * r
-    systems["inertia"][:, 0, 0], systems["mobility"][:, 0, 0] = r * r, 1.0 / (r * r)
-    systems["stiffness"][:, 0, 0], systems["push"][:, 0, 0] = 1.0, 1.0
-    systems["push"][:, 0, 1] = 2.0 * (frame + contact * moves) * r
-    systems["limit"][:, 0] = systems["brake"][:, 0] = values["beta"]
-    systems["gradient"][:, 0] = values.get("gradient", 0.0)
-    systems["up"][:, 0], systems["down"][:, 0] = (values.get(f"static_ratio_{way}", 1.0) for way in ("up", "down"))
+    thick = 2.0 * np.reshape(values.get("frame_damping_ratio", 0.0), (-1, 1, 1))
+    systems = _systems(values["r"], (ONE, thick, ONE), [(ONE[0], float(wall == "base"), values)], base)
     terms = [term for term in (PLACE, BREAKAWAY) if all(p.name in values for p in term.parameters)]
     weakens, is_even = sum(term.weakens(values) for term in terms), [term.is_even(values) for term in terms]
     systems["alone"] = np.logical_not(np.logical_and(values["beta"], weakens))
     systems["mirrored"] = np.logical_and(base.is_odd, np.all(is_even, axis=0))
-    _set_base(systems, base)
-    if "stiffness_ratio" in values:
-        for k in range(len(r)):
-            _set_sliders(systems[k], 0, {name: float(numbers[k]) for name, numbers in values.items()})
     return systems
+
+
+def _systems(
+    r: FloatArray,
+    frame: tuple[FloatArray, FloatArray, FloatArray],
+    contacts: Sequence[tuple[FloatArray, float, Mapping[str, Any]]],
+    base: Base,
+) -> Any:
+    """Return frames (k,): r (k,), mass, damping and stiffness; of each contact row, whether it follows, and numbers."""
+    _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
+    systems, (mass, damping, stiffness), n = record_of(SYSTEM, len(r)), frame, len(frame[0])
+    systems["run"], systems["advance"], systems["look"], systems["account"] = RUNNER, ADVANCER, LOOKER, ACCOUNT
+    systems["harmonics"], systems["moves"], systems["lines"][:, : base.harmonics] = base.harmonics, 1.0, base.lines
+    systems["masses"], systems["contacts"], systems["r"], each = n, len(contacts), r, np.reshape(r, (-1, 1, 1))
+    systems["inertia"][:, :n, :n], systems["mobility"][:, :n, :n] = each * each * mass, _inverse(mass) / (each * each)
+    systems["stiffness"][:, :n, :n] = stiffness
+    systems["frame"][:, :n, :n] = systems["damping"][:, :n, :n] = each * damping
+    systems["push"][:, :n, 0], systems["push"][:, :n, 1] = stiffness.sum(axis=-1), (each * damping).sum(axis=-1)
+    for c, (row, follow, values) in enumerate(contacts):
+        systems["row"][:, c, :n], systems["follow"][:, c] = row, follow
+        systems["limit"][:, c] = systems["brake"][:, c] = values["beta"]
+        systems["up"][:, c], systems["down"][:, c] = (values.get(f"static_ratio_{way}", 1.0) for way in ("up", "down"))
+        if "gradient" in values:
+            systems["gradient"][:, c] = values["gradient"]
+        if "contact_damping_ratio" in values:
+            dashpot = systems["dashpot"][:, c] = 2.0 * r * values["contact_damping_ratio"]
+            systems["damping"][:, :n, :n] += np.reshape(dashpot, (-1, 1, 1)) * np.outer(row, row)
+            systems["push"][:, :n, 1] += np.outer(dashpot * follow, row)
+        systems["first"][:, c + 1] = systems["first"][:, c]
+        for k in range(len(r) if "stiffness_ratio" in values else 0):
+            _set_sliders(systems[k], c, {name: float(np.ravel(numbers)[k]) for name, numbers in values.items()})
+    return systems
+
+
+def _inverse(mass: FloatArray) -> FloatArray:
+    return np.asarray(1.0 / mass if len(mass) == 1 else np.linalg.inv(mass))
 
 
 def feel_acceleration(systems: Any) -> None:
@@ -172,13 +178,6 @@ def feel_acceleration(systems: Any) -> None:
     n = int(systems[0]["masses"])
     systems["push"][0, :n, 0], systems["push"][0, :n, 1] = -systems["inertia"][0, :n, :n].sum(axis=1), 0.0
     systems["follow"][:], systems["moves"] = 0.0, 0.0
-
-
-def _set_base(systems: Any, base: Base) -> None:
-    _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
-    systems["harmonics"], systems["moves"] = base.harmonics, 1.0
-    systems["run"], systems["advance"], systems["look"], systems["account"] = RUNNER, ADVANCER, LOOKER, ACCOUNT
-    systems["lines"][:, : base.harmonics] = base.lines
 
 
 def _set_sliders(system: Any, contact: int, numbers: Mapping[str, float]) -> None:
@@ -354,35 +353,16 @@ class Flow:
                     f"simulate: expected at most {MOST_PIECES} phases; got {count}; do: keep fewer cycles"
                 )
 
-    def solved(
-        self, start: FloatArray | None = None, closed: int = answer.AUTO, left: float = inf, *, waits: bool = False
-    ) -> Solved:
+    def solved(self, start: FloatArray | None = None, closed: int = answer.AUTO, left: float = inf) -> Solved:
         """Return the steady state that rest settles on, or the motion from a start.
 
-        `left`: evaluations that the search may take, if those are fewer than its own share; `waits`: the motion from
-        the start is followed at once.
+        `left`: evaluations that the search may take, if those are fewer than its own share.
         """
-        works, legs, numbers = self.workspace(), record_of(orbit.LEG), record_of(NUMBERS)
-        rows, made, search = np.empty((1, places.ROW)), 0, answer.wait_for if waits else answer.solve
+        ys = np.full((1, self.size), nan) if start is None else start[np.newaxis].copy()
         count = PIECES if self.most == inf else 0  # an integrated orbit is recorded when it is found
-        while True:
-            pieces = np.empty((count, self.width))
-            ys = np.full((1, self.size), nan) if start is None else start[np.newaxis].copy()
-            search(self.systems, works, pieces, legs, ys, closed, numbers, rows, float(min(left, self.most)))
-            code = rows[0, places.OUTCOME]
-            if code == places.LACKING:
-                made = self.made(works, made)
-            elif code == places.AWAITED:
-                search = answer.wait_for
-            elif code != places.OVERFULL:
-                kept = pieces[: int(works[0]["count"])]
-                return Solved(rows[0], ys[0], kept, legs[0], float(works[0]["spent"]))
-            else:
-                count = int(works[0]["count"])
-                if count > MOST_PIECES:
-                    raise SimulationError(
-                        f"steady state: expected at most {MOST_PIECES} phases in an orbit; got {count}"
-                    )
+        works, kept = self.workspace(), np.empty((count, self.width))
+        rows, leg, pieces = _searched(self, self.systems, ys, kept, closed, min(left, self.most))
+        return Solved(rows[0], ys[0], pieces[: int(works[0]["count"])], leg, float(works[0]["spent"]))
 
     def made(self, works: Any, before: int) -> int:
         """Make the phase that a run has missed, unless phases are made without end; return how many were made."""
@@ -437,7 +417,7 @@ class Flow:
 
     def steady_from(self, x0: ArrayLike, v0: ArrayLike, looks: float = inf) -> tuple[SteadyState, float]:
         """Return what the motion from a start at tau = 0 settles on, and what is left of the work allowed."""
-        found = self.solved(self.rest(x0, v0), answer.NEVER_CLOSED, looks, waits=True)
+        found = self.solved(self.rest(x0, v0), answer.WAITS, looks)
         return self.state_of(found), looks - found.spent
 
     def state_of(self, found: Solved) -> SteadyState:
@@ -446,52 +426,69 @@ class Flow:
         if row[places.OUTCOME] in (places.PERIODIC, places.STUCK):
             orbit_of = self.motion(found.pieces, periodic=True, mirror=bool(found.leg["sign"] < 0.0))
         if isinstance(what, Problem):
-            return from_numbers(what, row, orbit_of)
+            return from_numbers(what, row, orbit=orbit_of)
         if orbit_of is None:  # what has no contacts is linear: without an orbit it is at resonance and undamped
-            state = from_numbers(self.problem, row, None)
-            linear: Outcome = "unbounded" if state.outcome == "not found" and not what.contacts else state.outcome
-            return replace(state, outcome=linear, structure=what)
+            state = from_numbers(self.problem, row, structure=what)
+            is_linear = state.outcome == "not found" and not what.contacts
+            return replace(state, outcome="unbounded") if is_linear else state
         return self.described(found, numbers_of(orbit_of, what))
 
     def described(self, found: Solved, numbers: dict[str, Any], notes: int = 0) -> SteadyState:
         """Return a state that was found by the numbers of its motion, with more notes."""
         row, stuck, weakens = found.row, numbers["regime"] == "stuck", self.what.weakens
-        off, size = numbers["closure_error"], taken_in(numbers["orbit"])
-        multiplier, unawaited, integrated = float(row[places.MULTIPLIER]), bool(row[places.UNAWAITED]), self.most < inf
+        off, size, unawaited = numbers["closure_error"], taken_in(numbers["orbit"]), bool(row[places.UNAWAITED])
         said = {
-            Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(multiplier) < SLOW,
+            Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(row[places.MULTIPLIER]) < SLOW,
             Note.REST_STILL_FAR: unawaited,
             Note.MAY_COEXIST: not stuck and weakens and not unawaited,
-            Note.FEWER_DIGITS: integrated and not stuck and size != 0.0 and off / size > COARSE,
+            Note.FEWER_DIGITS: self.most < inf and not stuck and size != 0.0 and off / size > COARSE,
         }
-        return SteadyState(
-            problem=self.problem,
-            solver=self.solver,
-            outcome="stuck" if stuck else "periodic",
-            symmetric=bool(row[places.SYMMETRIC]),
-            period_cycles=found.cycles,
-            floquet_multiplier=multiplier,
-            residual=float(row[places.MISS]),
-            notes=notes | sum(int(note) for note, is_so in said.items() if is_so),
-            structure=self.what if isinstance(self.what, Structure) else None,
-            **numbers,
-        )
+        numbers |= {
+            "solver": self.solver,
+            "outcome": "stuck" if stuck else "periodic",
+            "period_cycles": found.cycles,
+            "notes": notes | sum(int(note) for note, is_so in said.items() if is_so),
+            "structure": self.what if isinstance(self.what, Structure) else None,
+        }
+        return from_numbers(self.problem, row, **numbers)
 
 
 def rows_of(systems: Any) -> FloatArray:
     """Return the rows (k, ROW) of the steady states of systems of one mass: the same bits as one by one."""
-    rows, sizes, count = np.empty((len(systems), places.ROW)), 2 + int(systems["sliders"].max(initial=0)), PIECES
-    legs, numbers, search, some = record_of(orbit.LEG), record_of(NUMBERS), answer.solve, np.arange(len(systems))
-    while some.size:
-        found = np.empty((len(some), places.ROW))
-        pieces, ys = np.empty((count, 7)), np.full((len(some), sizes), nan)
-        search(systems[some], workspace(), pieces, legs, ys, answer.AUTO, numbers, found, inf)
-        rows[some] = found
-        awaited = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED)
-        if awaited.size:
-            some, search = awaited, answer.wait_for
-            continue
-        some, count, search = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL), 4 * count, answer.solve
-        if count > MOST_PIECES:
-            raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got more")
-    return rows
+    ys = np.full((len(systems), 2 + int(systems["sliders"].max(initial=0))), nan)
+    return _searched(None, systems, ys, np.empty((PIECES, 7)), answer.AUTO, inf)[0]
+
+
+def _searched(
+    flow: Flow | None,
+    systems: Any,
+    ys: FloatArray,
+    pieces: FloatArray,
+    closed: int,
+    left: float,
+) -> tuple[FloatArray, Any, FloatArray]:
+    """Return the rows (k, ROW) of steady states; leg and pieces of the last orbit. Starts are read from and put in ys.
+
+    `flow`: of a single system, which makes the phases of several masses that are met.
+    """
+    works, legs, numbers = flow.workspace() if flow else workspace(), record_of(orbit.LEG), record_of(NUMBERS)
+    rows, begun, made = np.empty((len(systems), places.ROW)), ys.copy(), 0
+    some: Any = np.s_[:]
+    known = closed == answer.WAITS or answer.waiter.cache_info().currsize > 0
+    systems["wait"] = answer.waiter() if known else 0
+    while True:
+        found, starts = rows[some], begun[some].copy()
+        answer.solve(systems[some], works, pieces, legs, starts, closed, numbers, found, float(left))
+        rows[some], ys[some] = found, starts
+        codes = rows[:, places.OUTCOME].tolist()
+        if flow and places.LACKING in codes:
+            made = flow.made(works, made)
+        elif places.AWAITED in codes:
+            some, systems["wait"] = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED), answer.waiter()
+        elif places.OVERFULL in codes:
+            some, count = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL), int(works[0]["count"])
+            pieces = np.empty((max(4 * len(pieces), count), pieces.shape[1]))
+            if len(pieces) > MOST_PIECES:
+                raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got more")
+        else:
+            return rows, legs[0], pieces

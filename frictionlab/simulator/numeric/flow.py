@@ -11,6 +11,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import address_of, record_of
+from frictionlab.simulator.exact import answer
 from frictionlab.simulator.exact.flow import FORMULA
 from frictionlab.simulator.exact.motion import COUNT, STAGES, WORK
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STEEP
@@ -201,7 +202,8 @@ class Integrated(Flow):
         if near is not None and near.orbit is not None and near.orbit.solver == self.solver:
             begin.insert(0, near.orbit.flow.state(near.orbit, 0.0))
         for start, waits in [*((start, False) for start in begin), (begin[-1], True)]:
-            found = self.solved(start, left=inf if meter is None else meter.left - spent, waits=waits)
+            left = inf if meter is None else meter.left - spent
+            found = self.solved(start, answer.WAITS if waits else answer.AUTO, left)
             spent += found.spent
             outcome, followed = found.row[places.OUTCOME], weakens and start is begin[-1]
             if outcome == places.UNBOUNDED or (
@@ -225,8 +227,8 @@ class Integrated(Flow):
         self.refuse({places.CHATTERED: CHATTER, places.RUNAWAY: STEEP, places.PULLING: PULLS}.get(code, DONE))
         passive, structure = self._passivity(), what if isinstance(what, Structure) else None
         if code not in (places.PERIODIC, places.STUCK):
-            state = from_numbers(self.problem, found.row, None)
-            return replace(state, solver="numeric", notes=state.notes | passive, structure=structure)
+            state = from_numbers(self.problem, found.row, solver="numeric", structure=structure)
+            return replace(state, notes=state.notes | passive)
         for _ in range(TIGHTER + 1):
             motion = flow.recorded(found.y, float(found.leg["tau"]), found.cycles, periodic=True)
             numbers = numbers_of(motion, self.frame)
@@ -236,7 +238,7 @@ class Integrated(Flow):
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
                 break
             flow = Integrated(what, flow.rtol * TIGHTEN)
-            better = flow.solved(flow.state(motion, 0.0), waits=found.cycles > 1)
+            better = flow.solved(flow.state(motion, 0.0), answer.WAITS if found.cycles > 1 else answer.AUTO)
             if (better.row[places.OUTCOME], better.cycles) != (places.PERIODIC, found.cycles):
                 break
             found = better
