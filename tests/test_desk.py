@@ -14,7 +14,7 @@ from frictionlab.figures.judged import contact_figure
 from frictionlab.inference.explain import Explanation, missed
 from frictionlab.simulator import Problem
 from frictionlab.verbs.inputs import files_of, logs_in, tables_in
-from tests.desk import ROOT, SAMPLE, SCENE, invoke, present
+from tests.desk import ROOT, SAMPLE, SCENE, STOREYS, invoke, present
 from tests.desk import invoke as run
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
 
@@ -119,6 +119,8 @@ STUMBLES = [
         "no normal_force_n",
     ),
     (("compare-numeric", LOG, *SCENED, "--law-file", "law.toml", "--whole"), "`frictionlab predict --law-file LAW"),
+    (("batch", LOG, "--scene", "disc.toml", "--campaign"), "frictionlab: rig.kind: its motion is prescribed"),
+    (("batch", LOG, "--scene", "storeys.toml", "--campaign"), "frictionlab: rig: expected one mass with one contact"),
 ]
 
 
@@ -129,10 +131,13 @@ def test_what_made_people_stumble_is_said(
     monkeypatch.chdir(tmp_path)
     Path("quoted.csv").write_text(QUOTED)
     Path("empty").mkdir()
-    Path("rig.toml").write_text("[rig]\nnatural_frequency_hz = 3.13\nmass_kg = 3.08\n")
+    rig, disc = "[rig]\nnatural_frequency_hz = 3.13\nmass_kg = 3.08\n", '[rig]\nkind = "prescribed"\n'
+    for name, text in (("rig", rig), ("disc", disc), ("storeys", STOREYS)):
+        Path(f"{name}.toml").write_text(text)
     done = run(*command)
     assert said in done.output
     assert command[0] != "campaign" or done.exit_code == 2
+    assert said[:5] != "frict" or "to do" not in done.output, "refused before the work"
 
 
 def test_figures_and_columns_left_out_are_named_and_a_single_figure_has_the_name_asked_for(tmp_path: Path) -> None:

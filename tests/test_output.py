@@ -229,7 +229,7 @@ analyze LOG | analyze LOG ON --wide --budget | compare-numeric LOG ON --law auto
 ingest LOG ON | ingest LOG ON --dry-run | init new | init logs | batch logs ON --campaign | free-vibration tap.csv
 simulate --r 0.3 --beta 0.6 --all | simulate --base-motion LOG --natural-frequency 3.13 --beta 0.2 | laws lugre
 sweep --r 0.5,0.7 --beta 0.1 -o map.csv | show map.csv | plan --scene rig.toml --tests 2 -o tests.csv | show law.toml
-predict --law-file law.toml --r 0.3,0.5 | show comparisons.csv | analyze none.h5 | show rig.toml | tradeoff --help-all
+predict --law-file law.toml --r 0.3,0.5 | analyze none.h5 | show rig.toml | tradeoff --help-all
 """
 
 
@@ -246,8 +246,6 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     plan = "[plan]\nnormal_forces_n = [1.25, 2.5]\nfrequency_ratios = [0.3, 0.5]\n"
     (folder / "rig.toml").write_text(SCENE.read_text(encoding="utf-8") + plan, encoding="utf-8")
     (folder / "law.toml").write_text(example_law().text(), encoding="utf-8")
-    warned = {"warnings": ["friction_ratio: 10 um of play in the frame to either side would look like friction"]}
-    write_rows([{**COMPARED, **warned}] * 3, folder / "comparisons.csv", COMPARISONS)
     return folder
 
 

@@ -62,13 +62,7 @@ def batch(
     work.note_not_read(logs, scene)
     for copy, log in () if work.quiet or work.as_json else todo.copies.items():
         complain(f"note: {copy.name} is the same as {log.name}, byte for byte: it is counted once")
-    read = [*todo.logs, *scene.files]
-    if campaign:  # before the work: a folder that holds other files where results go is refused
-        from frictionlab.campaign.files import check_folder
-
-        check_folder(output, inputs=read)
-    else:
-        check_output(output / TABLE, COMPARISONS, inputs=read)
+    _check(todo, campaign=campaign)
     made = _do(todo, work)
     rows = todo.rows()
     good = [row for row in rows if row.get("status") == "ok"]
@@ -88,6 +82,22 @@ def batch(
     broken_off = todo.scene.experiment.broken_off  # that such a test failed is no fault
     made[:] = [row for row in made if not any(fnmatch(Path(str(row["source"])).name, some) for some in broken_off)]
     screen.exit_status(made)
+
+
+def _check(todo: "Batch", *, campaign: bool) -> None:
+    """Refuse, before the work, a rig that no campaign takes, and a folder that holds other files where results go."""
+    read = [*todo.logs, *todo.scene.files]
+    if not campaign:
+        check_output(todo.folder / TABLE, COMPARISONS, inputs=read)
+        return
+    from frictionlab.campaign.files import check_folder
+    from frictionlab.campaign.trials import PRESCRIBED
+    from frictionlab.inference.observations import refuse_several
+
+    refuse_several(todo.scene)
+    if todo.scene.rig.kind == "prescribed":
+        raise UsageError(f"rig.kind: {PRESCRIBED}")
+    check_folder(todo.folder, inputs=read)
 
 
 def _do(todo: "Batch", work: Inputs) -> screen.Rows:

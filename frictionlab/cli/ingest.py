@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from frictionlab.scene import Scene
     from frictionlab.verbs.starting import Found
 
-LISTED = 100  # quarantined lines in a row; the recording keeps more
+LISTED, SOME = 100, 5  # quarantined lines in a row, and on a screen; the recording keeps more
 QUESTIONS = {
     "rig.natural_frequency_hz": "natural frequency of the frame in Hz",
     "rig.mass_kg": "mass that moves in kg (or stiffness, like 1191 N/m)",
@@ -66,7 +66,14 @@ def ingest(
     if not work.as_json:
         good = [row for row in rows if row["status"] == "ok"]
         screen.print_tests(rows, screen.FOUND, f"{len(good)} of {len(rows)} logs {'read' if dry_run else 'ingested'}")
-        print_evidence(good if dry_run else ())
+        seen: list[Any] = good if dry_run else []
+        for sentence, where in kinds_of((row["source"], said) for row in seen for said in row["evidence"]):
+            whose = where[0] if len(where) == 1 else f"{len(where)} logs"
+            screen.paragraph(f"{whose}: {sentence}", indent="    ")
+        for each in seen:
+            for line in each["quarantined"][:SOME]:
+                said = f"line {line['line']} quarantined: {line['reason']}: {line['text']}"
+                screen.paragraph(f"{each['source']}: {said}", indent="    ")
         if not work.quiet:
             screen.print_warnings(rows, verbose=work.verbose)
     screen.exit_status(rows)
@@ -131,15 +138,6 @@ def _places(inputs: Sequence[Path], output: str | None) -> Mapping[Path, Path]:
     for place in places.values():
         make_folder(place.parent)
     return places
-
-
-def print_evidence(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Below the table: why logs were read as they were, what is so in several once; the first lines set aside."""
-    for sentence, where in kinds_of((row["source"], said) for row in rows for said in row["evidence"]):
-        screen.paragraph(f"{where[0] if len(where) == 1 else f'{len(where)} logs'}: {sentence}", indent="    ")
-    for row in rows:
-        for line in row["quarantined"][:5]:
-            typer.echo(printable(f"{row['source']}: line {line['line']} quarantined: {line['reason']}: {line['text']}"))
 
 
 def init(

@@ -62,17 +62,12 @@ class Words:
         )
 
 
-def _read_words() -> dict[str, Words]:
-    """The list of options, ``options.csv``, by PARAMETER or, where it means its own thing, COMMAND.PARAMETER."""
-    with Path(__file__).with_name("options.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.reader(file))[1:]
-    return {
+with Path(__file__).with_name("options.csv").open(encoding="utf-8", newline="") as _file:
+    WORDS = {
         f"{command}.{name}".lstrip("."): Words(flags, takes, least, more == "yes", words)
-        for command, name, flags, takes, least, more, words in rows
+        for command, name, flags, takes, least, more, words in list(csv.reader(_file))[1:]
     }
-
-
-WORDS = _read_words()
+"""The options, by PARAMETER or, where one means its own thing, COMMAND.PARAMETER."""
 Settings = Mapping[str, tuple[type, Words]]
 """Keys of a scene's table that a command takes as options: what each takes, and its option."""
 FEW = ("mass", "base", "contact_force", "units", "variable", "test")  # options of a log that its short help shows

@@ -92,7 +92,11 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
         again = rows and row["rank"] is not None and all(row[key] == rows[-1][key] for key in SETTING)
         first = str(rows.pop()["rank"]).partition("-")[0] if again else ""
         rows.append({**row, "rank": f"{first}-{row['rank']}"} if again else row)
-    print_table(rows, _heads(found, listed))
+    settings = (("base_amplitude_mm", "base_amplitude_m"), ("duration_s", "duration_s"))
+    same = {key for key, each in settings if len({getattr(test, each) for test in listed}) == 1}  # stand in the steps
+    last = {f"u({name})": "friction %" if name == "beta" else f"u({name})" for name in found.tests[0].expected}
+    last = last if found.against is None else {"one": "if A", "other": "if B", "after": "after"}
+    print_table(rows, {key: head for key, head in (HEADS | last).items() if key not in same})
     meaning = (
         "the last columns: standard uncertainty after this test and all better ones, of friction in per cent of it"
     )
@@ -109,18 +113,6 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
     if output is not None:
         typer.echo("")
         paragraph(f"the sheet is {output}: name the logs as it says, then give it as [experiment] sheet")
-
-
-def _heads(found: "Plan", listed: "Sequence[PlannedTest]") -> dict[str, str]:
-    """Columns of the table; what is the same in all tests stands in the steps below it."""
-    heads = HEADS.copy()
-    for key, each in (("base_amplitude_mm", "base_amplitude_m"), ("duration_s", "duration_s")):
-        if len({getattr(test, each) for test in listed}) == 1:
-            del heads[key]
-    if found.against is not None:
-        return heads | {"one": "if A", "other": "if B", "after": "after"}
-    names = {name: "friction %" if name == "beta" else f"u({name})" for name in found.tests[0].expected}
-    return heads | {f"u({name})": head for name, head in names.items()}
 
 
 def _flat(test: "PlannedTest") -> Row:

@@ -299,19 +299,14 @@ def print_table(rows: Iterable[Row], columns: Table | Mapping[str, str] | Sequen
     short = short_names([str(row.get("source")) for row in every])
     every = [{**row, "source": name} if "source" in row else row for row, name in zip(every, short, strict=True)]
     if isinstance(columns, Table):
-        columns = _titles(columns, every)
+        known = {key for row in every for key, value in row.items() if plain(value) is not None}
+        names = [name for name in columns.shown if name in known and not name.endswith("_u")]
+        own = {*columns.names, *(() if columns.kind in ("map", "motion") else known)}
+        more = dict.fromkeys(key for row in every for key in row if key not in own)  # the parameters of a map's law
+        columns = {name: _head(name, columns) for name in (*more, *names)}
     if isinstance(columns, Mapping):
         columns = [Shown(printable(title), partial(_with_u, key=key)) for key, title in columns.items()]
     _print_blocks([column.title for column in columns], [[column.text(row) for column in columns] for row in every])
-
-
-def _titles(table: Table, rows: Sequence[Row]) -> Mapping[str, str]:
-    """The columns of a table that a screen shows and that some row knows, with their titles."""
-    filled = {key for row in rows for key, value in row.items() if plain(value) is not None}
-    names = [name for name in table.shown if name in filled and not name.endswith("_u")]
-    own = set(table.names)  # a map has columns of its own: the parameters of its law
-    more = dict.fromkeys(key for row in rows for key in row if table.kind in ("map", "motion") and key not in own)
-    return {name: _head(name, table) for name in (*more, *names)}
 
 
 def print_budgets(rows: Iterable[Row]) -> None:

@@ -95,18 +95,14 @@ def ingest(
     source = replace(read.source, warnings=(*read.source.warnings, *facts.warnings))
     recording = read.changed(source=source, experiment=facts.values)
     if place is not None:
-        if not force and place.exists() and is_recording(place):
-            _refuse_another(place, read_recording(place), recording)
+        if not force and place.exists() and is_recording(place):  # the same bytes may be read again
+            made = (read_recording(place), recording)
+            old, now = ([(f.name, f.sha256) for f in each.source.files] for each in made)
+            if old and old != now:
+                what = "of other bytes" if old[0][0] == now[0][0] else f"got {now[0][0]}"
+                raise OutputError(f"{place}: holds the recording of {old[0][0]}; {what}: name another, or give --force")
         write_recording(recording, place, force=force)
     return recording
-
-
-def _refuse_another(output: Path, there: "Recording", new: "Recording") -> None:
-    """Refuse to replace the recording of another log, one of the same name too: the same bytes may be read again."""
-    old, now = ([(f.name, f.sha256) for f in recording.source.files] for recording in (there, new))
-    if old and old != now:
-        what = "of other bytes" if old[0][0] == now[0][0] else f"got {now[0][0]}"
-        raise OutputError(f"{output}: holds the recording of {old[0][0]}; {what}: name another, or give --force")
 
 
 def analyze(what: "Measurement | Recording | FilePath", scene: AnyScene = None, **settings: object) -> "Measurement":

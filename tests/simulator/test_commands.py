@@ -21,9 +21,7 @@ from tests.desk import invoke as run
 
 
 def test_simulate_prints_the_keys_of_the_contract() -> None:
-    done = run("simulate", "--r", "0.5", "--beta", "0.4", "--json")
-    row = json.loads(done.stdout)
-    assert done.exit_code == 0
+    row = json.loads(run("simulate", "--r", "0.5", "--beta", "0.4", "--json").stdout)
     assert list(row) == [*KEYS, "wall_s", "law", "parameters", "response_amplitudes", "contacts"]
     assert row["response_amplitudes"] == [row["response_amplitude"]]
     (contact,) = row["contacts"]
@@ -55,8 +53,7 @@ def test_numbers_that_only_python_reads_are_refused(number: str, tmp_path: Path)
         ("simulate", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", f"gradient={number}"),
     ):
         refused = run(*words)
-        assert refused.exit_code == 2
-        assert "expected" in refused.stderr
+        assert (refused.exit_code, "expected" in refused.stderr) == (2, True)
 
 
 def test_the_map_of_a_sweep_is_not_replaced_by_one_state(tmp_path: Path) -> None:
