@@ -18,7 +18,7 @@ from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.campaign.trials import short_name
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.diagnose import OTHER_CAUSE, strained_facts, to_declare, varied_friction
-from frictionlab.inference.fit import weighed
+from frictionlab.inference.fit import scattered, weighed
 from frictionlab.inference.ladder import SPENT, Ladder, climb
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
@@ -378,7 +378,11 @@ def _spread_out(observations: Sequence[Seen]) -> list[Seen]:
 
 
 def at_each_force(posterior: Posterior) -> Posterior:
-    """Return the posterior with one friction ratio at each normal force: one linear step from the given one."""
+    """Return the posterior with one friction ratio at each normal force: one linear step from the given one.
+
+    What changes with the force is no scatter from test to test: that of friction is found anew where one force has
+    several tests.
+    """
     wide = model_of(posterior.observations, amontons=False)
     old = np.zeros(len(wide.unknowns), dtype=np.intp)  # where each unknown of the wide model stands in the given one
     point = np.zeros(len(old))
@@ -393,6 +397,9 @@ def at_each_force(posterior: Posterior) -> Posterior:
     there = np.clip(fit.point + step, *model.bounds)
     each = zip(fit.residuals, fit.slopes, model.tests, strict=True)
     left = tuple(r - slopes @ (there - fit.point)[test.index] for r, slopes, test in each)
-    stepped = replace(fit, point=there, residuals=left)
+    stepped, counted = replace(fit, point=there, residuals=left), posterior.scatter[old]
+    if len(posterior.unknowns) < len(old) and len(wide.tests) > sum(u.name == "beta" for u in wide.unknowns):
+        stepped = scattered(stepped)
+        counted = stepped.scatter_to_count
     shifts = {name: shift[old] for name, shift in posterior.shifts.items()}
-    return Posterior(stepped, posterior.information, posterior.scatter[old], shifts, posterior.warnings)
+    return Posterior(stepped, posterior.information, counted, shifts, posterior.warnings)

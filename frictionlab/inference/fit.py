@@ -11,6 +11,7 @@ has shown (C. G. Broyden, Math. Comp. 19 (1965) 577); they are where a step disa
 """
 
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, logsumexp, ndtr, ndtri_exp
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, IntArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.unknowns import Unknown
@@ -194,11 +195,12 @@ class Fit:
         tails where they are few: each scatter is the one with which 1.96 standard errors reach as far as 95 % of it.
         """
         counted = self.model.scatter.copy()
-        for k, scale in _scattering(self):
-            weight, off, sd = _over_scatter(self, self.model.scatter, k, scale, LOG_PRIOR)
-            reach = NORMAL * sd[:, None]
-            held = (ndtr((reach - off) / sd) - ndtr((-reach - off) / sd)) @ weight
-            counted[k] = scale * float(np.interp(LEVEL, held, SCATTERS))
+        for group, scales in _scattering(self):
+            weight, away, errors = _over_scatter(self, self.model.scatter, group, scales, LOG_PRIOR)
+            for k, scale, off, sd in zip(group, scales, away.T, errors.T, strict=True):
+                reach = NORMAL * sd[:, None]
+                held = (ndtr((reach - off) / sd) - ndtr((-reach - off) / sd)) @ weight
+                counted[k] = scale * float(np.interp(LEVEL, held, SCATTERS))
         return counted
 
     @cached_property
@@ -459,21 +461,26 @@ def with_scatter(found: Fit, farthest: float = FARTHEST, *, lifts: bool = False)
     model = found.model
     if len(model.tests) < 2:
         return found
-    log_prior = -np.log1p(SCATTERS**2) - 0.5 * (SCATTERS / farthest) ** 2
     for _ in range(2):
-        scatter = found.model.scatter.copy()
-        for _ in range(2):
-            for k, scale in _scattering(found):
-                weight, _, _ = _over_scatter(found, scatter, k, scale, log_prior)
-                scatter[k] = float(weight @ SCATTERS) * scale
-        old, moved = found.model.scatter, replace(found.model, scatter=scatter)
-        local = tuple(
-            np.divide(old[t.index] * d, scatter[t.index], out=np.zeros(len(d)), where=scatter[t.index] > 0.0)
-            for t, d in zip(model.tests, found.local, strict=True)
-        )
-        found = descend(fit_at(moved, found.point, local))
+        moved = scattered(found, farthest)
+        found = descend(fit_at(moved.model, moved.point, moved.local))
     bounds = [FARTHEST * scatter_scale(u, c) for u, c in zip(model.unknowns, found.point.tolist(), strict=True)]
     return with_scatter(found, math.inf) if lifts and (found.model.scatter > bounds).any() else found
+
+
+def scattered(found: Fit, farthest: float = FARTHEST) -> Fit:
+    """Return the fit with the scatter that its linear slopes ask for, its tests where they are."""
+    log_prior = -np.log1p(SCATTERS**2) - 0.5 * (SCATTERS / farthest) ** 2
+    scatter, old = found.model.scatter.copy(), found.model.scatter
+    for _ in range(2):
+        for group, scales in _scattering(found):
+            weight, _, _ = _over_scatter(found, scatter, group, scales, log_prior)
+            scatter[group] = float(weight @ SCATTERS) * scales
+    local = tuple(
+        np.divide(old[t.index] * d, scatter[t.index], out=np.zeros(len(d)), where=scatter[t.index] > 0.0)
+        for t, d in zip(found.model.tests, found.local, strict=True)
+    )
+    return replace(found, model=replace(found.model, scatter=scatter), local=local)
 
 
 def let_apart(found: Fit) -> Fit:
@@ -493,22 +500,31 @@ def scatter_scale(unknown: Unknown, c: float) -> float:
     return unknown.scatter * abs(unknown.value(c)) / unknown.sd
 
 
-def _scattering(found: Fit) -> Iterator[tuple[int, float]]:
-    """The unknowns that may differ between tests, and the scale of each one's scatter."""
-    for k, unknown in enumerate(found.model.unknowns):
-        scale = scatter_scale(unknown, float(found.point[k]))
-        if scale > 0.0 and sum(k in t.index for t in found.model.tests) > 1:
-            yield k, scale
+def _scattering(found: Fit) -> Iterator[tuple[IntArray, FloatArray]]:
+    """The unknowns that may differ between tests, and the scale of each one's scatter.
+
+    What stands for one parameter of a material under several normal forces scatters alike, and is one group.
+    """
+    groups: defaultdict[tuple[object, str], list[int]] = defaultdict(list)
+    for test in found.model.tests:
+        for k in test.index.tolist():
+            groups[test.observation.material, found.model.unknowns[k].name].append(k)
+    for tests in groups.values():
+        group = np.unique(tests)
+        scales = np.array([scatter_scale(found.model.unknowns[k], float(found.point[k])) for k in group.tolist()])
+        if scales.min() > 0.0 and len(tests) > len(group):
+            yield group, scales
 
 
 def _over_scatter(
-    found: Fit, scatter: FloatArray, k: int, scale: float, log_prior: FloatArray
+    found: Fit, scatter: FloatArray, group: IntArray, scales: FloatArray, log_prior: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Over the grid of unknown k's scatter: its probability, and how far off the unknown then is, with its error.
+    """Over the grid of a group's scatter (g,): its probability, how far off each unknown then is (g, k), its error.
 
     By the marginal likelihood of all tests, the other scatters held and all else integrated over.
     """
-    scatters = np.where(np.arange(len(scatter)) == k, scale * SCATTERS[:, None], scatter)
+    scatters = np.tile(scatter, (len(SCATTERS), 1))
+    scatters[:, group] = np.outer(SCATTERS, scales)
     model, hold = found.model, found.model.holds(found.point)
     precision, pull = np.tile(np.diag(hold), (len(scatters), 1, 1)), np.tile(-hold * found.point, (len(scatters), 1))
     total = log_prior.copy()
@@ -525,7 +541,7 @@ def _over_scatter(
     moved = (covariance @ pull[:, :, None])[:, :, 0]
     total += 0.5 * np.sum(pull * moved, axis=1) - 0.5 * np.linalg.slogdet(precision)[1]
     weight = np.exp(total - total.max()) * STEPS
-    return weight / weight.sum(), moved[:, k], np.sqrt(covariance[:, k, k])
+    return weight / weight.sum(), moved[:, group], np.sqrt(covariance[:, group, group])
 
 
 def log_evidence(found: Fit) -> float:
