@@ -18,6 +18,7 @@ from typing import Any
 
 from frictionlab import schema
 from frictionlab.analysis.steadiness import LONG_S
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign.files import TABLES, elsewhere, law_file, recording_of, recording_path
 from frictionlab.campaign.friction import (
     NO_STEADY_CYCLE,
@@ -33,7 +34,6 @@ from frictionlab.campaign.friction import (
 from frictionlab.campaign.joint_fit import JointFit, fit_together
 from frictionlab.campaign.laws import (
     AmontonsTest,
-    Loop,
     amontons_of,
     laws_together,
     left_out,
@@ -41,10 +41,11 @@ from frictionlab.campaign.laws import (
     not_predicted,
     parameters_of,
 )
-from frictionlab.campaign.prediction import Curve, Model, RowObservation, curve, model_of, observe_row
+from frictionlab.campaign.prediction import Model, RowObservation, curve, model_of, observe_row
 from frictionlab.campaign.ranking import Drift, Rank, drift_of, rank_all
 from frictionlab.campaign.trials import LONGEST_NAME, Trial, in_order
 from frictionlab.errors import UsageError
+from frictionlab.inference.comparison import ContactForce
 from frictionlab.inference.material_law import MaterialLaw, is_material_law, material_law_of
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
@@ -79,9 +80,9 @@ class Campaign(Result):
     """What a whole campaign says; everything that its tables, figures and report show.
 
     ``trials``: all tests, failed ones last; ``fits``: one per material and normal force; ``amontons``: one per
-    material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``: the
-    prediction of each fit over frequency; ``notes``: sentences about the campaign as a whole; ``folders``: where
-    recordings stand; ``joint``: the fit of all tests together, where recordings are at hand.
+    material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``:
+    frequency ratios and predicted energies of each setting; ``notes``: sentences about the campaign as a whole;
+    ``folders``: where recordings stand; ``joint``: the fit of all tests together, where recordings are at hand.
     """
 
     trials: tuple[Trial, ...]
@@ -89,7 +90,7 @@ class Campaign(Result):
     amontons: tuple[AmontonsTest, ...]
     ranking: tuple[Rank, ...]
     drifts: tuple[Drift, ...]
-    curves: tuple[Curve, ...]
+    curves: Mapping[Setting, tuple[FloatArray, FloatArray]]
     notes: tuple[str, ...]
     model: Model
     scene: Scene
@@ -107,8 +108,8 @@ class Campaign(Result):
         return () if self.joint is None else parameters_of(self.joint, self.scene)
 
     @cached_property
-    def loops(self) -> tuple[Loop, ...]:
-        """Loops of the materials' contacts."""
+    def loops(self) -> Sequence[tuple[CycleObservation, ContactForce]]:
+        """Tests of each material, and what their contacts do."""
         return () if self.joint is None else loops_of(self.joint, self.scene.rig.stiffness)
 
     @cached_property
@@ -135,7 +136,7 @@ class Campaign(Result):
         found, verdicts = left_out(self.joint.posterior, self.scene.sensors.lag_s), self.verdicts
         for t in self.trials:
             excluded = verdicts[t.source].excluded if t.source in verdicts else None
-            reason = t.reason or (excluded or Reason.NO_CYCLE).sentence
+            reason = t.reason or (excluded or Reason.NO_CYCLE.because()).sentence
             found.setdefault(t.source, not_predicted(t.source, t.material, reason))
         return tuple(found[t.source] for t in self.trials)
 
@@ -241,14 +242,14 @@ def evaluate(
         amontons=tuple(amontons_of(m, [f for f in fits if f.material == m], joints, stiffness) for m in materials),
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
-        curves=tuple(curve(models[f.setting], *f.setting, f.friction_ratio, *span) for f in fits if f.friction_ratio),
+        curves={f.setting: curve(models[f.setting], f.friction_ratio, *span) for f in fits if f.friction_ratio},
         notes=(),
         model=model,
         scene=scene,
         folders=tuple(folders),
         joint=joint,
     )
-    by_rig = () if joint is None else (*joint.stray_notes(), *joint.rig_notes(scene), *joint.seating_notes())
+    by_rig = () if joint is None else (*joint.test_notes(), *joint.rig_notes(scene))
     named = elsewhere(tests, folders)
     strangers = [NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])] if named else []
     return replace(found, notes=(*_notes(found), *unfitted, *by_rig, *strangers))
@@ -341,5 +342,5 @@ def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
         f"predicted_{schema.STOPS}": state and state.stops_per_cycle,
         "energy_residual": verdict.residual,
         "left_out_of_fit": excluded and excluded.sentence,
-        "left_out_code": excluded and excluded.cause.value,
+        "left_out_code": excluded and excluded.cause.code,
     }

@@ -36,38 +36,28 @@ SHARED = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests o
 
 
 class Reason(Enum):
-    """Why a test is left out; the value is the code in ``measurements.csv``, ``sentence`` the words."""
+    """Why a test is left out, in words; its name is the code in ``measurements.csv``."""
 
-    UNIT = "unit", "its unit looks wrong; see its warnings"
-    LONG = "long", "a long test: in drift.csv"
-    STUCK = "stuck", "stuck: all it shows is that the friction ratio is 1 / (static over kinetic friction) or more"
-    UNSTEADY = "unsteady", "unsteady: irregularity {:.2g} beyond noise and base; one steady state cannot stand for it"
-    ASYMMETRIC = "asymmetric", "asymmetric ({:.2g}): Coulomb's law on a symmetric contact cannot explain it"
-    NEAR_RESONANCE = "near resonance", "near resonance: by Coulomb's law the response grows without bound"
-    UNSETTLED = (
-        "unsettled",
-        "unsettled: by Coulomb's own reckoning {:.0%} of the transient is left where it was measured",
-    )
-    UNEXPLAINED = "unexplained", "unexplained: alone it would say {:.3g} where the group says {:.3g}"
-    NO_CYCLE = "no cycle", "no recording at hand, or no cycle in it that a law can be fitted to"
-    NOT_UNIQUE = (
-        "not unique",
-        "not unique: by Coulomb's law the motion keeps the asymmetry it began with: no one cycle stands for it",
-    )
-    UNPREDICTED = "no prediction", "no prediction: no steady state of the law explains these tests"
+    UNIT = "its unit looks wrong; see its warnings"
+    LONG = "a long test: in drift.csv"
+    STUCK = "stuck: all it shows is that the friction ratio is 1 / (static over kinetic friction) or more"
+    UNSTEADY = "unsteady: irregularity {:.2g} beyond noise and base; one steady state cannot stand for it"
+    ASYMMETRIC = "asymmetric ({:.2g}): Coulomb's law on a symmetric contact cannot explain it"
+    NEAR_RESONANCE = "near resonance: by Coulomb's law the response grows without bound"
+    UNSETTLED = "unsettled: by Coulomb's own reckoning {:.0%} of the transient is left where it was measured"
+    UNEXPLAINED = "unexplained: alone it would say {:.3g} where the group says {:.3g}"
+    NO_CYCLE = "no recording at hand, or no cycle in it that a law can be fitted to"
+    NOT_UNIQUE = "not unique: by Coulomb's law the motion keeps the asymmetry it began with: no one cycle stands for it"
+    NO_PREDICTION = "no prediction: no steady state of the law explains these tests"
 
-    sentence: str
-
-    def __new__(cls, code: str, sentence: str) -> "Reason":
-        """Take the code for the value."""
-        cause = object.__new__(cls)
-        cause._value_ = code
-        cause.sentence = sentence
-        return cause
+    @property
+    def code(self) -> str:
+        """What stands in a table."""
+        return self.name.lower().replace("_", " ")
 
     def because(self, *numbers: float) -> "LeftOut":
         """The cause for one test, with its numbers in the sentence."""
-        return LeftOut(self, self.sentence.format(*numbers))
+        return LeftOut(self, self.value.format(*numbers))
 
 
 SOFT = frozenset({Reason.UNSTEADY, Reason.ASYMMETRIC, Reason.UNSETTLED})
@@ -272,8 +262,8 @@ def friction_of(
     tests = [] if joint is None else joint.tests(material, force)
     ratio = NOT_KNOWN if joint is None or not tests else joint.friction(material, force)
     if joint is None or ratio.value is None:
-        verdicts = tuple(Verdict(t, group.left_out.get(t.source) or Reason.UNPREDICTED.because()) for t in trials)
-        kinds = sorted({v.excluded.cause.value for v in verdicts if v.excluded is not None})
+        verdicts = tuple(Verdict(t, group.left_out.get(t.source) or Reason.NO_PREDICTION.because()) for t in trials)
+        kinds = sorted({v.excluded.cause.code for v in verdicts if v.excluded is not None})
         note = f"no friction ratio: every test was left out ({', '.join(kinds)})"
         return FrictionFit(material, force, verdicts, note=note)
     verdicts = tuple(_verdict(t, group, joint, model, ratio.value) for t in trials)
@@ -333,7 +323,7 @@ def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: fl
         except FAULTS:
             return found
         return replace(found, alone=alone["beta"])
-    residual = posterior.fit.residual(i)
+    residual = posterior.fit.residuals[i]
     return replace(
         found,
         alone=posterior.parameters(i)["beta"],

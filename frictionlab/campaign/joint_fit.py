@@ -8,6 +8,7 @@ friction ratio at each normal force: one linear step from it, by which Amontons'
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -151,54 +152,12 @@ class JointFit:
             return NOT_KNOWN
         return self.posterior.estimate("beta", i).scaled(stiffness * observation.unit / observation.normal_force)
 
-    def shared_beta(self, i: int) -> float:
-        """Return the friction ratio of test i by its material's coefficient."""
-        return self.posterior.shared(self.posterior.fit.find("beta", i) or 0, i)[0]
-
-    @cached_property
-    def own(self) -> tuple[tuple[float, float], ...]:
-        """Logarithm of each test's own friction ratio over the shared one, and its error; all else as the fit has it.
-
-        One linear step; NaN where the friction ratio is given.
-        """
-        posterior, found = self.posterior, []
-        for i, test in enumerate(posterior.tests):
-            k = posterior.fit.find("beta", i)
-            if k is None:
-                found.append((math.nan, math.nan))
-                continue
-            some = np.array([posterior.unknowns[j].level == "test" or j == k for j in test.index])
-            slopes = posterior.fit.slopes[i][:, some]
-            at = int(np.flatnonzero(test.index[some] == k)[0])
-            covariance = np.linalg.inv(slopes.T @ slopes + 1e-12 * np.eye(slopes.shape[1]))
-            step = float((covariance @ slopes.T @ posterior.fit.residual(i))[at])
-            u, c = posterior.unknowns[k], float(posterior.fit.own(i)[test.place(k)]) + step
-            c = max(c, u.low)
-            gap = math.log(u.value(c) * test.factor(k) / self.shared_beta(i))
-            found.append((gap, u.slope(c) / u.value(c) * math.sqrt(float(covariance[at, at]))))
-        return tuple(found)
-
-    def standing_out(self) -> dict[str, tuple[float, float]]:
-        """Return tests whose friction is far from that of the others of their material: their own and the others'."""
-        out: dict[str, tuple[float, float]] = {}
-        for material in self.materials:
-            tests = self.tests(material)
-            gap, error = np.array([self.own[i] for i in tests]).T
-            if len(tests) < FEWEST or not np.isfinite(gap).all():
-                continue
-            width = 1.4826 * float(np.median(np.abs(gap - np.median(gap))))
-            limit = float(stdtrit(len(tests) - 1, ndtr(OUTLIER)))  # of few tests the width is known badly
-            far = np.abs(gap - np.median(gap)) > limit * np.sqrt(error**2 + max(width, SLIGHT) ** 2)
-            for i in np.array(tests)[far].tolist():
-                beta = self.shared_beta(i)
-                out[self.posterior.observations[i].source] = (beta * math.exp(self.own[i][0]), beta)
-        return out
-
     def rig_notes(self, scene: Scene) -> tuple[str, ...]:
         """Return where the tests find sensors and rig, and which of them are far from what is known.
 
         Measured energies are those of the declared lag, so one that is found elsewhere is to be declared; not where the
-        laws do not explain their tests, for then the rig makes up for what a law lacks.
+        laws do not explain their tests, for then the rig makes up for what a law lacks. The natural frequency that all
+        tests ask for is said where that explains far more of them.
         """
         posterior, parts, tests = self.posterior, [], range(len(self.posterior.tests))
         for k, u in enumerate(posterior.unknowns):
@@ -209,37 +168,71 @@ class JointFit:
                 parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
         if not parts or len(tests) < 2:
             return ()
-        explained = 2 * sum(explains(posterior.fit, [i]) for i in tests) >= len(tests)
-        far = strained_facts(posterior, scene) if explained else ()
-        again = (f"{said}; then measure again{AT_LAG if 'the lag ' in said else ''}" for said in far)
-        return (FOUND.format("; ".join(parts)), *self._detuned_note(scene), *again)
-
-    def _detuned_note(self, scene: Scene) -> Iterator[str]:
-        """Yield the natural frequency that all tests ask for, where that explains far more of them."""
+        said = [FOUND.format("; ".join(parts))]
         if self.detuned is not None:
-            seen, left = self.detuned.nuisances()["natural_frequency"], (self.detuned, self.posterior)
+            seen, left = self.detuned.nuisances()["natural_frequency"], (self.detuned, posterior)
             declare = to_declare("natural_frequency", seen["value"], seen["u"], scene)
-            yield ASKED.format(*(100.0 * posterior.fit.nrmse() for posterior in left), declare)
+            said.append(ASKED.format(*(100.0 * one.fit.nrmse() for one in left), declare))
+        if 2 * sum(explains(posterior.fit, [i]) for i in tests) >= len(tests):
+            far = strained_facts(posterior, scene)
+            said += [f"{one}; then measure again{AT_LAG if 'the lag ' in one else ''}" for one in far]
+        return tuple(said)
 
     def misfit(self, i: int) -> float:
         """Return what the joint fit leaves of test i, over what noise leaves."""
         return self.posterior.fit.nrmse([i]) / self.posterior.observations[i].floor
 
-    def stray_notes(self) -> Iterator[str]:
-        """Yield the test of a material that its law misses far more than all others: a fact of it may be wrong."""
-        for material in self.materials if self.of_cycles else ():
-            *others, worst = sorted(self.tests(material), key=self.misfit)
-            if len(others) > 1 and self.misfit(worst) > STRAY * max(self.misfit(others[-1]), EXPLAINED):
-                seen, most = self.posterior.observations[worst], self.misfit(others[-1])
-                yield STRAYS.format(material, self.misfit(worst), seen.source, most, seen.normal_force or 0.0)
+    def test_notes(self) -> Iterator[str]:
+        """Yield tests that are unlike the others of their material.
 
-    def seating_notes(self) -> Iterator[str]:
-        """Yield whose friction rises along the path in some tests and falls in others, beyond twice its error."""
+        One that its law misses far more than all others: a fact of it may be wrong. And whose friction rises along the
+        path in some tests and falls in others, beyond twice its error.
+        """
         for material in self.materials:
+            *others, worst = sorted(self.tests(material), key=self.misfit)
+            most = max((self.misfit(i) for i in others), default=math.inf)
+            if self.of_cycles and len(others) > 1 and self.misfit(worst) > STRAY * max(most, EXPLAINED):
+                seen = self.posterior.observations[worst]
+                yield STRAYS.format(material, self.misfit(worst), seen.source, most, seen.normal_force or 0.0)
             own = [e for i in self.tests(material) if (e := self.posterior.parameters(i).get("gradient")) is not None]
             if len({e.value > 0.0 for e in own if abs(e.value) > 2.0 * (e.u or math.inf)}) > 1:
                 values = [e.value for e in own]
                 yield TURNS.format(material, min(values), max(values))
+
+
+def standing_out(posterior: Posterior) -> dict[str, tuple[float, float]]:
+    """Return tests whose friction is far from that of the others of their material: their own and the others'.
+
+    Each one's own friction ratio is one linear step from the shared one, all else as the fit has it.
+    """
+    found: dict[str, list[tuple[str, float, float, float]]] = {}
+    for i, (test, observation) in enumerate(zip(posterior.tests, posterior.observations, strict=True)):
+        k, gap, error, shared = posterior.fit.find("beta", i), math.nan, math.nan, math.nan
+        if k is not None:
+            some = np.array([posterior.unknowns[j].level == "test" or j == k for j in test.index])
+            slopes = posterior.fit.slopes[i][:, some]
+            at = int(np.flatnonzero(test.index[some] == k)[0])
+            covariance = np.linalg.inv(slopes.T @ slopes + 1e-12 * np.eye(slopes.shape[1]))
+            step = float((covariance @ slopes.T @ posterior.fit.residuals[i])[at])
+            u = posterior.unknowns[k]
+            c, shared = max(float(posterior.fit.own(i)[test.place(k)]) + step, u.low), posterior.shared(k, i)[0]
+            gap = math.log(u.value(c) * test.factor(k) / shared)
+            error = u.slope(c) / u.value(c) * math.sqrt(float(covariance[at, at]))
+        found.setdefault(str(observation.material), []).append((observation.source, gap, error, shared))
+    out: dict[str, tuple[float, float]] = {}
+    for tests in found.values():
+        gaps, errors = np.array([test[1:3] for test in tests]).T
+        if len(tests) < FEWEST or not np.isfinite(gaps).all():
+            continue
+        width = 1.4826 * float(np.median(np.abs(gaps - np.median(gaps))))
+        limit = float(stdtrit(len(tests) - 1, ndtr(OUTLIER)))  # of few tests the width is known badly
+        far = np.abs(gaps - np.median(gaps)) > limit * np.sqrt(errors**2 + max(width, SLIGHT) ** 2)
+        out |= {
+            source: (beta * math.exp(gap), beta)
+            for (source, gap, _, beta), is_far in zip(tests, far, strict=True)
+            if is_far
+        }
+    return out
 
 
 def fit_together(
@@ -277,7 +270,7 @@ def fit_together(
         bare = posterior
         if not of_cycles:  # two numbers show an outlier by their noise alone
             bare = replace(posterior, fit=weighed(posterior.fit, np.zeros(len(chosen)), follows=False))
-        if out := JointFit(bare, bare).standing_out():  # made again without those that stand out
+        if out := standing_out(bare):  # made again without those that stand out
             kept = [o for o in chosen if o.source not in out]
             posterior = infer(kept, near=posterior.values())
         detuned = None
@@ -294,44 +287,33 @@ def _against_another_rig(posterior: Posterior, *, by_mass: bool) -> tuple[Poster
     """The posterior whose errors hold what another natural frequency moves, and the one with that frequency.
 
     Where the laws leave a misfit and a free frequency leaves far less. An uncertainty declared too small would keep
-    the frequency where it is, and the friction carries what is wrong with it; forces do once more where the stiffness
-    follows from it (``by_mass``).
+    the frequency where it is, and the friction carries what is wrong with it. Where the stiffness follows from a mass
+    (``by_mass``) it is the scene's times the square of the frequency's factor, and forces carry it once more: only of a
+    frequency that is far from what is declared.
     """
-    as_found = _with_stiffness(posterior, posterior, by_mass=by_mass), None
-    if explains(posterior.fit, range(len(posterior.tests))):
-        return as_found
-    free = [replace(o, sources=replace(o.sources, natural_frequency=ANY)) for o in posterior.observations]
-    try:
-        detuned = infer(free, near=posterior.values())
-    except FAULTS:  # no motion there: nothing that would explain the tests
-        return as_found
-    if detuned.fit.nrmse() > BETTER * posterior.fit.nrmse():
-        return as_found
-    shift = np.zeros(len(posterior.unknowns))
-    for i, test in enumerate(posterior.tests):
-        for k in test.index.tolist():
-            u, there = posterior.unknowns[k], detuned.fit.find(posterior.unknowns[k].name, i)
-            if u.law and there is not None:
-                here = float(posterior.fit.point[k])
-                shift[k] = (u.value(float(detuned.fit.point[there])) - u.value(here)) / u.slope(here)
-    return _with_stiffness(posterior.with_shift(OTHER_CAUSE, shift), detuned, by_mass=by_mass), detuned
-
-
-def _with_stiffness(posterior: Posterior, found: Posterior, *, by_mass: bool) -> Posterior:
-    """The posterior whose friction holds the stiffness that follows from a mass and the frequency found.
-
-    It is the scene's times the square of the frequency's factor; only where that is far from what is declared.
-    """
-    frequency = found.nuisances().get("natural_frequency")
-    if not by_mass or frequency is None:
-        return posterior
+    detuned: Posterior | None = None
+    if not explains(posterior.fit, range(len(posterior.tests))):
+        free = [replace(o, sources=replace(o.sources, natural_frequency=ANY)) for o in posterior.observations]
+        with suppress(*FAULTS):  # no motion there: nothing that would explain the tests
+            found = infer(free, near=posterior.values())
+            detuned = found if found.fit.nrmse() <= BETTER * posterior.fit.nrmse() else None
+    frequency = (detuned or posterior).nuisances().get("natural_frequency")
+    if detuned is not None:
+        shift = np.zeros(len(posterior.unknowns))
+        for i, test in enumerate(posterior.tests):
+            for k in test.index.tolist():
+                u, there = posterior.unknowns[k], detuned.fit.find(posterior.unknowns[k].name, i)
+                if u.law and there is not None:
+                    here = float(posterior.fit.point[k])
+                    shift[k] = (u.value(float(detuned.fit.point[there])) - u.value(here)) / u.slope(here)
+        posterior = posterior.with_shift(OTHER_CAUSE, shift)
     declared = max((o.sources.natural_frequency for o in posterior.observations), default=0.0)
-    if abs(frequency["value"]) <= STRAINED * declared:
-        return posterior
-    stiffer = abs((1.0 + frequency["value"]) ** 2 - 1.0)
-    known = zip(posterior.unknowns, posterior.fit.point.tolist(), strict=True)
-    shift = [u.value(c) * stiffer / u.slope(c) if u.name == "beta" else 0.0 for u, c in known]
-    return posterior.with_shift(STIFFNESS, np.array(shift))
+    if by_mass and frequency is not None and abs(frequency["value"]) > STRAINED * declared:
+        stiffer = abs((1.0 + frequency["value"]) ** 2 - 1.0)
+        known = zip(posterior.unknowns, posterior.fit.point.tolist(), strict=True)
+        moved = [u.value(c) * stiffer / u.slope(c) if u.name == "beta" else 0.0 for u, c in known]
+        posterior = posterior.with_shift(STIFFNESS, np.array(moved))
+    return posterior, detuned
 
 
 def _against_richer_laws(posterior: Posterior, do: str) -> tuple[Posterior, list[str]]:
@@ -352,22 +334,15 @@ def _against_richer_laws(posterior: Posterior, do: str) -> tuple[Posterior, list
         posterior = posterior.with_shift(MISSED, shift)
         times = varied[0] / own
         varies = VARIES.format(times) if abs(times - 1.0) > SAME else ""
-        missed = [i for i in tests if joint.misfit(i) > EXPLAINED]
-        first = [
-            f"{short_name(posterior.observations[i].source)}: {start}; else "
-            for i in missed
-            if (start := _start_left(posterior, i))
-        ]
+        missed, first = [i for i in tests if joint.misfit(i) > EXPLAINED], list[str]()
+        for i in missed:  # what to do about one whose motion settled only after what is fitted begins
+            observation = posterior.observations[i]
+            state = None if observation.settles_later_s is None else observation.state(posterior.values(i))
+            start = "" if state is None else start_left(observation, state, posterior.fit.nrmse([i]))
+            first += [f"{short_name(observation.source)}: {start}; else "] if start else []
         unlike = UNLIKE.format(material, "".join(first), posterior.law(tests[0]).name)
         said.append(unlike + varies + ("" if first and len(first) == len(missed) else do))
     return posterior, said
-
-
-def _start_left(posterior: Posterior, i: int) -> str:
-    """What to do about the start of test i, where its motion settled only after what is fitted begins."""
-    observation = posterior.observations[i]
-    state = None if observation.settles_later_s is None else observation.state(posterior.values(i))
-    return "" if state is None else start_left(observation, state, posterior.fit.nrmse([i]))
 
 
 def _spread_out(observations: Sequence[Seen]) -> list[Seen]:

@@ -9,7 +9,7 @@ and energy by three points (Gauss and Hermite) along each direction that moves t
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -49,8 +49,8 @@ class AmontonsTest:
     """One material's coefficients over normal force.
 
     ``coefficient`` and its error: the mean over forces; ``chi_square`` about it with ``freedom`` degrees; ``p``: how
-    often a constant coefficient would look at least this uneven; ``exponent``: of coefficient ~ force^exponent, with
-    its standard error; ``verdict``: all of it in words. ``None`` is not known.
+    often a constant coefficient would look at least this uneven; ``exponent``: of coefficient ~
+    force^exponent; ``verdict``: all of it in words. ``None`` is not known.
     """
 
     material: str
@@ -61,22 +61,12 @@ class AmontonsTest:
     freedom: int = 0
     p: float | None = None
     exponent: float | None = None
-    exponent_se: float | None = None
     verdict: str = ""
 
     @property
     def holds(self) -> bool | None:
         """Whether the coefficient may be constant; None where nothing can be said."""
         return None if self.p is None else self.p >= SIGNIFICANT
-
-
-class Loop(NamedTuple):
-    """One test's contact over a cycle, as measured and as the law has it."""
-
-    material: str
-    normal_force_n: float
-    r: float
-    contact: ContactForce
 
 
 def amontons_of(
@@ -130,7 +120,7 @@ def amontons(
             trend = f"it {way} with normal force, by {abs(2**exponent - 1):.1%} at each doubling"
         words = f"the friction coefficient is not constant over normal force ({proof}): {trend}"
     verdict = f"{material}: {words}; mean coefficient {mean}."
-    return AmontonsTest(material, len(value), mean.value, mean.error, square, freedom, p, exponent, error, verdict)
+    return AmontonsTest(material, len(value), mean.value, mean.error, square, freedom, p, exponent, verdict)
 
 
 def _exponent(force: FloatArray, value: FloatArray, weight: FloatArray) -> tuple[float, float]:
@@ -190,9 +180,9 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[Row, ...]:
     return tuple(found)
 
 
-def loops_of(joint: JointFit, stiffness: float | None) -> tuple[Loop, ...]:
-    """Return the loops of a few tests of each material that the law explains best, slow, middling and fast."""
-    observations, found = joint.posterior.observations, list[Loop]()
+def loops_of(joint: JointFit, stiffness: float | None) -> list[tuple[CycleObservation, ContactForce]]:
+    """Return a few tests of each material that the law explains best, slow, middling and fast, and their contacts."""
+    observations, found = joint.posterior.observations, list[tuple[CycleObservation, ContactForce]]()
     for material in joint.materials:
         order = sorted(joint.tests(material), key=lambda i: observations[i].r)
         best = [min(map(int, part), key=joint.misfit) for part in np.array_split(np.array(order), SHOWN) if len(part)]
@@ -200,9 +190,8 @@ def loops_of(joint: JointFit, stiffness: float | None) -> tuple[Loop, ...]:
             observation, values = observations[i], joint.posterior.values(i)
             state = observation.state(values)
             if state is not None and state.orbit is not None:
-                contact = contact_of(observation, values, state, stiffness)
-                found.append(Loop(material, observation.normal_force or math.nan, observation.r, contact))
-    return tuple(found)
+                found.append((observation, contact_of(observation, values, state, stiffness)))
+    return found
 
 
 def not_predicted(source: str, material: str | None, reason: str) -> dict[str, Any]:

@@ -5,7 +5,6 @@ and natural frequency are unknowns of the rig, as sure as the row's combined unc
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import ClassVar, NamedTuple
@@ -114,27 +113,15 @@ def elasticity(model: Model, r: float, beta: float, base: Base = COSINE) -> floa
     return (high - low) / (2.0 * STEP * here)
 
 
-class Curve(NamedTuple):
-    """The model's prediction over frequency of one friction ratio; arrays (n,), nan where there is no steady state."""
+def curve(model: Model, beta: float, low: float, high: float) -> tuple[FloatArray, FloatArray]:
+    """Predict the energy (n,) of one friction ratio over frequency ratios (n,), nan where there is no steady state.
 
-    material: str
-    normal_force_n: float
-    friction_ratio: float
-    r: FloatArray
-    energy: FloatArray
-    stops: FloatArray
-
-
-def curve(model: Model, material: str, normal_force_n: float, beta: float, low: float, high: float) -> Curve:
-    """Predict one friction ratio over frequency ratios, close at the low end, where the stops change fast."""
+    They are close at the low end, where the stops change fast.
+    """
     half = (CURVE_POINTS if model.law.is_exact else DEAR_POINTS) // 2
     r = np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
     states = [predict(model, float(value), beta) for value in r]
-    found = [
-        (math.nan, math.nan) if s is None else (s.energy_per_cycle or 0.0, s.stops_per_cycle or 0.0) for s in states
-    ]
-    energy, stops = np.array(found).T
-    return Curve(material, normal_force_n, beta, r, energy, stops)
+    return r, np.array([math.nan if state is None else state.energy_per_cycle or 0.0 for state in states])
 
 
 def loop_ratio(trial: Trial, wall: Wall) -> float:
@@ -201,9 +188,23 @@ class RowObservation(Observation):
 def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit: float) -> RowObservation:
     """Return a row of measurements as a fit sees it; ``beta``: about what its friction ratio is.
 
-    What an error of r does to the numbers counts as their noise, so that near resonance the ratio of the two decides.
+    Sensors and rig are as the row's combined uncertainties say, else the scene: what moves both numbers alike is a
+    gain; what is left of the energy's uncertainty a lag, of the amplitude's a crosstalk. What an error of r does to the
+    numbers counts as their noise, so that near resonance the ratio of the two decides.
     """
-    rig = tuple(u for u in _rig_of(trial, sources) if u.sd > SMALLEST and math.isfinite(u.sd))
+    of_energy, of_amplitude, of_ratio = trial.systematic
+    gain = math.hypot(sources.gain, sources.linearity)
+    way = 2.0 * math.pi**2 * trial.drive_frequency_hz * trial.mean[1] / trial.mean[0]  # of a lag of 1 s, at most
+    of_energy = math.hypot(gain, way * sources.lag) if of_energy is None else of_energy
+    of_amplitude = gain if of_amplitude is None else of_amplitude
+    both, detuned = min(of_energy, of_amplitude), sources.natural_frequency if of_ratio is None else of_ratio
+    known = (
+        ("gain", "gain of a sensor", both, "sensors.gain_error"),
+        ("lag_s", "lag between the channels", math.sqrt(of_energy**2 - both**2) / way, "sensors.lag_s"),
+        ("crosstalk", "crosstalk", math.sqrt(of_amplitude**2 - both**2), "sensors.crosstalk"),
+        ("natural_frequency", "natural frequency", detuned, "rig.natural_frequency_hz"),
+    )
+    rig = tuple(Unknown(n, said, sd=sd, key=key) for n, said, sd, key in known if sd > SMALLEST and math.isfinite(sd))
     noise = np.diag(np.hypot(np.divide(trial.mean_se, trial.mean), MODEL_FLOOR) ** 2)
     row = RowObservation(
         source=trial.source,
@@ -232,23 +233,3 @@ def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit:
         steep = (ends[1] - ends[0]) / (2.0 * step)
         noise = noise + np.outer(steep, steep) * math.hypot((trial.frequency_ratio_se or 0.0) / trial.r, floor) ** 2
     return replace(row, **noise_of(noise))
-
-
-def _rig_of(trial: Trial, sources: Sources) -> Iterator[Unknown]:
-    """What is not known of sensors and rig: as the row's combined uncertainties say, else the scene.
-
-    What moves both numbers alike is a gain; what is left of the energy's uncertainty a lag, of the amplitude's a
-    crosstalk.
-    """
-    of_energy, of_amplitude, of_ratio = trial.systematic
-    energy, amplitude = trial.mean
-    gain = math.hypot(sources.gain, sources.linearity)
-    way = 2.0 * math.pi**2 * trial.drive_frequency_hz * amplitude / energy  # energy's share by a lag of 1 s, at most
-    of_energy = math.hypot(gain, way * sources.lag) if of_energy is None else of_energy
-    of_amplitude = gain if of_amplitude is None else of_amplitude
-    both = min(of_energy, of_amplitude)
-    yield Unknown("gain", "gain of a sensor", sd=both, key="sensors.gain_error")
-    yield Unknown("lag_s", "lag between the channels", sd=math.sqrt(of_energy**2 - both**2) / way, key="sensors.lag_s")
-    yield Unknown("crosstalk", "crosstalk", sd=math.sqrt(of_amplitude**2 - both**2), key="sensors.crosstalk")
-    detuned = sources.natural_frequency if of_ratio is None else of_ratio
-    yield Unknown("natural_frequency", "natural frequency", sd=detuned, key="rig.natural_frequency_hz")

@@ -294,8 +294,15 @@ def _by_consistency(cells: Cells) -> Standing:
     for m, row in rows.items():
         value, noise = math.exp(float(row.mean())), math.fsum(seen[m][c][1] for c in common) / len(common)
         found[m] = _Level(value, None if spread is None else value * math.hypot(spread, noise))
-    evidence = f"{_count(common)} that all materials have in common, compared in pairs"
-    return found, lambda a, b: _paired_p(rows[a] - rows[b]), evidence
+
+    def tie(a: str, b: str) -> float:
+        difference, n = rows[a] - rows[b], len(common)
+        if n < 2:
+            return 1.0
+        error = float(difference.std(ddof=1)) / math.sqrt(n)
+        return 2.0 * float(stdtr(n - 1, -abs(difference.mean()) / error)) if error > 0 else float(not difference.any())
+
+    return found, tie, f"{_count(common)} that all materials have in common, compared in pairs"
 
 
 def _irregularity(tests: Tests) -> tuple[float, float] | None:
@@ -334,14 +341,6 @@ def _by_drift(drifts: Sequence[Drift]) -> Standing:
 def _common(cells: Mapping[str, Mapping[Cell, object]]) -> list[Cell]:
     every = [set(own) for own in cells.values()]
     return sorted(set.intersection(*every)) if every else []
-
-
-def _paired_p(difference: FloatArray) -> float:
-    n = len(difference)
-    if n < 2:
-        return 1.0
-    error = float(difference.std(ddof=1)) / math.sqrt(n)
-    return 2.0 * float(stdtr(n - 1, -abs(difference.mean()) / error)) if error > 0 else float(not difference.any())
 
 
 def _count(common: Sequence[Cell]) -> str:

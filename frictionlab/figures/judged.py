@@ -72,7 +72,7 @@ def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
     }
     measured = {label: values for label, values in kinds.items() if np.isfinite(values[0]).any()}
     left = f"   what is left: {100 * comparison.response_nrmse:.2g} %" if comparison.response_nrmse else ""
-    title = f"{drawn.source}: {drawn.law}   beta {comparison.friction}{left}{_verdict(comparison)}"
+    title = f"{comparison.source}: {comparison.law}   beta {comparison.friction}{left}{_verdict(comparison)}"
     with style.drawing(3.1, title, comparison.warnings) as figure:
         axes = figure.subplots(1, len(measured), squeeze=False)[0]
         for ax, (label, (values, u, curve)) in zip(axes, measured.items(), strict=True):
@@ -80,7 +80,7 @@ def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
             error = 1.96 * u[there] if np.isfinite(u[there]).all() else None
             points = (drawn.r[there], values[there])
             ax.errorbar(*points, yerr=error, fmt="o", ms=4, color=style.MEASURED, label="measured")
-            ax.plot(drawn.curve_r, curve, color=style.PREDICTED, lw=1.0, label=drawn.law)
+            ax.plot(drawn.curve_r, curve, color=style.PREDICTED, lw=1.0, label=comparison.law)
             ax.set(xlabel="frequency ratio r", ylabel=label)
             ax.legend()
     return figure

@@ -98,17 +98,17 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     law assumed; black: the law. Right: log evidence of the laws tried, by all tests, less that of the law required
     (orange).
     """
-    loops = [loop for loop in campaign.loops if loop.material == material]
-    loops.sort(key=lambda loop: (round(loop.r, 2), loop.normal_force_n))
+    loops = [loop for loop in campaign.loops if loop[0].material == material]
+    loops.sort(key=lambda loop: (round(loop[0].r, 2), loop[0].normal_force or 0.0))
     tried: list[Any] = [law for law in campaign.laws if law["material"] == material and law["note"] is None]
     law = None if campaign.joint is None else campaign.joint.law(material)
     with style.drawing(title=f"{material}: {'no law' if law is None else law.name}") as figure:
         axes = style.panels(figure, 3 if tried else 2, across=3)
         for ax, over_speed in zip(axes[:2], (False, True), strict=True):
-            for colour, loop in zip(style.PALETTE, loops, strict=False):
-                name = f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}"
+            for colour, (test, contact) in zip(style.PALETTE, loops, strict=False):
+                name = f"{test.normal_force:.4g} N, r = {test.r:.2g}"
                 seen = {"color": colour, "label": name, "lw": 2.0, "alpha": 0.5}
-                draw_force(loop.contact, ax, seen, OF_LAW, over_speed=over_speed)
+                draw_force(contact, ax, seen, OF_LAW, over_speed=over_speed)
         axes[0].legend(fontsize=style.SMALL, loc="center", frameon=True, framealpha=0.9)
         if tried:
             shown = [law for n, law in enumerate(tried) if n < SHOWN or law["required"] or law["law"] == "coulomb"]
@@ -240,10 +240,8 @@ def _draw_energies(
         if over_force(campaign):
             known = [(fit.normal_force_n, v.predicted.energy_per_cycle or 0.0) for v in fit.used if v.predicted]
             ax.plot(*np.reshape(known, (-1, 2)).T, "_", color=colour, markersize=14)
-        else:
-            for curve in campaign.curves:
-                if (curve.material, curve.normal_force_n) == (fit.material, fit.normal_force_n):
-                    ax.plot(curve.r, curve.energy, color=colour, linewidth=0.9)
+        elif fit.setting in campaign.curves:
+            ax.plot(*campaign.curves[fit.setting], color=colour, linewidth=0.9)
     energies = [v.energy.value or 0.0 for f in fits for v in f.verdicts if not v.trial.is_long]
     if over_force(campaign):  # near resonance, over r, predictions have no bound
         energies += [v.predicted.energy_per_cycle or 0.0 for f in fits for v in f.used if v.predicted]

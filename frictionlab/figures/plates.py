@@ -60,7 +60,7 @@ KINDS: Mapping[str, tuple[Callable[..., Figure], Callable[[Campaign], Sequence[s
     "friction": (materials.friction, lambda c: WHOLE if any(f.friction_coefficient for f in c.fits) else ()),
     "law_": (
         materials.law_of_material,
-        lambda c: [m for m in c.materials if any(loop.material == m for loop in c.loops)],
+        lambda c: [m for m in c.materials if any(test.material == m for test, _ in c.loops)],
     ),
     "irregularity": (grids.irregularity, lambda c: WHOLE if grids.varies(c, lambda t: t.irregularity) else ()),
     "stops": (grids.stops, lambda c: WHOLE if grids.varies(c, lambda t: t.stops) else ()),

@@ -6,7 +6,7 @@ campaign of one.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any, cast
 
@@ -15,6 +15,7 @@ import numpy as np
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.inference import verdict as words
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
 from frictionlab.inference.diagnose import Diagnosis, against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
@@ -30,25 +31,10 @@ from frictionlab.inference.observations import (
     observe,
     refuse_several,
 )
-from frictionlab.inference.over_time import follow
 from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of, posterior_of
-from frictionlab.inference.record import RecordObservation, observe_record
+from frictionlab.inference.record import RecordObservation, follow, observe_record
 from frictionlab.inference.table import TableObservation, observe_table
 from frictionlab.inference.unknowns import STRAINED, STRONGEST, Unknown
-from frictionlab.inference.verdict import (
-    ANOTHER,
-    UNSETTLED,
-    base_words,
-    better_of,
-    doubts,
-    friction_of,
-    model_words,
-    never_settles,
-    not_tried,
-    start_left,
-    verdict_in_words,
-    verdict_of,
-)
 from frictionlab.recording import FrequencyTable, Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import SteadyState
@@ -115,13 +101,13 @@ def compare_record(
         record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
         posterior = _over_time(_as_cycle(cycle.under(best.law()), best), record)
         by_record = compared(
-            *(measurement, scene, posterior, None, ANOTHER if climbed is None else OF_RECORD),
+            *(measurement, scene, posterior, None, words.ANOTHER if climbed is None else OF_RECORD),
             explains_record=explains(best.fit, [0]),
         )
         comparison = replace(by_record, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
     else:
         record = follow(observation, found.values() | observation.start, fits_start=True)
-    warnings = (*comparison.warnings, *said, *record.warnings, *not_tried(climbed))
+    warnings = (*comparison.warnings, *said, *record.warnings, *words.not_tried(climbed))
     if comparison.contact is not None:
         comparison = replace(comparison, contact=replace(comparison.contact, warnings=warnings))
     return replace(comparison, warnings=warnings, **_of_record(record, climbed))
@@ -167,9 +153,9 @@ def _found(
     if observation.shows_rig or any(p.name not in observation.held for p in observation.law.own if not p.whole):
         return infer([observation], near=near), None
     model = model_of([observation], rig=False)
-    left = model.residual(0, np.zeros(0))
-    none = observation.white(observation.data) if left is None else left  # it stands still, or has no steady state
-    return posterior_of(placed(model, np.zeros(0), [none], [np.zeros((len(none), 0))])), None
+    looked = model.look(0, np.zeros(0))  # None: it stands still, or has no steady state
+    left = observation.white(observation.data) if looked is None else looked[0]
+    return posterior_of(placed(model, np.zeros(0), [left], [np.zeros((len(left), 0))])), None
 
 
 def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Comparison:
@@ -261,15 +247,13 @@ def compare_table(
         what="table",
         of="stated errors",
         floor=observation.floor if stated else None,
-        strained=bool(found.strained),
-        facts=strained_facts(found, scene),
         amplitude=Estimate(observation.unit, 0.0) if math.isfinite(observation.unit) else Estimate(),
-        model=model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
+        model=words.model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
         solver="exact" if reference is None else reference.solver,
         closure_error=max((abs(s.closure_error) for s in states if s is not None and s.closure_error), default=None),
     )
     warnings = judged.warnings if stated else (*judged.warnings, NO_ERRORS)
-    return replace(judged, warnings=warnings, over_frequency=observation.curve(values, warnings))
+    return replace(judged, warnings=warnings, over_frequency=observation.curve(values))
 
 
 def compare_force(
@@ -294,22 +278,21 @@ def compare_force(
     stroke = f"Y = {1e3 * observation.unit:.4g} mm" if measurement.force_energy_j.known else "half the stroke"
     unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over {stroke}"
     velocity, shown = measurement.cycle.mass_velocity, force * (1.0 + values.get(GAIN, 0.0))
+    slides = np.isin(np.arange(len(force)) * observation.count // len(force), observation.parts)
     return _judged(
         *(found, scene, ladder, found.fit.nrmse(), said),
         what="force",
-        step=ONE_WAY if measurement.slides_one_way else ANOTHER,
+        step=ONE_WAY if measurement.slides_one_way else words.ANOTHER,
         floor=observation.floor,
-        strained=bool(found.strained),
-        facts=strained_facts(found, scene),
         amplitude=measurement.base_amplitude,
-        model=model_words(observation.law, "prescribed motion", observation.held, unit),
+        model=words.model_words(observation.law, "prescribed motion", observation.held, unit),
         solver="prescribed",
         closure_error=None,
         **{key: getattr(measurement, key) for key in MEASURED[2:]},
         contact=_contact(
             *(observation, measurement.cycle.tau, AtContact(observation.place, velocity, observation.force)),
             *(AtContact(observation.place, velocity, shown), observation.unit_n),
-            residual=observation.where_it_slides(observation.force - shown),
+            residual=np.where(slides, observation.force - shown, math.nan),
             is_measured=True,
             is_one_way=measurement.slides_one_way,
         ),
@@ -321,7 +304,7 @@ def compared(
     scene: Scene,
     found: Posterior,
     ladder: Ladder | None,
-    step: str = ANOTHER,
+    step: str = words.ANOTHER,
     *,
     explains_record: bool = False,
 ) -> Comparison:
@@ -334,18 +317,18 @@ def compared(
     predicted, energy, amplitude = observation.shown(state, found.values())
     nrmse = None if predicted is None else observation.left(predicted, found.values())
     misfit = None if nrmse is None else nrmse / observation.floor
-    first = "" if nrmse is None else start_left(observation, state, nrmse)
+    first = "" if nrmse is None else words.start_left(observation, state, nrmse)
     unsteady = explains_record and misfit is not None and misfit > EXPLAINED
     if unsteady:  # such a cycle shows no other cause
         diagnosis = Diagnosis(found, bool(found.strained), tuple(strained_facts(found, scene)))
     else:
         diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
-    found, restless = diagnosis.posterior, never_settles(state, measurement.cycles, observation.floor)
+    found, restless = diagnosis.posterior, words.never_settles(state, measurement.cycles, observation.floor)
     beta = found.fit.find("beta")
     if restless is not None and beta is not None:
         shift = np.zeros(len(found.unknowns))
         shift[beta] = found.values()["beta"] / found.slope(beta)
-        found = found.with_shift(UNSETTLED, shift)
+        found = found.with_shift(words.UNSETTLED, shift)
     contact = contact_of(observation, found.values(), state, scene.rig.stiffness)
     return _judged(
         *(found, scene, ladder, nrmse, [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]),
@@ -360,14 +343,13 @@ def compared(
         step=step,
         first=first,
         floor=observation.floor,
-        strained=diagnosis.strained,
-        answered=diagnosis.answered,
+        diagnosis=diagnosis,
         unsettled=restless is not None,
         amplitude=measurement.base_amplitude,
         budget=measurement.budget,
         **{key: getattr(measurement, key) for key in MEASURED},
-        model=model_words(
-            observation.law, observation.place_words, observation.held, base_words(observation.base.harmonics)
+        model=words.model_words(
+            observation.law, observation.place_words, observation.held, words.base_words(observation.base.harmonics)
         ),
         solver=state.solver,
         closure_error=state.closure_error,
@@ -394,13 +376,11 @@ def _judged(
     what: str,
     of: str = "standard error of the measured mean cycle",
     floor: float | None,
-    strained: bool,
-    answered: bool = False,
+    diagnosis: Diagnosis | None = None,
     unsettled: bool = False,
     of_record: bool = False,
-    facts: Iterable[str] = (),
     after: Sequence[str] = (),
-    step: str = ANOTHER,
+    step: str = words.ANOTHER,
     first: str = "",
     contact: ContactForce | None = None,
     **more: Any,
@@ -408,26 +388,30 @@ def _judged(
     """The comparison of an observation that leaves an nrmse over a floor: with its verdict, its doubts, its ladder.
 
     ``what`` is compared, its misfit over ``of``; ``said``, ``after``: sentences before the doubts, and behind
-    them; ``facts``: of sensors and rig, where they strain; ``step``: to take where no ladder was climbed;
-    ``first``: before any; ``of_record``: the verdict is not that of the cycle, whose misfit is said elsewhere.
+    them; ``diagnosis``: of a cycle; without one sensors and rig are doubted where they strain; ``step``: to take where
+    no ladder was climbed; ``first``: before any; ``of_record``: the verdict is not that of the cycle, whose misfit is
+    said elsewhere.
     """
     misfit = None if nrmse is None or floor is None else nrmse / floor
     judged_by = 0.0 if of_record else misfit
     rows = _rows(ladder, found, nrmse, explained=misfit is None or misfit <= EXPLAINED)
-    verdict = verdict_of(judged_by, strained=strained, answered=answered, unsettled=unsettled)
-    moved = facts if verdict == "strained" else ()
-    doubted = doubts(found, verdict, judged_by, ladder, what=what, of=of, step=step, first=first)
+    strained, answered = bool(found.strained), False
+    if diagnosis is not None:
+        strained, answered = diagnosis.strained, diagnosis.answered
+    verdict = words.verdict_of(judged_by, strained=strained, answered=answered, unsettled=unsettled)
+    moved = strained_facts(found, scene) if verdict == "strained" and diagnosis is None else ()
+    doubted = words.doubts(found, verdict, judged_by, ladder, what=what, of=of, step=step, first=first)
     warnings = (*said, *moved, *doubted, *after)
-    words = verdict_in_words(nrmse, misfit, verdict, of="force" if what == "force" else "motion")
     if contact is not None:
+        judged = words.verdict_in_words(nrmse, misfit, verdict, of="force" if what == "force" else "motion")
         points = {
             row["law"]: (sum(e["u"] is not None for e in row["parameters"].values()), row["response_nrmse"], evidence)
             for row in rows or ()
             if (evidence := row["log_evidence"]) is not None and row["response_nrmse"] is not None
         }
-        contact = replace(contact, laws=points, said=f"{found.law().name}{words}", warnings=warnings)
-    judged: dict[str, Any] = {"response_nrmse": nrmse, "response_floor": floor, "misfit": misfit, "verdict": verdict}
-    return _comparison(found, scene, **judged, warnings=warnings, laws=rows, contact=contact, **more)
+        contact = replace(contact, laws=points, said=f"{found.law().name}{judged}", warnings=warnings)
+    left: dict[str, Any] = {"response_nrmse": nrmse, "response_floor": floor, "misfit": misfit, "verdict": verdict}
+    return _comparison(found, scene, **left, warnings=warnings, laws=rows, contact=contact, **more)
 
 
 def _comparison(
@@ -439,7 +423,7 @@ def _comparison(
     **more: Any,
 ) -> Comparison:
     """The comparison of any observation: what its posterior says, and `more`."""
-    friction, observation = friction_of(found, scene, amplitude), found.tests[0].observation
+    friction, observation = words.friction_of(found, scene, amplitude), found.tests[0].observation
     by_force = observation.in_newtons(found)
     friction["budget"] |= by_force.pop("budget", {})
     friction |= by_force
@@ -454,7 +438,7 @@ def _comparison(
         reason=None,
         law=found.law().name,
         nuisances=found.nuisances(),
-        levels=found.levels(),
+        levels={u.name: u.level for u in found.unknowns},
         accuracy=scene.accuracy,
         assumed=observation.sources.assumed,
         material=observation.material,
@@ -562,7 +546,7 @@ def _without_cycle(
     misses = not explains(found.fit, [0])
     found, moved_by_law = against_richer(found) if misses or found.strained else (found, [])
     found, amplitude = _over_time(found, record), Estimate(observation.unit, 0.0)
-    newtons = friction_of(found, scene, amplitude)
+    newtons = words.friction_of(found, scene, amplitude)
     if observation.unit_u:  # noise of Y changes the number that a force is expressed by, not the force
         moved = [abs(values[u.name]) / found.slope(k) if u.law else 0.0 for k, u in enumerate(found.unknowns)]
         found = found.with_shift(LARGEST, observation.unit_u * np.array(moved))
@@ -571,8 +555,9 @@ def _without_cycle(
         f" record, its numbers over Y = {1e3 * observation.unit:.4g} mm, the largest displacement of the base from its"
         " first value, and speeds over omega_n Y"
     )
-    left = observation.nrmse(found.fit.residual())
-    step = "--law auto looks for one that does" if climbed is None else better_of(climbed, left / observation.floor)
+    left, step = observation.nrmse(found.fit.residuals[0]), "--law auto looks for one that does"
+    if climbed is not None:
+        step = words.better_of(climbed, left / observation.floor)
     missed = (
         f"verdict: {observation.law.name} does not explain this record: it leaves {100.0 * left:.2g} % of the motion;"
         f" {step}"
@@ -584,7 +569,7 @@ def _without_cycle(
         found,
         scene,
         amplitude=amplitude,
-        warnings=(*known, *found.warnings, *record.warnings, *not_tried(climbed)),
+        warnings=(*known, *found.warnings, *record.warnings, *words.not_tried(climbed)),
         model=f"{observation.law.words}, {observation.wall} wall, measured base",
         solver=motion.solver,
         closure_error=respond(motion.problem, motion.base, x0=x0, v0=v0).closure_error,
@@ -612,9 +597,8 @@ def _as_cycle(observation: CycleObservation, record: Posterior) -> Posterior:
     unknowns = tuple(record.unknowns[k] for k in keep)
     cycle = replace(model, tests=(test,), unknowns=unknowns, scatter=np.zeros(len(keep)))
     point = record.fit.point[keep]
-    residual = cycle.residual(0, point)
-    if residual is None:
-        residual = observation.white(observation.data)
+    looked = cycle.look(0, point)
+    residual = observation.white(observation.data) if looked is None else looked[0]
     slopes = np.ones((len(residual), len(keep)))  # each determined, as far as its error says
     holds = np.diag(model.holds(record.fit.point)[keep])
     information = np.linalg.inv(record.covariance[np.ix_(keep, keep)]) - holds

@@ -187,8 +187,6 @@ class OverFrequency:
     ``curve_amplitude``, ``curve_phase`` (m,), NaN where there is no steady state.
     """
 
-    source: str
-    law: str
     r: FloatArray
     amplitude: FloatArray
     amplitude_u: FloatArray
@@ -197,7 +195,6 @@ class OverFrequency:
     curve_r: FloatArray
     curve_amplitude: FloatArray
     curve_phase: FloatArray
-    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)

@@ -7,14 +7,14 @@ from the measured motion itself: its force is what the frame's stretch makes it,
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
-from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, weighed
+from frictionlab.inference.fit import Fit, Test, cost, fit_from, log_evidence, missed_shares, weighed
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
@@ -36,16 +36,17 @@ RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held aga
 OTHER_CAUSE = "another cause than the law"
 LEAST_FREE = 0.1  # share of what is known of a fact that its data must say: else the prior alone does
 STEPS, WORK = 25, 1.5e5  # of the fit with a cause let free, and what all of them may cost
-TRIED = (0.0, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0)  # relative, of a natural frequency
+WIDE = 0.3  # relative: prior of a natural frequency that is let free
+TRIED = {
+    "natural_frequency": [x / WIDE for x in (0.0, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0)],
+    "frame_damping_ratio": [0.2, 1.0],
+    "lag_s": [-1.0, 1.0],
+    "spring_cubic": [-0.4, 0.4],
+    "play": [0.5, 2.0],
+}
+"""Coordinates at which each cause is tried."""
 USUAL_PLAY, LITTLE_PLAY = 1e-5, 1e-6  # m to either side: what a bolted frame may have; by which slopes are taken
 SHARP = 64  # harmonics of the force of a play, which turns round as fast as the mass
-
-
-class Cause(NamedTuple):
-    """One alternative: an unknown that is let free, and the values at which it is tried."""
-
-    unknown: Unknown
-    tried: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -70,21 +71,22 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
         return Diagnosis(found, strained, tuple(said))
     if strained or not explained:
         found, said = against_richer(found)
-    causes, enough, play = _causes(observation), ANSWERS, _usual_play(found) if explained else None
+    causes, enough = _causes(observation), ANSWERS
+    moves, shows = (_usual_play(found) if explained else None) or (0.0, False)
     if explained and not strained and observation.r <= NEAR_RESONANCE:
         enough = BY_FAR
         if len(observation.data) >= FEW * len(found.unknowns):
-            worth = (*ALWAYS, "play") if play and play.shows and play.moves > _error(found) else ALWAYS
-            causes = tuple(cause for cause in causes if cause.unknown.name in worth)
+            worth = (*ALWAYS, "play") if shows and moves > _error(found) else ALWAYS
+            causes = tuple(cause for cause in causes if cause.name in worth)
     found, named, answered = _other_causes(found, causes, enough, explained=explained)
     if observation.settles_later_s is not None and not explained:
         named, answered = [], False  # a start that is still in the cycles looks like any cause
-    facts = strained_facts(fitted, scene, [cause.unknown.name for cause, _ in named]) if explained else ()
+    facts = strained_facts(fitted, scene, [cause.name for cause, _ in named]) if explained else ()
     said = [*facts, *said, *(_named(cause, other, found, scene) for cause, other in named)]
-    if play and not (named or play.shows) and play.moves > _error(found):
+    if not (named or shows) and moves > _error(found):
         said.append(
             f"friction_ratio: {1e6 * USUAL_PLAY:.0f} um of play in the frame to either side would look like friction"
-            f" here and move the ratio by {play.moves:.2g}; its error of {_error(found):.1g} assumes none"
+            f" here and move the ratio by {moves:.2g}; its error of {_error(found):.1g} assumes none"
         )
     return Diagnosis(found, strained or bool(named), tuple(said), answered and not explained)
 
@@ -136,27 +138,23 @@ def to_declare(name: str, value: float, u: float, scene: Scene) -> str:
     return f"{table}.{key} = {said} would fit: {key} = {with_digits(value, u)} and {key}_u = {u:.2g}"
 
 
-def _causes(observation: CycleObservation) -> tuple[Cause, ...]:
+def _causes(observation: CycleObservation) -> tuple[Unknown, ...]:
     """What is tried free: each with a prior so wide that only the data hold it."""
     unit, lag = observation.unit, max(5.0 / observation.rate, 0.04 * math.pi / observation.turn)
-    frequency = Unknown(
-        "natural_frequency", "natural frequency", sd=0.3, low=-1.8, high=4.0, key="rig.natural_frequency_hz"
+    frequency = {"sd": WIDE, "low": -1.8, "high": 4.0, "key": "rig.natural_frequency_hz"}
+    causes = (
+        Unknown("natural_frequency", "natural frequency", **frequency),  # type: ignore[arg-type]
+        Unknown("frame_damping_ratio", "frame's damping", sd=0.05, low=0.0, folded=True, key="rig.damping_ratio"),
+        Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s"),
+        Unknown("spring_cubic", "cubic spring", sd=0.05),
+        Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True),
     )
-    frame = Unknown("frame_damping_ratio", "frame's damping", sd=0.05, low=0.0, folded=True, key="rig.damping_ratio")
-    late = Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s")
-    causes = [Cause(frequency, TRIED), Cause(frame, (0.01, 0.05)), Cause(late, (-lag, lag))]
-    if observation.wall == "fixed" and observation.single:
-        play = Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True)
-        causes += [
-            Cause(Unknown("spring_cubic", "cubic spring", sd=0.05), (-0.02, 0.02)),
-            Cause(play, (0.5 * play.sd, 2.0 * play.sd)),
-        ]
-    return tuple(causes)
+    return causes if observation.wall == "fixed" and observation.single else causes[:3]
 
 
 def _other_causes(
-    found: Posterior, causes: tuple[Cause, ...], enough: float, *, explained: bool
-) -> tuple[Posterior, list[tuple[Cause, Fit]], bool]:
+    found: Posterior, causes: tuple[Unknown, ...], enough: float, *, explained: bool
+) -> tuple[Posterior, list[tuple[Unknown, Fit]], bool]:
     """The posterior whose errors hold what causes move, those to name with their fits, whether one explains the test.
 
     ``enough``: gain from which a cause is named.
@@ -167,7 +165,7 @@ def _other_causes(
         main = weighed(replace(own, model=replace(own.model, tests=(bare,), most=STEPS)), np.zeros(1))
     except NO_MOTION:
         return found, [], False
-    likely: list[tuple[float, Cause, Fit]] = []  # the likeliest fit with each cause
+    likely: list[tuple[float, Unknown, Fit]] = []  # the likeliest fit with each cause
     more, beta = np.zeros(len(found.unknowns)), own.find("beta")
     for cause in causes:
         try:
@@ -180,9 +178,9 @@ def _other_causes(
         for gain, other in tried:
             if gain > AS_LIKELY:
                 apart, wider = _apart(found, other)
-                moved = np.hypot(apart, wider) if cause.unknown.name in ALWAYS else apart  # of play a warning speaks
+                moved = np.hypot(apart, wider) if cause.name in ALWAYS else apart  # of play a warning speaks
                 more += math.exp(min(0.0, gain)) * moved**2
-    named, answered = list[tuple[Cause, Fit]](), False
+    named, answered = list[tuple[Unknown, Fit]](), False
     best = max((gain for gain, _, _ in likely), default=0.0)
     for gain, cause, other in sorted(likely, key=lambda one: -one[0]):
         far = beta is not None and _apart(found, other)[0][beta] > math.sqrt(float(found.covariance[beta, beta]))
@@ -209,7 +207,7 @@ def _apart(found: Posterior, other: Fit) -> tuple[FloatArray, FloatArray]:
     return apart, wider
 
 
-def _tried(main: Fit, cause: Cause) -> list[tuple[float, Fit]]:
+def _tried(main: Fit, cause: Unknown) -> list[tuple[float, Fit]]:
     """The fits with a cause let free, and how much likelier each is: one that strains nothing else goes first.
 
     A natural frequency is tried under the plainest law that bends too: a law found in a wrong rig is bent to it, and
@@ -217,18 +215,18 @@ def _tried(main: Fit, cause: Cause) -> list[tuple[float, Fit]]:
     """
     freed, observation = _freed(main, cause), cycle_of(main.model.tests[0])
     found = [(_gain(main, freed), freed)]
-    if cause.unknown.name == "natural_frequency" and observation.single:
+    if cause.name == "natural_frequency" and observation.single:
         plain = replace(model_of([observation.under(law_of("coulomb+place+speed"))]), most=STEPS)
-        held = fit_from(plain, starting_points(plain)[0], tempers=False)
+        held = fit_from(plain, starting_points(plain), tempers=False)
         freed = _freed(held, cause)
         found.append((min(_gain(main, freed), _gain(held, freed)), freed))
     return sorted(found, key=lambda one: (one[0] <= ANSWERS or _strain(one[1], cause) >= STRAINED, -one[0]))
 
 
-def _strain(fit: Fit, cause: Cause) -> float:
+def _strain(fit: Fit, cause: Unknown) -> float:
     """How many standard uncertainties sensors and rig were moved at most, this cause left out."""
     moved = zip(fit.model.unknowns, fit.point.tolist(), strict=True)
-    return max((abs(at) / u.known_to for u, at in moved if not u.law and u.name != cause.unknown.name), default=0.0)
+    return max((abs(at) / u.known_to for u, at in moved if not u.law and u.name != cause.name), default=0.0)
 
 
 def _gain(main: Fit, other: Fit) -> float:
@@ -239,53 +237,37 @@ def _gain(main: Fit, other: Fit) -> float:
     return log_evidence(weighed(other, shares)) - log_evidence(weighed(main, shares))
 
 
-def _freed(main: Fit, cause: Cause) -> Fit:
+def _freed(main: Fit, cause: Unknown) -> Fit:
     """The fit with a cause let free: from the main fit's values, and from each value tried with friction to match."""
     names = [u.name for u in main.model.unknowns]
     unknowns, test = list(main.model.unknowns), main.model.tests[0]
-    k = names.index(cause.unknown.name) if cause.unknown.name in names else len(names)
-    unknowns[k:] = [cause.unknown, *unknowns[k + 1 :]]
+    k = names.index(cause.name) if cause.name in names else len(names)
+    unknowns[k:] = [cause, *unknowns[k + 1 :]]
     if k == len(names):
         test = Test(test.observation, np.append(test.index, k), np.append(test.factors, 1.0))
     open_ = replace(main.model, tests=(test,), unknowns=tuple(unknowns), scatter=np.zeros(len(unknowns)), most=STEPS)
-    starts = list(_starts(open_, main, k, cause))
+    starts, at_loop = list[FloatArray](), None
+    if cause.name == "natural_frequency" and "beta" in main.values():  # a wrong one changes the friction ratio with it
+        with suppress(FrictionlabError):
+            at_loop = np.clip(point_at(open_, {"beta": cycle_of(test).loop_friction_ratio}), *open_.bounds)
+    for c in (cause.at(main.values().get(cause.name, 0.0)), *TRIED[cause.name]):
+        here = np.concatenate([main.point, np.zeros(len(unknowns) - len(main.point))])
+        for point in (here, at_loop):
+            if point is not None:
+                starts.append(np.where(np.arange(len(point)) == k, c, point).clip(*open_.bounds))
     costs = [cost(open_, start) for start in starts]
     order = [starts[j] for j in np.argsort(costs)[:2] if math.isfinite(costs[j])]
     return min((fit_from(open_, [start], tempers=False) for start in order), key=lambda fit: fit.cost)
-
-
-def _starts(model: Model, main: Fit, k: int, cause: Cause) -> Iterator[FloatArray]:
-    """Points at which a cause is tried; a wrong natural frequency changes the friction ratio with it."""
-    base, observation = np.zeros(len(model.unknowns)), cycle_of(model.tests[0])
-    base[: len(main.point)] = main.point
-    here = main.values().get(cause.unknown.name, 0.0)
-    for value in (here, *cause.tried):
-        point = base.copy()
-        point[k] = cause.unknown.at(value)
-        yield np.clip(point, *model.bounds)
-        if cause.unknown.name == "natural_frequency" and "beta" in main.values():
-            try:
-                loop = observation.loop_friction_ratio
-            except FrictionlabError:
-                continue
-            near = np.clip(point_at(model, {"beta": loop}), *model.bounds)
-            near[k] = point[k]
-            yield near
 
 
 def _error(found: Posterior) -> float:
     return found.parameters()["beta"].u or math.inf
 
 
-class _Play(NamedTuple):
-    """By how much a usual play would move the friction ratio, and whether the recording would show it."""
+def _usual_play(found: Posterior) -> tuple[float, bool] | None:
+    """Return by how much a usual play would move the friction ratio, and whether the recording would show it.
 
-    moves: float
-    shows: bool
-
-
-def _usual_play(found: Posterior) -> _Play | None:
-    """Return what a usual play would do; None where there is no friction or no motion to see it in.
+    None where there is no friction or no motion to see it in.
 
     At low frequency ratios a play p moves the ends of a stop as friction of ``k p`` does. One linear step from the fit:
     what the other unknowns make of the change that such a play brings, and whether the noise would hide the rest.
@@ -307,29 +289,29 @@ def _usual_play(found: Posterior) -> _Play | None:
     pull = slopes.T @ change
     moved = np.linalg.solve(held, pull)
     left = float(change @ change - pull @ moved)  # of the sum of squares
-    return _Play(abs(found.slope(beta) * float(moved[beta])), left >= STRAINED**2)
+    return abs(found.slope(beta) * float(moved[beta])), left >= STRAINED**2
 
 
-def _named(cause: Cause, other: Fit, found: Posterior, scene: Scene) -> str:
+def _named(cause: Unknown, other: Fit, found: Posterior, scene: Scene) -> str:
     """Say which cause answers, its value, and what it makes of the friction ratio."""
     observation = cycle_of(found.tests[0])
-    k, value = other.find(cause.unknown.name), other.values()[cause.unknown.name]
+    k, value = other.find(cause.name), other.values()[cause.name]
     frequency = scene.rig.natural_frequency
-    if cause.unknown.name == "natural_frequency" and frequency:
+    if cause.name == "natural_frequency" and frequency:
         asks = f"{frequency:.4g} Hz is declared; this recording asks for {frequency * (1 + value):.4g} Hz"
-    elif cause.unknown.name == "spring_cubic":
+    elif cause.name == "spring_cubic":
         asks = f"this recording asks for {100 * value:+.2g} % of its force at Y by a cubic"
-    elif cause.unknown.name == "play":
+    elif cause.name == "play":
         asks = f"this recording asks for {1e6 * value * observation.unit:.2g} um to either side"
     else:
-        in_ms = cause.unknown.name == "lag_s"
+        in_ms = cause.name == "lag_s"
         asks = f"this recording asks for {1e3 * value:+.3g} ms" if in_ms else f"this recording asks for {value:.3g}"
-    u = 0.0 if k is None else cause.unknown.sd * math.sqrt(float(np.linalg.inv(other.precision)[k, k]))
-    declare = to_declare(cause.unknown.name, value, u, scene) if explains(other, [0]) else ""
+    u = 0.0 if k is None else cause.sd * math.sqrt(float(np.linalg.inv(other.precision)[k, k]))
+    declare = to_declare(cause.name, value, u, scene) if explains(other, [0]) else ""
     declared = f"; {declare}" if declare else ""
     own, there = found.values().get("beta"), other.values().get("beta")
     moves = "" if own is None or there is None else f"; the friction ratio would be {there:.4g} in place of {own:.4g}"
-    return f"rig: {cause.unknown.words}: {asks}{declared}{moves}; its error holds the difference"
+    return f"rig: {cause.words}: {asks}{declared}{moves}; its error holds the difference"
 
 
 def varied_friction(found: Posterior, tests: Sequence[int]) -> tuple[float, float] | None:

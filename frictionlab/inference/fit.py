@@ -103,11 +103,6 @@ class Model:
             return None
         return observation.white(observation.data - predicted), motion
 
-    def residual(self, i: int, own: FloatArray) -> FloatArray | None:
-        """Whitened residual of test i; None where there is no motion."""
-        looked = self.look(i, own)
-        return None if looked is None else looked[0]
-
     def slopes(self, i: int, own: FloatArray, motion: Any = None) -> FloatArray:
         """Whitened slopes of test i's prediction by its own coordinates; ``motion``: the one there."""
         test, values = self.tests[i], list(self.values(i, own).values())
@@ -161,10 +156,6 @@ class Fit:
         """Values of test i, by name."""
         return self.model.values(i, self.own(i))
 
-    def residual(self, i: int = 0) -> FloatArray:
-        """Whitened residual of test i."""
-        return self.residuals[i]
-
     @cached_property
     def strain(self) -> FloatArray:
         """Residuals (m,) of the priors."""
@@ -184,7 +175,7 @@ class Fit:
     def nrmse(self, tests: Iterable[int] | None = None) -> float:
         """Rms over some tests (all) of what is left of each."""
         some = range(len(self.model.tests)) if tests is None else tests
-        each = [self.model.tests[i].observation.nrmse(self.residual(i)) for i in some]
+        each = [self.model.tests[i].observation.nrmse(self.residuals[i]) for i in some]
         return math.sqrt(math.fsum(e * e for e in each) / len(each))
 
     @cached_property
@@ -369,7 +360,7 @@ def told_of(fit: Fit, i: int = 0) -> float:
 
 def excess_of(fit: Fit, i: int = 0) -> float:
     """Return chi-square of test i per degree of freedom, at least 1."""
-    residual = fit.residual(i)
+    residual = fit.residuals[i]
     square = fit.model.tests[i].observation.chi_square(residual)
     return max(1.0, square / max(1.0, len(residual) - told_of(fit, i)))
 
@@ -416,14 +407,14 @@ def missed_shares(found: Fit) -> FloatArray:
     tests, shares = found.model.tests, np.zeros(len(found.model.tests))
     for material in {t.observation.material for t in tests}:
         some = [i for i, t in enumerate(tests) if t.observation.material == material]
-        own = tests[some[0]].observation.share_missed(found.residual(some[0]), found.values(some[0]))
+        own = tests[some[0]].observation.share_missed(found.residuals[some[0]], found.values(some[0]))
         if own is not None:
             shares[some] = own
             continue
-        wanted = sum(max(1.0, len(found.residual(i)) - told_of(found, i)) for i in some)
+        wanted = sum(max(1.0, len(found.residuals[i]) - told_of(found, i)) for i in some)
 
         def left(share: float, some: list[int] = some, wanted: float = wanted) -> float:
-            return sum(tests[i].observation.chi_square(found.residual(i), share) for i in some) - wanted
+            return sum(tests[i].observation.chi_square(found.residuals[i], share) for i in some) - wanted
 
         if left(0.0) > 0.0:
             low, high = -40.0, 5.0  # of the logarithm
@@ -554,8 +545,9 @@ def log_evidence(found: Fit) -> float:
     model, reduced, precision, point = found.model, found.reduced, found.precision, found.point
     total = -0.5 * found.cost - reduced.log_volume - 0.5 * float(np.linalg.slogdet(precision)[1])
     for test in model.tests:
-        total += test.observation.log_scale - 0.5 * len(test.observation.data) * math.log(2.0 * math.pi)
-    total += sum(u.log_peak for u in model.unknowns)
+        sd = test.observation.sd
+        total -= float(np.log(sd).sum()) + 0.5 * len(sd) * math.log(2.0 * math.pi)
+    total -= 0.5 * math.log(math.pi) * sum(bool(u.assumed) for u in model.unknowns)  # Cauchy's peak over a normal one's
     folded = [k for k, u in enumerate(model.unknowns) if u.folded]
     if not folded:
         return total

@@ -118,10 +118,6 @@ class ForceObservation(OfCycles):
         times = (1.0 + values.get(GAIN, 0.0)) * (1.0 + values.get(UNIT, 0.0))
         return times * of_parts(motion, self.count, self.parts)
 
-    def where_it_slides(self, force: FloatArray) -> FloatArray:
-        """Return a cycle (p,) in the parts that are fitted, NaN at stops and turns."""
-        return np.where(np.isin(np.arange(len(force)) * self.count // len(force), self.parts), force, math.nan)
-
     def in_newtons(self, found: Posterior) -> dict[str, Any]:
         """Return friction force (N) and coefficient by a measured force, and what adds to their uncertainty.
 
@@ -319,7 +315,7 @@ class MotionAndForce(CycleObservation):
                 f"friction_force_n: force and motion give different friction: the force is {more:+g} % off the"
                 " motion's; check the gain of the load cell, the stiffness and the base's sensor"
             )
-        nrmse = force.nrmse(found.fit.residual()[self.own :])
+        nrmse = force.nrmse(found.fit.residuals[0][self.own :])
         if (misfit := nrmse / force.floor) > STRAINED:
             said.append(
                 f"force: the law leaves {100 * nrmse:.2g} % of the measured force, {misfit:.2g} times its error: what"

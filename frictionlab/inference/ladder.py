@@ -268,8 +268,7 @@ class _Climb:
         elif tests[0].shows_rig:
             fits = [infer(tests, near=self.near).fit]
         else:
-            starts, local = starting_points(model)
-            fits = [fit_from(model, [start], local, tempers=False) for start in starts]
+            fits = [fit_from(model, [start], tempers=False) for start in starting_points(model)]
         if tests[0].shows_rig:  # of samples so many, and autocorrelated, what a law misses counts from the first
             fits = [tempered(f, np.array([t.observation.missed for t in f.model.tests])) for f in fits]
         found = _unmetered(with_scatter(min(fits, key=lambda f: f.cost)))
@@ -319,12 +318,12 @@ class _Climb:
         own, point = [k for k, u in enumerate(model.unknowns) if u.law], np.zeros(len(model.unknowns))
         try:
             with self.work.keeping(SHARE * self.work.left):
-                starts, local = starting_points(model)
+                starts = [start[own] for start in starting_points(model)]
                 plain = model_of([test.observation for test in model.tests], rig=False)
-                point[own] = fit_from(plain, [start[own] for start in starts], tempers=False).point
+                point[own] = fit_from(plain, starts, tempers=False).point
         except (AnalysisError, OverspentError):
             return []
-        return [(model, np.clip(point, *model.bounds), local)]
+        return [(model, np.clip(point, *model.bounds), [np.zeros(len(test.index)) for test in model.tests])]
 
     def _in_valleys(self, model: Model, below: Fit) -> list[tuple[Model, FloatArray, list[FloatArray]]]:
         """Where a contact that yields begins: in the valleys that the first such law has found."""
@@ -334,7 +333,7 @@ class _Climb:
         names = [u.name for u in model.unknowns]
         if not self.valleys:
             at = [k for k, name in enumerate(names) if name in ("stiffness_ratio", "beta", "lag_s")]
-            self.valleys = [{names[k]: float(point[k]) for k in at} for point in starting_points(model, values)[0]]
+            self.valleys = [{names[k]: float(point[k]) for k in at} for point in starting_points(model, values)]
         near = dict(zip(names, point_at(model, values).tolist(), strict=True))
         points = [np.array(list({**near, **{n: c for n, c in v.items() if n in near}}.values())) for v in self.valleys]
         return [(replace(model, most=30), point, [np.zeros(len(point))]) for point in points]
@@ -454,8 +453,8 @@ def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model,
         costs = []
         for sign in (0.0, 0.6, -0.6) if free else ():
             d[free] = sign
-            residual = model.residual(i, model.own(i, point, d))
-            costs.append((math.inf if residual is None else float(residual @ residual), sign))
+            looked = model.look(i, model.own(i, point, d))
+            costs.append((math.inf if looked is None else float(looked[0] @ looked[0]), sign))
         if free:
             d[free] = min(costs)[1]
         local.append(d)
@@ -473,7 +472,7 @@ def held_out(found: Fit) -> tuple[FloatArray, float | None]:
         law = np.array([u.law for u in model.unknowns])
         strain = float((model.strains(found.point)[~law] ** 2).sum())
         gain: FloatArray = np.asarray(np.linalg.solve(found.precision, found.slopes[0].T))
-        scores, nrmse = model.tests[0].observation.left_out(found.residual(), found.slopes[0], gain)
+        scores, nrmse = model.tests[0].observation.left_out(found.residuals[0], found.slopes[0], gain)
         return scores + strain, nrmse
     if len(model.tests) < 3:
         return np.zeros(0), None
@@ -482,7 +481,7 @@ def held_out(found: Fit) -> tuple[FloatArray, float | None]:
     for i, test in enumerate(model.tests):
         mean, covariance = posterior.left_out(i)
         slopes = found.slopes[i]
-        residual = found.residual(i) + slopes @ (found.own(i) - mean)
+        residual = found.residuals[i] + slopes @ (found.own(i) - mean)
         spread = np.eye(len(residual)) + slopes @ covariance @ slopes.T
         parts.append(float(residual @ np.linalg.solve(spread, residual)) + float(np.linalg.slogdet(spread)[1]))
         squares.append(test.observation.nrmse(residual) ** 2)

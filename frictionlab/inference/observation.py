@@ -50,7 +50,10 @@ def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> S
 def simulated(
     law: Law, held: Values, wall: Wall, values: Values, r: float, base: Base = COSINE, times: Values | None = None
 ) -> Problem:
-    """Return what is simulated of a contact at a frequency ratio; see `Observation.simulated`."""
+    """Return what is simulated of a contact at a frequency ratio: the law's defaults, what is held, and values.
+
+    ``times``: factors of the law's parameters; ``natural_frequency`` among the values detunes the frame.
+    """
     given = {p.name: p.default for p in law.parameters if p.default is not None} | dict(held)
     given |= {p.name: values[p.name] for p in law.parameters if p.name in values}
     for name, factor in (times or {}).items():
@@ -154,7 +157,7 @@ class Observation(ABC):
 
     def problem(self, values: Values) -> Problem:
         """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
-        return self.simulated(values, self.r)
+        return simulated(self.law, self.held, self.wall, values, self.r)
 
     def in_newtons(self, found: Any) -> dict[str, Any]:  # noqa: ARG002 - by kind
         """Return friction force (N) and coefficient of a posterior by a measured force; nothing without one."""
@@ -193,11 +196,6 @@ class Observation(ABC):
         """Standard deviations (N,) of noise and misfit, along the noise's directions."""
         return np.sqrt(self.variances + self.missed * self.powers) * np.ones(len(self.data))
 
-    @property
-    def log_scale(self) -> float:
-        """Logarithm of the whitener's determinant."""
-        return -float(np.log(self.sd).sum())
-
     def white(self, vectors: FloatArray) -> FloatArray:
         """Make noise and misfit of unit variance of residuals (N,) or slopes (N, n)."""
         along = vectors if self.directions is None else self.directions.T @ vectors
@@ -235,13 +233,6 @@ class Observation(ABC):
         known = self.held if held is None else held
         kept = {name: value for name, value in known.items() if name in names}
         return replace(self, law=law, held=kept)
-
-    def simulated(self, values: Values, r: float, base: Base = COSINE, times: Values | None = None) -> Problem:
-        """Return what is simulated at a frequency ratio: the law's defaults, what is held, and values.
-
-        ``times``: factors of the law's parameters; ``natural_frequency`` among the values detunes the frame.
-        """
-        return simulated(self.law, self.held, self.wall, values, r, base, times)
 
     def state(self, values: Values, near: SteadyState | None = None, **part: Any) -> SteadyState | None:
         """Return the steady state at some values (of a ``part`` of the test); None where there is none."""

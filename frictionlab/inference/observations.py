@@ -32,6 +32,7 @@ from frictionlab.inference.observation import (
     at_least,
     noise_of,
     of_few,
+    simulated,
 )
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
@@ -200,7 +201,7 @@ class CycleObservation(OfCycles):
         bent = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
         cubic, play = values.get("spring_cubic", 0.0), values.get("play", 0.0)
         if not any(bent.values()) and not cubic and not play:
-            return self.simulated(values, self.r, self.base)
+            return simulated(self.law, self.held, self.wall, values, self.r, self.base)
         count = max(self.base.harmonics, self.spring_harmonics if cubic or play else 3)
         lines = np.zeros(count, dtype=np.complex128)
         lines[: self.base.harmonics] = self.base.lines
@@ -208,7 +209,8 @@ class CycleObservation(OfCycles):
             lines[order - 1] -= size
         if cubic or play:
             lines += harmonics_of(np.clip(self.stretch, -play, play) - cubic * self.stretch**3, count)
-        return self.simulated(values, self.r, Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist())))
+        base = Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist()))
+        return simulated(self.law, self.held, self.wall, values, self.r, base)
 
     @cached_property
     def stretch(self) -> FloatArray:

@@ -270,10 +270,6 @@ class Posterior:
             if self.unknowns[k].level == "rig"
         }
 
-    def levels(self, i: int = 0) -> dict[str, str]:
-        """Return the level of each unknown of test i."""
-        return {self.unknowns[k].name: self.unknowns[k].level for k in self.tests[i].index}
-
     @property
     def strained(self) -> tuple[int, ...]:
         """Unknowns of sensors and rig that the fit had to move over three standard uncertainties."""
@@ -334,7 +330,7 @@ def limits_in_words(lower: float | None, upper: float | None) -> str:
 
 def misfit_is_noise(fit: Fit, i: int = 0) -> bool:
     """Whether what a fit leaves of test i is no more than noise would leave."""
-    share = fit.model.tests[i].observation.share_missed(fit.residual(i), fit.values(i))
+    share = fit.model.tests[i].observation.share_missed(fit.residuals[i], fit.values(i))
     if share is not None:
         return share <= 0.0
     points = len(fit.residuals[i])
@@ -411,7 +407,7 @@ def information_of(fit: Fit, i: int) -> FloatArray:
         others = np.asarray(np.linalg.inv(np.linalg.inv(rest)[np.ix_(test.index, test.index)] + np.diag(s**2)))
     gain: FloatArray = np.asarray(np.linalg.solve(curvature + others, slopes.T))
     shown = test.observation.covariance(
-        Reached(fit.residual(i), slopes, gain, others, fit.values(i), is_noise=misfit_is_noise(fit, i))
+        Reached(fit.residuals[i], slopes, gain, others, fit.values(i), is_noise=misfit_is_noise(fit, i))
     )
     lower = np.linalg.cholesky(curvature + others)
     half = np.linalg.solve(lower, np.linalg.solve(lower, curvature).T)
@@ -449,7 +445,7 @@ def infer(
     """
     model = model_of(observations)
     model = model if most is None else replace(model, most=most)
-    starts, local = starting_points(model, near)
+    starts = starting_points(model, near)
     first = observations[0]
     law = [k for k, u in enumerate(model.unknowns) if u.law]
     held = None
@@ -463,7 +459,7 @@ def infer(
             if first.shows_rig:  # weighed by what this start leaves
                 begun_at = first.begun(model.values(0, start))
                 begun = replace(model, tests=(replace(model.tests[0], observation=begun_at),))
-            fit = fit_from(begun, [start], local, tempers=False)
+            fit = fit_from(begun, [start], tempers=False)
             if first.shows_rig:
                 if any((np.abs(fit.point - end) < SAME * np.maximum(np.abs(end), 1.0)).all() for end in ends):
                     continue
@@ -524,7 +520,7 @@ def of_several(found: Fit) -> Posterior:
 
 def explains(fit: Fit, tests: Iterable[int]) -> bool:
     """Return whether a fit leaves of each of some tests no more than `EXPLAINED` times what noise leaves."""
-    seen = ((fit.model.tests[i].observation, fit.residual(i)) for i in tests)
+    seen = ((fit.model.tests[i].observation, fit.residuals[i]) for i in tests)
     return all(observation.nrmse(residual) <= EXPLAINED * observation.floor for observation, residual in seen)
 
 

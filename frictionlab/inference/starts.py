@@ -31,27 +31,30 @@ SEEN = 1.5  # times the harmonics of a cycle: a ringing that is faster does not 
 FOLLOWED = 3  # minima over the stiffness that are fitted
 
 
-def starting_points(model: Model, near: Mapping[str, float] | None = None) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return starting points worth following, best first, and each test's deviations there.
+def starting_points(model: Model, near: Mapping[str, float] | None = None) -> list[FloatArray]:
+    """Return starting points worth following, best first.
 
     ``near``: values of the first test that a fit begins at too.
     """
-    zero = [np.zeros(len(t.index)) for t in model.tests]
     names, first = [u.name for u in model.unknowns], model.tests[0].observation
     close = [] if near is None else [point_at(model, near)]
     if tried := [point_at(model, values) for values in first.tried(near or {})]:
         if first.shows_rig:
             left = np.array([first.begun(model.values(0, point)).missed for point in tried])
             order = np.argsort(left)[: int(np.isfinite(left).sum())]
-            return [tried[j] for j in order[: 1 if near else OF_RECORD]], zero
-        return [*(tried[j] for j in minima(np.array([cost(model, point) for point in tried]))[:2]), *close], zero
-    if first.guess is not None:
-        return [_by_guess(model), *close], zero
+            return [tried[j] for j in order[: 1 if near else OF_RECORD]]
+        return [*(tried[j] for j in minima(np.array([cost(model, point) for point in tried]))[:2]), *close]
+    if first.guess is not None:  # each material's friction is the median of what its tests guess
+        point = np.zeros(len(model.unknowns))
+        for k, u in enumerate(model.unknowns):
+            own = [t.observation.guess / t.factor(k) for t in model.tests if k in t.index and t.observation.guess]
+            point[k] = u.at(float(np.median(own))) if u.name == "beta" else 0.0
+        return [np.clip(point, *model.bounds), *close]
     if "stiffness_ratio" in names and len(model.tests) == 1:
-        return [*_over_stiffness(model, near or {}), *close], zero
+        return [*_over_stiffness(model, near or {}), *close]
     if "beta" in names:
-        return [*_over_friction(model, near or {})[:2], *close], zero
-    return close or [point_at(model, {})], zero
+        return [*_over_friction(model, near or {})[:2], *close]
+    return close or [point_at(model, {})]
 
 
 def point_at(model: Model, values: Mapping[str, float]) -> FloatArray:
@@ -62,15 +65,6 @@ def point_at(model: Model, values: Mapping[str, float]) -> FloatArray:
         value = values.get(u.name, u.first)
         if value is not None:
             point[k] = u.at(value / factors.get(k, 1.0))
-    return np.clip(point, *model.bounds)
-
-
-def _by_guess(model: Model) -> FloatArray:
-    """The point at which each material's friction is the median of what its tests guess."""
-    point = np.zeros(len(model.unknowns))
-    for k, u in enumerate(model.unknowns):
-        own = [t.observation.guess / t.factor(k) for t in model.tests if k in t.index and t.observation.guess]
-        point[k] = u.at(float(np.median(own))) if u.name == "beta" else 0.0
     return np.clip(point, *model.bounds)
 
 

@@ -12,7 +12,7 @@ from frictionlab.analysis.signals import student
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.comparison import OverFrequency, harmonics_of
-from frictionlab.inference.observation import Observation, Reached, Values, steady
+from frictionlab.inference.observation import Observation, Reached, Values, simulated, steady
 from frictionlab.inference.observations import law_and_held, mean_cycle
 from frictionlab.inference.unknowns import Unknown, factor
 from frictionlab.recording import FrequencyTable
@@ -86,7 +86,7 @@ class TableObservation(Observation):
         """Return what is simulated at a frequency ratio, Y in that of the reference."""
         own = (Unknown(p.name, p.words, law=True) for p in self.law.own if not p.whole)
         times = {u.name: factor(u, self.law, length=length, rate=r / self.r, force=1.0) for u in own}
-        return self.simulated(values, r, times=times)
+        return simulated(self.law, self.held, self.wall, values, r, times=times)
 
     def shown(self, values: Values, state: SteadyState | None, r: float) -> tuple[float, float]:
         """Return amplitude (Y) and phase (rad) of a state as the sensors would show them; NaN where there are none."""
@@ -124,15 +124,13 @@ class TableObservation(Observation):
         floor = float(np.sqrt(np.mean(variances / self.powers)))
         return replace(self, missed=0.0, variances=variances, floor=floor)
 
-    def curve(self, values: Values, warnings: tuple[str, ...]) -> OverFrequency:
+    def curve(self, values: Values) -> OverFrequency:
         """Return the rows measured over the curve predicted, Y that of the reference."""
         low, high = float(self.ratios.min()), float(self.ratios.max())
         ratios = np.linspace(0.95 * low, 1.05 * high, CURVE)
         shown = [self.shown(values, steady(self.at_ratio(values, r), Meter(math.inf)), r) for r in ratios.tolist()]
         t = self.table
-        columns = (self.ratios, t.amplitude, t.amplitude_u, t.phase, t.phase_u)
-        amplitude, phase = np.array(shown).T
-        return OverFrequency(t.source, self.law.name, *columns, ratios, amplitude, phase, warnings)
+        return OverFrequency(self.ratios, t.amplitude, t.amplitude_u, t.phase, t.phase_u, ratios, *np.array(shown).T)
 
 
 def noise_of(table: FrequencyTable, there: NDArray[np.intp], sizes: FloatArray, scatter: float) -> FloatArray:

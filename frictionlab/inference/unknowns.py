@@ -94,11 +94,6 @@ class Unknown:
         """
         return max(math.sqrt(self.hold(c)), self.hold(c) * FAR) if self.assumed else 1.0
 
-    @property
-    def log_peak(self) -> float:
-        """Logarithm of the prior's density at c = 0 over that of a normal one."""
-        return -0.5 * math.log(math.pi) if self.assumed else 0.0
-
 
 def of_parameter(parameter: Parameter) -> Unknown:
     """Return the unknown of a law's parameter: its prior is its usual range (95 %).

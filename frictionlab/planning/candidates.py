@@ -7,7 +7,7 @@ posterior of a fit states: the plan counts what a fit counts.
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
@@ -18,13 +18,12 @@ import numpy as np
 from frictionlab.analysis.response import Cycle
 from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
 from frictionlab.inference.comparison import harmonics_of
-from frictionlab.inference.diagnose import OTHER_CAUSE, diagnose
-from frictionlab.inference.fit import Model, placed
+from frictionlab.inference.diagnose import OTHER_CAUSE
+from frictionlab.inference.fit import placed
 from frictionlab.inference.material_law import COEFFICIENT, MaterialLaw, physical_name
 from frictionlab.inference.observation import simulated
 from frictionlab.inference.observations import CycleObservation, law_and_held, mean_cycle, of_cycle, parts
 from frictionlab.inference.posterior import Posterior, model_of, posterior_of
-from frictionlab.inference.verdict import friction_of
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
@@ -210,12 +209,15 @@ def measured_before(rows: Sequence[Mapping[str, object]], repeatability: float =
     """
     every: dict[str, list[tuple[float, float, float]]] = {}
     for row in rows:
-        for name, (value, u, se) in _known_by(row):
-            every.setdefault(name, []).append((value, u, se))
-            coefficient = row.get(COEFFICIENT)
+        parameters: Mapping[str, Any] = row.get("parameters") or {}  # type: ignore[assignment]
+        for name, p in parameters.items():
+            value, u, coefficient = p["value"], p.get("u") or p.get("se") or 0.0, row.get(COEFFICIENT)
+            if not (p.get("told") and u > 0.0):
+                continue
+            own = np.array([value, u, min(p.get("se") or u, u)])
+            every.setdefault(name, []).append(tuple(own))
             if name == "beta" and value > 0 and isinstance(coefficient, int | float):
-                share = coefficient / value
-                every.setdefault(COEFFICIENT, []).append((share * value, share * u, share * se))
+                every.setdefault(COEFFICIENT, []).append(tuple(coefficient / value * own))
     found = {}
     for name, known in every.items():
         values, u, se = np.array(known).T
@@ -228,21 +230,12 @@ def measured_before(rows: Sequence[Mapping[str, object]], repeatability: float =
     return found
 
 
-def _known_by(row: Mapping[str, Any]) -> Iterator[tuple[str, tuple[float, float, float]]]:
-    """The parameters that a comparison determines: value, u, se."""
-    for name, p in (row.get("parameters") or {}).items():
-        u = p.get("u") or p.get("se") or 0.0
-        if p.get("told") and u > 0.0:
-            yield name, (p["value"], u, min(p.get("se") or u, u))
-
-
 @dataclass(frozen=True)
 class VirtualTest:
     """One candidate under the laboratory's law: its steady state, and what a fit of it alone would state.
 
     ``observation``, ``posterior``: None where it says nothing; ``held``: the posterior with sensors and rig as they are
-    known; ``coefficient``: the friction coefficient, and by what sensors, rig and normal force make its relative
-    uncertainty larger than that of the friction ratio.
+    known.
     """
 
     candidate: Candidate
@@ -250,7 +243,6 @@ class VirtualTest:
     observation: CycleObservation | None = None
     posterior: Posterior | None = None
     held: Posterior | None = None
-    coefficient: tuple[float, float] | None = None
 
     @property
     def response_m(self) -> float:
@@ -279,35 +271,19 @@ def virtual_test(lab: Laboratory, candidate: Candidate) -> VirtualTest:
     if cycles < 1 or varied is None or varied.orbit is None:
         return found
     observation, values = _observation(lab, candidate, state, varied, cycles), lab.values(candidate)
-    try:
-        held, whole = (_posterior(model_of([observation], rig=rig), values) for rig in (False, True))
-    except (AnalysisError, np.linalg.LinAlgError):
-        return found
+    stated = []
+    for rig in (False, True):  # of a fit that ends where it is expected to: nothing is left of the cycle
+        model = model_of([observation], rig=rig)
+        point = np.clip(np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns]), *model.bounds)
+        try:
+            slopes = model.slopes(0, point[model.tests[0].index])
+            stated.append(posterior_of(placed(model, point, [np.zeros(len(slopes))], [slopes])))
+        except (AnalysisError, np.linalg.LinAlgError):
+            return found
+    held, whole = stated
     se = np.zeros(len(whole.unknowns))
     se[[u.law for u in whole.unknowns]] = np.sqrt(np.diag(held.covariance))
-    whole = replace(whole, held_se=se)
-    return _stated(lab, replace(found, observation=observation, posterior=whole, held=held))
-
-
-def diagnosed(lab: Laboratory, test: VirtualTest) -> VirtualTest:
-    """Return a test whose errors hold, as a comparison does, what another spring or frequency would move."""
-    if test.posterior is None:
-        return test
-    return _stated(lab, replace(test, posterior=diagnose(test.posterior, lab.scene, explained=True).posterior))
-
-
-def _stated(lab: Laboratory, test: VirtualTest) -> VirtualTest:
-    """The test with the friction coefficient as a comparison of it would state it."""
-    if test.posterior is None or test.observation is None:
-        return test
-    seen = test.observation
-    y_se = lab.noise_m * math.sqrt(seen.turn / (math.pi * seen.rate * seen.cycles.used))
-    friction = friction_of(test.posterior, lab.scene, Estimate(seen.unit, y_se))
-    ratio, coefficient = friction["friction"], friction["coefficient"]
-    if coefficient.u is None:
-        return test
-    beyond = math.sqrt(max((coefficient.u / coefficient.value) ** 2 - (ratio.u / ratio.value) ** 2, 0.0))
-    return replace(test, coefficient=(coefficient.value, beyond))
+    return replace(found, observation=observation, posterior=replace(whole, held_se=se), held=held)
 
 
 def _observation(
@@ -351,13 +327,6 @@ def _observation(
         missed=plan.model_error**2 * float(np.mean(parts(mean) ** 2)) / known["powers"],
         **known,
     )
-
-
-def _posterior(model: Model, values: Mapping[str, float]) -> Posterior:
-    """The posterior of one test's fit that ends where it is expected to: nothing is left of the cycle."""
-    point = np.clip(np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns]), *model.bounds)
-    slopes = model.slopes(0, point[model.tests[0].index])
-    return posterior_of(placed(model, point, [np.zeros(len(slopes))], [slopes]))
 
 
 def together(lab: Laboratory, tests: Sequence[VirtualTest], *, rig: bool = True) -> Posterior:

@@ -1,15 +1,42 @@
-"""A plan: the tests chosen, what to expect of each, and the order that saves changes, as steps and as a sheet.
+"""A plan: one test after the other, the one that shows most for its laboratory time beside those before it.
 
-``[experiment] sheet`` reads the same file after the tests.
+Two laws are distinguished by the evidence to expect if the one holds and the other is fitted to it, both ways.
+What a test would show under one law is fitted with the other by the inference itself, sensors and rig beside it, so
+that what a lag or a detuned frame explains does not count. The cycle fitted is free of noise: noise adds as much to
+both laws. Of a plan its tests, what to expect of each, and the order that saves changes are given as steps and as a
+sheet, which ``[experiment] sheet`` reads after the tests.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import groupby
 
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.arrays import FloatArray
+from frictionlab.errors import FrictionlabError, SceneError, UsageError
+from frictionlab.inference.diagnose import diagnose
+from frictionlab.inference.fit import followed, log_evidence
+from frictionlab.inference.ladder import REQUIRED
+from frictionlab.inference.posterior import Posterior, infer
+from frictionlab.inference.verdict import friction_of
+from frictionlab.planning.candidates import HOUR, Candidate, Laboratory, VirtualTest, together, virtual_test
 from frictionlab.scene import Scene
 from frictionlab.schema import PLANS, Result
+from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat
+
+MOST = 10  # tests, where nobody says how many
+SWEEPS = 2  # through the tests chosen, each compared with all others again
+SLOW = 1.0  # s that a law without exact slides takes for one candidate, roughly
+AGAIN = 1e-9  # of what a test shows: a tie goes to one not chosen yet
+NEAR = 12  # candidates of a choice between two laws to which both are fitted, at least
+MOST_STEPS = 12  # of a fit: the evidence need not be known better
+Gain = Callable[[Sequence[int]], FloatArray]
+Evidence = FloatArray
+"""Logarithm of the Bayes factor to expect (2, n), if the one law holds and if the other does; NaN: not judged."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +109,345 @@ class Plan(Result):
         first = [f"r = {t.frequency_ratio:g} at {t.normal_force_n:g} N" for t in self.tests[:3]]
         more = ", ..." if len(self.tests) > len(first) else ""
         return f"<Plan {self.law}{apart}: {len(self.tests)} tests, {', '.join(first)}{more}>"
+
+
+def plan_tests(
+    lab: Laboratory,
+    *,
+    against: str | None = None,
+    tests: int | None = None,
+    hours: float | None = None,
+    aim: Sequence[str] = (),
+    everything: bool = False,
+) -> Plan:
+    """Return the tests that show most about a law's parameters, or most between two laws, best first.
+
+    Each next test is the one that, with all before it, takes most from what is not known for the laboratory time it
+    adds: from the product of the parameters' uncertainties (D-optimality), or in expected evidence between two laws.
+    A test may be chosen again where nothing else shows more. Options and errors as of `frictionlab.plan`.
+    """
+    if tests is not None and tests < 1:
+        raise UsageError(f"tests: expected at least 1; got {tests}")
+    for name in aim:
+        if name not in lab.free:
+            raise UsageError(f"law {lab.law.name} has no parameter {name!r} to find: expected {', '.join(lab.free)}")
+    if not lab.free:
+        raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
+    virtual = [virtual_test(lab, candidate) for candidate in lab.candidates]
+    limits = Limits.of(lab, virtual, tests or MOST, math.inf if hours is None else hours * HOUR)
+    allowed, evidence = limits.allowed, np.full((2, len(virtual)), math.nan)
+    if against is None:
+        order = pick(_least_error(lab, virtual, aim), limits)
+        for i in np.flatnonzero(allowed) if everything else np.unique(order):
+            evidence[0, i], own = evidence_over(lab, virtual[i], "coulomb"), virtual[i].posterior
+            if own is not None:  # errors hold, as a comparison's do, what another spring or frequency would move
+                virtual[i] = replace(virtual[i], posterior=diagnose(own, lab.scene, explained=True).posterior)
+    else:
+        evidence = _between(lab, virtual, against, limits, everything=everything)
+        shown = np.nan_to_num(evidence)
+
+        def both_ways(before: Sequence[int]) -> FloatArray:  # growth in proportion, both ways alike
+            so_far = shown[:, list(before)].sum(axis=1, keepdims=True)
+            grown = np.log1p(np.maximum(so_far + shown, 0.0)) - np.log1p(np.maximum(so_far, 0.0))
+            return np.where(np.isnan(evidence[0]), -math.inf, grown.sum(axis=0))
+
+        order = pick(both_ways, replace(limits, allowed=allowed & np.isfinite(evidence[0])))
+
+    def row(i: int, before: Sequence[int] = ()) -> PlannedTest:
+        return _row(lab, virtual, limits, i, before, evidence if against else evidence[:1])
+
+    chosen = tuple(row(i, order[: rank + 1]) for rank, i in enumerate(order))
+    decided = [rank for rank, test in enumerate(chosen, 1) if (test.log_bayes_after or 0.0) >= REQUIRED]
+    chosen = chosen[: decided[0]] if decided and tests is None else chosen
+    rest = [int(i) for i in np.flatnonzero(allowed) if i not in set(order[: len(chosen)])]
+    return Plan(lab.law.name, against, chosen, tuple(map(row, rest)), _doubts(lab, chosen, against))
+
+
+def waiting(lab: Laboratory, against: str | None = None) -> str | None:
+    """How long a plan under laws without exact slides will take, in words; None where it takes seconds."""
+    laws = [lab.law] if against is None else [lab.law, lab.under(against).law]
+    slow, count = [one.name for one in laws if not one.is_exact], len(lab.candidates)
+    minutes = 9.0 * SLOW * len(slow) * count / 60.0
+    if minutes < 0.5:
+        return None
+    lists = "shorter lists in [plan] take less"
+    return f"plan: {count} candidates under {' and '.join(slow)} take some {minutes:.0f} minutes: {lists}"
+
+
+def _least_error(lab: Laboratory, tests: Sequence[VirtualTest], aim: Sequence[str]) -> Gain:
+    """What each candidate adds to tests chosen: the fall of the logarithm of the parameters' joint uncertainty."""
+    telling = [i for i, test in enumerate(tests) if test.posterior is not None]
+    whole = together(lab, [tests[i] for i in telling])
+    m = len(whole.unknowns)
+    holds = np.eye(m) + known_before(lab, whole, tests[telling[0]].candidate)
+    counted = np.array([u.law and (not aim or u.name in aim) for u in whole.unknowns])
+    information = np.zeros((len(tests), m, m))
+    for i, own in zip(telling, whole.information, strict=True):
+        s = together(lab, [tests[i]]).fit.model.scatter
+        information[i] = own - (own * s) @ np.linalg.solve(np.eye(m) + (s[:, None] * own) * s, s[:, None] * own)
+    silent = np.array([test.posterior is None for test in tests])
+
+    def spread(precision: FloatArray) -> FloatArray:
+        left = np.linalg.inv(precision)[..., counted, :][..., counted]
+        return np.asarray(0.5 * np.linalg.slogdet(left)[1])
+
+    def gain(order: Sequence[int]) -> FloatArray:
+        total = holds + information[np.asarray(order, dtype=np.intp)].sum(axis=0)
+        return np.where(silent, -math.inf, spread(total) - spread(total + information))
+
+    return gain
+
+
+def known_before(lab: Laboratory, joint: Posterior, candidate: Candidate) -> FloatArray:
+    """Return what is known of the law's parameters before the first test, as information on a joint fit's coordinates.
+
+    ``candidate``: in whose units these are.
+    """
+    known, values = np.zeros(len(joint.unknowns)), lab.values(candidate)
+    coefficient = lab.known.get("friction_coefficient")
+    for k, u in enumerate(joint.unknowns):
+        if not u.law:
+            continue
+        slope = u.slope(u.at(values[u.name])) if values[u.name] or u.scale == "linear" else 0.0
+        if u.name == "beta":
+            value, error = lab.coefficient if coefficient is None else (coefficient.value or 0.0, coefficient.u or 0.0)
+            known[k] = (slope / (values["beta"] * error / value)) ** 2
+        elif u.name in lab.known:
+            known[k] = (slope / (lab.known[u.name].u or math.inf)) ** 2
+    return np.diag(known)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a choice keeps to, and what tests cost.
+
+    ``running`` (n,): s, each time; ``change_force``, ``change_drive``: s, once for each of their groups; ``force``,
+    ``drive`` (n,): number of the group that shares a normal force, or that and the motion of the base;
+    ``allowed`` (n,): by the rig; ``tests`` and ``budget`` (s): at most; ``most_repeats`` of one candidate.
+    """
+
+    running: FloatArray
+    force: NDArray[np.intp]
+    drive: NDArray[np.intp]
+    change_force: float
+    change_drive: float
+    allowed: NDArray[np.bool_]
+    tests: int
+    budget: float
+    most_repeats: float
+
+    @classmethod
+    def of(cls, lab: Laboratory, tests: Sequence[VirtualTest], most: int, budget: float) -> "Limits":
+        """Return them by ``[plan]``: each weight is put on once, each motion of the base set once for it."""
+        plan, response = lab.scene.plan, np.array([test.response_m for test in tests])
+        allowed = ~(response > (plan.largest_response_m or math.inf))
+        if not allowed.any():
+            raise SceneError(
+                f"plan.largest_response_m: {plan.largest_response_m:g} m forbids all candidates; the least response"
+                f" expected is {np.nanmin(response):.3g} m"
+            )
+        if not any(test.posterior is not None for test, ok in zip(tests, allowed, strict=True) if ok):
+            raise UsageError(
+                f"law {lab.law.name}: no candidate shows anything: the mass stands still or has no steady state in all"
+                " of them, or would if friction were one standard error higher; change normal_forces_n,"
+                " base_amplitudes_m or frequency_ratios of [plan], or narrow friction_coefficient"
+            )
+        settings = [(t.normal_force_n, t.base_amplitude_m, t.frequency_ratio) for t in lab.candidates]
+        force, drive = (
+            np.unique(some, axis=0, return_inverse=True)[1] for some in ([s[:1] for s in settings], settings)
+        )
+        running, repeats = np.array([t.duration_s + plan.setup_s for t in lab.candidates]), plan.most_repeats
+        change = plan.change_force_s, plan.change_drive_s
+        return cls(running, force, drive, *change, np.asarray(allowed), most, budget, repeats or math.inf)
+
+    def more(self, order: Sequence[int]) -> FloatArray:
+        """Time (n,) that each candidate would add to tests already chosen, s."""
+        chosen = np.asarray(order, dtype=np.intp)
+        new_force = ~np.isin(self.force, self.force[chosen])
+        new_drive = ~np.isin(self.drive, self.drive[chosen])
+        return np.asarray(self.running + self.change_force * new_force + self.change_drive * new_drive)
+
+    def total(self, order: Sequence[int]) -> float:
+        """Time of some tests together, s."""
+        return sum(float(self.more(order[:n])[i]) for n, i in enumerate(order))
+
+    def often(self, order: Sequence[int]) -> NDArray[np.intp]:
+        """How often each candidate is chosen."""
+        return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(self.allowed))
+
+    def next(self, order: Sequence[int], gain: Gain, free: NDArray[np.bool_] | None = None) -> int | None:
+        """The candidate that shows most beside tests chosen, for the time it adds; None where none is ``free``.
+
+        Free are those that time and repeats allow, unless it is said.
+        """
+        more, often = self.more(order), self.often(order)
+        if free is None:
+            free = self.allowed & (self.total(order) + more <= self.budget) & (often < self.most_repeats)
+        gained = gain(order) * (1.0 - AGAIN * often)
+        rate = np.where(free, np.where(gained > 0.0, gained / more, gained * more), -math.inf)
+        return int(np.argmax(rate)) if free.any() else None
+
+
+def pick(gain: Gain, limits: Limits) -> list[int]:
+    """Indices of the tests chosen, best first.
+
+    Each is the one that shows most for the time it adds. What the first show beside nothing is no measure of what they
+    show beside the rest: so each is put to the test again beside all others, and the set is ranked once more.
+    """
+    order: list[int] = []
+    for _ in range(1 + SWEEPS):
+        before = sorted(order)
+        for k in range(len(order)):
+            better = limits.next([*order[:k], *order[k + 1 :]], gain)
+            order[k] = order[k] if better is None else better
+        while len(order) < limits.tests and (i := limits.next(order, gain)) is not None:
+            order.append(i)
+        if sorted(order) == before:
+            break
+    if not order:
+        least = float(limits.more([])[limits.allowed].min()) / HOUR
+        raise UsageError(f"hours: {limits.budget / HOUR:g} are less than any test takes: expected at least {least:.3g}")
+    ranked: list[int] = []
+    while (i := limits.next(ranked, gain, limits.often(order) > limits.often(ranked))) is not None:
+        ranked.append(i)
+    return ranked
+
+
+def _doubts(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) -> tuple[str, ...]:
+    """What is assumed, and what the plan will not do."""
+    plan, notes = lab.scene.plan, lab.notes
+    if len(tests) > 1 and not plan.repeatability and not plan.drift_per_hour:
+        notes = (*notes, "plan.repeatability: not given: friction is taken to be the same in every test")
+    if against is not None and "breakaway" in f"{lab.law.name}+{against}":
+        notes = (*notes, "against: motions jump with break-away: the evidence may come out some ten times lower")
+    after = tests[-1].log_bayes_after
+    if against is not None and after is not None and after < REQUIRED:
+        laws = f"{lab.law.name} and {against}"
+        said = f"{REQUIRED:g} decides, {after:.2g} is expected; allow more tests, or larger values in plan.expected"
+        notes = (*notes, f"against: these tests are not expected to decide between {laws}: {said}")
+    return notes
+
+
+def _row(
+    lab: Laboratory, tests: Sequence[VirtualTest], limits: Limits, i: int, order: Sequence[int], evidence: Evidence
+) -> PlannedTest:
+    """One candidate as a row of a plan; ``order``: the tests up to it, if it is chosen."""
+    test, candidate, response = tests[i], lab.candidates[i], tests[i].response_m
+    values, estimates = lab.values(candidate), {} if test.posterior is None else test.posterior.parameters(0)
+    se, u = ({name: getattr(estimates.get(name), key, None) for name in lab.free} for key in ("se", "u"))
+    chosen = [tests[k] for k in order if tests[k].posterior is not None]
+    after_se, after_u = (_after(lab, chosen, candidate, rig=rig) if order else None for rig in (False, True))
+    if after_se is not None and after_u is not None:
+        after_se = {name: None if e is None else min(e, after_u[name] or e) for name, e in after_se.items()}
+    coefficient, coefficient_after = NOT_KNOWN, None
+    if test.posterior is not None and test.observation is not None and "beta" in u:  # as a comparison states it
+        seen = test.observation
+        y_se = lab.noise_m * math.sqrt(seen.turn / (math.pi * seen.rate * seen.cycles.used))
+        friction = friction_of(test.posterior, lab.scene, Estimate(seen.unit, y_se))
+        ratio, known = friction["friction"], friction["coefficient"]
+        if known.u is not None:  # gains, stiffness and normal force add to what is not known of the ratio
+            coefficient, after = Estimate(known.value, None, known.u), (after_u or {}).get("beta")
+            beyond = (known.u / known.value) ** 2 - (ratio.u / ratio.value) ** 2
+            coefficient_after = after and known.value * math.sqrt(max(beyond, 0.0) + (after / values["beta"]) ** 2)
+    one, two = (None if math.isnan(way[i]) else float(way[i]) for way in (evidence[0], evidence[-1]))
+    both = len(evidence) > 1
+    return PlannedTest(
+        rank=len(order) or None,
+        **candidate._asdict(),
+        regime=None if test.state is None else test.state.regime,
+        response_m=response if math.isfinite(response) else None,
+        expected=se,
+        expected_u=u,
+        cumulative=after_se,
+        cumulative_u=after_u,
+        laboratory_s=float(limits.more(order[:-1])[i]),
+        total_s=limits.total(order) if order else None,
+        drive_frequency_hz=candidate.frequency_ratio * lab.natural_frequency_hz,
+        values={name: values[name] for name in lab.free},
+        told={name: bool(estimates and estimates[name].told) for name in lab.free},
+        coefficient=coefficient,
+        friction_coefficient_u_after=coefficient_after,
+        log_bayes=one,
+        log_bayes_against=two if both else None,
+        log_bayes_after=min(np.nan_to_num(way)[list(order)].sum() for way in evidence) if both and order else None,
+    )
+
+
+def _after(
+    lab: Laboratory, chosen: Sequence[VirtualTest], candidate: Candidate, *, rig: bool
+) -> dict[str, float | None]:
+    """Uncertainties of the shared parameters after some tests, in a candidate's units.
+
+    ``rig``: whether sensors and rig are unknown too, or as they are known.
+    """
+    found: dict[str, float | None] = dict.fromkeys(lab.free)
+    if not chosen:
+        return found
+    first, here, joint = lab.values(chosen[0].candidate), lab.values(candidate), together(lab, chosen, rig=rig)
+    precision = np.linalg.inv(joint.covariance) + known_before(lab, joint, chosen[0].candidate)
+    each = zip(joint.unknowns, joint.fit.point, np.sqrt(np.diag(np.linalg.inv(precision))), strict=True)
+    for u, c, error in each:
+        if u.law:
+            times = abs(here[u.name] / first[u.name]) if first[u.name] else 1.0
+            found[u.name] = times * abs(u.slope(float(c))) * float(error)
+    return found
+
+
+def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float:
+    """Return the logarithm of the Bayes factor to expect for the laboratory's law over another, of one test.
+
+    NaN where the test says nothing, the two laws are one, or the other has no steady state near. Each at its peak:
+    values with sensors and rig as they are known, which a posterior may give, have another evidence.
+    """
+    law = law_of(other)
+    if test.observation is None or test.posterior is None or law.name == lab.law.name:
+        return math.nan
+    values = lab.values(test.candidate)
+    near = {p.name: values[p.name] for p in law.own if p.name in values}
+    try:
+        rival = infer([test.observation.under(law, {})], near=near, most=MOST_STEPS)
+    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
+        return math.nan
+    return log_evidence(test.posterior.fit) - log_evidence(followed(rival.fit))
+
+
+def _between(
+    lab: Laboratory, tests: Sequence[VirtualTest], against: str, limits: Limits, *, everything: bool
+) -> Evidence:
+    """The evidence between two laws, each fitted to what the other shows: of all candidates allowed if ``everything``.
+
+    Else of those whose cycles differ most; NaN of the others.
+    """
+    other = lab.under(against)
+    if other.law.name == lab.law.name:
+        raise UsageError(f"against: law {against} is the one that is planned for: name another one")
+    others = [virtual_test(other, candidate) for candidate in lab.candidates]
+    apart = np.array([_apart(one, two) for one, two in zip(tests, others, strict=True)])
+    if not np.isfinite(apart[limits.allowed]).any():
+        raise UsageError(
+            f"against: no candidate that largest_response_m allows moves steadily under both {lab.law.name} and"
+            f" {other.law.name}: change normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
+        )
+    rate = np.where(limits.allowed, apart, -math.inf) / limits.more([])
+    near = [i for i in np.argsort(-rate)[: max(NEAR, 2 * limits.tests)] if np.isfinite(rate[i])]
+    found = np.full((2, len(tests)), np.nan)
+    for i in np.flatnonzero(limits.allowed).tolist() if everything else near:
+        ways = evidence_over(lab, tests[i], other.law.name), evidence_over(other, others[i], lab.law.name)
+        found[:, i] = np.nan_to_num(ways)
+    return found
+
+
+def _apart(one: VirtualTest, two: VirtualTest) -> float:
+    """Distance of the cycles of two laws in the noise's own units, what the second's unknowns explain taken out."""
+    if one.observation is None or two.observation is None or two.posterior is None:
+        return -math.inf
+    gap = one.observation.white(one.observation.data - two.observation.data[: len(one.observation.data)])
+    slopes = two.posterior.fit.slopes[0]
+    if len(slopes) != len(gap):
+        return 0.5 * float(gap @ gap)
+    step = np.linalg.solve(slopes.T @ slopes + np.eye(slopes.shape[1]), slopes.T @ gap)
+    left = gap - slopes @ step
+    return 0.5 * float(left @ left + step @ step)
 
 
 def running_order(plan: Plan) -> tuple[PlannedTest, ...]:

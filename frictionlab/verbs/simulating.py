@@ -212,8 +212,7 @@ def plan(
         A law or an aim cannot be, no candidate shows anything about it, no test fits the time, or the sheet exists.
     """
     from frictionlab.planning.candidates import laboratory
-    from frictionlab.planning.choose import plan_tests, waiting
-    from frictionlab.planning.plan import sheet_rows
+    from frictionlab.planning.plan import plan_tests, sheet_rows, waiting
     from frictionlab.tables import check_output, write_rows
     from frictionlab.verbs.inputs import files_of, scene_given
 

@@ -202,9 +202,9 @@ def test_the_scatter_is_where_chi_square_meets_its_freedom(pairs: list[tuple[flo
 
 @pytest.mark.parametrize("cause", Reason)
 def test_a_sentence_begins_with_what_it_is_about(cause: Reason) -> None:
-    said = cause.because(*(0.4, 0.3)[: cause.sentence.count("{")])
+    said = cause.because(*(0.4, 0.3)[: cause.value.count("{")])
     assert (said.cause, str(said)) == (cause, said.sentence)
-    assert cause.value in said.sentence
+    assert cause.code in said.sentence
     assert "{" not in said.sentence
 
 

@@ -312,5 +312,5 @@ def test_a_test_whose_force_is_mistyped_is_named() -> None:
         made = measure(recorded(Problem((0.4, 0.7)[i % 2], 0.3), generator, seconds=12.0), scene)
         seen.append(replace(observe(made, scene), source=f"{i}.h5", material="steel"))
     joint, _ = fit_together({"steel": seen}, find_law=False, accuracy="balanced")
-    (said,) = present(joint).stray_notes()
+    (said,) = present(joint).test_notes()
     assert re.search(r"steel: .* of 3.h5, .*: check that test's normal force \(", said)

@@ -127,7 +127,7 @@ def test_a_fit_begins_at_the_lag_that_nobody_has_declared() -> None:
     lag_s = -6.6e-3
     measurement = measure(recorded(Problem(0.25, 0.24), np.random.default_rng(3), seconds=12.0, lag_s=lag_s), scene())
     model = model_of([observe(measurement, scene(), "coulomb")])
-    (start, *_), _ = starting_points(model)
+    start, *_ = starting_points(model)
     at = [u.name for u in model.unknowns].index("lag_s")
     assert model.unknowns[at].value(start[at]) == pytest.approx(lag_s, rel=0.4)
 
@@ -238,7 +238,7 @@ def test_scores_of_few_tests_show_the_scatter_of_what_they_share_and_no_more() -
 def test_a_prior_with_tails_is_a_density_and_its_strain_is_what_it_loses() -> None:
     """Cauchy's distribution by its definition: integral 1, strain by the logarithm, slope by a difference."""
     c = Unknown("lag_s", "", assumed="sensors.lag_s_u")
-    peak = math.exp(c.log_peak) / math.sqrt(2.0 * math.pi)
+    peak = 1.0 / math.pi / math.sqrt(2.0)  # of Cauchy's distribution of this scale
     whole, _ = quad(lambda x: peak * math.exp(-0.5 * c.strain(x) ** 2), -math.inf, math.inf)
     assert whole == pytest.approx(1.0, rel=1e-8)
     for at in (-7.0, 0.5, 3.0):

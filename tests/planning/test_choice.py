@@ -16,8 +16,7 @@ from frictionlab.inference.fit import log_evidence
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer
 from frictionlab.planning.candidates import laboratory, virtual_test
-from frictionlab.planning.choose import Limits
-from frictionlab.planning.plan import Plan, running_order, sheet_rows, steps
+from frictionlab.planning.plan import Limits, Plan, running_order, sheet_rows, steps
 from frictionlab.simulator import Problem
 from tests.desk import invoke, present
 from tests.inference.contacts import recorded
