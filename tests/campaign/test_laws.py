@@ -137,7 +137,7 @@ def test_a_test_that_had_not_settled_is_named_before_its_law() -> None:
         seen.append(replace(observe(measure(made, scene), scene), source=f"{r}.csv", material="steel"))
     _, notes = fit_together({"steel": seen}, find_law=False, accuracy="balanced")
     (said,) = (note for note in notes if "does not explain all cycles" in note)
-    assert re.search(r"^steel: 0\.4: the start of the recording may still be in it, .*: --transient \d+, .*", said)
+    assert re.search(r"^steel: 0\.4: the start of the recording may still be in it, .*: record longer; else .*", said)
     assert "--law auto" not in said
 
 
