@@ -190,9 +190,14 @@ def column_of(name: str, table: Table | None = None) -> Column | None:
     return next((column for column in found if column is not None), None)
 
 
+def attribute_of(name: str) -> str:
+    """The attribute of results that holds what stands in the column of this name."""
+    return _column_named(name).attribute
+
+
 def value_of(result: object, name: str) -> Any:
     """Return what a result holds for the column of this name."""
-    return getattr(result, _column_named(name).attribute)
+    return getattr(result, attribute_of(name))
 
 
 def with_error(value: object, error: object, times: float = 1.0) -> str:

@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from frictionlab.arrays import FloatArray
-from frictionlab.schema import AMPLITUDE, ENERGY, STOPS, Result, value_of
+from frictionlab.schema import AMPLITUDE, ENERGY, STOPS, Result, attribute_of, value_of
 from frictionlab.simulator import row as places
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import notes_of, sentences
@@ -44,6 +44,7 @@ NUMBERS = {  # of a state: their places in a row, if they have one
     "warnings": None,
 }
 PLACES = {key: place for key, place in NUMBERS.items() if place is not None}
+ATTRIBUTES = {attribute_of(key): place for key, place in PLACES.items()}
 KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
 CREEP = 1e-10  # Y in a cycle: a contact that slips no further is at rest, at the edge of where it holds
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
@@ -207,7 +208,7 @@ def from_numbers(problem: Problem, row: FloatArray, **known: Any) -> SteadyState
         values = problem.parameters | {"r": problem.r}
         rigid = problem.law.kind == "rigid"
         known["notes"] = int(notes_of(values, problem.wall, problem.base, numbers, rigid=rigid))
-    said: dict[str, Any] = {key: number for key, at in PLACES.items() if isfinite(number := numbers[at])}
+    said: dict[str, Any] = {key: number for key, at in ATTRIBUTES.items() if isfinite(number := numbers[at])}
     said["outcome"], said["solver"] = OUTCOMES[int(numbers[places.OUTCOME])], "exact"
     if said["outcome"] in ("periodic", "stuck"):
         said["solver"] = SOLVERS[int(numbers[places.SOLVER])]
@@ -223,8 +224,8 @@ def to_numbers(state: SteadyState) -> list[float]:
     code = {outcome: number for number, outcome in reversed(OUTCOMES.items())}
     row[places.OUTCOME] = float(code[state.outcome])
     row[places.SOLVER] = float(SOLVERS.index(state.solver))
-    for key, position in PLACES.items():
-        value = value_of(state, key)
+    for name, position in ATTRIBUTES.items():
+        value = getattr(state, name)
         row[position] = nan if value is None else float(value)
     row[places.NOTES] = float(state.notes)
     return row

@@ -21,7 +21,7 @@ from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.notes import WORDS, Note, notes_of
 from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 from frictionlab.simulator.solve import steady_state
-from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, SteadyState, to_numbers
+from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, from_numbers, to_numbers
 
 FAILED = "failed"  # outcome of a point that could not be solved
 CHUNK = 500  # points a call: some 10 ms of work
@@ -147,9 +147,13 @@ class StateMap(Result):
         columns |= dict(zip(grid.axes(), points.T, strict=True))
         columns |= {"wall": np.full(len(points), grid.wall), "law": np.full(len(points), grid.law)}
         keys = (*KEYS, *also)
-        for point, *values in zip(points, *(_listed(key, columns[key]) for key in keys), strict=True):
+        listed = zip(*(_listed(key, columns[key]) for key in keys), strict=True)
+        for point, numbers, values in zip(points, self.numbers[part.start : part.stop], listed, strict=True):
             row = dict(zip(keys, values, strict=True))
-            yield row | {"warnings": _said(row, grid, point) if row["warnings"] else []}
+            said: Sequence[str] = [f"{WORDS[Note.FAILED]}."] if row["outcome"] == FAILED else ()
+            if row["warnings"] and not said:
+                said = from_numbers(grid.problem(point.tolist()), numbers, notes=row["warnings"]).warnings
+            yield row | {"warnings": list(said)}
 
     def place(self, number: int) -> str:
         """The coordinates of a point in words."""
@@ -190,15 +194,6 @@ def named(numbers: FloatArray) -> dict[str, NDArray[Any]]:
     }
     notes = np.nan_to_num(numbers[:, places.NOTES], nan=Note.FAILED).astype(np.uint32)
     return texts | {key: numbers[:, position] for key, position in PLACES.items()} | {"warnings": notes}
-
-
-def _said(row: Mapping[str, Any], grid: Grid, point: FloatArray) -> list[str]:
-    """Return the sentences of a point's notes, with its numbers."""
-    if row["outcome"] == FAILED:
-        return [f"{WORDS[Note.FAILED]}."]
-    numbers = {key: row[key] for key in (*PLACES, "solver", "outcome")}
-    problem = grid.problem(point.tolist())
-    return list(SteadyState(problem, **numbers, notes=row["warnings"]).warnings)
 
 
 def _listed(key: str, values: NDArray[Any]) -> list[object]:
