@@ -7,6 +7,7 @@ campaign of one.
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 from typing import Any, cast
 
@@ -22,7 +23,7 @@ from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.force import GAIN, ForceObservation, observe_force, with_force
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.material_law import DETUNING, FRAME, MaterialLaw
-from frictionlab.inference.observation import Observation
+from frictionlab.inference.observation import NO_MOTION, Observation
 from frictionlab.inference.observations import (
     CycleObservation,
     OfCycles,
@@ -49,8 +50,12 @@ NO_ERRORS = (
     "verdict: none, for the table states no error of some numbers (columns amplitude_u, phase_u): errors are those of"
     " the scatter about the law"
 )
-ONE_WAY = "no other law was tried: the contact slides one way at one speed, which shows Coulomb friction alone"
+ONE_WAY = (
+    "no other law was tried: the contact slides one way at one speed, which shows Coulomb friction alone; over the way"
+    " friction varies by up to {:.2g} %"
+)
 OF_RECORD = "it is the law that the whole record requires, of those that --law auto tried"
+ON_BASE = 'model.wall: friction against what moves with the base explains this cycle: if it rubs there, wall = "base"'
 NOT_STEADY = "its mean cycle is {:.3g} times its standard error off the steady state, for the motion was not steady"
 OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
 MEASURED = ("frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime")
@@ -279,10 +284,11 @@ def compare_force(
     unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over {stroke}"
     velocity, shown = measurement.cycle.mass_velocity, force * (1.0 + values.get(GAIN, 0.0))
     slides = np.isin(np.arange(len(force)) * observation.count // len(force), observation.parts)
+    varies = 100.0 * float(np.max(np.abs(observation.force - force)[slides]) / np.mean(np.abs(force)))
     return _judged(
         *(found, scene, ladder, found.fit.nrmse(), said),
         what="force",
-        step=ONE_WAY if measurement.slides_one_way else words.ANOTHER,
+        step=ONE_WAY.format(varies) if measurement.slides_one_way else words.ANOTHER,
         floor=observation.floor,
         amplitude=measurement.base_amplitude,
         model=words.model_words(observation.law, "prescribed motion", observation.held, unit),
@@ -336,6 +342,7 @@ def compared(
             *observation.disagreement(found),
             *([restless] if restless else []),
             *([f"no prediction: {state.outcome}"] if predicted is None else []),
+            *([ON_BASE] if misfit is not None and misfit > EXPLAINED and _rubs_on_base(observation) else []),
             *([f"verdict: of the whole record; {NOT_STEADY.format(misfit)}"] if unsteady else []),
         ],
         what="cycle",
@@ -364,6 +371,16 @@ def compared(
         predicted=predicted,
         contact=replace(contact, residual=None if predicted is None else measurement.cycle.mass - predicted),
     )
+
+
+def _rubs_on_base(observation: CycleObservation) -> bool:
+    """Whether Coulomb friction against what moves with the base explains a cycle that a fixed wall does not."""
+    if observation.wall != "fixed" or not observation.single:
+        return False
+    other = replace(observation.under(law_of("coulomb")), wall="base")
+    with suppress(*NO_MOTION):
+        return explains(infer([other]).fit, [0])
+    return False
 
 
 def _judged(

@@ -131,7 +131,7 @@ def to_declare(name: str, value: float, u: float, scene: Scene) -> str:
     elif name == "natural_frequency" and frequency:
         value, u = frequency * (1.0 + value), frequency * u
         table, key, said = "rig", "natural_frequency_hz", f"{value:.4g} Hz"
-    elif name == "frame_damping_ratio":
+    elif name == "frame_damping_ratio" and value >= 0.0:
         table, key, said = "rig", "damping_ratio", f"{value:.3g}"
     else:
         return ""

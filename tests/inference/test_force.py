@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -127,6 +128,9 @@ def test_a_turning_contact_shows_coulombs_friction_alone() -> None:
     )
     with pytest.raises(UsageError, match="slides one way at one speed"):
         compare(made, scene, law="coulomb+speed")
+    uneven = Channel("torque", 0.1 + 0.008 * np.sin(6.0 * t) + 0.1 * (seen["torque"] - 0.1))
+    said = " ".join(compare(made.changed(channels=(uneven, channels[1])), scene).warnings)
+    assert re.search(r"over the way friction varies by up to (7|8|9)(\.\d)? %", said)
 
 
 def test_cycles_before_the_contact_is_loaded_are_left_out() -> None:
