@@ -11,11 +11,9 @@ from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.solve import flow_of, steady_state
 from frictionlab.simulator.state import SteadyState
 from frictionlab.simulator.structure import Structure
-from frictionlab.simulator.sweep import warm_up
 
 SAME = 1e-6  # orbits whose energy and amplitude differ by less, over the largest, are one (mirror images are)
 STARTS, FEWER = 200, 50  # of one mass with exact slides, and where each takes a tenth of a second
-WORTH_COMPILING = 20  # starts
 MOST = 64  # rounds that find a golden ratio, the root of x^(d + 1) = x + 1, to rounding
 LOOKS = 2e8  # at slides, from all rigid starts together: some 20 s; what is left of the starts then is "not found"
 OF_REST = Note.REST_STILL_FAR | Note.MAY_COEXIST | Note.MAY_GO_ON
@@ -86,8 +84,6 @@ def coexisting(problem: Problem | Structure, *, starts: int | None = None) -> tu
 
 def _settled(problem: Problem | Structure, first: SteadyState, starts: int) -> Iterator[SteadyState]:
     """What the motion from each start settles on: starts step by the golden ratio of their space, evenly."""
-    if not problem.is_exact and starts >= WORTH_COMPILING:
-        warm_up(first.problem.law.name)
     flow, looks, golden = flow_of(problem), LOOKS, 1.5  # looks: for all starts together
     size = 2 * flow.masses
     for _ in range(MOST):

@@ -112,6 +112,7 @@ WORK = np.dtype(
         ("now_v", "f8", (_N,)),
         ("bound", "f8", (2, _D)),  # of the third and fourth derivative of each mode
         ("flow", "f8", (2 * _N, 2 * _N + _C)),  # derivative of a phase's end by its begin and its constant forces
+        ("pushed", "f8", (_N, 2 * _N + _C)),  # constant forces on the masses by the same
         ("form", "f8", (_J + _C,)),  # a row or column of the derivative
         ("acceleration", "f8", (2, _N)),  # before and after an event
         ("seen", "f8", (4,)),  # what an event is seen by, and its derivatives
@@ -416,24 +417,17 @@ def force_on(system: Any, work: Any, a: int, q: FloatArray, v: FloatArray) -> fl
 @inner
 def flow_over(system: Any, work: Any, i: int) -> None:
     """Write the derivative of (q, v) at the time of `modes_at` by (q, v) and the contacts' constant forces before."""
-    phases, flow = work.phases, work.flow
-    n, contacts = system.masses, system.contacts
-    for a in range(2 * n):
-        for b in range(2 * n + contacts):
-            flow[a, b] = 0.0
-    for a in range(n):
-        for c in range(contacts):
-            for b in range(n):
-                flow[a, b] += phases.carried[i, a, c] * system.row[c, b] if work.kappa[c] == np.inf else 0.0
+    phases, flow, n = work.phases, work.flow, system.masses
+    begin_flow(system, work, i)
     for j in range(phases.modes[i]):
-        rate = phases.rate[i, j]
-        lasting = work.lasting[j]
+        rate, lasting = phases.rate[i, j], work.lasting[j]
         grown = rate * lasting + 1.0
-        for b in range(2 * n + contacts):
-            by_start = 0.0j
+        for b in range(2 * n + system.contacts):
+            by_start, by_force = 0.0j, 0.0j
             if b < 2 * n:
                 by_start = phases.entry[i, j, b if b < n else MASSES + b - n]
-            by_force = pushed_by(system, work, i, j, b)
+            for a in range(n):
+                by_force += phases.excite[i, j, a] * work.pushed[a, b]
             w, dw = grown * by_start + lasting * by_force, grown * (rate * by_start + by_force)
             for a in range(n):
                 flow[a, b] += (phases.outward[i, a, j] * w).real
@@ -441,17 +435,19 @@ def flow_over(system: Any, work: Any, i: int) -> None:
 
 
 @inner
-def pushed_by(system: Any, work: Any, i: int, j: int, b: int) -> complex:
-    """Return what a mode's constant force changes by: by a displacement (b < n), or by a contact's constant force."""
-    phases, n, total = work.phases, system.masses, 0.0j
-    if n <= b < 2 * n:
-        return total
+def begin_flow(system: Any, work: Any, i: int) -> None:
+    """Write what held contacts carry along with displacements, and by what each column pushes the masses."""
+    n, flow, pushed = system.masses, work.flow, work.pushed
     for a in range(n):
-        if b >= 2 * n:
-            total -= phases.excite[i, j, a] * system.row[b - 2 * n, a] if work.kappa[b - 2 * n] != np.inf else 0.0
-            continue
+        for b in range(2 * n + system.contacts):
+            flow[a, b] = flow[n + a, b] = pushed[a, b] = 0.0
         for c in range(system.contacts):
+            if work.kappa[c] != np.inf:
+                pushed[a, 2 * n + c] = -system.row[c, a]
+                continue
+            for b in range(n):
+                flow[a, b] += work.phases.carried[i, a, c] * system.row[c, b]
+    for a in range(n):
+        for b in range(n):
             for e in range(n):
-                carried = phases.carried[i, e, c] * system.row[c, b] if work.kappa[c] == np.inf else 0.0
-                total -= phases.excite[i, j, a] * phases.stiffness[i, a, e] * carried
-    return total
+                pushed[a, b] -= work.phases.stiffness[i, a, e] * flow[e, b]

@@ -296,27 +296,17 @@ def step(flow: Carrier, slot: int, h: float) -> bool:
 @inner
 def hold(flow: Carrier, slot: int) -> None:
     """Write the forces of held rigid contacts at the nodes of the trial step."""
-    system, work, steps = flow.system, flow.work, flow.work.steps
-    count = 0
+    system, work, steps, fresh = flow.system, flow.work, flow.work.steps, True
     for c in range(system.contacts):
-        count += 1 if work.kappa[c] == inf else 0
-    if count == 0:
-        return
-    forces(flow, slot, 0, COUNT)
-    for c in range(system.contacts):
-        if work.kappa[c] == inf:
-            for i in range(COUNT):
-                steps.held[c, i] = held_at(flow, slot, c, i)
-
-
-@inner
-def held_at(flow: Carrier, slot: int, c: int, i: int) -> float:
-    """Return the force of a held rigid contact at a node for which `forces` was called."""
-    phases, steps = flow.work.phases, flow.work.steps
-    total = -phases.bind[slot, c] * steps.driven[2, i]
-    for b in range(flow.system.masses):
-        total += phases.grip[slot, c, b] * steps.net[b, i]
-    return float(total)
+        if work.kappa[c] != inf:
+            continue
+        if fresh:
+            forces(flow, slot, 0, COUNT)
+            fresh = False
+        for i in range(COUNT):
+            steps.held[c, i] = -work.phases.bind[slot, c] * steps.driven[2, i]
+            for b in range(system.masses):
+                steps.held[c, i] += work.phases.grip[slot, c, b] * steps.net[b, i]
 
 
 @inner
@@ -494,8 +484,8 @@ def land(flow: Carrier, slot: int, c: int, which: int, h: float, theta: float) -
 
 
 @inner
-def seen_at(flow: Carrier, slot: int, c: int, i: int) -> tuple[float, float]:
-    """Return force and slip of a contact at a node for which `forces` was called.
+def seen_at(flow: Carrier, c: int, i: int) -> tuple[float, float]:
+    """Return force and slip of a contact at a node of the step just tried.
 
     Slip is its speed where the contact creeps, else its direction.
     """
@@ -503,7 +493,7 @@ def seen_at(flow: Carrier, slot: int, c: int, i: int) -> tuple[float, float]:
     z = along(system, steps.trial, 0, i, c, steps.driven[0, i])
     v, side = along(system, steps.trial, system.masses, i, c, steps.driven[1, i]), float(work.side[c])
     if work.kappa[c] == inf:
-        return held_at(flow, slot, c, i), side
+        return steps.held[c, i], side
     if law.states[c] < 0:
         return work.kappa[c] * z + work.offset[c] + system.dashpot[c] * v, side
     w = steps.trial[law.at[c], i] if law.states[c] > 0 else 0.0
@@ -513,7 +503,7 @@ def seen_at(flow: Carrier, slot: int, c: int, i: int) -> tuple[float, float]:
 
 
 @inner
-def record(flow: Carrier, slot: int, t: float, h: float) -> None:
+def record(flow: Carrier, t: float, h: float) -> None:
     """Append the step just tried to the log, as far as there is space; count it in any case."""
     work, steps, contacts = flow.work, flow.work.steps, flow.system.contacts
     log, row, first = flow.pieces, work.count, 2 + contacts
@@ -521,7 +511,6 @@ def record(flow: Carrier, slot: int, t: float, h: float) -> None:
     if row >= len(log):
         return
     log[row, 0], log[row, 1] = t, h
-    forces(flow, slot, 0, COUNT)
     for k in range(steps.components):
         for i in range(COUNT):
             log[row, first + COUNT * k + i] = steps.trial[k, i]
@@ -529,7 +518,7 @@ def record(flow: Carrier, slot: int, t: float, h: float) -> None:
     for c in range(contacts):
         log[row, 2 + c] = float(work.side[c])
         for i in range(COUNT):
-            log[row, first + COUNT * c + i], log[row, first + COUNT * (contacts + c) + i] = seen_at(flow, slot, c, i)
+            log[row, first + COUNT * c + i], log[row, first + COUNT * (contacts + c) + i] = seen_at(flow, c, i)
 
 
 def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
@@ -612,7 +601,7 @@ def advance(flow: Carrier, slot: int, tangent: bool) -> bool:
                 continue
         if tangent:
             carry_tangent(flow, landed)
-        accept(flow, slot, t, landed)
+        accept(flow, t, landed)
         steps.last = landed
         if theta > 1.0 and h == work.until - t:
             work.tau = work.until
@@ -621,7 +610,7 @@ def advance(flow: Carrier, slot: int, tangent: bool) -> bool:
 
 
 @inner
-def accept(flow: Carrier, slot: int, t: float, h: float) -> None:
+def accept(flow: Carrier, t: float, h: float) -> None:
     """Make the end of the trial step the state at hand; count, measure and record the step."""
     work, system, steps = flow.work, flow.system, flow.work.steps
     n = system.masses
@@ -635,7 +624,7 @@ def accept(flow: Carrier, slot: int, t: float, h: float) -> None:
             work.path += abs(along(system, steps.trial, 0, STAGES, c, steps.driven[0, STAGES]) - begun)
     for k in range(2 * n, steps.components):
         work.anchor[system.first[system.contacts] - 2 * n + k] = steps.trial[k, STAGES]
-    record(flow, slot, t, h)
+    record(flow, t, h)
     work.tau = t + h
     move_cubic(system.cubic, h)
     base_at_time(system, work)
