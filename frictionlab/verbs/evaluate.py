@@ -80,12 +80,16 @@ def evaluate(
             raise UsageError(f"evaluate: expected measurements, rows or files of them; got a {type(what).__name__}")
     refuse_comparisons(rows, "evaluate")
     trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in rows]
-    observations = observations_of(trials, known, folders=sorted(places), workers=workers)
+    # the mean cycle of each short test that moves and whose recording is at hand
+    wanted = [t for t in trials if not t.failed and not t.is_long and t.regime != "stuck" and t.material]
+    tests = {there: trial for trial in wanted if (there := recording_path(trial, sorted(places))) is not None}
+    observed = rows_of(list(tests), partial(_observed, scene=known, tests=tests), workers=workers)
+    found = [one for row in observed if isinstance(one := row.get("observation"), CycleObservation)]
     return evaluate_trials(
         trials,
         known,
         folders=sorted(places),
-        observations=observations,
+        observations={observation.source: observation for observation in found},
         find_law=law == AUTO,
         watch=watch,
     )
@@ -95,17 +99,6 @@ def recordings_beside(table: Path) -> list[Path]:
     """Folders in which the recordings of a table of measurements may stand: its own, and where `batch` puts them."""
     here = table.parent
     return [here, *(place for place in (here / "recordings", here.parent / "recordings") if place.is_dir())]
-
-
-def observations_of(
-    trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path], workers: int | None = 1
-) -> dict[str, CycleObservation]:
-    """Return the mean cycle of each short test that moves and whose recording is at hand, by source."""
-    wanted = [t for t in trials if not t.failed and not t.is_long and t.regime != "stuck" and t.material]
-    tests = {path: trial for trial in wanted if (path := recording_path(trial, folders)) is not None}
-    rows = rows_of(list(tests), partial(_observed, scene=scene, tests=tests), workers=workers)
-    found = [observation for row in rows if isinstance(observation := row.get("observation"), CycleObservation)]
-    return {observation.source: observation for observation in found}
 
 
 def _observed(path: Path, *, scene: Scene, tests: Mapping[Path, Trial]) -> Row:
