@@ -48,17 +48,15 @@ BANDS = tuple(f"{name}{end}" for name in OF_BOTH for end in ("_low", "", "_high"
 class AmontonsTest:
     """One material's coefficients over normal force.
 
-    ``coefficient`` and its error: the mean over forces; ``chi_square`` about it with ``freedom`` degrees; ``p``: how
-    often a constant coefficient would look at least this uneven; ``exponent``: of coefficient ~
-    force^exponent; ``verdict``: all of it in words. ``None`` is not known.
+    ``coefficient`` and its error: the mean over forces; ``chi_square`` about it; ``p``: how often a constant one would
+    look at least this uneven; ``exponent``: of coefficient ~ force^exponent; ``verdict``: all of it in words. ``None``
+    is not known.
     """
 
     material: str
-    forces: int
     coefficient: float | None = None
     coefficient_se: float | None = None
     chi_square: float | None = None
-    freedom: int = 0
     p: float | None = None
     exponent: float | None = None
     verdict: str = ""
@@ -76,7 +74,7 @@ def amontons_of(
     joint = next((joints[g] for f in fits if (g := (material, f.normal_force_n)) in joints), None)
     known = [f for f in fits if f.friction_coefficient and joints.get((material, f.normal_force_n)) is joint]
     if not known or joint is None:
-        return AmontonsTest(material, 0, verdict=f"{material}: no coefficient is known.")
+        return AmontonsTest(material, verdict=f"{material}: no coefficient is known.")
     value = np.array([f.friction_coefficient for f in known], dtype=float)
     forces = [f.normal_force_n for f in known]
     found = joint.by_force
@@ -102,7 +100,7 @@ def amontons(
     freedom, weight = len(value) - 1, np.linalg.inv(covariance)
     if not freedom:
         words = f"measured under one normal force only, so Amontons' law is not tested; mean coefficient {mean}"
-        return AmontonsTest(material, 1, mean.value, mean.error, verdict=f"{material}: {words}.")
+        return AmontonsTest(material, mean.value, mean.error, verdict=f"{material}: {words}.")
     about = value - float(weight.sum(axis=0) @ value / weight.sum())
     square = float(about @ weight @ about)
     p = float(chdtrc(freedom, square))
@@ -120,7 +118,7 @@ def amontons(
             trend = f"it {way} with normal force, by {abs(2**exponent - 1):.1%} at each doubling"
         words = f"the friction coefficient is not constant over normal force ({proof}): {trend}"
     verdict = f"{material}: {words}; mean coefficient {mean}."
-    return AmontonsTest(material, len(value), mean.value, mean.error, square, freedom, p, exponent, verdict)
+    return AmontonsTest(material, mean.value, mean.error, square, p, exponent, verdict)
 
 
 def _exponent(force: FloatArray, value: FloatArray, weight: FloatArray) -> tuple[float, float]:

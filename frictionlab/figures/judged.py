@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from frictionlab.errors import UsageError
 from frictionlab.figures import style
 from frictionlab.inference.comparison import Comparison, ContactForce, OverFrequency
+from frictionlab.inference.verdict import verdict_in_words
 
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 ROW = 0.115  # inches: a law of the ladder
 WIDTHS = (2.0, 1.0, 1.0)  # of what is left, misfit, and evidence
 NEAR, FAR = (-100.0, -10.0, 0.0, 10.0), (-1000.0, -10.0, 0.0, 10.0)  # ticks of evidence
 ABOVE = 60.0  # evidence shown at least: space for numbers beside the law required
-VERDICTS = {"explained": "explained", "strained": "explained only by a strained rig or sensor"}
 
 
 def comparison_figure(comparison: Comparison) -> Figure:
@@ -56,11 +56,8 @@ def _name(source: str) -> str:
     return source.replace("\\", "/").rsplit("/", 1)[-1]
 
 
-def _verdict(comparison: Comparison) -> str:
-    if comparison.verdict is None:
-        return ""
-    said = VERDICTS.get(comparison.verdict, "not explained")
-    return f": {said}, what is left is {comparison.misfit:.2g} times the measurement's error"
+def _verdict(c: Comparison) -> str:
+    return "" if c.verdict is None else verdict_in_words(c.response_nrmse, c.misfit, c.verdict)
 
 
 def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
