@@ -19,7 +19,7 @@ from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Rig, Scene, read_scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic import log_of, synthesize, virtual_tests
-from frictionlab.synthetic.virtual_motion import cycle_friction_ratios, driven, motion, wander
+from frictionlab.synthetic.virtual_motion import cycle_friction_ratios, motion, wander
 from tests.desk import ROOT, present, truths
 
 Tables = dict[str, object]
@@ -296,14 +296,6 @@ def test_a_wandering_amplitude_forgets_itself_after_its_correlation_time() -> No
     assert np.sqrt(np.mean(steps**2)) == pytest.approx(0.02, rel=0.05)
     for lag, left in ((30, math.exp(-1.0)), (60, math.exp(-4.0))):
         assert np.mean(steps[:, :-lag] * steps[:, lag:]) / np.mean(steps**2) == pytest.approx(left, abs=0.05)
-
-
-def test_a_motor_that_has_started_up_reaches_the_plain_sines_orbit() -> None:
-    scene = moving({"ramp_s": 1.0}, SINE | {"frequency_ratios": [0.4]}, duration_s=40.0, noise_m=0.0, step_m=0.0)
-    run = driven(virtual_tests(scene)[0], scene)
-    plain = moving({}, {"frequency_ratios": [0.4]}, duration_s=40.0, noise_m=0.0, step_m=0.0)
-    steady = samples(log_of(virtual_tests(plain)[0], plain)[0])[:, 1]
-    assert 1.8 * run.displacement[:: run.every][-500:] == pytest.approx(steady[-500:], abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -146,16 +146,16 @@ def best_penalty(signal: FloatArray, noise: float) -> float:
     return min(((least, best), *((risk(p), p) for p in beside)))[1]
 
 
-def spline(signal: FloatArray, penalty: float) -> FloatArray:
-    """Return the curve of a penalty: the normal equations, unit plus penalty times D'D, as a band of seven."""
+def spline(signal: FloatArray, penalty: float, order: int = ORDER) -> FloatArray:
+    """Return the curve of a penalty: the normal equations, unit plus penalty times D'D, as a band of its order."""
     n = len(signal)
-    weights = np.array([(-1) ** k * math.comb(ORDER, k) for k in range(ORDER + 1)], dtype=np.float64)
-    bands = np.zeros((ORDER + 1, n))
-    for lag in range(ORDER + 1):
-        for k in range(ORDER + 1 - lag):
-            first = k + lag  # row of the upper band, column j = i + lag, i = k, k + 1, ..., k + n - 1 - ORDER
-            bands[ORDER - lag, first : first + n - ORDER] += penalty * weights[k] * weights[k + lag]
-    bands[ORDER] += 1.0
+    weights = np.array([(-1) ** k * math.comb(order, k) for k in range(order + 1)], dtype=np.float64)
+    bands = np.zeros((order + 1, n))
+    for lag in range(order + 1):
+        for k in range(order + 1 - lag):
+            first = k + lag  # row of the upper band, column j = i + lag, i = k, k + 1, ..., k + n - 1 - order
+            bands[order - lag, first : first + n - order] += penalty * weights[k] * weights[k + lag]
+    bands[order] += 1.0
     return np.asarray(solveh_banded(bands, signal, overwrite_ab=True, check_finite=False))
 
 
@@ -174,6 +174,8 @@ HIGH_PASS = 8  # of the high-pass: |H| = 1 / (1 + (f_c / f)^8), without a shift 
 DOUBTFUL = 2.5  # periods of the slowest motion kept, at either end: the high-pass rings there; 0.3 % is left after
 RATES = ("displacement", "velocity", "acceleration")
 FORCES = ("contact_force", "torque")
+CLEARLY, APART = 3.0, 12.0  # standard uncertainties of two sensors that disagree; times the power of their noise
+FEWEST_LINES, HARMONICS = 5, 20  # that show their noise; of the drive, where they are compared
 
 
 def _transfer(f: FloatArray, highpass_hz: float, times: int) -> FloatArray:
@@ -232,6 +234,42 @@ def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: in
         f" either end are doubtful, and its sensor's noise makes {1e6 * u:.3g} um rms of displacement ({share:.2g} %)"
     )
     return moved, u, said
+
+
+def by_two_sensors(laser: FloatArray, acceleration: FloatArray, step: float, gain: float) -> tuple[FloatArray, float]:
+    """Return the displacement (n,) that a laser and an accelerometer of one place show, and the penalty of its noise.
+
+    Least squares of both, ``sum (x - laser)^2 + p sum (D x - t)^2`` with second differences D and Numerov's means t of
+    the acceleration times step^2: p is the laser's power of noise over that of ``D laser - t`` below the drive, where
+    no motion is left. At an angle w a sample ``1 / (1 + p (2 sin(w / 2))^4)`` of the laser's noise is left: an offset
+    is the laser's alone. ``gain``: relative standard uncertainty of each sensor's. `AnalysisError`: They disagree at
+    the drive by clearly more, or too few cycles show their noise.
+    """
+    shown, wanted = np.diff(laser, 2), step**2 / 12.0 * np.convolve(acceleration, (1.0, 10.0, 1.0), mode="valid")
+    n, drive = len(shown), spectrum.strongest_tone(spectrum.amplitude_spectrum(laser, 1.0, padding=1)).frequency
+    lines = spectrum.amplitude_spectrum(shown - wanted, 1.0, padding=1)
+    power, order = n / (6.0 * math.log(2.0)) * lines.amplitude**2, lines.frequency / drive  # by medians
+    bend = (2.0 * np.sin(math.pi * lines.frequency)) ** 4
+    below, above = (order > 0.1) & (order < 0.6), (lines.frequency > 0.25) & (np.abs(order - np.rint(order)) > 0.25)
+    low, high = (float(np.median(each)) for each in (power[below], power[above] / bend[above]))
+    if np.count_nonzero(below) < FEWEST_LINES or not high > 0.0:
+        raise AnalysisError("too few cycles show its noise: record longer")
+    tone = spectrum.hann(n) * np.exp(-2j * math.pi * drive * np.arange(n)) * (2.0 / n)
+    one, other = (complex(tone @ (signal - signal.mean())) for signal in (shown, wanted))
+    noise = low + high * float(np.interp(drive, lines.frequency, bend))
+    u, lag = math.hypot(math.sqrt(2.0) * gain, math.sqrt(1.5 * noise / n) / abs(one)), math.pi / math.sqrt(3.0) * drive
+    if abs(abs(other / one) - 1.0) > CLEARLY * u or abs(np.angle(other / one)) > CLEARLY * math.hypot(u, lag):
+        off = f"{abs(other / one):.4g} times its motion, {math.degrees(np.angle(other / one)):+.3g} degrees"
+        raise AnalysisError(f"at the drive it shows {off}; expected 1 +- {u:.2g}: check its gain and sign")
+    harmonic = np.arange(1.0, min(HARMONICS, 0.25 / drive))
+    apart = np.array([power[np.abs(order - k) * drive * n < 2.0].max() for k in harmonic])
+    of_laser = high * np.interp(harmonic * drive, lines.frequency, bend)
+    clear = apart > APART * (low + of_laser)  # of that, at most half of what is left of the noise comes in
+    ratio = apart[clear] / of_laser[clear]
+    share = (np.sqrt(0.0625 + ratio) - 0.25) / (2.0 * ratio)
+    most = share / (1.0 - share) * high / of_laser[clear]
+    penalty = min(high / max(low, 1e-300), float(most.min(initial=1e10)))
+    return spline(laser + penalty * np.convolve(wanted, (1.0, -2.0, 1.0)), penalty, 2), penalty
 
 
 def is_angular(measured: Mapping[str, FloatArray]) -> bool:

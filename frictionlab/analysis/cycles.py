@@ -265,12 +265,13 @@ def smoother(rows: FloatArray, sensor: Sensor, samples: float) -> Smoother:
     n, points = rows.shape
     mean_cycle = rows.mean(axis=0)
     lines = np.fft.rfft(mean_cycle) / points
+    k = np.arange(float(len(lines)))
     floor = sensor.noise**2 / samples  # power that noise alone gives one coefficient of one cycle
     shared = sensor.shared**2 / samples  # by all cycles: rounding without noise follows the place
-    mean_floor = floor / n + shared
+    mean_floor = floor * sensor.left(samples, k) / n + shared
     mean_share = np.ones(len(lines))
     for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
-        mean_share[parity::2] = _wiener(np.abs(lines[parity::2]) ** 2, mean_floor, 1)
+        mean_share[parity::2] = _wiener(np.abs(lines[parity::2]) ** 2, mean_floor[parity::2], 1)
     own_share = np.zeros(len(lines))
     if n > 1:
         power = np.zeros(len(lines))
@@ -279,15 +280,16 @@ def smoother(rows: FloatArray, sensor: Sensor, samples: float) -> Smoother:
             power += np.sum(own.real**2 + own.imag**2, axis=0)
         power = power / (n - 1) / points**2
         top = power[int(0.375 * samples) : int(0.5 * samples)]
-        if len(top) >= 32:  # rounding without noise is not quite white
+        if sensor.penalty:  # what two sensors leave wanders below the drive, and leaks
+            floor *= 4.0
+        elif len(top) >= 32:  # rounding without noise is not quite white
             floor = min(max(floor, float(np.median(top))), 4.0 * floor)
         floor += shared
         own_share[1:] = _wiener(power[1:], floor, n - 1)
-    k = np.arange(len(lines))
     left = 2.0 * (mean_floor * mean_share**2 + floor * own_share**2)
     left[0] *= 0.5
     highest = max(1, int(np.flatnonzero((mean_share > 0.0) | (own_share > 0.0))[-1]))
-    drowned = 1.5 * math.sqrt(mean_floor)  # amplitude of the first harmonic given up; the others fall as k^-3
+    drowned = 1.5 * math.sqrt(mean_floor[highest])  # amplitude of the first harmonic given up; the others fall as k^-3
     v_noise = math.hypot(math.sqrt(float((left * k * k).sum())), drowned * math.sqrt(highest**3 / 3.0))
     return Smoother(
         mean=lines * mean_share,
@@ -299,7 +301,7 @@ def smoother(rows: FloatArray, sensor: Sensor, samples: float) -> Smoother:
     )
 
 
-def _wiener(power: FloatArray, floor: float, samples: int) -> FloatArray:
+def _wiener(power: FloatArray, floor: FloatArray | float, samples: int) -> FloatArray:
     """Share that a Wiener filter keeps by line, of power averaged nearby; 0 above the last line out of noise."""
     k = np.arange(len(power))
     reach = np.maximum(2, k // 6)

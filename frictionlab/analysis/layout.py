@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionlab.analysis import cycles, spectrum, steadiness
 from frictionlab.analysis.cycles import Cut
-from frictionlab.analysis.signals import Sensor, Stretch, sensor_step, white_noise
+from frictionlab.analysis.signals import BY_TWO, Sensor, Stretch, sensor_step, white_noise
 from frictionlab.analysis.spectrum import SHORTEST_S, DriveLine, Line, Spectrum, line_in
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError
@@ -135,6 +135,8 @@ def lay_out(
     `AnalysisError`: No drive; no full cycle of it, or fewer than six samples of one.
     """
     at = max(range(len(stretches)), key=lambda i: len(stretches[i].base))
+    alone = stretches[at]
+    stretches = [_with_two_sensors(s) for s in stretches]
     stretches, cuts, foreign, spectra = _cleaned(stretches, at, padding)
     longest, cut = stretches[at], cuts[at]
     points = cycles.points_per_cycle(1.0 / cut.frequency, least=least_points, most=most_points)
@@ -143,11 +145,12 @@ def lay_out(
     edges = np.cumsum([0, *(len(c) for c in cuts)]).tolist()
     blocks = tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
 
-    def sensor(signal: FloatArray, rows: FloatArray) -> Sensor:
-        return Sensor.of(signal, float(np.ptp(rows.mean(axis=0))), 1.0 / cut.frequency)
+    def sensor(name: str, rows: FloatArray) -> Sensor:
+        by_two, shown = alone.penalties.get(name, 0.0), alone if name in alone.penalties else longest
+        return Sensor.of(shown.channels[name], float(np.ptp(rows.mean(axis=0))), 1.0 / cut.frequency, by_two)
 
-    of_mass, of_base = sensor(longest.mass, mass), sensor(longest.base, base)
-    of_velocity = sensor(longest.channels[VELOCITY], more[VELOCITY]) if VELOCITY in more else None
+    of_mass, of_base = sensor("mass", mass), sensor("base", base)
+    of_velocity = sensor(VELOCITY, more[VELOCITY]) if VELOCITY in more else None
     drive, wander = _drive(base, blocks, cut, longest.step, of_base)
     unit, offset = drive.amplitude, float(mass.mean())
     mass -= offset  # in place: a second copy of a long recording would be dear
@@ -171,6 +174,12 @@ def lay_out(
         more=more,
         of_velocity=of_velocity and of_velocity.over(2.0 * math.pi * drive.frequency * unit),
     )
+
+
+def _with_two_sensors(s: Stretch) -> Stretch:
+    """The stretch with what two sensors of one place show in the place of what the first one does."""
+    names = [name for name in s.channels if not name.endswith(BY_TWO)]
+    return replace(s, channels={name: s.channels.get(name + BY_TWO, s.channels[name]) for name in names})
 
 
 def _cleaned(
@@ -272,7 +281,8 @@ def _drive(
     base: FloatArray, blocks: tuple[slice, ...], cut: Cut, step: float, sensor: Sensor
 ) -> tuple[Drive, FloatArray]:
     """The base motion from its mean cycle, and the slow wander (p,) that was taken off that."""
-    white, points = math.hypot(sensor.noise, sensor.shared * math.sqrt(len(base))), base.shape[1]
+    white = math.hypot(sensor.slow(1.0 / cut.frequency), sensor.shared * math.sqrt(len(base)))
+    points = base.shape[1]
     wander = slow_wander(base.mean(axis=1), points, blocks)[0]
     order = np.arange(1, HARMONICS + 1)
     angle = 2.0 * np.pi * np.arange(points) / points - 0.5 * np.pi  # rows start at the rise through zero

@@ -129,7 +129,8 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
     areas, power, number = _areas(layout), np.abs(how.mean[1:]) ** 2, np.arange(n)
     energy_noise, energy_shared = _energy_noises(layout, how, found, float(np.mean(areas)))
     index = None if is_stuck else steadiness.irregularity_index(layout.mass, layout.blocks)
-    floor = steadiness.irregularity_floor(layout.mass, of_mass.noise * math.sqrt(INTERPOLATED))
+    left = of_mass.left(layout.samples, np.arange(1.0, max(2.0, 0.5 * layout.samples)))
+    floor = steadiness.irregularity_floor(layout.mass, of_mass.noise * math.sqrt(INTERPOLATED * float(left.mean())))
     is_used = (number >= used.start) & (number < used.stop)
     return Response(
         series=CycleSeries(layout.time, is_used, areas, slide, layout.mass.mean(axis=1), count, stuck),
@@ -158,7 +159,7 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
 def _amplitude_noise(layout: Layout, how: Smoother, amplitude: float, whole: float) -> float:
     """Standard error of one cycle's amplitude, by the mean one, and that with stops not levelled."""
     return math.hypot(
-        how.x_noise / math.sqrt(2.0),
+        how.x_noise / (1.0 if layout.of_mass.penalty else math.sqrt(2.0)),  # what two sensors leave is slow: odd
         how.x_tail,
         layout.of_mass.rounding / math.sqrt(2.0),
         layout.left,
@@ -181,7 +182,7 @@ def _energy_noises(layout: Layout, how: Smoother, found: FloatArray, mean: float
     mass, base, base_cycle = layout.of_mass, layout.of_base, layout.base.mean(axis=0)
     white, shared = (
         loop_area_noise(how.cycle(len(base_cycle))[0], base_cycle, *noises, layout.samples)
-        for noises in ((mass.noise, base.noise), (mass.shared, base.shared))
+        for noises in ((mass.slow(layout.samples), base.slow(layout.samples)), (mass.shared, base.shared))
     )
     way = np.diff(np.sin(found), axis=0)  # of the base (Y) during each stop: there one error stays
     stays = mass.rounding * math.sqrt(float(np.sum(way * way)) / len(layout))

@@ -95,7 +95,19 @@ def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[sign
     known = {"mass": mass, "base": base}
     known |= {name: seen[name] for name in (*channels.FORCES, "normal_force") if name in seen}
     known |= {name: channels.restored(seen[name], step, of_mass) for name in of_the_mass if name in seen}
-    whole = signals.Stretch(float(time[0]), step, known, one_way)
+    penalties = dict[str, float]()
+    for place, way in zip(("mass", "base"), (of_mass, of_base), strict=True):
+        pair = first, second = f"{place}_displacement", f"{place}_acceleration"
+        if scene.rig.kind == "prescribed" or not seen.keys() >= set(pair):
+            continue
+        try:
+            known[place + signals.BY_TWO], penalties[place] = channels.by_two_sensors(
+                known[place], channels.restored(seen[second], step, way), step, scene.sensors.gain_error
+            )
+            said.append(f"{first}: taken together with {second}, each by its noise")
+        except AnalysisError as error:
+            said.append(f"{second}: not used, {first} alone is: {error}")
+    whole = signals.Stretch(float(time[0]), step, known, one_way, penalties)
     return whole.part(edge, len(mass) - edge), said, off
 
 

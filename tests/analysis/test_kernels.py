@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.fft import next_fast_len
 
-from frictionlab.analysis import cycles, response, signals, steadiness, stops
+from frictionlab.analysis import cycles, response, signals, stops
 from frictionlab.analysis.cycles import smoothed, smoother
 from frictionlab.analysis.measurement import measure, used_cycles
 from frictionlab.analysis.response import half_range
@@ -69,14 +69,6 @@ def test_rules_choose_their_cycles() -> None:
         used_cycles(edges, "window:1")
 
 
-def test_one_cycle_carries_the_scatter_of_all() -> None:
-    values = np.random.default_rng(1).normal(2.0, 0.1, 200)
-    mean = steadiness.mean_over(values, slice(199, 200), noise=0.001)
-    assert mean.value == values[-1]
-    assert mean.se == pytest.approx(0.1, rel=0.15)
-    assert steadiness.mean_over(values[:1], slice(0, 1), noise=0.02).se == 0.02
-
-
 N, FREQUENCY = 20_000, 0.00734567
 
 
@@ -120,14 +112,6 @@ def test_the_cut_follows_a_drive_that_drifts() -> None:
     assert cut.frequency_se > 100 * constant.frequency_se
 
 
-@settings(max_examples=25, deadline=None)
-@given(st.floats(0.0005, 0.05), st.floats(0, 1))
-def test_full_cycles_fill_the_record(frequency: float, phase: float) -> None:
-    cut = cycles.cut(base_of(frequency * np.arange(N) + phase), frequency, noise=1e-6)
-    assert N * frequency - 2 <= len(cut) <= N * frequency
-    assert cut.frequency == pytest.approx(frequency, rel=1e-5)
-
-
 def test_folding_is_interpolating_evenly_from_start_to_end() -> None:
     signal = np.random.default_rng(1).standard_normal(500_000)  # more than is folded at a time
     start = np.arange(3.0, 499_000.0, 97.3)
@@ -146,12 +130,6 @@ def line(
     frequency: float, amplitude: float = 1.0, phase: float = 0.3, n: int = 4000, step: float = 0.004
 ) -> np.ndarray:
     return np.asarray(amplitude * np.cos(2 * math.pi * frequency * step * np.arange(n) + phase))
-
-
-@pytest.mark.parametrize("padding", [1, 4, 16])
-def test_amplitudes_do_not_depend_on_the_padding(padding: int) -> None:
-    spectrum = amplitude_spectrum(line(10.0, amplitude=2.5), 0.004, padding=padding)  # a whole number of periods
-    assert spectrum.amplitude.max() == pytest.approx(2.5, rel=1e-3)
 
 
 def test_spectrum_against_the_sum_itself() -> None:
