@@ -27,7 +27,7 @@ from frictionlab.uncertainty import with_digits
 
 NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
 FEW = 4  # data an unknown: with fewer nothing strains, whatever the rig is
-ALWAYS = ("spring_cubic", "natural_frequency")  # tried on every fit: friction bends to them and explains as well
+ALWAYS = ("spring_cubic", "natural_frequency", "load_by_base")  # tried on every fit: friction bends to them
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
 BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law explains as well and nothing strains
 AS_LIKELY = -4.0  # the same from which what it moves belongs to u
@@ -43,6 +43,7 @@ TRIED = {
     "lag_s": [-1.0, 1.0],
     "spring_cubic": [-0.4, 0.4],
     "play": [0.5, 2.0],
+    "load_by_base": [-0.5, 0.5],
 }
 """Coordinates at which each cause is tried."""
 USUAL_PLAY, LITTLE_PLAY = 1e-5, 1e-6  # m to either side: what a bolted frame may have; by which slopes are taken
@@ -148,6 +149,7 @@ def _causes(observation: CycleObservation) -> tuple[Unknown, ...]:
         Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s"),
         Unknown("spring_cubic", "cubic spring", sd=0.05),
         Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True),
+        Unknown("load_by_base", "normal force that follows the base's acceleration", sd=0.2),
     )
     return causes if observation.wall == "fixed" and observation.single else causes[:3]
 
@@ -301,6 +303,8 @@ def _named(cause: Unknown, other: Fit, found: Posterior, scene: Scene) -> str:
         asks = f"{frequency:.4g} Hz is declared; this recording asks for {frequency * (1 + value):.4g} Hz"
     elif cause.name == "spring_cubic":
         asks = f"this recording asks for {100 * value:+.2g} % of its force at Y by a cubic"
+    elif cause.name == "load_by_base":
+        asks = f"this recording asks for {100 * value:+.2g} % where that is largest"
     elif cause.name == "play":
         asks = f"this recording asks for {1e6 * value * observation.unit:.2g} um to either side"
     else:

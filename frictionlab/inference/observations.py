@@ -58,6 +58,7 @@ LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
 STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
+RESTS = 0.05  # of the mass's largest speed: below it, it may stand
 SPRING_HARMONICS = 16  # of the force of a spring that is not linear
 
 
@@ -199,25 +200,37 @@ class CycleObservation(OfCycles):
         The base is without what its sensor bends, and has the force of a spring that is not linear.
         """
         bent = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
-        cubic, play = values.get("spring_cubic", 0.0), values.get("play", 0.0)
-        if not any(bent.values()) and not cubic and not play:
+        cubic, play, load = (values.get(name, 0.0) for name in ("spring_cubic", "play", "load_by_base"))
+        if not any((*bent.values(), cubic, play, load)):
             return simulated(self.law, self.held, self.wall, values, self.r, self.base)
-        count = max(self.base.harmonics, self.spring_harmonics if cubic or play else 3)
+        count = max(self.base.harmonics, self.spring_harmonics if cubic or play or load else 3)
         lines = np.zeros(count, dtype=np.complex128)
         lines[: self.base.harmonics] = self.base.lines
         for order, size in bent.items():
             lines[order - 1] -= size
-        if cubic or play:
-            lines += harmonics_of(np.clip(self.stretch, -play, play) - cubic * self.stretch**3, count)
+        if cubic or play or load:
+            force = np.clip(self.stretch, -play, play) - cubic * self.stretch**3
+            lines += harmonics_of(force - load * values.get("beta", self.held.get("beta", 0.0)) * self.rubbed, count)
         base = Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist()))
         return simulated(self.law, self.held, self.wall, values, self.r, base)
 
     @cached_property
     def stretch(self) -> FloatArray:
         """Measured motion of the mass over the base (p,), Y: what the frame's spring is stretched by."""
-        over_base = slid_of(self.cycle, "base")
-        points = max(len(over_base), STRETCHES)
-        return np.asarray(np.fft.irfft(np.fft.rfft(over_base), points) * (points / len(over_base)))
+        return finer(slid_of(self.cycle, "base"))
+
+    @cached_property
+    def rubbed(self) -> FloatArray:
+        """Acceleration of the base (p,), over that of its amplitude, where friction is positive, else less it.
+
+        Friction acts as the mass slides; in a stop, as it slides next.
+        """
+        speed, order = finer(self.cycle.mass_velocity), np.arange(1, self.base.harmonics + 1)
+        way = np.sign(np.where(np.abs(speed) > RESTS * np.abs(speed).max(), speed, 0.0))
+        slides = np.flatnonzero(way)
+        way = way[slides[np.searchsorted(slides, np.arange(len(way))) % len(slides)]]
+        half = np.concatenate([[0.0], 0.5 * len(way) * order**2 * self.base.lines])
+        return np.asarray(-way * np.fft.irfft(half, len(way)))
 
     def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
         """Return the steady state at some values and its harmonics (K,), before the sensors; None where it has none."""
@@ -330,6 +343,12 @@ class CycleObservation(OfCycles):
         """Return the rms of a whitened residual (2 K,) over the rms of the measured mean cycle."""
         gap = self.gap(residual)
         return math.sqrt(0.5 * float(gap @ gap) / self.cycles.power)
+
+
+def finer(cycle: FloatArray) -> FloatArray:
+    """Return a cycle (p,) at no fewer points than `STRETCHES`."""
+    points = max(len(cycle), STRETCHES)
+    return np.asarray(np.fft.irfft(np.fft.rfft(cycle), points) * (points / len(cycle)))
 
 
 def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:
