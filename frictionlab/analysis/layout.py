@@ -14,7 +14,6 @@ from frictionlab.analysis.spectrum import SHORTEST_S, DriveLine, Line, Spectrum,
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError
 
-FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
 VELOCITY = "mass_velocity"
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
@@ -236,9 +235,9 @@ def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
             f"analysis: expected at least one full cycle of the drive ({tone.frequency:.4g} Hz) after the transient;"
             f" got {len(longest.base) * longest.step:.3g} s: shorten transient_s or record longer"
         )
-    if cut.frequency * FEWEST_SAMPLES > 1.0:
+    if cut.frequency * cycles.FEWEST_SAMPLES > 1.0:
         got = f"got {1.0 / cut.frequency:.3g} ({cut.frequency / longest.step:.4g} Hz): sample faster"
-        raise AnalysisError(f"analysis: expected at least {FEWEST_SAMPLES} samples a cycle of the drive; {got}")
+        raise AnalysisError(f"analysis: expected at least {cycles.FEWEST_SAMPLES} samples a cycle of the drive; {got}")
     return cuts
 
 

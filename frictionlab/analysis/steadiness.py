@@ -67,6 +67,8 @@ def driven(parts: Sequence[Stretch]) -> tuple[list[Stretch], list[str]]:
     if len(longest) < 64 or not swing > 0.0:
         return list(parts), []
     tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(longest, 1.0, padding=1))
+    if cycles.FEWEST_SAMPLES * tone.frequency > 1.0:  # refused by name where its cycles are laid out
+        return list(parts), []
     stride = max(1, math.floor(1.0 / tone.frequency / 24.0))  # a motion of 24 points a cycle is enough
     period = round(1.0 / tone.frequency / stride)
     sizes = [_size_of_drive(base, tone.frequency, stride, period) for base in moving]

@@ -210,7 +210,9 @@ class CycleObservation(OfCycles):
             lines[order - 1] -= size
         if cubic or play or load:
             force = np.clip(self.stretch, -play, play) - cubic * self.stretch**3
-            lines += harmonics_of(force - load * values.get("beta", self.held.get("beta", 0.0)) * self.rubbed, count)
+            if load:
+                force -= load * values.get("beta", self.held.get("beta", 0.0)) * self.rubbed
+            lines += harmonics_of(force, count)
         base = Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist()))
         return simulated(self.law, self.held, self.wall, values, self.r, base)
 
@@ -228,6 +230,8 @@ class CycleObservation(OfCycles):
         speed, order = finer(self.cycle.mass_velocity), np.arange(1, self.base.harmonics + 1)
         way = np.sign(np.where(np.abs(speed) > RESTS * np.abs(speed).max(), speed, 0.0))
         slides = np.flatnonzero(way)
+        if not len(slides):
+            return way
         way = way[slides[np.searchsorted(slides, np.arange(len(way))) % len(slides)]]
         half = np.concatenate([[0.0], 0.5 * len(way) * order**2 * self.base.lines])
         return np.asarray(-way * np.fft.irfft(half, len(way)))
