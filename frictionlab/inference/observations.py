@@ -523,7 +523,7 @@ def of_cycle(
     covariance = one_cycle * (raised / used) + of_all
     beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)
     floor = math.sqrt((0.5 * float(np.trace(covariance)) + beyond) / power)
-    base = base_of(cycle, unit_u, least)
+    base = base_of(cycle, unit_u, least, r)
     return Cycles(mean, single, covariance, sensor / used, used, power, floor, of_all, raised).facts | {
         "cycle": cycle,
         "energy": energy,
@@ -537,13 +537,15 @@ def of_cycle(
     }
 
 
-def base_of(cycle: Cycle, unit_u: float, least: int = 1) -> Base:
+def base_of(cycle: Cycle, unit_u: float, least: int = 1, r: float = 0.0) -> Base:
     """Return the base motion: its measured harmonics that are no noise, of the first so many those that are small too.
 
-    A contact that remembers its start answers to a noise in an even harmonic by far more than its own.
+    A contact that remembers its start answers to a noise in an even harmonic by far more than its own. Near its
+    resonance (``r`` times its order is 1) a harmonic that is smaller still moves the mass as much.
     """
     sizes, order = np.hypot(cycle.base_cosine, cycle.base_sine), np.arange(len(cycle.base_cosine))
-    shown = sizes > np.where(order < least, 3.0 * unit_u, max(3.0 * unit_u, SEEN))
+    seen = SEEN * np.minimum(1.0, np.abs(1.0 - ((order + 1.0) * r) ** 2))
+    shown = sizes > np.maximum(3.0 * unit_u, np.where(order < least, 0.0, seen))
     shown[0] = True
     count = int(np.flatnonzero(shown)[-1]) + 1
     if count == 1:
