@@ -226,10 +226,10 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(
 
 SCREENS = """
 analyze LOG | analyze LOG ON --wide --budget | compare-numeric LOG ON --law auto --wide | explain LOG ON --wide
-ingest LOG ON | ingest LOG ON --dry-run | init new | init logs | batch logs ON --campaign | free-vibration tap.csv
+ingest LOG ON -o new.h5 | ingest LOG ON --dry-run | init new | init logs | batch logs ON --campaign | show rig.toml
 simulate --r 0.3 --beta 0.6 --all | simulate --base-motion LOG --natural-frequency 3.13 --beta 0.2 | laws lugre
 sweep --r 0.5,0.7 --beta 0.1 -o map.csv | show map.csv | plan --scene rig.toml --tests 2 -o tests.csv | show law.toml
-predict --law-file law.toml --r 0.3,0.5 | analyze none.h5 | show rig.toml | tradeoff --help-all
+predict --law-file law.toml --r 0.3,0.5 | analyze none.h5 | free-vibration tap.csv | tradeoff --help-all
 """
 
 
