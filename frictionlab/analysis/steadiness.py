@@ -20,6 +20,7 @@ LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 MEMORY_S = 60.0  # no frame of a laboratory remembers its start for longer
 SMALL, FULL = 0.5, 0.97  # of the drive's usual size: less at an end is a start or a stop, cut up to the second
 OTHER = 0.05  # of the drive's frequency: so far off, a part is another test
+AS_A_DRIFT, CLEAR = 1.15, 5.0  # times the last part's change, and errors of it, from which a decay is seen
 LEFT = 5e-4  # of the motion: a decay that changes it by less is none
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
@@ -174,7 +175,7 @@ def _settled(rows: FloatArray, window: int, noise: float) -> tuple[int, bool]:
         along = three @ (change / max(float(np.linalg.norm(change)), 1e-300))
         early, late = -np.diff(along.mean(axis=1))
         error = math.sqrt(variance_of_mean(line(np.arange(length, dtype=np.float64), along[2])[1]))
-        if float(change.std()) < LEFT * size or early - 1.15 * late < 5.0 * error:
+        if float(change.std()) < LEFT * size or early - AS_A_DRIFT * late < CLEAR * error:
             break
         first += max(1, length // 16)
     return first, 3 * repeats <= 2 * n and (first == repeats or length >= 4)

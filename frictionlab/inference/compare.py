@@ -41,7 +41,7 @@ from frictionlab.scene import Scene
 from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import respond
-from frictionlab.uncertainty import Estimate
+from frictionlab.uncertainty import FREQUENCY, Estimate
 
 HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires
@@ -198,8 +198,7 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     tuned = drive / middle.r / (drive / measurement.frequency_ratio) - 1.0
     known = observation.sources
     lag = (law.rig.get("lag_s", 0.0) - scene.sensors.lag_s, 0.0) if known.lag_is_assumed else (0.0, known.lag)
-    by_scene = 0.0 if "rig.natural_frequency_hz_u" in known.assumed else known.natural_frequency
-    by_both = math.hypot(errors.get(DETUNING, 0.0), by_scene)
+    by_both = math.hypot(errors.get(DETUNING, 0.0), 0.0 if FREQUENCY in known.assumed else known.natural_frequency)
     for name, value, sd in (("natural_frequency", tuned, by_both), ("lag_s", *lag)):
         own.append(Unknown(name, name, mean=value, sd=max(HELD, sd)))
     names = {u.name for u in own}
@@ -342,7 +341,7 @@ def compared(
             *observation.disagreement(found),
             *([restless] if restless else []),
             *([f"no prediction: {state.outcome}"] if predicted is None else []),
-            *([ON_BASE] if misfit is not None and misfit > EXPLAINED and _rubs_on_base(observation) else []),
+            *([ON_BASE] if (misfit or 0.0) > EXPLAINED and not unsteady and _rubs_on_base(observation) else []),
             *([f"verdict: of the whole record; {NOT_STEADY.format(misfit)}"] if unsteady else []),
         ],
         what="cycle",

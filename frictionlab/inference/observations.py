@@ -20,6 +20,7 @@ from frictionlab.analysis.channels import in_band
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.response import Cycle
 from frictionlab.analysis.signals import student, variance_inflation
+from frictionlab.analysis.steadiness import AS_A_DRIFT, CLEAR
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.comparison import AtContact, contact_force, harmonics_of, loop_energy
@@ -48,7 +49,6 @@ FEW = 3.0  # over the number of cycles: the share of the mean variance below whi
 FEW_LEFT_OUT = 15  # below so many cycles they are left out in two halves, else in five parts
 PARTS = 8  # that the cycles are left out in, one after the other
 POINTS = 4.0  # of a cycle for each harmonic: with fewer, interpolation takes part of it away
-AS_A_DRIFT, CLEAR = 1.15, 5.0  # times the last third's change; errors of it: from these on a decay is seen
 MOST_OF_IT = 0.01  # of the motion: how much of a start an error may hold
 MOST_LEFT = 0.85  # of a third's change in the next: slower decays look like drifts
 MOST_RAISED = 4.0  # of a covariance by autocorrelation: a drift is no noise
