@@ -19,7 +19,7 @@ from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Rig, Scene, read_scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic import log_of, synthesize, virtual_tests
-from frictionlab.synthetic.virtual_motion import cycle_friction_ratios, motion, wander
+from frictionlab.synthetic.virtual_motion import cycle_friction_ratios, motion
 from tests.desk import ROOT, present, truths
 
 Tables = dict[str, object]
@@ -242,7 +242,7 @@ def moving(base: Tables, test: Tables | None = None, folder: Path = Path(), **sy
 
 
 SWEEP: Tables = {"motion": "sweep", "sweep_hz": [1.0, 4.0]}
-MOTOR: Tables = {"ramp_s": 2.0, "amplitude_wander": 0.05, "frequency_wander": 0.01}
+MOTOR: Tables = {"ramp_s": 2.0}
 SINE: Tables = {"frequency_ratios": [0.5]}
 
 
@@ -289,13 +289,6 @@ def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
         assert rate[1] == pytest.approx(middle, rel=0.02)
         assert rate[0] < 1.3
         assert rate[2] > 3.7
-
-
-def test_a_wandering_amplitude_forgets_itself_after_its_correlation_time() -> None:
-    steps = np.array([wander(4000, 0.1, 0.02, 3.0, np.random.default_rng(seed)) for seed in range(20)])
-    assert np.sqrt(np.mean(steps**2)) == pytest.approx(0.02, rel=0.05)
-    for lag, left in ((30, math.exp(-1.0)), (60, math.exp(-4.0))):
-        assert np.mean(steps[:, :-lag] * steps[:, lag:]) / np.mean(steps**2) == pytest.approx(left, abs=0.05)
 
 
 @pytest.mark.parametrize(

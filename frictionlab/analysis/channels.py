@@ -236,20 +236,29 @@ def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: in
     return moved, u, said
 
 
-def by_two_sensors(laser: FloatArray, acceleration: FloatArray, step: float, gain: float) -> tuple[FloatArray, float]:
-    """Return the displacement (n,) that a laser and an accelerometer of one place show, and the penalty of its noise.
+MEANS = {1: np.array([-1.0, 13.0, 13.0, -1.0]) / 24.0, 2: np.array([1.0, 10.0, 1.0]) / 12.0}
+"""Times step^times: means of a velocity or an acceleration that are the displacement's differences to step^5."""
 
-    Least squares of both, ``sum (x - laser)^2 + p sum (D x - t)^2`` with second differences D and Numerov's means t of
-    the acceleration times step^2: p is the laser's power of noise over that of ``D laser - t`` below the drive, where
-    no motion is left. At an angle w a sample ``1 / (1 + p (2 sin(w / 2))^4)`` of the laser's noise is left: an offset
-    is the laser's alone. ``gain``: relative standard uncertainty of each sensor's. `AnalysisError`: They disagree at
-    the drive by clearly more, or too few cycles show their noise.
+
+def by_two_sensors(
+    laser: FloatArray, rate: FloatArray, step: float, gain: float, times: int
+) -> tuple[FloatArray, float]:
+    """Return the displacement (n,) that a laser and a second sensor of one place show, and the penalty of its noise.
+
+    Least squares of both, ``sum (x - laser)^2 + p sum (D x - t)^2``: of a velocity (``times`` 1) D are first
+    differences and t its means times step, of an acceleration (2) second differences and Numerov's means times step^2.
+    p is the laser's power of noise over that of ``D laser - t`` below the drive, where no motion is left. At an angle w
+    a sample ``1 / (1 + p (2 sin(w / 2))^(2 times))`` of the laser's noise is left: an offset is the laser's alone.
+    ``gain``: relative standard uncertainty of each sensor's. `AnalysisError`: They disagree at the drive by clearly
+    more, or too few cycles show their noise.
     """
-    shown, wanted = np.diff(laser, 2), step**2 / 12.0 * np.convolve(acceleration, (1.0, 10.0, 1.0), mode="valid")
+    shown, wanted = np.diff(laser, times), step**times * np.convolve(rate, MEANS[times], mode="valid")
+    if times == 1:  # the first and the last interval have no neighbour
+        wanted = np.concatenate([[0.5 * step * (rate[0] + rate[1])], wanted, [0.5 * step * (rate[-2] + rate[-1])]])
     n, drive = len(shown), spectrum.strongest_tone(spectrum.amplitude_spectrum(laser, 1.0, padding=1)).frequency
     lines = spectrum.amplitude_spectrum(shown - wanted, 1.0, padding=1)
     power, order = n / (6.0 * math.log(2.0)) * lines.amplitude**2, lines.frequency / drive  # by medians
-    bend = (2.0 * np.sin(math.pi * lines.frequency)) ** 4
+    bend = (2.0 * np.sin(math.pi * lines.frequency)) ** (2 * times)
     below, above = (order > 0.1) & (order < 0.6), (lines.frequency > 0.25) & (np.abs(order - np.rint(order)) > 0.25)
     low, high = (float(np.median(each)) for each in (power[below], power[above] / bend[above]))
     if np.count_nonzero(below) < FEWEST_LINES or not high > 0.0:
@@ -269,7 +278,8 @@ def by_two_sensors(laser: FloatArray, acceleration: FloatArray, step: float, gai
     share = (np.sqrt(0.0625 + ratio) - 0.25) / (2.0 * ratio)
     most = share / (1.0 - share) * high / of_laser[clear]
     penalty = min(high / max(low, 1e-300), float(most.min(initial=1e10)))
-    return spline(laser + penalty * np.convolve(wanted, (1.0, -2.0, 1.0)), penalty, 2), penalty
+    back = np.diff(np.pad(wanted, times), times) * (-1.0) ** times  # the transpose of D
+    return spline(laser + penalty * back, penalty, times), penalty
 
 
 def is_angular(measured: Mapping[str, FloatArray]) -> bool:

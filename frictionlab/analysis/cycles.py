@@ -281,7 +281,7 @@ def smoother(rows: FloatArray, sensor: Sensor, samples: float) -> Smoother:
             power += np.sum(own.real**2 + own.imag**2, axis=0)
         power = power / (n - 1) / points**2
         top = power[int(0.375 * samples) : int(0.5 * samples)]
-        if sensor.penalty:  # what two sensors leave wanders below the drive, and leaks
+        if sensor.second:  # what two sensors leave wanders below the drive, and leaks
             floor *= 4.0
         elif len(top) >= 32:  # rounding without noise is not quite white
             floor = min(max(floor, float(np.median(top))), 4.0 * floor)

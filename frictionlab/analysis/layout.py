@@ -145,7 +145,7 @@ def lay_out(
     blocks = tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
 
     def sensor(name: str, rows: FloatArray) -> Sensor:
-        by_two, shown = alone.penalties.get(name, 0.0), alone if name in alone.penalties else longest
+        by_two, shown = alone.seconds.get(name), alone if name in alone.seconds else longest
         return Sensor.of(shown.channels[name], float(np.ptp(rows.mean(axis=0))), 1.0 / cut.frequency, by_two)
 
     of_mass, of_base = sensor("mass", mass), sensor("base", base)

@@ -293,7 +293,9 @@ def _budgeted(
 ) -> tuple[Means, dict[str, Shares]]:
     """The means with combined uncertainties, and what each source adds, scatter first; of the filter to amplitude."""
     turn, unit = 2.0 * math.pi * layout.drive.frequency, layout.drive.amplitude
-    mass, base = (math.hypot(1.0 - s, s) for s in (c.second(layout.samples) for c in (layout.of_mass, layout.of_base)))
+    mass, base = (
+        math.hypot(1.0 - s, s) for s in (c.by_second(layout.samples) for c in (layout.of_mass, layout.of_base))
+    )
     sources = replace(sources, mass_gain=mass * sources.mass_gain, base_gain=base * sources.base_gain)
     found = dict(cycle_budget(cycle.mass_smooth, cycle.base, sources, turn=turn, unit=unit))
     found[RATIO] = {"natural frequency": (means.ratio.value or 0.0) * sources.natural_frequency}

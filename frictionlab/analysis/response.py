@@ -159,7 +159,7 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
 def _amplitude_noise(layout: Layout, how: Smoother, amplitude: float, whole: float) -> float:
     """Standard error of one cycle's amplitude, by the mean one, and that with stops not levelled."""
     return math.hypot(
-        how.x_noise / (1.0 if layout.of_mass.penalty else math.sqrt(2.0)),  # what two sensors leave is slow: odd
+        how.x_noise / (1.0 if layout.of_mass.second else math.sqrt(2.0)),  # what two sensors leave is slow: odd
         how.x_tail,
         layout.of_mass.rounding / math.sqrt(2.0),
         layout.left,

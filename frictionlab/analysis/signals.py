@@ -17,6 +17,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,19 +28,26 @@ BY_TWO = "_by_two"
 EVEN = 0.02  # of a step: stamps that stray no further from an even clock are even
 
 
+class Second(NamedTuple):
+    """A second sensor of one place (`channels.by_two_sensors`): penalty of its noise, of which rate of displacement."""
+
+    penalty: float
+    times: int
+
+
 @dataclass(frozen=True)
 class Stretch:
     """Uninterrupted samples: ``time`` of the first [s], ``step`` [s], channels (n,) by their names, evenly spaced.
 
     ``mass`` and ``base`` [m] are always among them, ``mass`` and ``base`` + `BY_TWO` where two sensors show them, with
-    the ``penalties`` of their noise; ``one_way``: the motion is one way, folded (`stretches`).
+    what the ``seconds`` do to their noise; ``one_way``: the motion is one way, folded (`stretches`).
     """
 
     time: float
     step: float
     channels: Mapping[str, FloatArray]
     one_way: bool = False
-    penalties: Mapping[str, float] = field(default_factory=dict)
+    seconds: Mapping[str, Second] = field(default_factory=dict)
 
     @property
     def mass(self) -> FloatArray:
@@ -145,31 +153,33 @@ class Sensor:
     """What a sensor adds to a channel, in the channel's unit.
 
     ``noise``: rms of its white noise; ``step``: smallest step of its values (0: not quantised); ``rounding``: rms of
-    the rounding that no mean takes away; ``shared``: the same as white noise over a cycle; ``penalty``: of its noise,
-    where a second sensor helps it (`channels.by_two_sensors`).
+    the rounding that no mean takes away; ``shared``: the same as white noise over a cycle; ``second``: where another
+    sensor helps it.
     """
 
     noise: float
     step: float
     rounding: float = 0.0
     shared: float = 0.0
-    penalty: float = 0.0
+    second: Second | None = None
 
     def left(self, samples: float, order: FloatArray) -> FloatArray:
         """Share of the noise's power that is left at harmonics (n,) of a cycle of so many samples."""
-        bend = (2.0 * np.sin(np.minimum(math.pi * order / samples, 0.5 * math.pi))) ** 4
-        return np.asarray(1.0 / (1.0 + self.penalty * bend))
+        if self.second is None:
+            return np.ones(len(order))
+        bend = (2.0 * np.sin(np.minimum(math.pi * order / samples, 0.5 * math.pi))) ** (2 * self.second.times)
+        return np.asarray(1.0 / (1.0 + self.second.penalty * bend))
 
-    def second(self, samples: float) -> float:
+    def by_second(self, samples: float) -> float:
         """Share of the second sensor in what is shown at the drive."""
         return 1.0 - float(self.left(samples, np.ones(1))[0])
 
     def slow(self, samples: float) -> float:
         """Rms of white noise that is as large as what is left at the drive."""
-        return self.noise * math.sqrt(1.0 - self.second(samples))
+        return self.noise * math.sqrt(1.0 - self.by_second(samples))
 
     @classmethod
-    def of(cls, signal: FloatArray, stroke: float, samples: float, penalty: float = 0.0) -> "Sensor":
+    def of(cls, signal: FloatArray, stroke: float, samples: float, second: Second | None = None) -> "Sensor":
         """Of a channel (n,), the stroke of its mean cycle, and the samples a cycle has.
 
         Noise of rms s before rounding leaves ``step exp(-2 pi^2 s^2 / step^2) / (sqrt(2) pi)`` of it in a mean of many
@@ -178,20 +188,20 @@ class Sensor:
         """
         noise, step = white_noise(signal), sensor_step(signal)
         if not step > 0.0:
-            return cls(noise, step, penalty=penalty)
+            return cls(noise, step, second=second)
         variance = max((noise / step) ** 2 - 1.0 / 12.0, 0.0)  # before rounding, in steps
         rounding = step / (math.sqrt(2.0) * math.pi) * math.exp(-2.0 * math.pi**2 * variance)
         shared = rounding * math.sqrt(samples / min(samples, max(stroke / step, 1.0)))
-        return cls(noise, step, rounding, shared, penalty)
+        return cls(noise, step, rounding, shared, second)
 
     def over(self, unit: float) -> "Sensor":
         """The same in another unit."""
-        return Sensor(self.noise / unit, self.step / unit, self.rounding / unit, self.shared / unit, self.penalty)
+        return Sensor(self.noise / unit, self.step / unit, self.rounding / unit, self.shared / unit, self.second)
 
     def beside(self, other: "Sensor") -> "Sensor":
         """What a difference of two channels has of both, at most."""
         noise, shared = math.hypot(self.noise, other.noise), math.hypot(self.shared, other.shared)
-        return replace(self, noise=noise, shared=shared, penalty=0.0)
+        return replace(self, noise=noise, shared=shared, second=None)
 
 
 # Autocorrelation -----------------------------------------------------------------------------------------------------

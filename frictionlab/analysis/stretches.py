@@ -9,7 +9,7 @@ integrals over the way, and stay what they are, the middle of each half counting
 
 import math
 from collections.abc import Iterable, Mapping
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -95,19 +95,19 @@ def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[sign
     known = {"mass": mass, "base": base}
     known |= {name: seen[name] for name in (*channels.FORCES, "normal_force") if name in seen}
     known |= {name: channels.restored(seen[name], step, of_mass) for name in of_the_mass if name in seen}
-    penalties = dict[str, float]()
-    for place, way in zip(("mass", "base"), (of_mass, of_base), strict=True):
-        pair = first, second = f"{place}_displacement", f"{place}_acceleration"
-        if scene.rig.kind == "prescribed" or not seen.keys() >= set(pair):
+    seconds = dict[str, signals.Second]()
+    for place, times in product(("mass", "base"), (2, 1)):  # an acceleration first
+        first, second = f"{place}_displacement", f"{place}_{channels.RATES[times]}"
+        if scene.rig.kind == "prescribed" or place in seconds or not seen.keys() >= {first, second}:
             continue
+        rate = channels.restored(seen[second], step, of_mass if place == "mass" else of_base)
         try:
-            known[place + signals.BY_TWO], penalties[place] = channels.by_two_sensors(
-                known[place], channels.restored(seen[second], step, way), step, scene.sensors.gain_error
-            )
+            both, penalty = channels.by_two_sensors(known[place], rate, step, scene.sensors.gain_error, times)
+            known[place + signals.BY_TWO], seconds[place] = both, signals.Second(penalty, times)
             said.append(f"{first}: taken together with {second}, each by its noise")
         except AnalysisError as error:
             said.append(f"{second}: not used, {first} alone is: {error}")
-    whole = signals.Stretch(float(time[0]), step, known, one_way, penalties)
+    whole = signals.Stretch(float(time[0]), step, known, one_way, seconds)
     return whole.part(edge, len(mass) - edge), said, off
 
 

@@ -225,10 +225,6 @@ class VirtualBase(SceneTable):
     name: FileWord = key("What tests call it; it ends the names of their logs.", ...)
     motion: Literal["sine", "sweep"] = key('"sine" at each frequency ratio, or "sweep".', "sine")
     ramp_s: NonNegative = key("The motor starts up within this time: its amplitude grows smoothly from 0.", 0.0)
-    amplitude_wander: NonNegative = key("Relative rms of a wandering amplitude.", 0.0)
-    amplitude_wander_s: Positive = key("Correlation time of that: after it, e^-1 is left.", 5.0)
-    frequency_wander: NonNegative = key("Relative rms of a wandering frequency: of a sine or a sweep.", 0.0)
-    frequency_wander_s: Positive = key("Correlation time of that.", 5.0)
     sweep_hz: Annotated[list[Positive], Two] | None = key("First and last frequency of a sweep as long as the test.")
     sweep_scale: Literal["linear", "log"] = key('"linear": Hz a second; "log": octaves a second.', "linear")
 
@@ -241,8 +237,8 @@ class VirtualBase(SceneTable):
 
     @property
     def is_plain(self) -> bool:
-        """Whether it is a sine that begins at once and keeps amplitude and frequency."""
-        return self.motion == "sine" and not (self.ramp_s or self.amplitude_wander or self.frequency_wander)
+        """Whether it is a sine that begins at once."""
+        return self.motion == "sine" and not self.ramp_s
 
 
 class VirtualTests(SceneTable):

@@ -1,6 +1,6 @@
 """How the base of a virtual test moves, and its mass.
 
-The base: a sine or a sweep of a motor that starts up and wanders. The mass: from rest or steadily, cycle by cycle,
+The base: a sine or a sweep of a motor that starts up. The mass: from rest or steadily, cycle by cycle,
 under a plain sine or any other base.
 """
 
@@ -22,20 +22,14 @@ FINE = 200  # points per period of the fastest part: a spline through them errs 
 HOUR_S = 3600.0
 
 
-def base_motion(test: SyntheticTest, scene: Scene, time: FloatArray) -> FloatArray:
+def base_motion(test: SyntheticTest, time: FloatArray) -> FloatArray:
     """Displacement of a test's base (m) at even times (n,) from 0."""
-    base, step = test.base, float(time[1] - time[0])
+    base = test.base
     size = ramp(time / base.ramp_s) if base.ramp_s else np.ones(len(time))
-    if base.amplitude_wander:
-        draws = test.draws(scene, "amplitude")
-        size = size * (1 + wander(len(time), step, base.amplitude_wander, base.amplitude_wander_s, draws))
     frequency = np.full(len(time), test.drive_frequency_hz)
     if base.sweep_hz is not None:
         (first, last), share = base.sweep_hz, time / time[-1]
         frequency = first * (last / first) ** share if base.sweep_scale == "log" else first + (last - first) * share
-    if base.frequency_wander:
-        draws = test.draws(scene, "frequency")
-        frequency = frequency * (1 + wander(len(time), step, base.frequency_wander, base.frequency_wander_s, draws))
     turns = np.concatenate([[0.0], np.cumsum(0.5 * (frequency[1:] + frequency[:-1]) * np.diff(time))])
     return np.asarray(test.base_amplitude_m * size * np.cos(2 * math.pi * turns))
 
@@ -50,20 +44,6 @@ def ramp(share: FloatArray) -> FloatArray:
     """
     s = np.clip(share, 0.0, 1.0)
     return np.asarray(s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
-
-
-def wander(n: int, step: float, rms: float, correlation_s: float, generator: np.random.Generator) -> FloatArray:
-    """A smooth Gaussian motion (n,) whose autocorrelation is ``rms^2 exp(-(t / correlation_s)^2)``.
-
-    Random lines, twice as close as it is long, of the one-sided density ``2 sqrt(pi) T rms^2 exp(-(pi f T)^2)``.
-    """
-    whole, size = 2 * n, 2 * math.sqrt(math.pi) * correlation_s * rms**2
-    places: FloatArray = np.asarray(np.fft.rfftfreq(whole, step), dtype=np.float64)
-    lines = np.sqrt(size * np.exp(-((math.pi * places * correlation_s) ** 2)) / (whole * step)) * (
-        generator.standard_normal(len(places)) + 1j * generator.standard_normal(len(places))
-    )
-    lines[0] = lines[0].real * math.sqrt(2.0)  # half as wide, and counted once
-    return np.asarray(np.fft.irfft(0.5 * whole * lines, whole)[:n])
 
 
 def cycle_friction_ratios(test: SyntheticTest, scene: Scene) -> FloatArray:
@@ -165,7 +145,7 @@ def driven(test: SyntheticTest, scene: Scene) -> Driven:
     rate, of_base = scene.synthetic.sampling_rate_hz, test.base.sweep_hz or [test.drive_frequency_hz]
     every = max(1, math.ceil(FINE * max([*of_base, test.natural_frequency_hz]) / rate))
     time = np.arange((round(test.duration_s * rate) - 1) * every + 1) / (rate * every)
-    tau, base = 2 * math.pi * test.natural_frequency_hz * time, base_motion(test, scene, time) / test.base_amplitude_m
+    tau, base = 2 * math.pi * test.natural_frequency_hz * time, base_motion(test, time) / test.base_amplitude_m
     betas = [test.friction_ratio] if test.is_plain_coulomb else cycle_friction_ratios(test, scene).tolist()
     length = 2 * math.pi * test.natural_frequency_hz / test.drive_frequency_hz
     ends = np.searchsorted(tau, length * np.arange(1, len(betas))).tolist()

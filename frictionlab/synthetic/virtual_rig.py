@@ -66,7 +66,7 @@ class SyntheticTest:
 
     @property
     def is_periodic(self) -> bool:
-        """Whether its base moves at one frequency, be it that a motor starts up and wanders."""
+        """Whether its base moves at one frequency, be it that a motor starts up."""
         return self.base.motion == "sine"
 
     def draws(self, scene: Scene, purpose: str) -> np.random.Generator:
