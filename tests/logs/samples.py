@@ -2,12 +2,14 @@
 
 import gzip
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from frictionlab.recording import Recording
 
 STEP_MM = 1.02 * 50 / 65520
 EPOCH_MS = 1726280207647
@@ -20,19 +22,24 @@ class Truth:
     rows: tuple[tuple[str, str, str], ...]
 
     @property
+    def columns(self) -> NDArray[np.float64]:
+        """The numbers as they stand in the log: stamps [s], mass and base [mm]."""
+        return np.array([[float(cell) for cell in row] for row in self.rows]).T
+
+    @property
     def time(self) -> NDArray[np.float64]:
         """Stamps [s]."""
-        return np.array([float(t) for t, _, _ in self.rows])
+        return np.asarray(self.columns[0])
 
     @property
     def mass(self) -> NDArray[np.float64]:
         """Displacement of the mass [m]."""
-        return np.array([float(x) / 1000 for _, x, _ in self.rows])
+        return np.asarray(self.columns[1] / 1000)
 
     @property
     def base(self) -> NDArray[np.float64]:
         """Displacement of the base [m]."""
-        return np.array([float(y) / 1000 for _, _, y in self.rows])
+        return np.asarray(self.columns[2] / 1000)
 
 
 def truth(samples: int = 500, rate: float = 250.0, seed: int = 0) -> Truth:
@@ -60,6 +67,21 @@ def write(path: Path, text: str, encoding: str = "utf-8") -> Path:
     raw = text.encode(encoding)
     path.write_bytes(gzip.compress(raw, mtime=0) if path.suffix == ".gz" else raw)
     return path
+
+
+def log(path: Path, head: str, *columns: Sequence[str] | NDArray[np.float64], separator: str = ",") -> Path:
+    """A log of these columns, numbers or their texts, below a head of a line, of several or of none."""
+    texts = [[cell if isinstance(cell, str) else f"{cell:.9f}" for cell in column] for column in columns]
+    rows = "".join(separator.join(row) + "\n" for row in zip(*texts, strict=True))
+    return write(path, f"{head}\n{rows}" if head else rows)
+
+
+def assert_is(recording: Recording, data: Truth, *, within: float = 0.0) -> None:
+    """The recording has these numbers, every bit of them or to so many m and thousand times as many s; no flag."""
+    np.testing.assert_allclose(recording.time, data.time, rtol=1e-15, atol=max(1e3 * within, 1e-15))
+    np.testing.assert_allclose(recording.mass_displacement, data.mass, rtol=0.0, atol=within)
+    np.testing.assert_allclose(recording.base_displacement, data.base, rtol=0.0, atol=within)
+    assert not recording.quality.any()
 
 
 def sensortool(data: Truth, column: int, separator: str, *, mark: Callable[[str], str] = str, late_ms: int = 0) -> str:
@@ -175,6 +197,7 @@ CLEAN: dict[str, tuple[Callable[[Truth], str], str, str]] = {
     "servo": (servo, "utf-8", "plain"),
     "labview": (labview, "cp1252", "LabVIEW lvm"),
     "labview, no time": (lambda d: labview(d, columns="No"), "cp1252", "LabVIEW lvm"),
+    "labview, two segments": (lambda d: labview(d, segments=2), "cp1252", "LabVIEW lvm"),
     "labview, own times": (lambda d: labview(d, columns="Multi"), "cp1252", "LabVIEW lvm"),
     "picoscope": (picoscope, "utf-8", "PicoScope"),
     "catman": (catman, "latin-1", "catman ASCII"),
