@@ -122,8 +122,8 @@ def _flag_holes(base: Clock, bridge_s: float) -> None:
     steps = np.diff(base.time)
     repeated = steps == 0.0
     coarse = np.count_nonzero(repeated) > 0.1 * len(steps)
-    resolution = float(steps[steps > 0.0].min()) if coarse else 0.0
-    holes = holes_of(base.time, base.interval, resolution)
+    base.resolution_s = float(steps[steps > 0.0].min()) if coarse else 0.0
+    holes = holes_of(base.time, base.interval, base.resolution_s)
     if len(holes):
         passed = steps[holes - 1]
         long = holes[passed > base.bridge]
@@ -143,8 +143,8 @@ def _flag_holes(base: Clock, bridge_s: float) -> None:
             time[part] = count + (base.time[part] - count).mean()
         base.time = np.maximum.accumulate(time)
         base.warnings.append(
-            f"time stamps are {resolution:.3g} s coarse, samples {base.interval:.6g} s apart: samples are counted along"
-            " a straight line through the stamps"
+            f"time stamps are {base.resolution_s:.3g} s coarse, samples {base.interval:.6g} s apart: samples are"
+            " counted along a straight line through the stamps"
         )
     elif repeated.any():
         base.quality[1:][repeated] |= np.uint8(Quality.DUPLICATED)
@@ -180,7 +180,7 @@ def clock_of(table: LogTable, options: LogOptions) -> Clock:
     clock = time_base(stamps, table.file.name, bridge_s=options.bridge_s, stated_s=stated_s)
     clock.warnings[:0] = warnings
     clock.evidence = tuple(evidence)
-    clock.start_s, clock.resolution_s, clock.facts = start_s, resolution, {"time_unit": unit}
+    clock.start_s, clock.facts, clock.resolution_s = start_s, {"time_unit": unit}, max(resolution, clock.resolution_s)
     if start_s is not None and start_s >= _EPOCH_S[0]:
         clock.facts["start_time"] = datetime.fromtimestamp(start_s, UTC).isoformat(timespec="milliseconds")
     return clock

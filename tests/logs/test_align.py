@@ -140,10 +140,11 @@ def test_an_unknown_lag_is_estimated_and_said_to_be_unsure(tmp_path: Path) -> No
     assert any("looks the same as their mechanical phase" in w for w in recording.source.warnings)
 
 
-@pytest.mark.parametrize(("each_s", "rate", "form"), [(1e-3, 250, ""), (1.0, 50, "%H:%M:%S")])
+@pytest.mark.parametrize(("each_s", "rate", "form"), [(1e-3, 250, ""), (1.0, 50, ""), (1.0, 50, "%H:%M:%S")])
 def test_whole_milliseconds_or_seconds_are_in_the_lags_uncertainty(
     each_s: float, rate: int, form: str, tmp_path: Path
 ) -> None:
+    """Of stamps in milliseconds that count whole seconds 0.4 ms were told."""
     recording = read_two_logs(*absolute(tmp_path, each_s=each_s, rate=rate, form=form))
     facts = recording.source.dialect
     assert facts["alignment"] == "absolute time"
