@@ -25,6 +25,7 @@ REVOLUTION = 2.0 * math.pi
 PARTS = 10  # of a straight motion
 WINDOWS, NEAR, SLOW = 400, 8, 0.2  # of a record; as fast as so many a contact has its speed; of that: it stands
 BACK = 0.02  # of the way: noise, no way back
+ONE_SIGN = 0.5  # a force's mean over its rms: it may rest for three quarters of a record
 STANDS = "analysis: no drive: the contact stands still, starts or stops: expected a motion"
 ROTATIONS = {"angle": 0, "angular_velocity": 1}
 KNOWN = {**ROTATIONS, "mass_displacement": 0, "mass_velocity": 1}  # by how often they are integrated for the way
@@ -66,7 +67,7 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
         else:
             end, why = stretch.time + (len(stretch.base) - 1) * step, "it does not move as the longest part does"
             refused.append((stretch.time, end, AnalysisError(why)))
-    warnings += _some(f"gap: the part from {a:.4g} s to {b:.4g} s is left out: {why}" for a, b, why in refused)
+    warnings += _some(f"part: from {a:.4g} s to {b:.4g} s is left out: {why}" for a, b, why in refused)
     if strays > 0.0:
         stray = f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock"
         warnings.append(f"{stray}: values are interpolated by a cubic, which takes less than 0.1 % of a motion")
@@ -112,11 +113,17 @@ def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[sign
 
 
 def _turning(part: Recording, pieces: list[slice]) -> tuple[list[slice], list[tuple[float, float]]]:
-    """The samples in which a contact that turns one way has its speed; from when to when [s] it rests or starts."""
-    name = next((name for name in ROTATIONS if name in part.measured()), None)
-    if name is None:
+    """The samples in which a contact that turns one way has its speed; from when to when [s] it rests or starts.
+
+    A motion that is not measured goes on where there is a force, ten turns in all.
+    """
+    measured, found = part.measured(), list[slice]()
+    name = next((name for name in ROTATIONS if name in measured), None)
+    signal = measured[name] if name else _one_way_force(measured)
+    if signal is None:
         return pieces, []
-    signal, found = part.measured()[name], list[slice]()
+    if name is None:
+        signal = signal * (PARTS * REVOLUTION / float(signal.mean()) / float(np.ptp(part.time)))
     for some in pieces:
         way = np.unwrap(signal[some]) if name == "angle" else np.cumsum(signal[some] * np.gradient(part.time[some]))
         found += [slice(some.start + a, some.start + b) for a, b in _at_speed(part.time[some], way)]
@@ -247,6 +254,14 @@ def folded(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray,
     return -0.25 * whole * np.cos(phase), seen, said
 
 
+def _one_way_force(measured: Mapping[str, FloatArray]) -> FloatArray | None:
+    """The force or torque (n,) of one sign that is known of a contact, where its motion is not."""
+    if measured.keys() & KNOWN.keys():
+        return None
+    forces = (measured[name] for name in channels.FORCES if name in measured)
+    return next((f for f in forces if abs(float(f.mean())) >= ONE_SIGN * float(np.sqrt(np.mean(f**2)))), None)
+
+
 def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, FloatArray, bool, str] | None:
     """The way (n,) of a contact that slides one way, which way (n,) or (1,), whether it turns, words; None: to and fro.
 
@@ -254,8 +269,8 @@ def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, F
     """
     name = next((name for name in KNOWN if name in measured), None)
     if name is None:
-        force = next((measured[name] for name in channels.FORCES if name in measured), None)
-        if force is None or abs(float(force.mean())) < 0.8 * math.sqrt(float(np.mean(force**2))):
+        force = _one_way_force(measured)
+        if force is None:
             return None
         said = f"no motion is measured: taken as an even one, in {PARTS} parts"
         return np.linspace(0.0, 1.0, len(force)), np.sign(force.mean(keepdims=True)), False, said

@@ -1,4 +1,4 @@
-"""A campaign's materials: friction over force, rankings, laws, energy over frequency, responses and drift over time."""
+"""A campaign's materials: friction over force, laws, energy over frequency, responses and drift over time."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.friction import FrictionFit, Verdict
-from frictionlab.campaign.ranking import CRITERIA, Drift
+from frictionlab.campaign.ranking import Drift
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.figures import style
 from frictionlab.figures.judged import draw_evidence, draw_force
 
-NAME = 24  # letters of a name in a line
 SHOWN = 16  # laws of a ladder
 HIGH = 6  # rows of a legend beside a low panel
 NORMAL = 1.96
@@ -61,33 +59,6 @@ def friction(campaign: Campaign) -> Figure:
             ax.set(xlabel="normal force [N]", ylabel=label, xlim=(0.0, 1.1 * most))
         axes[0].set_ylim(bottom=0)
         figure.legend(loc="outside lower center", ncols=4)
-    return figure
-
-
-def ranking(campaign: Campaign) -> Figure:
-    """Ranking.
-
-    Best material on top, number: its rank; equal ranks are ties. Bars: 95 % confidence.
-    """
-    known = [criterion for criterion in CRITERIA if any(r.criterion == criterion and r.rank for r in campaign.ranking)]
-    with style.drawing(1.0 + 0.3 * len(campaign.materials)) as figure:
-        for ax, criterion in zip(style.panels(figure, len(known), across=3), known, strict=True):
-            ranks = [r for r in campaign.ranking if r.criterion == criterion]
-            for place, rank in enumerate(ranks):
-                colour = style.PALETTE[campaign.materials.index(rank.material) % len(style.PALETTE)]
-                if rank.value is None:
-                    ax.text(0.5, place, "not known", ha="center", va="center", transform=ax.get_yaxis_transform())
-                else:
-                    error = NORMAL * (rank.value_se or 0.0)
-                    ax.errorbar(rank.value, place, xerr=error, fmt="o", ms=3.5, color=colour, capsize=4)
-            names = [fill(f"{'–' if r.rank is None else r.rank}  {r.material}", NAME) for r in ranks]
-            ax.set_yticks(range(len(ranks)), names)
-            ax.set(title=ranks[0].by, ylim=(len(ranks) - 0.5, -0.5), xlabel=fill(ranks[0].unit, 26))
-            left, right = (float(ax.dataLim.intervalx[end]) for end in (0, 1)) if ax.has_data() else (0.0, 1.0)
-            space = 0.08 * (right - min(left, 0.0)) or 1.0  # 0 is shown, and markers and bars are whole
-            ax.set_xlim(min(left, 0.0) - space, right + space)
-            ax.xaxis.set_major_locator(MaxNLocator(3))  # four of 0.00008 would touch
-            ax.xaxis.set_major_formatter("{x:g}")
     return figure
 
 

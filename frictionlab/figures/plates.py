@@ -56,7 +56,6 @@ WHOLE: tuple[str, ...] = ("",)
 
 
 KINDS: Mapping[str, tuple[Callable[..., Figure], Callable[[Campaign], Sequence[str | float]]]] = {
-    "ranking": (materials.ranking, lambda c: WHOLE if len(c.materials) > 1 and any(r.rank for r in c.ranking) else ()),
     "friction": (materials.friction, lambda c: WHOLE if any(f.friction_coefficient for f in c.fits) else ()),
     "law_": (
         materials.law_of_material,

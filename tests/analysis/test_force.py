@@ -248,6 +248,16 @@ def test_a_tribometer_needs_neither_spring_nor_base(place: str) -> None:
     assert bool(m.warnings) == (place == "angle")
 
 
+@pytest.mark.parametrize(("start", "stop"), [(3.0, 40.0), (25.0, 40.0), (3.0, 30.0)])
+def test_a_force_without_a_motion_is_measured_while_it_is_there(start: float, stop: float) -> None:
+    """Its rest counted: 2.3 +- 1.6 N for 3, after 10 s of 40."""
+    rng, t = np.random.default_rng(1), np.arange(0.0, 40.0, 0.01)
+    force = np.where((t >= start) & (t < stop), 3.0 + 0.06 * np.sin(5 * t), 0.0) + 0.05 * rng.standard_normal(len(t))
+    m = tribometer(t, contact_force=force, normal_force=np.full(len(t), 10.0))
+    assert m.measured_friction_force_n == pytest.approx(3.0, rel=4e-3)
+    assert any("is left out: analysis: no drive: the contact stands still" in w for w in m.warnings)
+
+
 @pytest.mark.parametrize("place", ["angle", "angular_velocity", "mass_velocity", None])
 def test_a_contact_that_turns_has_coefficient_and_energy_of_a_revolution(place: str | None) -> None:
     rng, t, radius = np.random.default_rng(6), np.arange(0.0, 30.0, 0.004), 0.02
@@ -319,7 +329,7 @@ def test_a_contact_that_turns_is_measured_while_it_has_its_speed(place: str, ram
     assert m.drive_frequency_hz == pytest.approx(2.0, rel=1e-4)
     assert m.measured_friction_coefficient == pytest.approx(0.3, rel=2e-3)
     assert m.cycles >= 60 - 4 * ramp - 4  # less than a cycle and a window at either end of a part
-    assert len([w for w in m.warnings if "left out: analysis: no drive: the contact stands still, starts" in w]) == 3
+    assert len([w for w in m.warnings if "is left out: analysis: no drive: the contact stands still, starts" in w]) == 3
 
 
 def test_a_base_that_stands_still_says_nothing_of_a_motion_that_is_given() -> None:

@@ -134,13 +134,13 @@ def test_a_part_that_is_too_short_is_left_out_and_said() -> None:
     m = measure(seen(None, mass_velocity=TURN * 1e-3 * np.cos(TURN * T), lost=(3.0, 3.5, 3.52, 4.0)), scene())
     assert m.energy_per_cycle == pytest.approx(math.pi / 2, rel=3e-3)
     assert any(
-        "the part from 3.5 s to 3.52 s is left out: analysis: expected at least 32 samples" in w for w in m.warnings
+        "part: from 3.5 s to 3.52 s is left out: analysis: expected at least 32 samples" in w for w in m.warnings
     )
     turning = scene(rig={"kind": "prescribed", "radius_m": 0.05})
     force = 5.0 + 0.1 * NOISE[0]
     m = measure(seen(None, None, angle=TURN * T, contact_force=force, lost=(1.0, 1.5)), turning)
     assert m.measured_friction_force_n == pytest.approx(5.0, rel=0.01)
-    assert any("the part from 0 s to 1 s is left out: analysis: it turns one way" in w for w in m.warnings)
+    assert any("part: from 0 s to 1 s is left out: analysis: it turns one way" in w for w in m.warnings)
 
 
 def test_a_frequency_ratio_that_is_not_known_is_not_taken_for_one() -> None:
