@@ -65,7 +65,7 @@ adversary: .venv/.test  ## recordings drawn to mislead the identification, judge
 	$(BIN)/python -m tests.benchmarks.adversary --count "$${N:-300}" --seed "$${SEED:-7}"
 
 fuzz: .venv/.test  ## read damaged files (100,000 logs, 20,000 of every other kind) and kill commands: no traceback, no hang, no half a file (more than an hour on two cores)
-	$(BIN)/python -m tests.logs.fuzz --count 100000
+	$(BIN)/python -m tests.armour.fuzz --kinds log.text --count 100000
 	$(BIN)/python -m tests.armour.fuzz --count 20000
 	$(BIN)/python -m tests.benchmarks.kills
 

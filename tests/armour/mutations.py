@@ -1,13 +1,11 @@
 """What can happen to a file's bytes, to the text in it, and to the tree of an HDF5 file."""
 
 import contextlib
-import copy
 import csv
 import io
 import json
 import math
-import tomllib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import h5py
@@ -237,53 +235,24 @@ RAW = (
     "1979-05-27T07:32:00Z", '"auto"', '"{material}_{material}"', '"{"', '"coulomb+place+speed"', "0x7fffffff", "1e-300",
 )  # fmt: skip
 STRANGE_KEYS = ("x", "", "ü", "a b", "mass_kg ", "Rig", "__class__", "folder", "origin")
-Tree = dict[str, Any]
-
-
-class _Raw(str):
-    """A value as it is to stand in the file."""
-
-    __slots__ = ()
 
 
 def keys(raw: bytes, rng: np.random.Generator) -> bytes:
-    """A scene some of whose keys have values that no scene has; keys are added, lost and put elsewhere."""
-    scene = copy.deepcopy(tomllib.loads(raw.decode()))
+    """A scene, a key a line, some of whose keys have values that no scene has; keys are added, lost, put elsewhere."""
+    every = raw.decode().split("\n")
     for _ in range(int(rng.integers(1, 4))):
-        tables = list(_tables(scene))
-        table = tables[int(rng.integers(len(tables)))]
-        names = [*table, STRANGE_KEYS[int(rng.integers(len(STRANGE_KEYS)))]]
-        name = names[int(rng.integers(len(names)))]
-        if rng.random() < 0.1:
-            table.pop(name, None)
-        elif rng.random() < 0.1:
-            table[name] = copy.deepcopy(tables[int(rng.integers(len(tables)))])
+        said = [i for i, line in enumerate(every) if " = " in line]
+        at, chance, other = said[int(rng.integers(len(said)))], rng.random(), RAW[int(rng.integers(len(RAW)))]
+        if chance < 0.2:
+            line = every.pop(at)
+            if chance < 0.1:
+                every.insert(int(rng.integers(len(every))), line)
+        elif chance < 0.3:
+            strange = STRANGE_KEYS[int(rng.integers(len(STRANGE_KEYS)))]
+            every.insert(at, f"{json.dumps(strange, ensure_ascii=False)} = {other}")
         else:
-            table[name] = _Raw(RAW[int(rng.integers(len(RAW)))])
-    return "\n".join(f"{_key(name)} = {_told(value)}" for name, value in scene.items()).encode()
-
-
-def _tables(tree: Tree) -> Iterator[Tree]:
-    yield tree
-    for value in tree.values():
-        for inner in value if isinstance(value, list) else [value]:
-            if isinstance(inner, dict):
-                yield from _tables(inner)
-
-
-def _key(name: str) -> str:
-    return json.dumps(name, ensure_ascii=False)
-
-
-def _told(value: object) -> str:
-    """A value in TOML, tables inline."""
-    if isinstance(value, _Raw):
-        return str(value)
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_key(name)} = {_told(inner)}" for name, inner in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_told, value)) + "]"
-    return json.dumps(value, ensure_ascii=False)
+            every[at] = f"{every[at].partition(' = ')[0]} = {other}"
+    return "\n".join(every).encode()
 
 
 def cells(raw: bytes, rng: np.random.Generator) -> bytes:

@@ -1,8 +1,6 @@
 """A sound file of every kind that the program reads, small, to be mutated."""
 
-import gzip
 import tempfile
-import zipfile
 from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import cache
@@ -24,7 +22,9 @@ from frictionlab.tables import write_rows
 from tests.armour.mutations import BINARY, TEXT, cells, entries, hurt, keys
 from tests.campaign.fabricate import small_campaign
 from tests.desk import ROOT
-from tests.logs.samples import truth
+from tests.logs.samples import matlab, truth, write, zipped
+
+COLUMNS = dict(zip("txy", truth(60).columns, strict=True))
 
 
 def _recording() -> Recording:
@@ -55,25 +55,11 @@ def _bytes_of(name: str, write: Callable[[Path], object]) -> bytes:
 
 
 def _frame() -> pd.DataFrame:
-    data = truth(60)
-    return pd.DataFrame(
-        {key: [float(row[i]) for row in data.rows] for i, key in enumerate(("t [s]", "x [mm]", "y [mm]"))}
-    )
-
-
-def _named() -> dict[str, np.ndarray]:
-    return dict(zip("txy", _frame().to_numpy().T, strict=True))
+    return pd.DataFrame(truth(60).columns.T, columns=["t [s]", "x [mm]", "y [mm]"])
 
 
 def _rows(path: Path) -> None:
     write_rows(small_campaign()[:2], path, MEASUREMENTS)
-
-
-def _matlab(path: Path) -> None:
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, column in zip("txy", _frame().to_numpy().T, strict=True):
-            file[name] = np.atleast_2d(column)
-            file[name].attrs["MATLAB_class"] = np.bytes_("double")
 
 
 def _sheet(path: Path) -> None:
@@ -83,16 +69,6 @@ def _sheet(path: Path) -> None:
 def _map(path: Path) -> None:
     for _ in make_map(Grid((0.3, 0.5), (0.4,)), path, workers=1):
         pass
-
-
-def _text_log(path: Path) -> None:
-    """A log of a plain dialect, packed as the suffix says."""
-    text = _frame().to_csv(index=False).encode()
-    if path.suffix == ".zip":
-        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr(zipfile.ZipInfo("log.csv"), text)
-    else:
-        path.write_bytes(gzip.compress(text, mtime=0))
 
 
 def _tdms(path: Path) -> None:
@@ -130,11 +106,12 @@ MAKE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "rows.h5.bare": ("r.h5", _bare(_rows)),
     **{f"rows.{end}": (f"r.{end}", _rows) for end in ("csv", "jsonl", "h5")},
     "comparisons.csv": ("c.csv", _comparisons),
-    **{f"log.{end}": (f"l.csv.{end}", _text_log) for end in ("gz", "zip")},
+    "log.gz": ("l.csv.gz", lambda path: write(path, _frame().to_csv(index=False))),
+    "log.zip": ("l.zip", lambda path: path.write_bytes(zipped(_frame().to_csv(index=False).encode(), "log.csv"))),
     "log.tdms": ("l.tdms", _tdms),
-    "log.mat4": ("l.mat", lambda path: scipy.io.savemat(path, _named(), format="4")),
+    "log.mat4": ("l.mat", lambda path: matlab(path, "4", **COLUMNS)),
     "log.mat5": ("l.mat", lambda path: scipy.io.savemat(path, {str(k): v.to_numpy() for k, v in _frame().items()})),
-    "log.mat73": ("l.mat", _matlab),
+    "log.mat73": ("l.mat", lambda path: matlab(path, "7.3", **COLUMNS)),
     "log.parquet": ("l.parquet", lambda path: _frame().to_parquet(path)),
     "log.xlsx": ("l.xlsx", lambda path: _frame().to_excel(path, index=False)),
 }

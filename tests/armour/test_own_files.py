@@ -1,7 +1,6 @@
 """What stands on the user's disk stays, whatever an output is called; the same work gives the same bytes anywhere."""
 
 import json
-import os
 import stat
 import sys
 from pathlib import Path
@@ -26,6 +25,7 @@ from tests.desk import SAMPLE, SCENE, told_by
 from tests.desk import invoke as run
 
 PHOTO = b"\x89PNG\r\n\x1a\n a photo of the rig"
+DRIVEN = ("simulate", "--base-motion", SAMPLE, "--natural-frequency", "3", "--beta", "0.2")
 
 
 def refused(done: Result, words: str, code: int = 2) -> None:
@@ -72,53 +72,51 @@ def test_plots_keep_photos_and_are_refused_before_the_work(recording: Path, tmp_
         assert (tmp_path / name).read_bytes() == PHOTO
     photo = tmp_path / "photo.png"
     photo.write_bytes(PHOTO)
-    for words in (
-        ("simulate", "--r", "0.5", "--beta", "0.4"),
-        ("simulate", "--base-motion", SAMPLE, "--natural-frequency", "3", "--beta", "0.2"),
-    ):
+    for words in (("simulate", "--r", "0.5", "--beta", "0.4"), DRIVEN):
         refused(run(*words, "--plot", photo), "exists and is no figure of frictionlab")
         assert photo.read_bytes() == PHOTO
     assert run("simulate", "--r", "0.5", "--beta", "0.4", "--plot", photo, "--force").exit_code == 0
     assert is_figure(photo)
 
 
-def test_a_table_never_replaces_its_inputs_nor_a_link_of_one(recording: Path, tmp_path: Path) -> None:
-    link = tmp_path / "rows.h5"
-    os.link(recording, link)
-    before = recording.read_bytes()
-    for command in ("analyze", "compare-numeric", "free-vibration"):
-        for force in ((), ("--force",)):
-            refused(run(command, recording, "--scene", SCENE, "-o", link, *force), "an output never replaces an input")
-    assert link.read_bytes() == before
-    link.unlink()
-    link.write_bytes(before)
-    refused(run("analyze", tmp_path / "none.h5", "-o", link), "exists and is no table of measurements")
-    log = tmp_path / "mine.csv"
-    log.write_text("time [s],base [m],mass [m]\n0,0,0\n")
-    done = run("simulate", "--base-motion", SAMPLE, "--natural-frequency", "3", "--beta", "0.2", "-o", log)
-    assert done.exit_code != 0, done.output
-    assert log.read_text().startswith("time [s],base [m],mass [m]\n0")
-
-
 @pytest.mark.parametrize("force", [(), ("--force",)])
-def test_the_scene_and_its_sheet_are_inputs_too(recording: Path, tmp_path: Path, force: tuple[str, ...]) -> None:
-    """``--force`` allows much, but never to replace what is read."""
-    sheet, scene = tmp_path / "tests.csv", tmp_path / "scene.csv"
+def test_no_output_replaces_what_is_read_nor_a_link_of_it(
+    recording: Path, tmp_path: Path, force: tuple[str, ...]
+) -> None:
+    """``--force`` allows much, but not that."""
+    sheet, scene, rows = (tmp_path / name for name in ("tests.csv", "scene.csv", "rows.csv"))
     sheet.write_text("log,material,normal_force_n\na.csv,steel,1.25\n")
     scene.write_text('[rig]\nnatural_frequency_hz = 3.1\nmass_kg = 3.0\n[experiment]\nsheet = "tests.csv"\n')
-    (tmp_path / "scene.h5").hardlink_to(scene)
-    before = {path: path.read_bytes() for path in (sheet, scene)}
-    told: tuple[str | Path, ...] = ("--scene", scene, *force)
-    commands: tuple[tuple[str | Path, ...], ...] = (
-        *((name, recording, *told) for name in ("analyze", "compare-numeric", "free-vibration", "explain")),
-        ("plan", *told),
-        ("simulate", "--base-motion", SAMPLE, "--natural-frequency", "3", "--beta", "0.2", *told),
-    )
-    for words in commands:
-        for place in (tmp_path / "scene.h5",) if words[0] == "simulate" else (scene, sheet):
-            refused(run(*words, "-o", place), "an output never replaces an input")
-    refused(run("ingest", SAMPLE, *told, "-o", tmp_path / "scene.h5"), "an output never replaces an input")
-    assert {path: path.read_bytes() for path in before} == before
+    assert run("compare-numeric", recording, "--scene", SCENE, "-o", rows, "--quiet").exit_code == 0
+    of_scene, of_recording = tmp_path / "scene.h5", tmp_path / "recording.h5"
+    of_scene.hardlink_to(scene)
+    of_recording.hardlink_to(recording)
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    of_test = ("analyze", "compare-numeric", "free-vibration", "explain")
+    for words, places in (
+        *(((command, recording), (scene, sheet, of_scene, of_recording)) for command in of_test),
+        (("plan", "--measured", rows), (scene, sheet, rows)),
+        (DRIVEN, (of_scene,)),
+        (("ingest", SAMPLE), (of_scene,)),
+    ):
+        for place in places:
+            refused(run(*words, "--scene", scene, *force, "-o", place), "an output never replaces an input")
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_table_replaces_no_file_of_another_kind(recording: Path, tmp_path: Path) -> None:
+    rows, log, other = (tmp_path / name for name in ("rows.h5", "mine.csv", "mine.h5"))
+    rows.write_bytes(recording.read_bytes())
+    log.write_text("time [s],base [m],mass [m]\n0,0,0\n")
+    other.write_bytes(log.read_bytes())
+    for words, place, told, code in (
+        (("analyze", tmp_path / "none.h5"), rows, "exists and is no table of measurements", 2),
+        (("plan", "--scene", SCENE), log, "exists", 2),
+        (DRIVEN, other, "exists and is not a file of this kind", 1),
+    ):
+        before = place.read_bytes()
+        refused(run(*words, "-o", place), told, code)
+        assert place.read_bytes() == before
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="modes are POSIX's")
@@ -173,17 +171,6 @@ def test_an_empty_name_is_not_the_folder_that_is_worked_in(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_plan_never_replaces_the_comparisons_it_reads(recording: Path, tmp_path: Path) -> None:
-    rows = tmp_path / "comparisons.csv"
-    assert run("compare-numeric", recording, "--scene", SCENE, "-o", rows, "--quiet").exit_code == 0
-    before = rows.read_bytes()
-    refused(
-        run("plan", "--scene", SCENE, "--measured", rows, "-o", rows, "--force"), "an output never replaces an input"
-    )
-    refused(run("plan", "--scene", SCENE, "-o", rows), "exists")
-    assert rows.read_bytes() == before
-
-
 def test_synthesize_keeps_a_truth_that_is_not_its_own(tmp_path: Path) -> None:
     mine = json.dumps({"log": "a.csv", "verdict": "years of work"}) + "\n"
     (tmp_path / "truth.jsonl").write_text(mine)
@@ -225,16 +212,15 @@ def test_a_material_need_not_be_ascii(tmp_path: Path) -> None:
     assert (tmp_path / test.log).read_text(encoding="utf-8").splitlines()[1].startswith("# material Stähl S355")
 
 
-def test_a_campaign_keeps_foreign_figures_and_says_so_before_it_writes(tmp_path: Path, recording: Path) -> None:
-    rows, out = tmp_path / "rows.jsonl", tmp_path / "out"
-    assert run("analyze", recording, "--scene", SCENE, "-o", rows, "--quiet").exit_code == 0
-    (out / "figures").mkdir(parents=True)
-    (out / "figures" / "friction.png").write_bytes(PHOTO)
-    done = run("campaign", rows, "--scene", SCENE, "-o", out)
-    assert done.exit_code != 0
-    assert "friction.png: exists" in done.output
-    assert (out / "figures" / "friction.png").read_bytes() == PHOTO
-    assert not (out / "friction.csv").exists()
+@pytest.mark.parametrize("name", ["figures/residuals.png", "report.html"])
+def test_a_campaign_keeps_foreign_files_and_says_so_before_it_writes(name: str, tmp_path: Path) -> None:
+    rows, mine = tmp_path / "rows.jsonl", tmp_path / "out" / name
+    write_rows(small_campaign()[:3], rows)
+    mine.parent.mkdir(parents=True)
+    mine.write_bytes(PHOTO)
+    refused(run("campaign", rows, "-o", tmp_path / "out"), f"{mine.name}: exists and is no ")
+    assert mine.read_bytes() == PHOTO
+    assert [path for path in (tmp_path / "out").rglob("*") if path.is_file()] == [mine]
 
 
 def test_a_batch_refuses_a_foreign_table_before_the_work(tmp_path: Path) -> None:

@@ -66,18 +66,6 @@ def test_where_nothing_can_be_evaluated_no_report_takes_the_place_of_one(
     assert not (tmp_path / "out" / "report.html").exists()
 
 
-def test_a_foreign_folder_and_a_wrong_scene_stop_it(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "m.jsonl").write_text(json.dumps(small_campaign()[0]) + "\n")
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "report.html").write_text("<p>mine")
-    done = run("campaign", "m.jsonl", "-o", "out")
-    assert done.returncode == 2
-    assert "exists and is no file of an earlier campaign" in done.stderr
-    assert (tmp_path / "out" / "report.html").read_text() == "<p>mine"
-    (tmp_path / "scene.toml").write_text("[rigs]\n")
-    assert run("campaign", "m.jsonl", "-o", "new", "--scene", "scene.toml").returncode == 2
-
-
 @pytest.mark.usefixtures("one_format")
 def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> None:
     scatter = {"aramid": 0.005, "rubber": 0.03, "steel": 0.1}

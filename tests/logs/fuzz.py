@@ -1,14 +1,9 @@
 """Mutated logs by the thousand: a recording or a clear error, never a traceback, a hang or a line unaccounted for.
 
-Each is read twice, in blocks and line by line, with one result.
-
-    python -m tests.logs.fuzz --count 100000 [--seed 1] [--workers 2] [--keep build/fuzz]
-
-A case that fails is kept as a file; its number makes it again.
+Each is read twice, in blocks and line by line, with one result. `tests.armour.fuzz` runs them: its kind `log.text`.
 """
 
 import gzip
-import sys
 from pathlib import Path
 from unittest.mock import patch
 
@@ -83,9 +78,3 @@ def _compare(one: Recording, other: Recording) -> None:
     for name in ("files", "dialect", "quarantined", "warnings", "evidence"):
         if getattr(one.source, name) != getattr(other.source, name):
             raise AssertionError(f"two ways to read, two kinds of {name}")
-
-
-if __name__ == "__main__":
-    from tests.armour import fuzz
-
-    sys.exit(fuzz.main([fuzz.TEXT]))

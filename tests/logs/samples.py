@@ -1,12 +1,17 @@
 """Logs in every dialect that `frictionlab.logs` knows, written from numbers that are known: the tests' truth."""
 
 import gzip
+import io
 import math
+import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
+import h5py
 import numpy as np
+import scipy.io
 from numpy.typing import NDArray
 
 from frictionlab.recording import Recording
@@ -74,6 +79,29 @@ def log(path: Path, head: str, *columns: Sequence[str] | NDArray[np.float64], se
     texts = [[cell if isinstance(cell, str) else f"{cell:.9f}" for cell in column] for column in columns]
     rows = "".join(separator.join(row) + "\n" for row in zip(*texts, strict=True))
     return write(path, f"{head}\n{rows}" if head else rows)
+
+
+def zipped(data: bytes, *names: str) -> bytes:
+    """An archive that holds this under each name; the same bytes each time."""
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w") as archive:
+        for name in names:
+            archive.writestr(zipfile.ZipInfo(name), data, zipfile.ZIP_DEFLATED)
+    return held.getvalue()
+
+
+def matlab(path: Path, version: Literal["4", "5", "7.3"], **variables: object) -> Path:
+    """A file of MATLAB with these variables, packed where the version packs."""
+    if version == "7.3":
+        with h5py.File(path, "w", userblock_size=512) as file:
+            for name, value in variables.items():
+                file[name] = np.atleast_2d(np.asarray(value))
+                file[name].attrs["MATLAB_class"] = np.bytes_("double")
+        raw = path.read_bytes()
+        path.write_bytes(b"MATLAB 7.3 MAT-file" + raw[19:])
+    else:
+        scipy.io.savemat(path, variables, format=version, do_compression=version == "5")
+    return path
 
 
 def assert_is(recording: Recording, data: Truth, *, within: float = 0.0) -> None:

@@ -1,54 +1,28 @@
 """Binary logs, written by the libraries that own the formats, and packed ones: the same columns as the text."""
 
 import gzip
-import io
 import json
-import zipfile
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Literal
 
-import h5py
 import numpy as np
 import openpyxl
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-import scipy.io
 from nptdms import ChannelObject, TdmsWriter
 
 from frictionlab.errors import LogError
 from frictionlab.hdf5 import write_recording
 from frictionlab.logs import LogOptions, read_log, read_mass_log, read_two_logs
 from frictionlab.recording import Recording
-from tests.logs.samples import table, truth
+from tests.logs.samples import assert_is, matlab, table, truth, zipped
 
 DATA = truth(200)
 TEXT = table(DATA, "time [s],mass [mm],base [mm]", ",").encode()
-T, X, Y = (np.array([float(row[i]) for row in DATA.rows]) for i in range(3))
-
-
-def zipped(data: bytes, *names: str) -> bytes:
-    held = io.BytesIO()
-    with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in names:
-            archive.writestr(name, data)
-    return held.getvalue()
-
-
-def matlab(path: Path, version: Literal["4", "5", "7.3"], **variables: object) -> Path:
-    if version == "7.3":
-        with h5py.File(path, "w", userblock_size=512) as file:
-            for name, value in variables.items():
-                file[name] = np.atleast_2d(np.asarray(value))
-                file[name].attrs["MATLAB_class"] = np.bytes_("double")
-        raw = bytearray(path.read_bytes())
-        raw[:19] = b"MATLAB 7.3 MAT-file"
-        path.write_bytes(bytes(raw))
-    else:
-        scipy.io.savemat(path, variables, format=version, do_compression=version == "5")
-    return path
+T, X, Y = DATA.columns
 
 
 def workbook(path: Path, *rows: tuple[object, ...]) -> Path:
@@ -61,9 +35,7 @@ def workbook(path: Path, *rows: tuple[object, ...]) -> Path:
 
 
 def assert_is_the_log(recording: Recording) -> None:
-    assert np.array_equal(recording.time, DATA.time)
-    assert np.array_equal(recording.mass_displacement, DATA.mass)
-    assert np.array_equal(recording.base_displacement, DATA.base)
+    assert_is(recording, DATA)
     assert recording.source.lines.data == len(DATA.rows)
     assert len(recording.source.files[0].sha256) == 64
     assert recording.source.files[0].size_bytes > 0
@@ -109,9 +81,7 @@ def test_matlab_of_every_version(version: Literal["4", "5", "7.3"], tmp_path: Pa
 
     vector = np.atleast_2d(T).T
     mass, base = (matlab(tmp_path / f"{name}.mat", version, t=vector, **{name: v}) for name, v in (("x", X), ("y", Y)))
-    both = read_two_logs(mass, base, LogOptions(unit="mm", lag_s=0.0))
-    assert np.array_equal(both.mass_displacement, DATA.mass)
-    assert np.array_equal(both.base_displacement, DATA.base)
+    assert_is(read_two_logs(mass, base, LogOptions(unit="mm", lag_s=0.0)), DATA)
 
 
 def test_a_matrix_has_a_column_for_each_channel(tmp_path: Path) -> None:

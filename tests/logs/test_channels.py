@@ -11,6 +11,7 @@ from frictionlab.hdf5 import read_recording, write_recording
 from frictionlab.log_options import LogOptions
 from frictionlab.logs import read_log
 from tests.desk import invoke, published
+from tests.logs import samples
 
 T = np.arange(400) / 200.0
 X = 2.0 * np.sin(2 * np.pi * T)
@@ -18,10 +19,7 @@ FORCE = 3.0 * np.cos(2 * np.pi * T)
 
 
 def log(folder: Path, **columns: np.ndarray) -> Path:
-    path = folder / "log.csv"
-    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
-    path.write_text("\n".join([",".join(columns), *(",".join(f"{v:.9f}" for v in row) for row in rows)]) + "\n")
-    return path
+    return samples.log(folder / "log.csv", ",".join(columns), *columns.values())
 
 
 def test_channels_are_found_by_name_and_unit_and_kept_in_si(tmp_path: Path) -> None:
