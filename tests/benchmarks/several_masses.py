@@ -15,7 +15,6 @@ import statistics
 import sys
 import time
 from collections import Counter
-from math import pi
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -25,7 +24,7 @@ from frictionlab.simulator import Base, Contact, SteadyState, Structure, steady_
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.record import BaseRecord, respond
-from tests.simulator.several_twin import Twin, rubs
+from tests.simulator.twin import TURN, Twin, rubs
 
 LAWS = (
     *("coulomb", "coulomb", "coulomb+place", "coulomb+speed", "coulomb+breakaway"),
@@ -63,15 +62,12 @@ def draw(seed: int) -> Structure:
 
 
 def anchors_at_begin(structure: Structure, motion: Motion, twin: Twin, start: np.ndarray) -> np.ndarray:
-    """Where the springs of elastic contacts are relaxed at tau = 0."""
-    contacts, n = structure.contacts, structure.masses
-    index, anchors = motion.place([0.0], None)[1], np.zeros(len(contacts))
-    sides, _, offsets = np.split(motion.rows[index[0], 2:], (len(contacts), 2 * n + 2 * len(contacts)))
-    for i, contact in enumerate(contacts):
-        spring, (place, _) = twin.springs[i], twin.place(contact, 0.0, start)
-        slips = place - sides[i] * twin.limit(contact, place) / spring
-        anchors[i] = slips if sides[i] else -offsets[i] / spring
-    return anchors
+    """Where the springs of elastic contacts are relaxed at tau = 0; none of them has several sliders."""
+    n, contacts = structure.masses, len(structure.contacts)
+    places, index = twin.places(0.0, start)[0], motion.place([0.0], None)[1]
+    sides, _, offsets = np.split(motion.rows[index[0], 2:], (contacts, 2 * n + 2 * contacts))
+    slips = [places[i] - sides[i] * twin.kinetic(i, places[i]) / spring for i, _, spring in twin.elements]
+    return np.array([slips[i] if sides[i] else -offsets[i] / spring for i, _, spring in twin.elements])
 
 
 def missed_by_twin(state: SteadyState) -> tuple[float, float]:
@@ -79,29 +75,16 @@ def missed_by_twin(state: SteadyState) -> tuple[float, float]:
     if state.structure is None or state.orbit is None:
         raise ValueError("no motion")
     twin, start = Twin(state.structure), np.concatenate([values[0] for values in state.orbit.all_at([0.0])[:2]])
-    twin.anchors = anchors_at_begin(state.structure, state.orbit, twin, start)
-    end = twin.run(start, 2 * pi)
+    end = twin.run([0.0, TURN], start, anchors_at_begin(state.structure, state.orbit, twin, start))
     energies = np.array([state.energy_per_cycle, state.contact_energy_per_cycle], dtype=np.float64)
-    return float(np.abs(end[: len(start)] - start).max()), float(np.abs(end[len(start) :] - energies).max())
+    missed = np.array([twin.loop, twin.friction + twin.viscous]) - energies
+    return float(np.abs(end - start).max()), float(np.abs(missed).max())
 
 
 def two_storeys() -> Structure:
     """Two storeys, both rubbing on what they stand on."""
     contacts = [rubs("coulomb", mass, against, beta=beta) for mass, against, beta in RUBBING]
     return Structure.of_storeys(1.0, [1.0, 0.8], [1.0, 0.9], [0.01, 0.01], contacts)
-
-
-class Driven(Twin):
-    """The twin under a sampled base, by scipy's Radau."""
-
-    def __init__(self, structure: Structure, spline: CubicSpline) -> None:
-        super().__init__(structure)
-        self.spline, self.method = spline, "Radau"
-
-    def base(self, tau: float) -> tuple[float, float, float]:
-        """f, f', f''."""
-        f, rate, bend = (float(self.spline(tau, order)) for order in range(3))
-        return f, rate, bend
 
 
 def by_opensees(frame: Structure, spline: CubicSpline, step: float, stiffness: float) -> tuple[np.ndarray, float]:
@@ -151,9 +134,9 @@ def beside_opensees(length: int = 60, knot: float = 0.05) -> None:
         return
     print("\n| by | step / rad | contact stiffness / k1 | time / ms | largest error / Y |\n|---|---|---|---|---|")
     frame = two_storeys()
-    twin, ours = Driven(frame, spline), []
-    twin.run(np.zeros(4), float(length))
-    truth = np.array(twin.passed)[:, :2] - spline(np.arange(1.0, length + 1.0))[:, None]
+    twin, radians, ours = Twin(frame, spline, "Radau"), np.arange(length + 1.0), []
+    twin.run(radians.tolist())
+    truth = (np.array(twin.states)[:, :2] - spline(radians)[:, None])[1:]
     for _ in range(4):
         begin = time.perf_counter()
         response = respond(frame, base)

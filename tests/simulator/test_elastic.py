@@ -15,10 +15,8 @@ from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_st
 from frictionlab.simulator.exact.solve import Flow, iwan_sliders
 from tests.desk import present
 from tests.simulator.closed_form import off
-from tests.simulator.numeric_oracle import force_of
-from tests.simulator.one_mass_twin import OneMass
+from tests.simulator.twin import TURN, Twin
 
-TURN = 2.0 * pi
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "elastic_reference.json").read_text())
 
 
@@ -98,15 +96,12 @@ def drawn(seed: int) -> Problem:
     ids=lambda problem: problem.law.name,
 )
 def test_two_cycles_from_rest_agree_with_the_slow_twin(problem: Problem) -> None:
-    slow = OneMass(problem, force_of(problem)).follow([0.0, 4 * pi], 0.0, 0.0)
     moved = float(problem.base.at(0.0)), float(problem.base.rate_at(0.0))
     x0, v0 = moved if problem.wall == "base" else (0.0, 0.0)
-    fast = simulate(problem, cycles=2, x0=x0, v0=v0)
-    x, v = fast.at(fast.end)
-    assert float(x) - x0 == pytest.approx(slow.z[-1], abs=1e-10)
-    assert float(v) - v0 == pytest.approx(slow.v, abs=1e-10)
-    assert float(fast.force(fast.end)) == pytest.approx(slow.force[-1], abs=1e-10)
-    assert float(np.diff(fast.stops).sum()) == pytest.approx(slow.held, abs=1e-9)
+    fast, twin = simulate(problem, cycles=2, x0=x0, v0=v0), Twin(problem)
+    assert np.array(fast.at(fast.end)) == pytest.approx(twin.run([0.0, 2.0 * TURN], np.array([x0, v0])), abs=1e-10)
+    assert float(fast.force(fast.end)) == pytest.approx(twin.forces[-1][0], abs=1e-10)
+    assert float(np.diff(fast.stops).sum()) == pytest.approx(twin.stuck, abs=1e-9)
 
 
 @settings(max_examples=15, deadline=None)

@@ -23,7 +23,7 @@ from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import to_numbers
 from frictionlab.simulator.sweep import Grid, sweep_points
 from tests.desk import told_by
-from tests.simulator.several_twin import rubs
+from tests.simulator.twin import rubs
 
 POINTS = np.array(
     [

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator import Base, Problem, laws, steady_state
+from frictionlab.simulator import Base, Motion, Problem, laws, steady_state
 from frictionlab.simulator.exact.motion import STAGES
 from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.laws.law import STILL, Contact, Parameter, Term
@@ -21,7 +21,7 @@ from frictionlab.simulator.numeric import Integrated
 from frictionlab.simulator.numeric.radau import BERNSTEIN, MATRIX, NODES, WEIGHTS
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.desk import present, told_by
-from tests.simulator.numeric_oracle import LAWS, along, cycle, steady
+from tests.simulator.twin import LAWS, TURN, Twin, steady
 
 each_law = pytest.mark.parametrize("law", LAWS)
 
@@ -30,6 +30,11 @@ def problem(law: str, r: float = 0.7, beta: float = 0.5, **more: Any) -> Problem
     """A problem with one of the laws, whose parameters can be overridden by `parameters`."""
     parameters = LAWS.get(law.removesuffix("+place"), {}) | more.pop("parameters", {})
     return Problem(r, beta, law=law, parameters=parameters, **more)
+
+
+def start_of(orbit: Motion, tau: float = 0.0) -> np.ndarray:
+    """Displacement, velocity and inner states of an orbit at a time."""
+    return np.concatenate(([float(value) for value in orbit.at(tau)], orbit.flow.state(orbit, tau)[2:]))
 
 
 def test_the_tableau_fulfils_the_order_conditions() -> None:
@@ -72,13 +77,9 @@ def test_scipy_carries_the_orbit_back_to_its_start(law: str) -> None:
     gradient = {"gradient": 0.1} if law in ("coulomb+bouc-wen", "coulomb+stribeck") else {}
     asked = problem(law + "+place" * bool(gradient), r=0.6, parameters=gradient, **more)
     found = steady(asked)
-    size = {"smooth": 2, "inner": 3}[asked.law.kind] + (law == "coulomb+rate-state")
-    start = (
-        present(found.orbit).flow.state(present(found.orbit), 0.0)[:size] * np.array([1.0, 1.0, 1.0, asked.beta])[:size]
-    )
-    end = cycle(asked, start, method="DOP853", rtol=1e-12)
-    np.testing.assert_allclose(end[:size], start, atol=1e-9)
-    assert end[-1] == pytest.approx(found.energy_taken, rel=1e-8)
+    twin, start = Twin(asked), start_of(present(found.orbit))
+    assert twin.run([0.0, TURN], start) == pytest.approx(start, abs=1e-9)
+    assert twin.friction + twin.viscous == pytest.approx(found.energy_taken, rel=1e-8)
 
 
 @settings(max_examples=10, deadline=None)
@@ -277,12 +278,12 @@ def test_a_new_law_is_one_term_in_the_list_of_laws(monkeypatch: pytest.MonkeyPat
     found = steady_state(asked._but(r=0.5))
     assert present(found.closure_error) < 1e-9 * present(found.energy_per_cycle)
     assert found.orbit is not None
-    end = cycle(asked._but(r=0.5), found.orbit.flow.state(found.orbit, 0.0)[:2], method="DOP853", rtol=1e-11)
-    np.testing.assert_allclose(end[:2], found.orbit.flow.state(found.orbit, 0.0)[:2], atol=1e-8)
+    start = start_of(found.orbit)
+    assert Twin(asked._but(r=0.5)).run([0.0, TURN], start) == pytest.approx(start, abs=1e-8)
     base = BaseRecord(np.arange(7.0), np.sin(np.arange(7.0)) ** 3)
-    spline: Any = CubicSpline(base.time, base.values)
-    slow = along(asked, lambda t: float(spline(t)), base.time, np.zeros(2), method="DOP853")
-    np.testing.assert_allclose(respond(asked, base).displacement, slow[:, 0], atol=1e-8)
+    twin = Twin(asked, CubicSpline(base.time, base.values))
+    twin.run(base.time.tolist())
+    assert respond(asked, base).displacement == pytest.approx(np.array(twin.states)[:, 0], abs=1e-8)
 
 
 def test_a_lopsided_motion_of_an_even_contact_is_one_of_two() -> None:
@@ -292,10 +293,10 @@ def test_a_lopsided_motion_of_an_even_contact_is_one_of_two() -> None:
     assert lopsided.symmetric is False
     assert lopsided.problem.has_mirror_image
     motion = present(lopsided.orbit)
-    start = -motion.flow.state(motion, np.pi)[:3]
-    there = cycle(lopsided.problem, start, method="DOP853", rtol=1e-9)[:3]
-    np.testing.assert_allclose(there, start, atol=1e-7)
-    assert abs(there[0] - motion.flow.state(motion, 0.0)[0]) > 0.1  # and it is not the same motion
+    start = -start_of(motion, np.pi)
+    there = Twin(lopsided.problem).run([0.0, TURN], start)
+    assert there == pytest.approx(start, abs=1e-7)
+    assert abs(there[0] - start_of(motion)[0]) > 0.1  # and it is not the same motion
 
 
 def test_an_event_at_the_begin_of_a_step_moves_the_tangent_by_the_base_as_it_is_then() -> None:

@@ -12,8 +12,7 @@ from scipy.interpolate import CubicSpline
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem, steady_state
 from frictionlab.simulator.record import BaseRecord, respond
-from tests.simulator import numeric_oracle as oracle
-from tests.simulator.one_mass_twin import OneMass
+from tests.simulator.twin import LAWS, Twin
 
 TERMS = {
     "place": {"gradient"},
@@ -52,32 +51,23 @@ def some_base(seed: int, n: int, *, even: bool) -> tuple[np.ndarray, np.ndarray]
     return tau, sum(a * np.sin(w * tau + p) for a, w, p in tones)
 
 
-def drive_of(problem: Problem, base: BaseRecord) -> Any:
-    """F of the equation in z, by scipy's spline."""
-    f: Any = CubicSpline(base.time, base.values)
-    if problem.wall == "base":
-        return lambda t: -float(f(t, 2))
-    return lambda t: float(f(t) + 2.0 * problem.frame_damping_ratio * f(t, 1))
-
-
 @pytest.mark.parametrize("even", [True, False])
 @pytest.mark.parametrize("name", sorted(CASES))
 def test_it_is_the_slow_twin(name: str, *, even: bool) -> None:
-    problem, moves = CASES[name], CASES[name].wall == "base"
+    problem = CASES[name]
     tau, y = some_base(len(name), 60, even=even)
     base = BaseRecord(tau, y)
-    v0 = float(base.speeds[0]) if moves else 0.3
-    seen = respond(problem, base, x0=0.1, v0=v0)
-    slow = OneMass(problem, drive_of(problem, base)).follow(tau.tolist(), 0.1, 0.0 if moves else 0.3)
-    z = np.array(slow.z) + (base.values if moves else 0.0)
-    assert seen.displacement == pytest.approx(z, abs=1e-10)
-    assert seen.contact_force == pytest.approx(np.array(slow.force), abs=1e-9)
+    v0 = float(base.speeds[0]) if problem.wall == "base" else 0.3
+    seen, slow = respond(problem, base, x0=0.1, v0=v0), Twin(problem, CubicSpline(tau, base.values))
+    _, v = slow.run(tau.tolist(), np.array([0.1, v0]))
+    assert seen.displacement == pytest.approx(np.array(slow.states)[:, 0], abs=1e-10)
+    assert seen.contact_force == pytest.approx(np.array(slow.forces)[:, 0], abs=1e-9)
     assert seen.path == pytest.approx(slow.path, abs=1e-9)
-    assert seen.time_stuck == pytest.approx(slow.held, abs=1e-7)
+    assert seen.time_stuck == pytest.approx(slow.stuck, abs=1e-7)
     assert int(np.count_nonzero(seen.contact_events[0][:, 1])) == slow.slips
-    kappa, spring = problem.parameters.get("stiffness_ratio"), slow.force[-1] - 2 * problem.zeta * slow.v
+    kappa, spring = problem.parameters.get("stiffness_ratio"), slow.forces[-1][0] - 2 * problem.zeta * v
     stored = 0.5 * spring**2 / kappa if kappa else 0.0
-    assert seen.friction_energy == pytest.approx(slow.friction_work - stored, abs=1e-9)
+    assert seen.friction_energy == pytest.approx(slow.friction - stored, abs=1e-9)
     assert seen.closure_error < 1e-8
 
 
@@ -200,35 +190,28 @@ def test_the_periodic_base_of_a_problem_is_not_used() -> None:
 
 
 carrier = importlib.import_module("frictionlab.simulator.record.carry")
-LAWS = {name.removeprefix("coulomb+"): parameters for name, parameters in oracle.LAWS.items()}
 
 
 def problem_of(law: str, wall: Any = "fixed") -> Problem:
-    more = {"contact_damping_ratio": 0.02}
-    if law != "rate-state":  # where friction depends on place, the twin's age is another than the law's
-        more["gradient"] = 0.05
-    name = f"coulomb+{law}+speed" + "+place" * (law != "rate-state")
-    return Problem(1.0, 0.15, wall=wall, law=name, parameters=LAWS[law] | more, frame_damping_ratio=0.03)
+    more = LAWS[law] | {"contact_damping_ratio": 0.02, "gradient": 0.05}
+    return Problem(1.0, 0.15, wall=wall, law=f"{law}+speed+place", parameters=more, frame_damping_ratio=0.03)
 
 
-@pytest.mark.parametrize(("law", "wall"), [*((law, "fixed") for law in LAWS), ("stribeck", "base"), ("dahl", "base")])
-def test_it_is_scipys_from_knot_to_knot(law: str, wall: str) -> None:
-    problem = problem_of(law, wall)
-    base = BaseRecord(*some_base(7, 9, even=False))
-    start = np.zeros(2 + (problem.law.kind == "inner") + (law == "rate-state"))
-    start[:2] = (0.1, 0.3)
+@pytest.mark.parametrize(
+    ("law", "wall"), [*((law, "fixed") for law in LAWS), ("coulomb+stribeck", "base"), ("coulomb+dahl", "base")]
+)
+def test_an_integrated_law_is_the_slow_twin(law: str, wall: str) -> None:
+    problem, base = problem_of(law, wall), BaseRecord(*some_base(7, 9, even=False))
     first = (base.values[0], base.speeds[0]) if wall == "base" else (0.0, 0.0)
-    if law == "rate-state":
-        start[3] = problem.beta  # the twin's age is not over beta
     seen = respond(problem, base, x0=0.1 + first[0], v0=0.3 + first[1])
-    slow = oracle.along(problem, drive_of(problem, base), base.time, start)
-    moved = base.values if wall == "base" else 0.0
+    slow = Twin(problem, CubicSpline(base.time, base.values))
+    slow.run(base.time.tolist(), np.array([0.1 + first[0], 0.3 + first[1]]))
     assert seen.solver == "numeric"
-    assert seen.displacement - moved == pytest.approx(slow[:, 0], abs=1e-8)
+    assert seen.displacement == pytest.approx(np.array(slow.states)[:, 0], abs=1e-8)
     assert seen.closure_error < 1e-11
 
 
-@pytest.mark.parametrize("law", ["stribeck", "lugre"])
+@pytest.mark.parametrize("law", ["coulomb+stribeck", "coulomb+lugre"])
 def test_it_reaches_the_steady_state(law: str) -> None:
     """An orbit that forgets its start: what is left is the steady state, to its own tolerance."""
     more = LAWS[law] | {"contact_damping_ratio": 0.1}
@@ -238,10 +221,10 @@ def test_it_reaches_the_steady_state(law: str) -> None:
         "bristle_damping": 1.0 / r,
     }  # a speed over omega_n Y is r times that over omega Y
     own = {name: value * over_drive.get(name, 1.0) for name, value in more.items()}
-    steady = steady_state(Problem(r, 0.4, law=f"coulomb+{law}+speed", parameters=more))
+    steady = steady_state(Problem(r, 0.4, law=f"{law}+speed", parameters=more))
     assert steady.orbit is not None
     last = slice(-401, None)
-    seen = respond(Problem(1.0, 0.4, law=f"coulomb+{law}+speed", parameters=own), base)
+    seen = respond(Problem(1.0, 0.4, law=f"{law}+speed", parameters=own), base)
     assert seen.displacement[last] == pytest.approx(steady.orbit.at(r * base.time[last])[0], abs=1e-8)
     assert seen.contact_force[last] == pytest.approx(steady.orbit.force(r * base.time[last]), abs=1e-6)
 
@@ -274,7 +257,10 @@ def test_a_contact_that_creeps_has_the_stops_of_the_rigid_one() -> None:
 def test_what_cannot_be_integrated_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     base = BaseRecord(*some_base(5, 20, even=True))
     with pytest.raises(SimulationError, match="friction turns negative"):
-        respond(Problem(1.0, 0.1, law="coulomb+stribeck+place", parameters=LAWS["stribeck"] | {"gradient": 2.0}), base)
+        respond(
+            Problem(1.0, 0.1, law="coulomb+stribeck+place", parameters=LAWS["coulomb+stribeck"] | {"gradient": 2.0}),
+            base,
+        )
     monkeypatch.setattr(carrier, "ALLOWED", 3)
     with pytest.raises(SimulationError, match=r"more steps than allowed.* too stiff"):
         respond(Problem(1.0, 0.1, law="coulomb+dahl", parameters={"stiffness_ratio": 1e5}), base)

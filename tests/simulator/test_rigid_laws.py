@@ -14,7 +14,7 @@ from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, steady_state
 from tests.desk import present
 from tests.simulator.closed_form import off
-from tests.simulator.several_twin import Twin
+from tests.simulator.twin import TURN, Twin
 
 REFERENCE = [
     row
@@ -50,13 +50,13 @@ LAWS = [
 
 @pytest.mark.parametrize("problem", LAWS, ids=repr)
 def test_the_slow_twin_carries_the_orbit_back_to_its_start(problem: Problem) -> None:
-    state, twin = steady_state(problem, solver="exact"), Twin.of_one(problem)
+    state, twin = steady_state(problem, solver="exact"), Twin(problem)
     assert state.period_cycles == 1
     start = np.array([float(value) for value in present(state.orbit).at(0.0)])
-    end = twin.run(start, 2 * pi)
-    assert end[:2] == pytest.approx(start, abs=1e-9)
-    assert end[2:] == pytest.approx([state.energy_per_cycle, state.contact_energy_per_cycle], rel=1e-8)
-    assert twin.stuck == pytest.approx(2 * pi * (state.stuck_fraction or 0.0), abs=1e-7)
+    assert twin.run([0.0, TURN], start) == pytest.approx(start, abs=1e-9)
+    assert twin.loop == pytest.approx(state.energy_per_cycle, rel=1e-8)
+    assert twin.friction + twin.viscous == pytest.approx(state.contact_energy_per_cycle, rel=1e-8)
+    assert twin.stuck == pytest.approx(TURN * (state.stuck_fraction or 0.0), abs=1e-7)
     assert twin.stops == state.stops_per_cycle
 
 

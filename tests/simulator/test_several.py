@@ -1,14 +1,11 @@
 """Several masses, contacts anywhere: against one mass, a slow twin, and closed forms."""
 
 import math
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import ParameterError, SimulationError
@@ -16,10 +13,9 @@ from frictionlab.simulator import Base, Contact, Problem, Structure, coexisting,
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.desk import present
-from tests.simulator.numeric_oracle import LAWS, rates
-from tests.simulator.numeric_oracle import steady as integrated
-from tests.simulator.several_twin import Twin, cycle_from_rest, rubs
 from tests.simulator.test_record import some_base
+from tests.simulator.twin import LAWS, TURN, Twin, rubs
+from tests.simulator.twin import steady as integrated
 
 
 @pytest.mark.parametrize("wall", ["fixed", "base"])
@@ -69,8 +65,8 @@ def test_motions_of_a_frame_coexist_and_each_repeats_in_the_twin() -> None:
         start = np.concatenate([values[0] for values in present(state.orbit).all_at([0.0])[:2]])
         end, taken = start, 0.0
         for _ in range(state.period_cycles or 0):
-            end, more = np.split(Twin(frame).run(end, 2.0 * math.pi), [4])
-            taken += more[1] / (state.period_cycles or 1)
+            twin = Twin(frame)
+            end, taken = twin.run([0.0, TURN], end), taken + (twin.friction + twin.viscous) / (state.period_cycles or 1)
         assert end == pytest.approx(start, abs=1e-9)
         assert state.contact_energy_per_cycle == pytest.approx(taken, abs=1e-9)
 
@@ -114,11 +110,9 @@ def test_two_masses_move_as_the_slow_twin_does(contacts: list[Contact]) -> None:
     motion = simulate(frame, cycles=1)
     assert motion.solver == "exact"
     q, v, _ = motion.all_at([2 * math.pi])
-    slow = cycle_from_rest(frame)
-    assert np.concatenate((q[0], v[0])) == pytest.approx(slow[:4], abs=3e-10)
-    loop, taken = energies(frame, motion)
-    assert loop == pytest.approx(slow[4], abs=1e-9)
-    assert taken == pytest.approx(slow[5], abs=1e-9)
+    twin = Twin(frame)
+    assert np.concatenate((q[0], v[0])) == pytest.approx(twin.run([0.0, TURN]), abs=3e-10)
+    assert energies(frame, motion) == pytest.approx((twin.loop, twin.friction + twin.viscous), abs=1e-9)
 
 
 @pytest.mark.parametrize("contacts", TWO)
@@ -138,36 +132,10 @@ LUGRE, AGES = (LAWS[f"coulomb+{law}"] for law in ("lugre", "rate-state"))
 MIXED = [rubs("coulomb+lugre", 1, beta=0.3, **LUGRE), rubs("coulomb+rate-state", 2, 1, beta=0.2, **AGES)]
 
 
-def scipys(frame: Structure, f: Any, knots: np.ndarray) -> np.ndarray:
-    """States (k, 8) of two masses with `MIXED` at knots from rest; the oracle's contact is that of a mass alone."""
-    alone = [Problem(frame.r, c.beta, law=c.law, parameters=c.parameters) for c in frame.contacts]
-    laws, inverse = [rates(problem, 1.0, lambda _: 0.0) for problem in alone], np.linalg.inv(frame.r**2 * frame.mass)
-    rows = [frame.row(contact) for contact in frame.contacts]
-    spring, dashpot, inertia = frame.stiffness, frame.r * frame.damping, frame.r**2
-
-    def slope(t: float, y: np.ndarray) -> np.ndarray:
-        q, v, forces, inner = y[:2], y[2:4], [], []
-        for row, law, w in zip(rows, laws, (y[4:5], y[5:7]), strict=True):
-            z, speed = row @ q, row @ v
-            _, acceleration, *rest = law(t, [z, speed, *w])
-            forces.append(-z - inertia * acceleration)
-            inner += rest[:-1]
-        net = spring @ (f(t) - q) + dashpot @ (f(t, 1) - v)
-        net -= sum(n * row for row, n in zip(rows, forces, strict=True))
-        return np.concatenate((v, inverse @ net, inner))
-
-    states = [np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, MIXED[1].beta])]
-    for span in pairwise(knots):
-        run: Any = solve_ivp(slope, span, states[-1], "Radau", rtol=1e-11, atol=1e-13)
-        states.append(run.y[:, -1])
-    return np.array(states)
-
-
 def test_laws_with_states_of_their_own_move_two_masses_as_scipys_radau_does() -> None:
     frame = Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], MIXED)
-    slow = scipys(frame, lambda t, order=0: -math.sin(t) if order else math.cos(t), np.array([0.0, 2.0 * math.pi]))
-    q, v, _ = simulate(frame, cycles=1).all_at([2.0 * math.pi])
-    assert np.concatenate((q[0], v[0])) == pytest.approx(slow[-1, :4], abs=2e-9)
+    q, v, _ = simulate(frame, cycles=1).all_at([TURN])
+    assert np.concatenate((q[0], v[0])) == pytest.approx(Twin(frame).run([0.0, TURN])[:4], abs=2e-9)
     state = steady_state(frame)
     assert (state.outcome, state.solver) == ("periodic", "numeric")
     assert state.closure_error == pytest.approx(0.0, abs=1e-9)
@@ -181,8 +149,9 @@ def test_a_record_moves_two_masses_as_scipys_radau_does(contacts: list[Contact])
     seen = respond(frame, base)
     assert seen.closure_error < 1e-11
     if contacts is MIXED:
-        slow = scipys(frame, CubicSpline(base.time, base.values), base.time)
-        assert seen.displacements == pytest.approx(slow[:, :2], abs=1e-8)
+        twin = Twin(frame, CubicSpline(base.time, base.values))
+        twin.run(base.time.tolist())
+        assert seen.displacements == pytest.approx(np.array(twin.states)[:, :2], abs=1e-8)
     else:
         stepped = respond(frame, base, solver="numeric")
         for key in ("displacements", "velocities", "contact_forces", "contact_energies", "paths"):
