@@ -12,7 +12,7 @@ from frictionlab.hdf5 import read_tree, write_recording
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene
 from frictionlab.schema import MEASUREMENTS
-from tests.analysis.seen import NATURAL_HZ, recording_of, steady
+from tests.analysis.seen import NATURAL_HZ, motion, seen, steady
 from tests.analysis.test_free_vibration import HZ as TAP_HZ
 from tests.analysis.test_free_vibration import RATE, decaying
 from tests.desk import invoke
@@ -27,9 +27,9 @@ run = partial(invoke, "analyze")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("recordings")
-    write_recording(recording_of(0.5, 0.4, seed=1, seconds=40.0, rate=250.0), path / "one.h5")
-    write_recording(recording_of(1.2, 0.3, seed=2, seconds=40.0, rate=250.0), path / "two.h5")
-    write_recording(recording_of(1.2, 0.3, seed=3, seconds=6.0, rate=250.0), path / "short.h5")
+    write_recording(seen(motion(0.5, 0.4), seed=1, seconds=40.0, rate=250.0), path / "one.h5")
+    write_recording(seen(motion(1.2, 0.3), seed=2, seconds=40.0, rate=250.0), path / "two.h5")
+    write_recording(seen(motion(1.2, 0.3), seed=3, seconds=6.0, rate=250.0), path / "short.h5")
     return path
 
 

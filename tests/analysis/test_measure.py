@@ -1,21 +1,18 @@
 import math
 import re
 import tracemalloc
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from frictionlab.analysis.measurement import Measurement, measure
+from frictionlab.analysis.measurement import measure
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Model, Rig, Scene
-from frictionlab.simulator import Problem, steady_state
-from tests.analysis.hostile import motion
-from tests.analysis.seen import BASE_M, NATURAL_HZ, NOISE_M, STEP_M, recording_of, scene, steady, through_laser
+from tests.analysis.seen import BASE_M, NATURAL_HZ, NOISE_M, PHASE_S, STEP_M, motion, scene, seen, steady
 from tests.desk import present
 
-DATA = Path(__file__).parents[3] / "shared" / "data"
 # (r, beta) from multi-stop to far above resonance; every stop lasts at least 2 % of a cycle
 POINTS = [
     (0.1, 0.2), (0.1, 0.75), (0.13, 0.6), (0.3, 0.6), (0.42, 0.4), (0.5, 0.2), (0.7, 0.4), (1.2, 0.3), (1.4, 0.75),
@@ -26,7 +23,7 @@ POINTS = [
 @pytest.mark.parametrize(("r", "beta"), POINTS)
 def test_truth_is_found_through_the_laser(r: float, beta: float) -> None:
     state, _, energy, amplitude = steady(r, beta)
-    m = measure(recording_of(r, beta, seed=17), scene())
+    m = measure(seen(motion(r, beta), seed=17), scene())
     assert m.frequency_ratio == pytest.approx(r, abs=1e-6)  # ten times better than asked for
     assert m.energy_per_cycle == pytest.approx(energy, rel=1e-3)
     assert m.response_amplitude == pytest.approx(amplitude, rel=3e-3)
@@ -40,24 +37,19 @@ def test_truth_is_found_through_the_laser(r: float, beta: float) -> None:
 
 def test_stated_errors_cover_the_truth() -> None:
     """A smaller version of tests/benchmarks/recording_coverage.py: 150 realisations of a short test."""
-    _, orbit, energy, _ = steady(0.5, 0.4)
-    generator = np.random.default_rng(42)
-    t = np.arange(0.0, 20.0, 1 / 250)
-    tau = 2 * math.pi * 0.5 * NATURAL_HZ * t
-    mass, base = BASE_M * orbit.at(np.mod(tau, 2 * math.pi))[0], BASE_M * np.cos(tau)
-    what = scene("all", 0.0)
+    of, what = motion(0.5, 0.4), scene("all", 0.0)
     inside = np.zeros((150, 2))
     for j in range(150):
-        m = measure(Recording(t, through_laser(mass, generator), through_laser(base, generator)), what)
-        inside[j, 0] = abs(m.drive_frequency_hz - 0.5 * NATURAL_HZ) / (m.drive_frequency_hz_se or math.nan)
-        inside[j, 1] = abs(m.energy_per_cycle - energy) / m.energy_per_cycle_se
+        m = measure(seen(of, seed=j, seconds=20.0, rate=250.0, phase=0.0), what)
+        inside[j, 0] = abs(m.drive_frequency_hz - of.hz) / (m.drive_frequency_hz_se or math.nan)
+        inside[j, 1] = abs(m.energy_per_cycle - of.energy) / m.energy_per_cycle_se
     # binomial scatter of 150 draws is 3.8 points at 68 % and 1.8 at 95 %: three of them either way
     assert np.abs((inside < 1).mean(axis=0) - 0.6827).max() < 0.115
     assert np.abs((inside < 1.96).mean(axis=0) - 0.95).max() < 0.055
 
 
 def test_no_cycle_crosses_a_gap() -> None:
-    whole = recording_of(0.5, 0.4, seed=4)
+    whole = seen(motion(0.5, 0.4), seed=4)
     keep = (whole.time < 41.3) | (whole.time > 43.9)
     quality = np.zeros(keep.sum(), np.uint8)
     quality[np.argmax(whole.time[keep] > 43.0)] = Quality.NOT_BRIDGED
@@ -70,13 +62,14 @@ def test_no_cycle_crosses_a_gap() -> None:
 
 
 def test_a_drive_that_drifts_is_followed_and_said() -> None:
-    _, orbit, energy, _ = steady(0.3, 0.6)
-    t = np.arange(0.0, 200.0, 1 / 250)
-    tau = 2 * math.pi * 0.3 * NATURAL_HZ * t + 2e-4 * (t - 100.0) ** 2  # the motor speeds up by 1.4 %
-    generator = np.random.default_rng(5)
-    mass = through_laser(BASE_M * orbit.at(np.mod(tau, 2 * math.pi))[0], generator)
-    m = measure(Recording(t, mass, through_laser(BASE_M * np.cos(tau), generator)), scene())
-    assert m.energy_per_cycle == pytest.approx(energy, rel=1e-3)
+    of = motion(0.3, 0.6)
+
+    def faster(t: FloatArray, *_: FloatArray) -> tuple[FloatArray, FloatArray]:
+        later = t + 2e-4 * (t - 100.0) ** 2 / (2 * math.pi * of.hz)  # the motor speeds up by 1.4 %
+        return BASE_M * of.mass(later), BASE_M * of.base(later)
+
+    m = measure(seen(of, seed=5, seconds=200.0, rate=250.0, sensors=faster), scene())
+    assert m.energy_per_cycle == pytest.approx(of.energy, rel=1e-3)
     assert any(warning.startswith("drive_frequency_hz: the drive is not even") for warning in m.warnings)
 
 
@@ -134,41 +127,21 @@ def test_what_has_no_measurement_is_refused() -> None:
 
 
 def test_what_is_not_known_is_none_and_says_what_to_do() -> None:
-    bare = Scene(analysis=Analysis(transient_s=2.0))
-    m = measure(recording_of(0.5, 0.4, seed=8, seconds=20.0), bare)
+    recording, bare = seen(motion(0.5, 0.4), seed=8, seconds=20.0), Scene(analysis=Analysis(transient_s=2.0))
+    m = measure(recording, bare)
     assert (m.natural_frequency_hz, m.frequency_ratio, m.energy_per_cycle_j) == (None, None, None)
     assert any("--natural-frequency" in warning for warning in m.warnings)
     rig = Rig(natural_frequency_hz=NATURAL_HZ, stiffness_n_per_m=1191.0, stiffness_n_per_m_u=59.55)  # 5 %
-    joules = measure(recording_of(0.5, 0.4, seed=8, seconds=20.0), Scene(rig=rig, analysis=Analysis(transient_s=2.0)))
+    joules = measure(recording, bare.model_copy(update={"rig": rig}))
     assert joules.energy_per_cycle_j == pytest.approx(joules.energy_per_cycle * 1191.0 * BASE_M**2, rel=1e-3)
     share = math.hypot(present(joules.energy_per_cycle_u) / joules.energy_per_cycle, 0.05)
     assert joules.energy_per_cycle_j_u == pytest.approx(share * present(joules.energy_per_cycle_j), rel=1e-3)
 
 
 def test_noise_and_its_floor_are_measured() -> None:
-    m = measure(recording_of(0.5, 0.4, seed=9), scene())
+    m = measure(seen(motion(0.5, 0.4), seed=9), scene())
     assert m.mass_noise_m == pytest.approx(math.hypot(NOISE_M, STEP_M / math.sqrt(12)), rel=0.03)
     assert m.irregularity_index == pytest.approx(present(m.irregularity_floor), rel=0.03)
-
-
-def measured(name: str) -> Measurement:
-    path = DATA / name
-    if not path.exists():
-        pytest.skip(f"../shared is not there: {path}")
-    t, x, y = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
-    rig = Rig(mass_kg=3.0799, stiffness_n_per_m=1191.0)
-    return measure(Recording(t, 1e-3 * x, 1e-3 * y), Scene(rig=rig, analysis=Analysis(transient_s=2.0, cycles="all")))
-
-
-@pytest.mark.parametrize(("name", "energy"), [("frame_250g.csv", (1.12, 1.17)), ("frame_450g.csv", (1.82, 1.99))])
-def test_real_recordings(name: str, energy: tuple[float, float]) -> None:
-    """Brass on steel, L. Marino; ranges from a first rough pass over the same files."""
-    m = measured(name)
-    assert m.frequency_ratio == pytest.approx(0.320, abs=5e-4)
-    assert m.base_amplitude_m == pytest.approx(1.818e-3, rel=2e-3)
-    assert m.series.stops.tolist() == [2.0] * m.cycles
-    assert energy[0] < m.energy_per_cycle < energy[1]
-    assert m.regime == "stick-slip"
 
 
 def test_index_known_by_construction_through_the_whole_chain() -> None:
@@ -185,33 +158,28 @@ def test_index_known_by_construction_through_the_whole_chain() -> None:
 
 def test_the_trend_of_a_long_test_is_the_frictions_and_not_the_sensors() -> None:
     """A motion that passes slowly from one orbit to another takes its loop's area along: eq. (2.18) is linear in x."""
-    (_, first, low, _), (_, second, high, _) = steady(0.5, 0.4), steady(0.5, 0.42)
-    t = np.arange(0.0, 1200.0, 1 / 100)
-    tau = np.mod(2 * math.pi * 0.5 * NATURAL_HZ * t, 2 * math.pi)
-    share = t / 1200.0
-    generator = np.random.default_rng(11)
-    mass = BASE_M * ((1 - share) * first.at(tau)[0] + share * second.at(tau)[0])
-    clean = Recording(t, through_laser(mass, generator), through_laser(BASE_M * np.cos(tau), generator))
-    drifting = Recording(t, clean.mass_displacement + 4e-7 * t, clean.base_displacement - 3e-7 * t)
-    for recording in (clean, drifting):
-        m = measure(recording, scene("last"))
+    first, second = motion(0.5, 0.4), motion(0.5, 0.42)
+    change = second.energy - first.energy
+    for drift in (0.0, 1e-7):
+
+        def passing(t: FloatArray, x: FloatArray, y: FloatArray, drift: float = drift) -> tuple[FloatArray, FloatArray]:
+            share = t / 1200.0
+            mass = (1 - share) * x + share * BASE_M * second.mass(t + PHASE_S)
+            return mass + 4 * drift * t, y - 3 * drift * t
+
+        m = measure(seen(first, seed=11, seconds=1200.0, rate=100.0, sensors=passing), scene("last"))
         assert m.trend is not None
         assert len(m.trend.time) == pytest.approx(118, abs=1)  # one cycle every ten seconds
-        assert m.energy_trend_per_hour == pytest.approx((high - low) * 3, rel=0.03)
-        assert m.trend.low < (high - low) / 1200.0 < m.trend.high
+        assert m.energy_trend_per_hour == pytest.approx(change * 3, rel=0.03)
+        assert m.trend.low < change / 1200.0 < m.trend.high
 
 
 def test_stops_are_relative_to_a_wall_that_moves() -> None:
-    problem = Problem(0.7, 0.44, wall="base")
-    state = steady_state(problem)
-    generator, t = np.random.default_rng(12), np.arange(0.0, 60.0, 1 / 500)
-    tau = 2 * math.pi * 0.7 * NATURAL_HZ * t
-    mass = through_laser(BASE_M * present(state.orbit).at(np.mod(tau, 2 * math.pi))[0], generator)
-    what = scene().model_copy(update={"model": Model(wall="base")})
-    m = measure(Recording(t, mass, through_laser(BASE_M * np.cos(tau), generator)), what)
-    assert m.stops_per_cycle == state.stops_per_cycle == 2.0
-    assert m.stuck_fraction == pytest.approx(state.stuck_fraction, abs=0.05)
-    assert m.energy_per_cycle == pytest.approx(state.energy_per_cycle, rel=1e-3)
+    of, what = motion(0.7, 0.44, wall="base"), scene().model_copy(update={"model": Model(wall="base")})
+    m = measure(seen(of, seed=12, seconds=60.0), what)
+    assert m.stops_per_cycle == of.stops == 2.0
+    assert m.stuck_fraction == pytest.approx(of.stuck, abs=0.05)
+    assert m.energy_per_cycle == pytest.approx(of.energy, rel=1e-3)
 
 
 def test_a_long_recording_is_measured_in_five_more_columns_of_it() -> None:
@@ -236,7 +204,7 @@ def test_a_long_recording_is_measured_in_five_more_columns_of_it() -> None:
 def test_few_samples_of_a_cycle_take_nothing_from_its_harmonics(r: float, beta: float, samples: int) -> None:
     """A cubic between 11 samples takes a third of the third harmonic."""
     rate = 1.003 * samples * r * NATURAL_HZ
-    m = measure(recording_of(r, beta, seed=1, seconds=60.0, rate=rate), scene())
+    m = measure(seen(motion(r, beta), seconds=60.0, rate=rate), scene())
     _, orbit, energy, amplitude = steady(r, beta)
     assert m.energy_per_cycle == pytest.approx(energy, rel=1e-3)
     assert abs(m.response_amplitude - amplitude) < 1.5 * (m.response_amplitude_u or 0.0)

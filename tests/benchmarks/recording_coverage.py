@@ -81,7 +81,7 @@ def score(value: float | None, stated: float | None, truth: float | None) -> flo
 def of_noise(r: float, beta: float, seed: int) -> Scores:
     """Of a recording whose sensors have noise and a step alone."""
     _, _, energy, amplitude = seen.steady(r, beta)
-    m = measure(seen.recording_of(r, beta, seed=seed, seconds=20.0, rate=250.0), what := seen.scene("all", 0.0))
+    m = measure(seen.seen(seen.motion(r, beta), seed=seed, seconds=20.0, rate=250.0), what := seen.scene("all", 0.0))
     c = compare(m, what)
     return {
         "drive frequency": score(m.drive_frequency_hz, m.drive_frequency_hz_se, r * NATURAL_HZ),

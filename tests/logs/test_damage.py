@@ -14,8 +14,7 @@ from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.logs.sensor import examine, flag_dead, step_and_range
 from frictionlab.recording import LineCount, Quality, Recording
-from tests.analysis.hostile import motion, seen
-from tests.analysis.seen import STEP_M
+from tests.analysis.seen import STEP_M, motion, seen
 from tests.logs.fuzz import case, check
 from tests.logs.samples import Truth, table, truth, write
 
