@@ -16,6 +16,7 @@ from tests.analysis.seen import NATURAL_HZ, motion, seen, steady
 from tests.analysis.test_free_vibration import HZ as TAP_HZ
 from tests.analysis.test_free_vibration import RATE, decaying
 from tests.desk import invoke
+from tests.logs.samples import log
 
 HZ = ["--natural-frequency", str(NATURAL_HZ)]
 LATE = [*HZ, "--transient", "20"]
@@ -55,38 +56,13 @@ def test_overrides_reach_the_measurement(folder: Path) -> None:
     assert row["cycles"] > late["cycles"]
 
 
-def test_without_a_transient_it_is_found_and_all_settled_cycles_are_used(folder: Path) -> None:
-    short, one = (json.loads(run(folder / name, *HZ, "--json").stdout) for name in ("short.h5", "one.h5"))
-    assert (short["status"], one["energy_rule"], one["transient_s"]) == ("ok", "all", 0.0)
-    assert one["energy_per_cycle"] == pytest.approx(steady(0.5, 0.4)[2], rel=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("words", "fault"),
-    [
-        (("--transient", -1), "analysis.transient_s"),
-        (("--cycles", "first"), "expected 'last', 'all' or 'window:SECONDS'"),
-        (("--padding", 0), "analysis.padding"),
-        (("--natural-frequency", 0), "rig.natural_frequency_hz"),
-        (("-o", "result.txt"), "expected an output ending in"),
-    ],
-)
-def test_a_wrong_command_line_is_said_in_one_line(folder: Path, words: tuple[object, ...], fault: str) -> None:
-    result = run(folder / "one.h5", *words)
-    assert result.exit_code == 2
-    assert fault in result.stderr
-    assert len(result.stderr.splitlines()) == 1
-
-
 @pytest.fixture(scope="module")
 def decays(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     tmp_path, generator, paths = tmp_path_factory.mktemp("decays"), np.random.default_rng(1), []
     for number in range(2):
         x = decaying(0.0055 + 0.001 * number) + 1e-6 * generator.standard_normal(round(25 * RATE))
         t = np.arange(len(x)) / RATE
-        paths.append(tmp_path / f"tap{number}.csv")
-        table = np.column_stack([t, 1e3 * x, np.zeros(len(t))])
-        np.savetxt(paths[-1], table, "%.6f", ",", header="time [s],mass [mm],base [mm]", comments="")
+        paths.append(log(tmp_path / f"tap{number}.csv", "time [s],mass [mm],base [mm]", t, 1e3 * x, 0 * x))
     write_recording(Recording(t, x, 0 * x), tmp_path / "tap2.h5")
     return [str(path) for path in (*paths, tmp_path / "tap2.h5")]
 
@@ -114,10 +90,9 @@ def test_what_it_prints_to_paste_is_a_scene(decays: list[str], tmp_path: Path) -
 
 
 def test_taps_that_contradict_each_other_are_named(decays: list[str], tmp_path: Path) -> None:
-    table = np.loadtxt(decays[0], delimiter=",", skiprows=1)
-    table[:, 0] *= 1.1  # of another mass
-    np.savetxt(tmp_path / "other.csv", table, "%.6f", ",", header="time [s],mass [mm],base [mm]", comments="")
-    said = invoke("free-vibration", *decays, tmp_path / "other.csv").stderr
+    t, x, y = np.loadtxt(decays[0], delimiter=",", skiprows=1).T
+    other = log(tmp_path / "other.csv", "time [s],mass [mm],base [mm]", 1.1 * t, x, y)  # of another mass
+    said = invoke("free-vibration", *decays, other).stderr
     assert "(other): natural_frequency_hz: the tap at" in said
     assert "is -9.1 % from the median of all 4 taps" in said
     assert said.count("the median of all") == 1
@@ -127,13 +102,11 @@ def test_taps_that_contradict_each_other_are_named(decays: list[str], tmp_path: 
 def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
     x = np.concatenate([decaying(0.0055, 5e-6), decaying(0.0055, 5e-6)])
     x += 1e-6 * np.random.default_rng(2).standard_normal(len(x))
-    log = tmp_path / "taps.csv"
-    table = np.column_stack([np.arange(len(x)) / RATE, 1e3 * x])
-    np.savetxt(log, table, "%.6f", ",", header="time [s],mass [mm]", comments="")
+    taps = log(tmp_path / "taps.csv", "time [s],mass [mm]", np.arange(len(x)) / RATE, 1e3 * x)
     scene = tmp_path / "scene.toml"
     scene.write_text("[rig]\nmass_kg = 3.0\n[experiment]\nnormal_force_n = 2.0\n")
-    files = ["--plot", str(tmp_path / "figures"), "-o", str(tmp_path / "taps.jsonl"), "--scene", str(scene)]
-    result = invoke("free-vibration", log, "--json", *files)
+    files = ("--plot", tmp_path / "figures", "-o", tmp_path / "taps.jsonl", "--scene", scene)
+    result = invoke("free-vibration", taps, "--json", *files)
     assert result.exit_code == 0, result.output
     row = json.loads(result.stdout)
     assert [tap["damping_ratio"] for tap in row["taps"]] == pytest.approx([0.0055] * 2, rel=0.01)
@@ -150,10 +123,9 @@ def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
 def test_the_friction_of_an_angle_is_in_degrees_and_no_newtons(tmp_path: Path) -> None:
     x = decaying(0.0055, 5e-6)
     x += 1e-6 * np.random.default_rng(2).standard_normal(len(x))
-    table = np.column_stack([np.arange(len(x)) / RATE, x])
-    np.savetxt(tmp_path / "swing.csv", table, "%.9f", ",", header="time [s],angle [rad]", comments="")
+    swing = log(tmp_path / "swing.csv", "time [s],angle [rad]", np.arange(len(x)) / RATE, x)
     (tmp_path / "scene.toml").write_text('[rig]\nmass_kg = 3.0\nrestoring = "pendulum"\n')
-    command = ["free-vibration", str(tmp_path / "swing.csv"), "--scene", str(tmp_path / "scene.toml")]
+    command = ("free-vibration", swing, "--scene", tmp_path / "scene.toml")
     shown = invoke(*command).stdout
     assert "F/k [deg]" in shown
     assert " deg. For a scene" in shown
@@ -162,8 +134,7 @@ def test_the_friction_of_an_angle_is_in_degrees_and_no_newtons(tmp_path: Path) -
 
 
 def test_a_log_without_a_decay_fails_and_the_others_go_on(decays: list[str], tmp_path: Path) -> None:
-    bad = tmp_path / "flat.csv"
-    bad.write_text("time [s],mass [mm],base [mm]\n" + "".join(f"{i / 100},{1.0},{0.0}\n" for i in range(500)))
+    bad = log(tmp_path / "flat.csv", "time [s],mass [mm],base [mm]", np.arange(500) / 100, np.ones(500), np.zeros(500))
     result = invoke("free-vibration", bad, decays[0], "--json")
     rows = [json.loads(line) for line in result.stdout.splitlines()]
     assert result.exit_code == 1

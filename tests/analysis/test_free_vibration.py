@@ -19,6 +19,7 @@ from frictionlab.errors import AnalysisError, RecordingError
 from frictionlab.recording import Channel, Recording
 from tests.analysis.seen import STEP_M, through_laser
 from tests.desk import invoke, present, published
+from tests.logs.samples import log
 
 RATE, HZ = 500.0, 3.126
 OMEGA = 2 * math.pi * HZ
@@ -40,14 +41,19 @@ def seen(x: np.ndarray, seed: int = 1) -> np.ndarray:
     return through_laser(x, np.random.default_rng(seed))
 
 
-@pytest.mark.parametrize("zeta", [0.002, 0.02, 0.1])
-def test_viscous_decay(zeta: float) -> None:
-    x = seen(decaying(zeta))
+@pytest.mark.parametrize(
+    ("zeta", "friction"),
+    [(0.002, 0.0), (0.02, 0.0), (0.1, 0.0), (0.004, 50e-6), (0.0055, 5e-6), (0.0, 100e-6), (0.05, 1e-6)],
+)
+def test_both_dampings_are_told_apart(zeta: float, friction: float) -> None:
+    """Pinned by a first user's finding: zeta 0.004 with friction read 0.0158, 5 um in 5 mm moved 0.0055 to 0.00705."""
+    x = seen(decaying(zeta, friction))
     (tap,) = free_vibrations(clock(x), x)
-    assert tap.natural_frequency_hz == pytest.approx(HZ, rel=1e-4)
+    assert tap.natural_frequency_hz == pytest.approx(HZ, rel=1e-5)
     assert tap.damped_frequency_hz == pytest.approx(HZ * math.sqrt(1 - zeta**2), rel=1e-4)
-    assert tap.damping_ratio == pytest.approx(zeta, rel=0.002)
-    assert tap.friction_m < 1e-7
+    assert tap.damping_ratio == pytest.approx(zeta, abs=max(4 * (tap.damping_ratio_se or 0.0), 2e-6))
+    assert tap.friction_m == pytest.approx(friction, abs=max(4 * (tap.friction_m_se or 0.0), 2e-8))
+    assert (tap.damping_ratio_se or 0.0) < 1e-3 * max(zeta, 0.05)
     at_zero = replace(tap, friction_m=0.0, friction_m_se=None, friction_m_upper=1.645e-6)
     found = averages([at_zero])["friction_m"]  # what is held at zero weighs by its limit
     assert (found.mean, found.se) == pytest.approx((0.0, 1e-6))
@@ -107,12 +113,14 @@ def test_a_base_that_moves_is_a_drive_and_one_that_moves_a_little_is_said() -> N
     assert "the base moves by 1.0% of the mass's swing" in tap.warnings[0]
 
 
-@pytest.mark.parametrize(("size", "zeta"), [(5e-6, 0.0055), (50e-6, 0.0055), (20e-6, 0.02)])
-def test_hum_of_the_mains_is_taken_out(size: float, zeta: float) -> None:
-    """In both channels; 34 of 57 such decays were refused as driven."""
-    t = clock(decaying(zeta))
+@pytest.mark.parametrize(
+    ("size", "zeta", "stray"), [(5e-6, 0.0055, 0.0), (50e-6, 0.0055, 0.0), (20e-6, 0.02, 0.0), (20e-6, 0.01, 0.1)]
+)
+def test_hum_of_the_mains_is_taken_out(size: float, zeta: float, stray: float) -> None:
+    """In both channels; 34 of 57 such decays were refused as driven, and all where stamps stray."""
+    t = T + np.random.default_rng(3).uniform(-stray, stray, len(T)) / RATE
     hum = size * np.cos(2 * np.pi * 50.02 * t + 1.0)
-    x, base = seen(decaying(zeta, 10e-6) + hum), seen(0.5 * hum, 2)
+    x, base = seen(Decay(0.0, 5e-3, 0.0, OMEGA, zeta, 10e-6).at(t) + hum), seen(0.5 * hum, 2)
     (tap,) = free_vibrations(t, x, base)
     assert tap.natural_frequency_hz == pytest.approx(HZ, rel=1e-4)
     assert tap.damping_ratio == pytest.approx(zeta, rel=0.01)
@@ -174,14 +182,6 @@ def test_a_pendulum_that_others_have_published(tmp_path: Path) -> None:
             assert abs(row[name] - value) < 2.0 * row[f"{name}_se"]
         assert row["taps"][0]["misfit"] < 0.01
     assert len(rows) == len(list(tmp_path.glob("*.free_vibration.png"))) == 3
-
-
-def test_hum_is_taken_out_under_a_clock_that_jitters() -> None:
-    """It was left in where stamps stray: "this is a driven motion"."""
-    t = T + np.random.default_rng(3).uniform(-0.1, 0.1, len(T)) / RATE
-    x = Decay(0.0, 5e-3, 0.0, OMEGA, 0.01, 0.0).at(t) + 20e-6 * np.sin(100 * math.pi * t)
-    (tap,) = free_vibrations(t, x)
-    assert tap.damping_ratio == pytest.approx(0.01, rel=1e-3)
 
 
 @pytest.mark.parametrize("length_s", [1.5, 2.0, 2.5])
@@ -267,17 +267,12 @@ def test_one_mode_in_two_columns_is_refused() -> None:
 
 def test_the_command_gives_each_mode(tmp_path: Path) -> None:
     t, x, hz, _ = two_storeys()
-    table = np.column_stack([t, 1e3 * x.T])
-    np.savetxt(tmp_path / "tap.csv", table, delimiter=",", header="t [s],mass [mm],mass 2 [mm]", comments="")
-    shown = invoke("free-vibration", tmp_path / "tap.csv", "--plot", tmp_path)
-    assert [line[:10].split() for line in shown.stdout.splitlines()] == [
-        ["1", "tap"],
-        ["test", "mode"],
-        ["tap", "1"],
-        ["tap", "2"],
-    ]
+    tap = log(tmp_path / "tap.csv", "t [s],mass [mm],mass 2 [mm]", t, *(1e3 * x))
+    shown = invoke("free-vibration", tap, "--plot", tmp_path)
+    begun = [line[:10].split() for line in shown.stdout.splitlines()]
+    assert begun == [["1", "tap"], ["test", "mode"], ["tap", "1"], ["tap", "2"]]
     assert "note: modes are a table only" in shown.stderr
-    row = json.loads(invoke("free-vibration", tmp_path / "tap.csv", "--json").stdout)
+    row = json.loads(invoke("free-vibration", tap, "--json").stdout)
     assert [mode["natural_frequency_hz"] for mode in row["modes"]] == pytest.approx(hz.tolist(), rel=1e-4)
     assert len(row["modes"][0]["shape"]) == 2
 
@@ -362,17 +357,6 @@ def decayed(
     return times, x, turning, (-1.0) ** np.arange(len(ladder)) * np.array(ladder)
 
 
-@pytest.mark.parametrize(("zeta", "friction"), [(0.004, 50e-6), (0.0055, 5e-6), (0.0, 100e-6), (0.05, 1e-6)])
-def test_both_dampings_are_told_apart(zeta: float, friction: float) -> None:
-    """Pinned by a first user's finding: zeta 0.004 with friction read 0.0158, 5 um in 5 mm moved 0.0055 to 0.00705."""
-    t, x, at, height = decayed(zeta, friction, np.random.default_rng(1))
-    fit = fit_decay(t, x, first_guess(at, height))
-    assert fit.decay.omega == pytest.approx(OMEGA, rel=1e-5)
-    assert fit.decay.zeta == pytest.approx(zeta, abs=max(4 * fit.se.zeta, 2e-6))
-    assert fit.decay.friction == pytest.approx(friction, abs=max(4 * fit.se.friction, 2e-8))
-    assert fit.se.zeta < 1e-3 * max(zeta, 0.05)
-
-
 def test_what_would_be_negative_is_held_at_zero_with_a_limit() -> None:
     held = 0
     for seed in range(6):
@@ -410,22 +394,14 @@ def test_damping_of_another_kind_widens_the_bars() -> None:
     assert odd.se.zeta > 20 * quiet.se.zeta
 
 
-@pytest.mark.parametrize("share", [0.01, 0.08, -0.05])
-def test_a_cubic_spring_is_told_apart_from_friction(share: float) -> None:
+@pytest.mark.parametrize(("share", "seed"), [(0.01, 2), (0.08, 2), (-0.05, 2), (0.0, 0), (0.0, 1), (0.0, 2)])
+def test_a_cubic_spring_is_told_apart_from_friction_and_from_a_linear_one(share: float, seed: int) -> None:
     """Fitted as linear, friction comes out wrong by many errors; 10 s of 3.1 Hz through 1 um of noise."""
     truth = Decay(0.0, 5e-3, 0.0, 19.6, 0.004, 20e-6, share / 25e-6)
     t = np.arange(0.0, 10.0, 0.008)
-    x = truth.at(t) + 1e-6 * np.random.default_rng(2).standard_normal(len(t))
+    x = truth.at(t) + 1e-6 * np.random.default_rng(seed).standard_normal(len(t))
     fit = fit_decay(t, x, replace(truth, cubic=0.0, friction=10e-6, zeta=0.005, omega=19.62))
-    assert abs(fit.decay.cubic - truth.cubic) < 3 * fit.se.cubic
+    assert fit.decay.cubic == 0.0 if share == 0.0 else abs(fit.decay.cubic - truth.cubic) < 3 * fit.se.cubic
     assert abs(fit.decay.friction - truth.friction) < 3 * fit.se.friction
     assert abs(fit.decay.omega - truth.omega) < 3 * fit.se.omega
     assert fit.decay.friction == pytest.approx(truth.friction, rel=0.02)
-
-
-def test_a_linear_spring_is_not_taken_for_a_cubic_one() -> None:
-    truth = Decay(0.0, 5e-3, 0.0, 19.6, 0.004, 20e-6)
-    t = np.arange(0.0, 10.0, 0.008)
-    for seed in range(3):
-        x = truth.at(t) + 1e-6 * np.random.default_rng(seed).standard_normal(len(t))
-        assert fit_decay(t, x, replace(truth, friction=10e-6)).decay.cubic == 0.0

@@ -1,7 +1,6 @@
 """Means of correlated cycles, noise and step of a sensor, filters; whether a motion is steady, or drifts."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -65,26 +64,24 @@ def test_likelihood_and_mean_are_those_of_the_covariance_written_out() -> None:
     assert pair_variances(n)[:, 0] == pytest.approx(spread, rel=1e-12)
 
 
-@pytest.mark.parametrize(("share", "wander"), [(0.0, 0.0), (0.25, 0.0), (0.5, 0.0), (-0.6, 0.0), (0.5, 0.6)])
-def test_the_error_of_a_mean_covers_wherever_friction_changes_in_a_cycle(share: float, wander: float) -> None:
-    """Rms of error over stated error of 600 means of 63 cycles; friction that changes in mid-cycle had 0.8."""
-    n, rng = 63, np.random.default_rng(7)
+@pytest.mark.parametrize(
+    ("share", "wander", "n", "most"),
+    [
+        *((share, 0.0, 63, 1.1) for share in (0.0, 0.25, 0.5, -0.6)),
+        (0.5, 0.6, 63, 1.1),
+        (0.0, 0.97, 400, 1.35),  # 1.7 where no wander over more than 20 cycles was thought of
+    ],
+)
+def test_the_error_of_a_mean_covers_wherever_friction_changes_in_a_cycle(
+    share: float, wander: float, n: int, most: float
+) -> None:
+    """Rms of error over stated error of 600 means of n cycles; friction that changes in mid-cycle had 0.8."""
     root = np.linalg.cholesky(toeplitz(autocorrelation(share, wander, n)))
-    series = root @ rng.standard_normal((n, 600))
+    series: FloatArray = np.asarray(root @ np.random.default_rng(7).standard_normal((n, 600)))
     score = series.mean(axis=0) / np.sqrt(
         series.var(axis=0, ddof=1) / n * variance_inflation(series) * student(n - 1.0)
     )
-    assert math.sqrt(float(np.mean(score**2))) == pytest.approx(1.0, abs=0.1)
-
-
-def test_friction_that_wanders_over_thirty_cycles_is_seen_in_four_hundred() -> None:
-    """Rms of error over stated error: 1.7 where no wander over more than 20 cycles was thought of."""
-    root: FloatArray = np.asarray(np.linalg.cholesky(toeplitz(autocorrelation(0.0, 0.97, 400))))
-    series: FloatArray = np.asarray(root @ np.random.default_rng(5).standard_normal((400, 300)))
-    score = series.mean(axis=0) / np.sqrt(
-        series.var(axis=0, ddof=1) / 400.0 * variance_inflation(series) * student(399.0)
-    )
-    assert math.sqrt(float(np.mean(score**2))) < 1.35
+    assert 0.9 < math.sqrt(float(np.mean(score**2))) < most
 
 
 def test_a_series_that_does_not_vary_is_not_inflated() -> None:
@@ -284,23 +281,9 @@ def test_autocorrelated_residuals_widen_the_confidence() -> None:
 WAVE = np.sin(2 * math.pi * np.arange(200) / 200)
 
 
-@settings(max_examples=20, deadline=None)
-@given(st.integers(2, 5), st.integers(3, 12), st.integers(0, 10_000))
-def test_against_the_sums_of_the_equation(cycles: int, points: int, seed: int) -> None:
-    rows = np.random.default_rng(seed).normal(size=(cycles, points))
-    changes = [np.abs(after - before).sum() / np.abs(before).sum() for before, after in pairwise(rows)]
-    assert irregularity_index(rows) == pytest.approx(float(np.mean(changes)), rel=1e-12)
-
-
 def test_no_pair_is_made_across_a_gap_nor_of_nothing() -> None:
     rows = np.outer([1.0, 1.1, 5.0, 5.5], WAVE)
     assert irregularity_index(rows, (slice(0, 2), slice(2, 4))) == pytest.approx(0.1)
     assert irregularity_index(WAVE[None]) is None
     assert irregularity_index(np.zeros((4, 10))) is None
     assert irregularity_floor(np.zeros((4, 10)), 0.1) is None
-
-
-def test_floor_is_what_noise_gives() -> None:
-    rows = np.tile(WAVE, (300, 1)) + 1e-3 * np.random.default_rng(6).standard_normal((300, 200))
-    floor = irregularity_floor(rows, 1e-3)
-    assert irregularity_index(rows) == pytest.approx(floor, rel=0.01)
