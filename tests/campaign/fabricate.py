@@ -11,9 +11,10 @@ from frictionlab.campaign.trials import Trial
 from frictionlab.recording import Recording
 from frictionlab.scene import scene_from_tables
 from frictionlab.simulator import Problem, steady_state
+from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded
 
 STIFFNESS = 1191.0
-AMPLITUDE = 1.8e-3
+AMPLITUDE = BASE_M
 NATURAL = 3.1297
 SCENE: dict[str, object] = {"rig": {"stiffness_n_per_m": STIFFNESS, "natural_frequency_hz": NATURAL}}
 
@@ -87,19 +88,7 @@ def small_campaign(*, seed: int = 0) -> list[dict[str, object]]:
     return rows
 
 
-SECONDS, RATE = 40.0, 250.0
-
-
-def steady_recording(
-    r: float = 0.6, beta: float = 0.4, *, problem: Problem | None = None, amplitude: float = AMPLITUDE
-) -> Recording:
-    """40 s at 250 Hz with the noise of a good sensor; ``problem``: another contact's, in the place of r and beta."""
-    contact = Problem(r, beta) if problem is None else problem
-    time = np.arange(round(SECONDS * RATE)) / RATE
-    tau = 2.0 * np.pi * contact.r * NATURAL * time
-    motion = steady_state(contact).orbit
-    assert motion is not None
-    phase = motion.start + np.mod(tau - motion.start, motion.end - motion.start)
-    noise = np.random.default_rng(3).normal(0.0, 0.8e-6, (2, len(time)))
-    mass, base = amplitude * motion.at(phase)[0] + noise[0], amplitude * np.cos(tau) + noise[1]
-    return Recording(time=time, mass_displacement=mass, base_displacement=base)
+def steady_recording(problem: Problem | None = None, *, late: float = 0.0) -> Recording:
+    """40 s of a steady contact on this rig, without scatter, whose base is shown so late [s]."""
+    contact, generator, tuned = problem or Problem(0.6, 0.4), np.random.default_rng(3), NATURAL / NATURAL_HZ
+    return recorded(contact, generator, scatter=0.0, seconds=40.0, tuned=tuned, lag_s=late)

@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from frictionlab.campaign.trials import trial_of
 from frictionlab.errors import ParameterError, UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference import ladder
-from frictionlab.inference.observations import CycleObservation, observe
+from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import explains, infer
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.schema import COMPARISONS
@@ -30,7 +31,7 @@ from frictionlab.uncertainty import Estimate
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row, steady_recording
 from tests.desk import present
-from tests.inference.contacts import BASE_M, NATURAL_HZ, from_rest, recorded
+from tests.inference.contacts import BASE_M, NATURAL_HZ, from_rest, observed
 
 TRUE, FORCE = 0.4, 1.5
 BETA = TRUE * FORCE / (STIFFNESS * AMPLITUDE)
@@ -133,8 +134,8 @@ def test_a_test_that_had_not_settled_is_named_before_its_law() -> None:
     for r in (0.4, 1.3):
         truth = Problem(r, 0.2, frame_damping_ratio=frame)
         begun = from_rest(truth) if r < 1.0 else None
-        made = recorded(truth, np.random.default_rng(3), scatter=0.0, seconds=20.0, sensors=begun)
-        seen.append(replace(observe(measure(made, scene), scene), source=f"{r}.csv", material="steel"))
+        generator = np.random.default_rng(3)
+        seen.append(observed(truth, scene, generator, f"{r}.csv", scatter=0.0, seconds=20.0, sensors=begun))
     _, notes = fit_together({"steel": seen}, find_law=False, accuracy="balanced")
     (said,) = (note for note in notes if "does not explain all cycles" in note)
     assert re.search(r"^steel: 0\.4: the start of the recording may still be in it, .*: record longer; else .*", said)
@@ -149,8 +150,7 @@ def test_laws_that_a_campaign_did_not_try_are_named(monkeypatch: pytest.MonkeyPa
     seen = []
     for i, r in enumerate((0.4, 0.7)):
         truth = Problem(r, BETA, law="coulomb+stribeck", parameters=more)
-        made = measure(recorded(truth, np.random.default_rng(i), seconds=12.0), scene_with())
-        seen.append(replace(observe(made, scene_with()), source=str(i), material="steel"))
+        seen.append(observed(truth, scene_with(), np.random.default_rng(i), i, seconds=12.0))
     joint, notes = fit_together({"steel": seen}, find_law=True, accuracy="balanced")
     (row,) = (row for row in laws_together(present(joint).ladders) if row["law"] == "coulomb+stribeck")
     assert (row["log_evidence"], row["required"]) == (None, None)
@@ -167,10 +167,8 @@ def test_the_coefficient_under_a_law_that_misses_the_cycles_holds_what_a_richer_
     observations = []
     for i, newtons in enumerate((2.5, 3.5, 4.5)):
         beta, own = TRUE * newtons / (STIFFNESS * BASE_M), {"gradient": 0.05 * (-1) ** i, "contact_damping_ratio": 0.05}
-        problem = Problem(0.5, beta, law="coulomb+place+speed", parameters=own)
-        measured = measure(recorded(problem, np.random.default_rng(i)), known)
-        measured = replace(measured, source=f"{newtons} N", material="brass", normal_force_n=newtons)
-        observations.append(observe(measured, known))
+        problem, generator = Problem(0.5, beta, law="coulomb+place+speed", parameters=own), np.random.default_rng(i)
+        observations.append(observed(problem, known, generator, f"{newtons} N", material="brass", newtons=newtons))
     joint, notes = fit_together({"brass": observations}, find_law=False, accuracy="balanced")
     assert joint is not None
     bare = replace(joint, posterior=infer(observations)).coefficient("brass", STIFFNESS)
@@ -200,9 +198,8 @@ def test_what_changes_with_the_normal_force_is_no_scatter_from_test_to_test() ->
     for newtons, coefficient in true.items():
         for r in (0.4, 0.5, 0.6):
             beta = coefficient * (1.0 + 0.01 * draw.standard_normal()) * newtons / (STIFFNESS * BASE_M)
-            measured = measure(recorded(Problem(r, beta), draw, seconds=20.0), known)
-            named = replace(measured, source=f"{newtons} {r}", material="nylon", normal_force_n=newtons)
-            observations.append(observe(named, known))
+            named: dict[str, Any] = {"source": f"{newtons} {r}", "material": "nylon", "newtons": newtons}
+            observations.append(observed(Problem(r, beta), known, draw, **named, seconds=20.0))
     joint, _ = fit_together({"nylon": observations}, find_law=False, accuracy="balanced")
     for newtons, coefficient in true.items():
         friction = present(joint).friction("nylon", newtons)
@@ -216,12 +213,26 @@ def judged(forces: tuple[float, ...], values: list[float], error: float = 0.01) 
     return amontons("steel", np.array(forces), np.array(values), covariance, Estimate(0.6, 0.01))
 
 
-def test_equal_coefficients_keep_the_law() -> None:
-    found = judged((1.0, 1.5, 2.0), [0.6] * 3)
-    assert found.holds
-    assert (found.coefficient, found.coefficient_se) == (0.6, 0.01)
-    assert found.chi_square == pytest.approx(0.0)
-    assert "may be the same under all 3 normal forces, as Amontons' law says" in found.verdict
+FALLING = [0.8 * n**-0.3 for n in (1.0, 1.5, 2.0, 3.0, 4.0)]
+
+
+@pytest.mark.parametrize(
+    ("forces", "values", "error", "holds", "said"),
+    [
+        ((1.0, 1.5, 2.0), [0.6] * 3, 0.01, True, "may be the same under all 3 normal forces, as Amontons' law says"),
+        ((1.0, 1.5, 2.0, 3.0, 4.0), FALLING, 0.004, False, "falls with normal force, by 18.8% at each doubling"),
+        ((1.0, 1.5, 2.0, 3.0), [0.6, 0.7, 0.58, 0.66], 0.003, False, "without a clear trend"),
+        ((1.0,), [0.6], 0.01, None, "under one normal force only"),
+    ],
+)
+def test_amontons_law_is_kept_or_broken_and_why_is_said(
+    forces: tuple[float, ...], values: list[float], error: float, holds: bool | None, said: str
+) -> None:
+    found = judged(forces, values, error)
+    assert (found.holds, said in found.verdict) == (holds, True), found.verdict
+    assert values is not FALLING or found.exponent == pytest.approx(-0.3, abs=1e-9)
+    assert not holds or (found.coefficient, found.coefficient_se) == (0.6, 0.01)
+    assert amontons_of("steel", [], {}, None).holds is None
 
 
 def test_p_is_that_of_chi_square() -> None:
@@ -241,25 +252,6 @@ def test_what_all_forces_share_does_not_count_against_the_law() -> None:
     assert shared.p == pytest.approx(alone.p, rel=1e-6)
 
 
-def test_a_falling_coefficient_breaks_the_law_and_the_trend_is_said() -> None:
-    forces = (1.0, 1.5, 2.0, 3.0, 4.0)
-    found = judged(forces, [0.8 * n**-0.3 for n in forces], 0.004)
-    assert found.holds is False
-    assert found.exponent == pytest.approx(-0.3, abs=1e-9)
-    assert f"falls with normal force, by {1 - 2**-0.3:.1%} at each doubling" in found.verdict
-
-
-def test_a_scattered_coefficient_has_no_trend() -> None:
-    found = judged((1.0, 1.5, 2.0, 3.0), [0.6, 0.7, 0.58, 0.66], 0.003)
-    assert found.holds is False
-    assert "without a clear trend" in found.verdict
-
-
-def test_one_force_or_none_is_no_test_of_the_law() -> None:
-    assert "under one normal force only" in judged((1.0,), [0.6]).verdict
-    assert amontons_of("steel", [], {}, None).holds is None
-
-
 @pytest.mark.parametrize(("by_mass", "declared"), [(False, 0.001), (True, 0.001), (True, 0.0)])
 def test_a_natural_frequency_that_all_tests_contradict_is_named_and_in_the_error(
     by_mass: bool, declared: float
@@ -271,10 +263,7 @@ def test_a_natural_frequency_that_all_tests_contradict_is_named_and_in_the_error
     rig = {**known, "natural_frequency_hz": NATURAL_HZ * off, "natural_frequency_hz_u": declared}
     scene = scene_from_tables({"rig": rig, "experiment": {"normal_force_n": FORCE}})
     beta = TRUE * FORCE / (1190.0 * BASE_M)
-    seen = [
-        observe(measure(recorded(Problem(r, beta), generator, seconds=40.0), scene), scene) for r in (0.3, 0.6, 1.5)
-    ]
-    seen = [replace(o, source=str(i), material="steel") for i, o in enumerate(seen)]
+    seen = [observed(Problem(r, beta), scene, generator, r, seconds=40.0) for r in (0.3, 0.6, 1.5)]
     joint, _ = fit_together({"steel": seen}, find_law=False, accuracy="balanced", by_mass=by_mass)
     assert joint is not None
     found = joint.coefficient("steel", scene.rig.stiffness)
@@ -292,9 +281,10 @@ def test_a_material_that_its_law_does_not_explain_leaves_the_others_their_scatte
         contacts = [Problem(0.5, beta) for beta in spread]
         if material == "brass":
             contacts[1] = Problem(0.5, 0.44, law="coulomb+place", parameters={"gradient": 0.2})
-        made = [measure(recorded(contact, generator, seconds=12.0), scene) for contact in contacts]
-        each = [replace(observe(m, scene), source=f"{material}{i}", material=material) for i, m in enumerate(made)]
-        seen[material] = each
+        seen[material] = [
+            observed(contact, scene, generator, f"{material}{contact.beta}", material=material, seconds=12.0)
+            for contact in contacts
+        ]
     joint, _ = fit_together(seen, find_law=False, accuracy="balanced")
     posterior = present(joint).posterior
     assert all(explains(posterior.fit, [i]) for i in range(3))
@@ -309,8 +299,7 @@ def test_a_test_whose_force_is_mistyped_is_named() -> None:
     for i, force in enumerate((FORCE, FORCE, FORCE, 10.0 * FORCE)):
         rig = {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": 1190.0}
         scene = scene_from_tables({"rig": rig, "experiment": {"normal_force_n": force}})
-        made = measure(recorded(Problem((0.4, 0.7)[i % 2], 0.3), generator, seconds=12.0), scene)
-        seen.append(replace(observe(made, scene), source=f"{i}.h5", material="steel"))
+        seen.append(observed(Problem((0.4, 0.7)[i % 2], 0.3), scene, generator, f"{i}.h5", seconds=12.0))
     joint, _ = fit_together({"steel": seen}, find_law=False, accuracy="balanced")
     (said,) = present(joint).test_notes()
     assert re.search(r"steel: .* of 3.h5, .*: check that test's normal force \(", said)

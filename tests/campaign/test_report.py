@@ -34,7 +34,7 @@ from frictionlab.tables.texts import kinds_of
 from frictionlab.uncertainty import Estimate
 from frictionlab.verbs.evaluate import evaluate as evaluate_all
 from tests.analysis import test_force as cell
-from tests.campaign.fabricate import AMPLITUDE, NATURAL, RATIOS, SCENE, row, steady_recording
+from tests.campaign.fabricate import RATIOS, SCENE, row, steady_recording
 from tests.desk import ROOT, invoke
 
 SVG = b'<svg xmlns="http://www.w3.org/2000/svg" width="518pt" height="200pt"></svg>'
@@ -226,11 +226,8 @@ def test_energies_are_shown_at_the_lag_found_and_a_gradient_of_both_signs_is_sai
     scene, rows, truth, late = scene_from_tables(known), [], [], 8e-3
     for number, (beta, gradient) in enumerate(((0.3, 0.06), (0.4, -0.06), (0.5, 0.06))):
         problem = Problem(0.32, beta, law="coulomb+place", parameters={"gradient": gradient})
-        log = steady_recording(problem=problem)
-        seen = log.changed(
-            base_displacement=AMPLITUDE * np.cos(2.0 * np.pi * 0.32 * NATURAL * (log.time - late)),
-            experiment={"material": "brass", "normal_force_n": 1.5 * beta / 0.3},
-        )
+        facts = {"material": "brass", "normal_force_n": 1.5 * beta / 0.3}
+        seen = steady_recording(problem, late=late).changed(experiment=facts)
         write_recording(seen, tmp_path / f"{number}.h5")
         rows.append({**measure(seen, scene).row(), "source": str(tmp_path / f"{number}.h5")})
         truth.append(steady_state(problem).energy_per_cycle)

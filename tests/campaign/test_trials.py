@@ -1,6 +1,5 @@
 """Rows of measurements become tests; files of a campaign: rows in from every kind of file, tables out."""
 
-import json
 import math
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from frictionlab.errors import RecordingError, UsageError
 from frictionlab.hdf5 import write_tree
 from frictionlab.scene import Rig, Scene
 from frictionlab.schema import MEASUREMENTS
-from frictionlab.tables import read_rows, write_rows
+from frictionlab.tables import read_rows
 from tests.campaign.fabricate import STIFFNESS, row, small_campaign
 
 
@@ -128,21 +127,6 @@ def test_an_earlier_campaign_is_replaced_and_nothing_else(folder: Path) -> None:
     with pytest.raises(UsageError, match=r"measurements\.csv: exists and is no file of an earlier campaign"):
         check_folder(folder)
     check_folder(folder, force=True)
-
-
-def test_rows_come_back_the_same_from_every_kind_of_file(tmp_path: Path) -> None:
-    rows = [row("steel", 1.25, r, 0.6) for r in (0.3, 1.2)]
-    write_rows(rows, tmp_path / "m.csv")
-    (tmp_path / "m.jsonl").write_text("".join(json.dumps(r) + "\n" for r in rows))
-    columns = {key: [str(r[key]) for r in rows] for key in ("source", "status", "material", "regime")}
-    numbers = {k: np.array([r[k] for r in rows], float) for k in rows[0] if isinstance(rows[0][k], float)}
-    write_tree({"rows": {**columns, **numbers}, "cycles": {}}, tmp_path / "m.h5", kind=MEASUREMENTS.format)
-    expected = [trial_of(r) for r in rows]
-    for name in ("m.csv", "m.jsonl", "m.h5"):
-        trials = [trial_of(r) for r in read_measurements(tmp_path / name)]
-        assert [(t.group, t.r, t.mean, t.mean_se) for t in trials] == [
-            (t.group, t.r, t.mean, t.mean_se) for t in expected
-        ]
 
 
 def test_an_h5_file_brings_the_trend_of_a_long_test(tmp_path: Path) -> None:

@@ -2,11 +2,15 @@
 
 import math
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import FloatArray
 from frictionlab.inference.observation import Observation
+from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.unknowns import of_law
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
@@ -54,6 +58,22 @@ def recorded(
     if sensors is not None:
         mass, base = sensors(t, mass, base)
     return Recording(t, through_laser(mass, generator), through_laser(base, generator))
+
+
+def observed(
+    problem: Problem,
+    known: Scene,
+    generator: np.random.Generator,
+    source: object,
+    *,
+    material: str = "steel",
+    newtons: float | None = None,
+    **how: Any,
+) -> CycleObservation:
+    """What a contact, recorded as `how` says, shows as a test of a campaign; ``newtons``: where the scene has none."""
+    measured = measure(recorded(problem, generator, **how), known)
+    force = measured.normal_force_n if newtons is None else newtons
+    return observe(replace(measured, source=str(source), material=material, normal_force_n=force), known)
 
 
 def from_rest(problem: Problem) -> Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
