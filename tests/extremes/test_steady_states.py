@@ -1,8 +1,6 @@
 """Steady states and motions at the edges of what can be asked: 50 digits, an exact limit, or a named refusal."""
 
-import json
 import math
-from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -10,56 +8,11 @@ import numpy as np
 import pytest
 
 from frictionlab.errors import SimulationError
-from frictionlab.simulator import Problem, SteadyState, simulate, steady_state
+from frictionlab.simulator import Problem, simulate, steady_state
 from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.sweep import warm_up
 from tests.desk import present
-from tests.simulator.closed_form import friction_limit, off
-
-ORBITS = json.loads((Path(__file__).parent / "reference" / "orbits.json").read_text(encoding="utf-8"))
-ROUNDING = 1e-11  # what rounding may do; anything larger is a fault, or has its reason beside it
-
-
-def problem_of(row: dict[str, str]) -> Problem:
-    r, beta, mu, zeta = (float.fromhex(row[name]) for name in ("r", "beta", "mu", "zeta"))
-    return Problem(r, beta, mu, zeta)
-
-
-def name_of(row: dict[str, str]) -> str:
-    p = problem_of(row)
-    return f"r={p.r!r} beta={p.beta!r} mu={p.mu:g} zeta={p.zeta:g}"
-
-
-def rounding_of_the_pull(problem: Problem) -> float:
-    """Relative error that a rounding of |cos(tau) - x| <= 1 at both ends of a way makes in its excess, 1 - beta."""
-    return 2.0**-50 / (1.0 - problem.mu * problem.beta)
-
-
-def lost_to_modes(problem: Problem) -> float:
-    """What rounding does beside resonance, or where two rates are one and are parted (design, "One engine")."""
-    distance = abs(complex(1.0 - problem.r, problem.zeta))
-    return max(1e-9, 1e-11 * problem.r) if problem.zeta == 1.0 else 3e-15 / distance if distance else 0.0
-
-
-def is_told(state: SteadyState, truth: str) -> bool:
-    """Whether it is told that the amplitude has lost digits, if it has: more than critical damping may take."""
-    told = any("good to about" in said for said in state.warnings)
-    return told or state.problem.zeta == 1.0 or off(state.response_amplitude, truth) <= 1e-10
-
-
-@pytest.mark.parametrize("row", ORBITS, ids=name_of)
-def test_a_steady_state_agrees_with_fifty_digits(row: dict[str, str]) -> None:
-    problem = problem_of(row)
-    state = steady_state(problem)
-    few = max(ROUNDING + rounding_of_the_pull(problem), lost_to_modes(problem))
-    assert state.outcome == "periodic"
-    assert off(state.energy_per_cycle, row["energy_per_cycle"]) < few
-    if float(row["response_amplitude"]) > 1e-20:  # below, the mass rests anywhere within more than it moves
-        assert off(state.response_amplitude, row["response_amplitude"]) < few
-    assert is_told(state, row["response_amplitude"]) or rounding_of_the_pull(problem) > 1e-10
-    assert state.stuck_fraction == pytest.approx(float(row["stuck_fraction"]), rel=1e-9 + few, abs=1e-12)
-    assert state.stops_per_cycle == int(row["stops_per_cycle"])
-    assert present(state.closure_error) <= 2 * few * present(state.energy_per_cycle) + 1e-14
+from tests.simulator.closed_form import friction_limit
 
 
 def test_at_resonance_weak_friction_leaves_no_steady_state() -> None:
@@ -68,32 +21,6 @@ def test_at_resonance_weak_friction_leaves_no_steady_state() -> None:
         assert state.outcome == "unbounded"
         assert state.energy_per_cycle is None
         assert state.orbit is None
-
-
-@pytest.mark.parametrize("k", range(1, 16))
-@pytest.mark.parametrize("sign", [1, -1])
-def test_without_friction_the_amplitude_is_the_textbook_one(k: int, sign: int) -> None:
-    r = 1 + sign * 10.0**-k
-    state = steady_state(Problem(r=r, beta=0.0))
-    with mpmath.workdps(50):
-        exact = mpmath.nstr(1 / abs(1 - mpmath.mpf(r) ** 2), 40)
-    assert off(state.response_amplitude, exact) < max(1e-12, lost_to_modes(state.problem))
-    assert is_told(state, exact)
-    assert state.energy_per_cycle == 0.0
-
-
-@pytest.mark.parametrize("r", [1e-3, 0.1, 0.5, math.nextafter(0.5, 1), 1 / 3, 0.999999, 1.0, 1.5, 30.0, 1e3])
-@pytest.mark.parametrize("zeta", [1e-9, 0.05, 0.5, 1.0, 10.0])
-def test_viscous_damping_alone_is_the_textbook_one(r: float, zeta: float) -> None:
-    state = steady_state(Problem(r=r, beta=0.0, zeta=zeta))
-    with mpmath.workdps(50):
-        ratio, damp = mpmath.mpf(r), 2 * mpmath.mpf(zeta) * mpmath.mpf(r)
-        square = 1 / ((1 - ratio**2) ** 2 + damp**2)
-        amplitude, energy = mpmath.nstr(mpmath.sqrt(square), 40), mpmath.nstr(mpmath.pi * damp * square, 40)
-    few = max(ROUNDING, lost_to_modes(state.problem))
-    assert off(state.response_amplitude, amplitude) < few
-    assert is_told(state, amplitude)
-    assert off(state.energy_per_cycle, energy) < few
 
 
 @pytest.mark.parametrize("beta", [1.0, math.nextafter(1.0, 2.0), 10.0, 1e300])

@@ -9,6 +9,7 @@ from math import ceil, cos, inf, pi, sin, sqrt
 import mpmath
 from scipy.optimize import minimize_scalar
 
+from frictionlab.simulator import Problem
 from frictionlab.simulator.exact.answer import den_hartog, gap
 from tests.desk import present
 
@@ -18,6 +19,13 @@ def off(value: float | None, truth: str) -> float:
     with mpmath.workdps(50):
         exact = mpmath.mpf(truth)
         return float(abs(present(value) - exact) / abs(exact)) if exact else abs(present(value))
+
+
+def of_modes(problem: Problem) -> float:
+    """What rounding takes beside resonance: digits go as the distance does (design, "One engine")."""
+    damping = problem.zeta + problem.frame_damping_ratio
+    distance = min(abs(complex(1.0 - k * problem.r, damping)) for k in range(1, problem.base.harmonics + 1))
+    return 0.0 if distance == 0.0 or problem.law.kind == "elastic" else 3e-15 / distance
 
 
 def continuous_amplitude(r: float, beta: float) -> float:

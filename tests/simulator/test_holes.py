@@ -1,9 +1,6 @@
 """Where steady states were missed once: displaced rest, vanishing stops, long periods; and next to resonance."""
 
-import json
 from math import pi
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +10,7 @@ from hypothesis import strategies as st
 from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, coexisting, simulate, steady_state
 from tests.desk import present
+from tests.simulator.closed_form import of_modes
 
 
 def test_a_mass_that_rests_displaced_is_stuck() -> None:
@@ -213,33 +211,6 @@ def test_each_of_all_motions_is_whole() -> None:
         assert np.abs(run.at(tau[:-1])[0] - x[:-1]).max() < 1e-11
 
 
-REFERENCE = json.loads((Path(__file__).parent / "reference" / "resonance.json").read_text(encoding="utf-8"))
-
-
-def rounding(r: float, zeta: float, base: Base) -> float:
-    """What rounding may do so near to the resonance of a harmonic (design, "One engine")."""
-    return 3e-15 / min(abs(complex(1.0 - k * r, zeta)) for k in range(1, base.harmonics + 1))
-
-
-@pytest.mark.parametrize("row", REFERENCE, ids=lambda row: f"r={row['r']!r} zeta={row['zeta']:g}")
-def test_motions_driven_next_to_resonance_agree_with_fifty_digits(row: dict[str, Any]) -> None:
-    base = Base(tuple(row["cosine"]), tuple(row["sine"]))
-    state = steady_state(Problem(row["r"], row["beta"], 1.0, row["zeta"], base=base))
-    lost = rounding(row["r"], row["zeta"], base)
-    if state.outcome == "not found":  # refused by name, where the distance leaves too few digits
-        assert lost > 1e-6
-        return
-    assert state.response_amplitude is not None
-    assert state.response_amplitude == pytest.approx(float(row["response_amplitude"]), rel=max(2e-15, lost))
-    if row["zeta"] == 0.0:
-        path = float(row["path_per_cycle"])
-        assert state.energy_per_cycle == pytest.approx(row["beta"] * path, rel=max(4e-15, lost))
-    assert abs(state.floquet_multiplier or 2.0) <= 1.0
-    told = any("good to about" in said for said in state.warnings)
-    assert told or abs(state.response_amplitude / float(row["response_amplitude"]) - 1.0) <= 1e-10
-    assert not told or lost > 1e-10
-
-
 @settings(max_examples=20, deadline=None)
 @given(
     n=st.integers(1, 3),
@@ -255,10 +226,8 @@ def test_energies_close_next_to_the_resonance_of_any_harmonic(
     base = Base((1.0, 0.4 + more[0], 0.4 + more[1]), more[2:])
     drive = float(np.hypot(base.cosine[n - 1], base.sine[n - 1]))
     r = (1.0 + side * away) / n
-    state, lost = (
-        steady_state(Problem(r, 0.25 * np.pi * share * drive, 1.0, damped, base=base)),
-        rounding(r, damped, base),
-    )
+    problem = Problem(r, 0.25 * np.pi * share * drive, 1.0, damped, base=base)
+    state, lost = steady_state(problem), of_modes(problem)
     if state.outcome == "not found":  # as above
         assert lost > 1e-9
         return

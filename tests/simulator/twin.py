@@ -15,10 +15,11 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from frictionlab.simulator import Problem, SteadyState, Structure
+from frictionlab.simulator import Base, Problem, SteadyState, Structure
 from frictionlab.simulator.exact.solve import sliders_of
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.numeric import RTOL, Integrated
+from frictionlab.simulator.problem import COSINE, Wall
 from frictionlab.simulator.structure import Contact
 
 Floats = np.ndarray
@@ -49,6 +50,20 @@ def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: floa
     """A contact of a frame by its law's name and numbers."""
     chosen = law_of(law)
     return Contact(mass, against, chosen, chosen.complete(values))
+
+
+TERM_OF = {
+    "gradient": "place", "contact_damping_ratio": "speed", "static_ratio_up": "breakaway",
+    "static_ratio_down": "breakaway", "stiffness_ratio": "compliance", "sliders": "iwan",
+}  # fmt: skip
+
+
+def problem_of(r: float, beta: float, wall: Wall = "fixed", base: Base = COSINE, /, **numbers: float) -> Problem:
+    """A contact with the exact terms that its numbers belong to; static friction that is not given is kinetic."""
+    terms = {TERM_OF[name] for name in numbers if name in TERM_OF}
+    terms -= {"compliance"} if "iwan" in terms else set()
+    given = ({"static_ratio_up": 1.0, "static_ratio_down": 1.0} if "breakaway" in terms else {}) | numbers
+    return Problem(r, beta, wall=wall, base=base, law="+".join(["coulomb", *sorted(terms)]), parameters=given)
 
 
 def height(p: dict[str, float], s: float, speed: float) -> float:

@@ -23,7 +23,7 @@ from tests.simulator.twin import TURN, Twin
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "frictionlab" / "tradeoff" / "README.md"
-ORBITS = json.loads((ROOT / "tests" / "extremes" / "reference" / "orbits.json").read_text(encoding="utf-8"))
+ORBITS = json.loads((ROOT / "tests" / "simulator" / "reference" / "rigid.json").read_text(encoding="utf-8"))
 LEVELS_OF = {command: partial(tradeoff.accuracy_of, command) for command in ("analyze", "compare-numeric")}
 IN_README = (*LEVELS_OF.values(), tradeoff.padding)
 QUICK = (tradeoff.physics, tradeoff.points_per_cycle, *IN_README)
@@ -45,7 +45,7 @@ def _once(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_the_references_are_the_fifty_digit_orbits(problem: Problem, energy: float) -> None:
-    (row,) = [row for row in ORBITS if (row["r"], row["beta"]) == (problem.r.hex(), problem.beta.hex())]
+    (row,) = [row for row in ORBITS if (row["r"], row["beta"], row["parameters"]) == (problem.r, problem.beta, {})]
     assert energy == float(row["energy_per_cycle"])
 
 

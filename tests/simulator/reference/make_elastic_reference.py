@@ -1,4 +1,4 @@
-"""Make elastic_reference.json: steady states of elastic contacts at hard points, at 50 digits.
+"""Make elastic.json: steady states of elastic contacts at hard points, at 50 digits.
 
     python -m tests.simulator.reference.make_elastic_reference    # rows that have no numbers yet
 
@@ -12,29 +12,20 @@ from typing import Any
 
 import mpmath as mp
 
-from tests.simulator.reference.make_reference import Slide, bisect, den_hartog, fill, series, turning
-
-WHOLE = {"r": 0, "beta": 0, "kappa": 0, "up": 1.0, "down": 1.0, "zeta_c": 0.0, "zeta_f": 0.0, "q": 0.0, "sliders": 1}
-WHOLE |= {"chi": 0.0}
+from tests.simulator.reference.make_reference import Rig, Slide, bisect, den_hartog, fill, series, turning
 
 
 class Contact:
     """The numbers of a point, at 50 digits."""
 
-    def __init__(self, point: dict[str, Any]) -> None:
-        given = {key: mp.mpf((WHOLE | point)[key]) for key in WHOLE}
-        self.r, self.q, self.up, self.down = given["r"], given["q"], given["up"], given["down"]
-        self.zeta_c, self.zeta_f = given["zeta_c"], given["zeta_f"]
-        n, chi = int(given["sliders"]), given["chi"]
+    def __init__(self, row: dict[str, Any]) -> None:
+        rig, given = Rig.of(row), {"sliders": 1, "chi": 0.0} | row["parameters"]
+        self.r, self.q, self.up, self.down, self.moving = rig.r, rig.gradient, rig.up, rig.down, rig.moving
+        self.zeta_c, self.zeta_f, self.base, self.lines = rig.zeta - rig.frame, rig.frame, rig.base, rig.lines
+        n, chi, kappa = int(given["sliders"]), mp.mpf(given["chi"]), mp.mpf(given["stiffness_ratio"])
         cuts = [(mp.mpf(i) / n) ** (2 / (chi + 2)) for i in range(n + 1)]
-        self.kappa = [given["kappa"] * (b ** (chi + 1) - a ** (chi + 1)) for a, b in pairwise(cuts)]
-        self.beta = [given["beta"] * (b ** (chi + 2) - a ** (chi + 2)) for a, b in pairwise(cuts)]
-        self.moving = point.get("wall") == "base"
-        self.base = [mp.mpc(c, -s) for c, s in zip(point.get("cosine", [1]), point.get("sine", [0]), strict=True)]
-        self.lines = [
-            b * ((k * self.r) ** 2 if self.moving else mp.mpc(1, 2 * self.zeta_f * self.r * k))
-            for k, b in enumerate(self.base, 1)
-        ]
+        self.kappa = [kappa * (b ** (chi + 1) - a ** (chi + 1)) for a, b in pairwise(cuts)]
+        self.beta = [rig.beta * (b ** (chi + 2) - a ** (chi + 2)) for a, b in pairwise(cuts)]
 
     def frame_sees(self, v: Any, tau: Any) -> Any:
         """The velocity between mass and base: z is relative to a wall that stands, or to one that is the base."""
@@ -160,4 +151,4 @@ def reference(point: dict[str, Any]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    fill(Path(__file__).with_name("elastic_reference.json"), reference)
+    fill(Path(__file__).with_name("elastic.json"), reference)

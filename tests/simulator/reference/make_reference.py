@@ -1,4 +1,4 @@
-"""Make reference.json, laws.json, uneven.json and orbits.json (of tests/extremes): steady states at hard points.
+"""Make rigid.json: steady states of rigid contacts at hard points.
 
     python -m tests.simulator.reference.make_reference          # of the rows that have no numbers yet
 
@@ -18,8 +18,6 @@ from typing import Any, NamedTuple
 import mpmath as mp
 
 mp.mp.dps = 50
-HERE = Path(__file__).parent
-ORBITS = HERE.parents[1] / "extremes" / "reference" / "orbits.json"
 SCAN = 40  # points per natural (or drive) half-period
 
 
@@ -37,13 +35,14 @@ class Rig(NamedTuple):
     moving: Any = False
 
     @classmethod
-    def of(
-        cls, r: float, beta: float, more: dict[str, float], base: Any = ([1.0], [0.0]), wall: str = "fixed"
-    ) -> "Rig":
+    def of(cls, row: dict[str, Any]) -> "Rig":
+        """The numbers of a row of a file."""
         names = ("static_ratio_up", "static_ratio_down", "contact_damping_ratio", "gradient", "frame_damping_ratio")
-        up, down, contact, gradient, frame = (mp.mpf(more.get(name, name.startswith("static"))) for name in names)
-        lines = tuple(mp.mpc(c, -s) for c, s in zip(*base, strict=True))
-        return cls(mp.mpf(r), mp.mpf(beta), up, down, contact + frame, gradient, frame, lines, wall == "base")
+        given = (mp.mpf(row["parameters"].get(name, name.startswith("static"))) for name in names)
+        up, down, contact, gradient, frame = given
+        lines = tuple(mp.mpc(c, -s) for c, s in zip(*row.get("base", ([1.0], [0.0])), strict=True))
+        moves = row.get("wall") == "base"
+        return cls(mp.mpf(row["r"]), mp.mpf(row["beta"]), up, down, contact + frame, gradient, frame, lines, moves)
 
     @property
     def lines(self) -> Any:
@@ -285,19 +284,17 @@ def fill(target: Path, solve: Callable[[dict[str, Any]], dict[str, Any]]) -> Non
         if "response_amplitude" not in row:
             row.update(solve(row))
             assert float(row["miss"]) < 1e-15, row
-            target.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+            lines = ",\n".join(f" {json.dumps(each)}" for each in rows)
+            target.write_text(f"[\n{lines}\n]\n", encoding="utf-8")
 
 
 def of_row(row: dict[str, Any]) -> dict[str, Any]:
     """The numbers of a point, with the digits that the textbook's solution loses beside resonance."""
-    numbers = (row.get(name, 0.0) for name in ("r", "beta", "mu", "zeta"))  # those of orbits.json are in hexadecimal
-    r, beta, mu, zeta = (float.fromhex(x) if isinstance(x, str) else float(x) for x in numbers)
-    given = row.get("parameters", {"static_ratio_up": mu, "static_ratio_down": mu, "contact_damping_ratio": zeta})
-    with mp.workdps(70 + (math.ceil(-2 * math.log10(min(1.0, abs(r - 1)))) if r != 1 else 0)):
-        rig = Rig.of(r, beta, given, row.get("base", ([1.0], [0.0])), row.get("wall", "fixed"))
+    away = abs(row["r"] - 1.0)
+    with mp.workdps(70 + (math.ceil(-2 * math.log10(min(1.0, away))) if away else 0)):
+        rig = Rig.of(row)
         return reference(rig, half=rig.up == rig.down == 1 and rig.gradient == 0 and len(rig.base) == 1)
 
 
 if __name__ == "__main__":
-    for path in (*(HERE / f"{name}.json" for name in ("reference", "laws", "uneven")), ORBITS):
-        fill(path, of_row)
+    fill(Path(__file__).with_name("rigid.json"), of_row)

@@ -13,59 +13,50 @@ from typing import Any
 
 import mpmath as mp
 
-from tests.simulator.reference.make_reference import Slide, fill
+from tests.simulator.reference.make_reference import Rig, fill
 
 mp.mp.dps = 90
 
 
-def slide(point: Any, begin: Any, z: Any, side: int, end: Any) -> Any:
-    """Displacement and velocity at `end` of a slide from rest."""
-    r, beta, zeta, cosine, sine = (mp.mpf(v) if isinstance(v, float) else v for v in point[:5])
-    lines = [mp.mpc(c, -s) for c, s in zip(cosine, sine, strict=True)]
-    return Slide(r, zeta, lines, (begin, z, mp.mpf(0)), mp.mpf(1), -side * beta).at(end - begin)
-
-
-def cycle(point: Any, unknown: Any) -> tuple[list[Any], list[Any]]:
+def cycle(rig: Rig, unknown: Any) -> tuple[list[Any], list[Any]]:
     """Places and velocities at the turns of a cycle, the first place twice: as it is assumed and as it comes out."""
     *turns, first = unknown
     places, speeds = [first], []
-    for j, begin in enumerate(turns):
-        end = turns[j + 1] if j + 1 < len(turns) else turns[0] + 2 * mp.pi
-        place, speed = slide(point, begin, places[-1], -1 if j % 2 == 0 else 1, end)
+    for j, (begin, end) in enumerate(pairwise((*turns, turns[0] + 2 * mp.pi))):
+        place, speed = rig.slide(begin, places[-1], mp.mpf(0), (-1) ** (j + 1)).at(end - begin)
         places.append(place)
         speeds.append(speed)
     return places, speeds
 
 
-def misses(point: Any, unknown: Any) -> list[Any]:
+def misses(rig: Rig, unknown: Any) -> list[Any]:
     """Velocity at each turn, and by how much a cycle misses its first place."""
-    places, speeds = cycle(point, unknown)
+    places, speeds = cycle(rig, unknown)
     return [*speeds, places[-1] - places[0]]
 
 
-def guess(point: Any) -> list[Any]:
+def guess(rig: Rig) -> list[Any]:
     """Den Hartog's motion under the n-th harmonic alone; with a dashpot, where friction's square wave is a sine."""
-    r, beta, zeta, cosine, sine, n = point
-    size = mp.hypot(cosine[n - 1], sine[n - 1])
-    away = mp.mpc(1 - (mp.mpf(r) * n) ** 2, 2 * mp.mpf(zeta) * r * n)
+    n = round(1 / rig.r)  # the harmonic that r is nearest to
+    size, away = abs(rig.base[n - 1]), mp.mpc(1 - (rig.r * n) ** 2, 2 * rig.zeta * rig.r * n)
     # size exp(i phi) = away X + i 4 beta / pi: the force leads the motion X cos by phi
-    push = 4 * mp.mpf(beta) / mp.pi
+    push = 4 * rig.beta / mp.pi
     x = mp.findroot(lambda x: abs(away * x + 1j * push) - size, mp.sqrt(size**2 - push**2) / abs(away))
-    lead = mp.arg(away * x + 1j * push)
-    psi = mp.atan2(sine[n - 1], cosine[n - 1])
-    return [*((lead + psi + j * mp.pi) / n for j in range(2 * n)), x]
+    begin = mp.arg(away * x + 1j * push) - mp.arg(rig.base[n - 1])
+    return [*((begin + j * mp.pi) / n for j in range(2 * n)), x]
 
 
 def of_row(row: dict[str, Any]) -> dict[str, Any]:
-    """The numbers of a point; the harmonic next to resonance is the one that r is nearest to."""
-    point = (*(row[name] for name in ("r", "beta", "zeta", "cosine", "sine")), round(1 / row["r"]))
-    unknown = mp.findroot(lambda *u: misses(point, u), guess(point), tol=mp.mpf(10) ** -60, maxsteps=60)
-    places, _ = cycle(point, list(unknown))
+    """The numbers of a point; with a dashpot the energy is not its path's alone, and is left out."""
+    rig = Rig.of(row)
+    unknown = mp.findroot(lambda *u: misses(rig, u), guess(rig), tol=mp.mpf(10) ** -60, maxsteps=60)
+    places, _ = cycle(rig, list(unknown))
     path = sum(abs(b - a) for a, b in pairwise(places))
     return {
-        "path_per_cycle": mp.nstr(path, 50),
+        "energy_per_cycle": None if rig.zeta else mp.nstr(rig.beta * path, 50),
         "response_amplitude": mp.nstr((max(places) - min(places)) / 2, 50),
-        "miss": mp.nstr(max(map(abs, misses(point, unknown))), 3),
+        "stops_per_cycle": 0,
+        "miss": mp.nstr(max(map(abs, misses(rig, unknown))), 3),
     }
 
 
