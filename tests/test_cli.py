@@ -54,6 +54,12 @@ def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
         (("sweep", "--r", "1:0.5:0.1", "--beta", "0.2", "-o", "m.csv"), "going up, with both ends; got '1:0.5:0.1'"),
         (("sweep", "--r", "0.5:0.5:0.1", "--beta", "0.1:2:20", "-o", "m.csv"), "--beta: expected a range of up to"),
         (("analyze", str(SAMPLE), "--cycles", "window:1_0"), "got 'window:1_0'"),
+        (("simulate", "--r", "1_0", "--beta", "0.4"), "'--r': expected"),
+        (("sweep", "--r", "\u0661", "--beta", "0.4", "-o", "m.csv"), "--r: expected"),
+        (
+            ("simulate", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", "gradient=0.\uff15"),
+            "expected a number; got '0.\uff15'",
+        ),
     ],
 )
 def test_a_value_that_an_option_does_not_take_is_told_in_plain_words(

@@ -20,15 +20,6 @@ from frictionlab.tables import read_rows
 from tests.desk import invoke as run
 
 
-def test_simulate_prints_the_keys_of_the_contract() -> None:
-    row = json.loads(run("simulate", "--r", "0.5", "--beta", "0.4", "--json").stdout)
-    assert list(row) == [*KEYS, "wall_s", "law", "parameters", "response_amplitudes", "contacts"]
-    assert row["response_amplitudes"] == [row["response_amplitude"]]
-    (contact,) = row["contacts"]
-    assert (contact["mass"], contact["against"], contact["law"]) == (1, "wall", "coulomb")
-    assert (row["law"], row["parameters"]) == ("coulomb", {"beta": 0.4, "frame_damping_ratio": 0.0})
-
-
 def test_a_scene_gives_newtons_millimetres_and_millijoules(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text("[rig]\nmass_kg = 2.0\nstiffness_n_per_m = 800.0\n[plan]\nbase_amplitudes_m = [2e-3]\n")
@@ -43,17 +34,6 @@ def test_a_scene_gives_newtons_millimetres_and_millijoules(tmp_path: Path) -> No
     refused = run(*words)
     assert refused.exit_code == 2
     assert "or, all of them: --coefficient MU" in refused.stderr
-
-
-@pytest.mark.parametrize("number", ["1_0", "\u0661", "0.\uff15"])
-def test_numbers_that_only_python_reads_are_refused(number: str, tmp_path: Path) -> None:
-    for words in (
-        ("simulate", "--r", number, "--beta", "0.4"),
-        ("sweep", "--r", number, "--beta", "0.4", "-o", tmp_path / "m.csv"),
-        ("simulate", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", f"gradient={number}"),
-    ):
-        refused = run(*words)
-        assert (refused.exit_code, "expected" in refused.stderr) == (2, True)
 
 
 def test_the_map_of_a_sweep_is_not_replaced_by_one_state(tmp_path: Path) -> None:
@@ -72,7 +52,10 @@ LAW = ["--law", "coulomb+place", "--parameter", "gradient=0.05"]
 def test_a_law_and_its_parameters_are_said_and_told() -> None:
     done = run("simulate", "--r", "0.5", "--beta", "0.4", *LAW, "--parameter", "frame_damping_ratio=0.01", "--json")
     row = json.loads(done.stdout)
+    assert list(row) == [*KEYS, "wall_s", "law", "parameters", "response_amplitudes", "contacts"]
     assert row["law"] == "coulomb+place"
+    assert row["response_amplitudes"] == [row["response_amplitude"]]
+    assert [(each["mass"], each["against"], each["law"]) for each in row["contacts"]] == [(1, "wall", row["law"])]
     assert row["parameters"] == {"beta": 0.4, "gradient": 0.05, "frame_damping_ratio": 0.01}
     shown = run("simulate", "--r", "0.5", "--beta", "0.4", "--parameter", "frame_damping_ratio=0.01").stdout
     assert "stick-slip with 2 stops per cycle" in shown

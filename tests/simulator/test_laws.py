@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 import pickle
 import re
 from pathlib import Path
@@ -121,6 +122,11 @@ def test_a_problem_travels_and_compares() -> None:
         ({"r": 10**400}, "r; expected a finite number .*; got 1000"),
         ({"beta": 10**400}, "beta; expected a finite number >= 0; got 1000"),
         ({"beta": "much"}, "beta; expected a finite number >= 0; got 'much'"),
+        *(
+            ({"law": "coulomb", "parameters": {}, name: value}, rf"simulation: {name}; expected a finite number")
+            for name in ("r", "beta", "mu", "zeta")
+            for value in (math.nan, math.inf, -1.0)
+        ),
         ({"parameters": {"gradient": [0.1]}}, r"gradient; expected a finite number; got \[0.1\]"),
         (
             {"law": "coulomb+dahl", "mu": 1.2, "parameters": {"stiffness_ratio": 10.0}},

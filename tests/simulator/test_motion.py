@@ -13,8 +13,6 @@ from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_st
 from frictionlab.simulator.exact.answer import gap
 from frictionlab.simulator.exact.phase import CHATTER
 from frictionlab.simulator.exact.solve import Flow
-from frictionlab.simulator.problem import COSINE, Wall
-from tests.desk import present
 from tests.simulator.phases import VELOCITY, sides
 
 RATIOS = st.floats(0.01, 30.0)
@@ -134,32 +132,6 @@ def test_arrays_cannot_be_written_to() -> None:
 
 
 HARMONICS = Base((1.0, 0.1, 0.05), (0.0, 0.02))
-
-
-def polygon(problem: Problem, points: int = 200_000) -> float:
-    """The loop's area by many points, as a measurement finds it."""
-    orbit = present(steady_state(problem).orbit)
-    tau = np.linspace(0.0, 2 * pi, points, endpoint=False)
-    x, f = orbit.at(tau)[0], problem.base.at(tau)
-    return float(0.5 * np.sum(f * (np.roll(x, -1) - np.roll(x, 1))))
-
-
-@pytest.mark.parametrize("frame", [0.0, 0.04])
-@pytest.mark.parametrize("base", [COSINE, HARMONICS])
-@pytest.mark.parametrize("wall", ["fixed", "base"])
-@pytest.mark.parametrize("r", [0.3, 1.4])
-def test_the_energy_seen_is_the_area_of_the_loop(r: float, wall: Wall, base: Base, frame: float) -> None:
-    problem = Problem(r, 0.3, zeta=0.01, wall=wall, base=base, frame_damping_ratio=frame)
-    seen = steady_state(problem).energy_per_cycle
-    assert seen == pytest.approx(polygon(problem), rel=2e-9)
-
-
-def test_what_is_seen_is_dissipated_where_the_wall_stands_and_the_frame_has_no_dashpot() -> None:
-    state = steady_state(Problem(0.5, 0.4))
-    assert state.energy_per_cycle == state.contact_energy_per_cycle
-    assert (state.stops_per_cycle, state.regime) == (2.0, "stick-slip")
-    damped = steady_state(Problem(0.5, 0.4, frame_damping_ratio=0.05))
-    assert damped.contact_energy_per_cycle == pytest.approx(4 * 0.4 * present(damped.response_amplitude), rel=1e-12)
 
 
 def test_a_mass_that_does_not_move_shows_no_loop() -> None:

@@ -12,32 +12,20 @@ from scipy.interpolate import CubicSpline
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem, steady_state
 from frictionlab.simulator.record import BaseRecord, respond
-from tests.simulator.twin import LAWS, Twin
-
-TERMS = {
-    "place": {"gradient"},
-    "speed": {"contact_damping_ratio"},
-    "compliance": {"stiffness_ratio"},
-    "breakaway": {"static_ratio_up", "static_ratio_down"},
-}
-
-
-def rubs(beta: float, wall: Any = "fixed", frame: float = 0.0, **own: float) -> Problem:
-    """A contact of the terms that its numbers belong to."""
-    law = "+".join(["coulomb", *(term for term, names in TERMS.items() if names & own.keys())])
-    return Problem(1.0, beta, wall=wall, law=law, parameters=own, frame_damping_ratio=frame)
-
+from tests.simulator.twin import LAWS, Twin, problem_of
 
 CASES = {
-    "coulomb": rubs(0.25),
-    "no friction": rubs(0.0, contact_damping_ratio=0.1),
-    "breakaway by direction": rubs(0.2, static_ratio_up=1.3, static_ratio_down=1.1),
-    "place, speed, frame": rubs(0.2, frame=0.02, gradient=0.1, contact_damping_ratio=0.05),
-    "overdamped": rubs(0.1, frame=0.8, contact_damping_ratio=0.9),
-    "moving wall": rubs(0.2, "base", 0.03, gradient=-0.05, static_ratio_up=1.2, static_ratio_down=1.2),
-    "elastic": rubs(0.2, stiffness_ratio=30.0),
-    "elastic, place, breakaway": rubs(
-        *(0.2, "fixed", 0.0), gradient=0.08, static_ratio_up=1.1, static_ratio_down=1.2, contact_damping_ratio=0.02,
+    "coulomb": problem_of(1.0, 0.25),
+    "no friction": problem_of(1.0, 0.0, contact_damping_ratio=0.1),
+    "breakaway by direction": problem_of(1.0, 0.2, static_ratio_up=1.3, static_ratio_down=1.1),
+    "place, speed, frame": problem_of(1.0, 0.2, frame_damping_ratio=0.02, gradient=0.1, contact_damping_ratio=0.05),
+    "overdamped": problem_of(1.0, 0.1, frame_damping_ratio=0.8, contact_damping_ratio=0.9),
+    "moving wall": problem_of(
+        *(1.0, 0.2, "base"), gradient=-0.05, static_ratio_up=1.2, static_ratio_down=1.2, frame_damping_ratio=0.03
+    ),
+    "elastic": problem_of(1.0, 0.2, stiffness_ratio=30.0),
+    "elastic, place, breakaway": problem_of(
+        *(1.0, 0.2), gradient=0.08, static_ratio_up=1.1, static_ratio_down=1.2, contact_damping_ratio=0.02,
         stiffness_ratio=12.0,
     ),
 }  # fmt: skip
@@ -114,12 +102,12 @@ def test_a_finer_sampling_of_the_same_curve_changes_nothing(
     tau, y = some_base(seed, 40, even=False)
     fine = np.sort(np.concatenate([tau, tau[:-1] + np.diff(tau) * np.random.default_rng(seed).uniform(0.2, 0.8, 39)]))
     own = {"stiffness_ratio": stiff} if stiff else {}
-    law = rubs(beta, frame=0.01, gradient=q, static_ratio_up=mu, static_ratio_down=1.0, **own)
+    law = problem_of(1.0, beta, frame_damping_ratio=0.01, gradient=q, static_ratio_up=mu, **own)
     coarse = respond(law, BaseRecord(tau, y))
     finer = respond(law, BaseRecord(fine, CubicSpline(tau, y)(fine), scale=coarse.base.scale))
     assert finer.displacement[::2] == pytest.approx(coarse.displacement, abs=1e-8)
     assert finer.energy == pytest.approx(coarse.energy, abs=1e-7)
-    other = rubs(beta, frame=0.01, gradient=-q, static_ratio_up=1.0, static_ratio_down=mu, **own)
+    other = problem_of(1.0, beta, frame_damping_ratio=0.01, gradient=-q, static_ratio_down=mu, **own)
     mirror = respond(other, BaseRecord(tau, -y))
     assert mirror.displacement == pytest.approx(-coarse.displacement, abs=1e-12)
 
@@ -130,7 +118,7 @@ def test_a_stiff_contact_meets_the_rigid_one() -> None:
     rigid = respond(Problem(1.0, 0.2), BaseRecord(tau, y)).displacement
 
     def away(kappa: float) -> float:
-        seen = respond(rubs(0.2, stiffness_ratio=kappa), BaseRecord(tau, y))
+        seen = respond(problem_of(1.0, 0.2, stiffness_ratio=kappa), BaseRecord(tau, y))
         return float(np.abs(seen.displacement - rigid).max())
 
     assert away(1000.0) < 0.02
@@ -192,7 +180,7 @@ def test_the_periodic_base_of_a_problem_is_not_used() -> None:
 carrier = importlib.import_module("frictionlab.simulator.record.carry")
 
 
-def problem_of(law: str, wall: Any = "fixed") -> Problem:
+def integrated(law: str, wall: Any = "fixed") -> Problem:
     more = LAWS[law] | {"contact_damping_ratio": 0.02, "gradient": 0.05}
     return Problem(1.0, 0.15, wall=wall, law=f"{law}+speed+place", parameters=more, frame_damping_ratio=0.03)
 
@@ -201,7 +189,7 @@ def problem_of(law: str, wall: Any = "fixed") -> Problem:
     ("law", "wall"), [*((law, "fixed") for law in LAWS), ("coulomb+stribeck", "base"), ("coulomb+dahl", "base")]
 )
 def test_an_integrated_law_is_the_slow_twin(law: str, wall: str) -> None:
-    problem, base = problem_of(law, wall), BaseRecord(*some_base(7, 9, even=False))
+    problem, base = integrated(law, wall), BaseRecord(*some_base(7, 9, even=False))
     first = (base.values[0], base.speeds[0]) if wall == "base" else (0.0, 0.0)
     seen = respond(problem, base, x0=0.1 + first[0], v0=0.3 + first[1])
     slow = Twin(problem, CubicSpline(base.time, base.values))
