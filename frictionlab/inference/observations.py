@@ -54,7 +54,7 @@ MOST_LEFT = 0.85  # of a third's change in the next: slower decays look like dri
 MOST_RAISED = 4.0  # of a covariance by autocorrelation: a drift is no noise
 ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
-LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
+LEAST_POINTS = 512  # of a simulated cycle: what folds back from beyond is below 3e-8 of Y
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
 STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
@@ -478,6 +478,7 @@ def of_measurement(measurement: Measurement, scene: Scene, masses: int = 1) -> d
         samples=measurement.sampling_rate_hz / measurement.drive_frequency_hz,
         used=max(1, int(measurement.series.used.sum())),
         noise=measurement.mass_noise_m / measurement.base_amplitude_m,
+        rounding=measurement.layout.of_mass.shared,
         unit_u=measurement.base_amplitude_m_se / measurement.base_amplitude_m,
         least=scene.model.base_harmonics,
         masses=masses,
@@ -496,6 +497,7 @@ def of_cycle(
     used: int,
     noise: float,
     unit_u: float,
+    rounding: float = 0.0,
     least: int = 1,
     masses: int = 1,
     settled: bool = True,
@@ -520,6 +522,7 @@ def of_cycle(
     later = np.stack([order * lines[:, 1], -order * lines[:, 0]], axis=1).ravel()
     start = left_of_start(single, sensor, settled=settled)
     of_all = unit_u**2 * (np.outer(mean, mean) + np.outer(later, later)) + start.T @ start
+    of_all += 2.0 * rounding**2 / samples * np.eye(len(mean))
     covariance = one_cycle * (raised / used) + of_all
     beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)
     floor = math.sqrt((0.5 * float(np.trace(covariance)) + beyond) / power)

@@ -156,7 +156,7 @@ def test_errors_of_a_measured_force_cover_the_truth() -> None:
 
 @pytest.mark.parametrize(("r", "beta"), [(0.3, 0.4), (0.7, 0.3)])
 def test_force_and_motion_give_one_friction_and_together_a_surer_one(r: float, beta: float) -> None:
-    seen, scene = channels_of(r, beta), scene_of(gain_error=0.003)
+    seen, scene = channels_of(r, beta), scene_of(gain_error=0.003, lag_s_u=2e-4)
     names, truth = ("mass_displacement", "base_displacement"), beta * STIFFNESS * BASE_M
     motion = compare(measure(recording(seen, *names), scene), scene)
     measured = measure(recording(seen, *names, "contact_force"), scene)
