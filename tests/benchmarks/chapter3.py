@@ -8,16 +8,17 @@ rate-and-state friction makes two.
 """
 
 import sys
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionlab.arrays import FloatArray
-from frictionlab.figures.style import BASE, GREY, LOOK, PAGE, PALETTE, PREDICTED, new_figure, save, shades
+from frictionlab.figures.simulated import draw_motion
+from frictionlab.figures.style import GREY, LOOK, PAGE, PALETTE, PREDICTED, new_figure, save, shades
 from frictionlab.simulator import Motion, Problem, SteadyState, last_cycle, simulate, steady_state, sweep
 from tests.simulator.closed_form import continuous_energy, viscous_energy
 
@@ -67,22 +68,10 @@ def loop_area(state: SteadyState, samples: int = 400) -> float:
 def draw_regimes() -> Figure:
     """Figure 3.2: the four regimes in time."""
     figure = new_figure(PAGE, 4.2)
-    for number, ax in enumerate(figure.subplots(2, 2, sharex=True).flat):
-        orbit, (r, beta, name) = orbit_of(regime(number)), REGIMES[number]
-        start = 0.0 if orbit.periodic else orbit.start  # a whole cycle, counted from the base's crest
-        tau = np.linspace(start, start + TURN, 1500)
-        x = orbit.at(np.minimum(tau, orbit.end) if not orbit.periodic else tau)[0]
-        ax.plot((tau - start) / np.pi, np.cos(tau), color=BASE, linewidth=0.8, label="base $y/Y$")
-        ax.plot((tau - start) / np.pi, x, color=PREDICTED, label="mass $x/Y$")
-        for begin, end in orbit.stops:
-            ax.axvspan((begin - start) / np.pi, (end - start) / np.pi, color=GREY, alpha=0.3, linewidth=0)
-        ax.set(xlim=(0.0, 2.0), xticks=(0.0, 0.5, 1.0, 1.5, 2.0))
+    for number, ((r, beta, name), ax) in enumerate(zip(REGIMES, figure.subplots(2, 2).flat, strict=True)):
+        end = 2.0 * (draw_motion(regime(number), ax).get_xlim()[1] // 2.0)
+        ax.set(xlim=(end - 2.0, end), xticks=np.linspace(end - 2.0, end, 5))  # of several periods the last whole one
         ax.set_title(rf"{name}: $r = {r:g}$, $\beta = {beta:g}$")
-        ax.set_ylabel("displacement over $Y$")
-    for ax in figure.axes[2:]:
-        ax.set_xlabel(r"time $\tau/\pi$ (stops shaded)")
-    figure.axes[0].legend(loc="upper center", ncols=2)
-    figure.axes[0].margins(y=0.2)
     return figure
 
 
@@ -136,40 +125,41 @@ def _spread(some: FloatArray, values: list[float]) -> FloatArray:
     return found
 
 
-def _family_axes(ax: Axes, ceiling: float) -> None:
-    ax.set_xlabel("frequency ratio $r$")
-    ax.set_ylabel("energy per cycle, $kY^2$")
+def draw_family(
+    ceiling: float, title: str, lines: Mapping[str, FloatArray], dots: Sequence[tuple[FloatArray, Sequence[float]]]
+) -> Figure:
+    """Energies over the frequency ratio, a colour for each line and the dots (r, energy) that belong to it."""
+    figure = new_figure(PAGE, 3.4)
+    ax = figure.subplots(subplot_kw={"xlabel": "frequency ratio $r$", "ylabel": "energy per cycle, $kY^2$"})
+    for (label, line), (r, marked), colour in zip(lines.items(), dots, shades(len(lines)), strict=True):
+        ax.plot(RATIOS, line, color=colour, label=label)
+        ax.plot(r, marked, "o", color=colour, markersize=2.3)
     ax.set_ylim(0.0, ceiling)
+    ax.legend(ncols=2, title=title)
+    return figure
 
 
 def draw_continuous_energy() -> Figure:
     """Figure 3.4: continuous motion, the analytical method 4 beta X (2.23) on the loop's area (2.18)."""
-    figure = new_figure(PAGE, 3.4)
-    ax, (_, stops) = figure.subplots(), energy_and_stops()
-    for j, (beta, colour) in enumerate(zip(BETAS[:8], shades(8), strict=True)):
+    (_, stops), lines, dots = energy_and_stops(), {}, []
+    for j, beta in enumerate(BETAS[:8]):
         smooth = RATIOS[stops[:, j] == 0]
         areas = [loop_area(steady_state(Problem(r, beta))) for r in smooth]
-        ax.plot(RATIOS, _spread(smooth, areas), color=colour, label=rf"$\beta = {beta:g}$")
-        exact = [continuous_energy(r, beta) for r in smooth[::5]]
-        ax.plot(smooth[::5], exact, "o", color=colour, markersize=2.8)
-    ax.axvline(1.0, color=GREY, linewidth=0.6, linestyle=":")
-    ax.text(0.4, 0.97 * CEILING, r"$\beta < \pi/4$: no bound at $r = 1$", fontsize=7, va="top")
-    _family_axes(ax, CEILING)
-    ax.legend(ncols=2, title="line: loop area; dots: $4\\beta X$")
+        lines[rf"$\beta = {beta:g}$"] = _spread(smooth, areas)
+        dots.append((smooth[::5], [continuous_energy(r, beta) for r in smooth[::5]]))
+    figure = draw_family(CEILING, "line: loop area; dots: $4\\beta X$", lines, dots)
+    figure.axes[0].axvline(1.0, color=GREY, linewidth=0.6, linestyle=":")
+    figure.axes[0].text(0.4, 0.97 * CEILING, r"$\beta < \pi/4$: no bound at $r = 1$", fontsize=7, va="top")
     return figure
 
 
 def draw_energy() -> Figure:
     """Figure 3.5: the whole map, continuous motion as lines and stick-slip as dots."""
-    figure = new_figure(PAGE, 3.6)
-    ax, (energy, stops) = figure.subplots(), energy_and_stops()
-    for j, (beta, colour) in enumerate(zip(BETAS, shades(9), strict=True)):
-        smooth = stops[:, j] == 0
-        ax.plot(RATIOS, np.where(smooth, energy[:, j], np.nan), color=colour, label=rf"$\beta = {beta:g}$")
-        ax.plot(RATIOS, np.where(smooth, np.nan, energy[:, j]), "o", color=colour, markersize=1.8)
-    _family_axes(ax, CEILING)
-    ax.legend(ncols=2, title="line: continuous; dots: stick-slip")
-    return figure
+    energy, stops = energy_and_stops()
+    smooth = {beta: np.where(stops[:, j] == 0, energy[:, j], np.nan) for j, beta in enumerate(BETAS)}
+    dots = [(RATIOS, np.where(stops[:, j] == 0, np.nan, energy[:, j]).tolist()) for j in range(len(BETAS))]
+    lines = {rf"$\beta = {beta:g}$": line for beta, line in smooth.items()}
+    return draw_family(CEILING, "line: continuous; dots: stick-slip", lines, dots)
 
 
 def draw_unconverged() -> Figure:
@@ -192,32 +182,18 @@ def draw_unconverged() -> Figure:
 
 def draw_viscous() -> Figure:
     """Figure 3.7: the viscous oscillator, formula (3.7) as lines and hysteresis as dots."""
-    figure = new_figure(PAGE, 3.2)
-    ax = figure.subplots()
-    for zeta, colour in zip(BETAS, shades(9), strict=True):
-        ax.plot(RATIOS, [viscous_energy(r, zeta) for r in RATIOS], color=colour, label=rf"$\zeta = {zeta:g}$")
-        marked = RATIOS[::8]
-        areas = [loop_area(steady_state(Problem(r, 0.0, zeta=zeta))) for r in marked]
-        ax.plot(marked, areas, "o", color=colour, markersize=2.8)
-    _family_axes(ax, 16.5)
-    ax.legend(ncols=2, title="line: formula (3.7); dots: loop area")
-    return figure
+    lines = {rf"$\zeta = {zeta:g}$": np.array([viscous_energy(r, zeta) for r in RATIOS]) for zeta in BETAS}
+    marked = RATIOS[::8]
+    dots = [(marked, [loop_area(steady_state(Problem(r, 0.0, zeta=zeta))) for r in marked]) for zeta in BETAS]
+    return draw_family(16.5, "line: formula (3.7); dots: loop area", lines, dots)
 
 
 def draw_slow() -> Figure:
-    """The question of section 4.3.1: displacement at r = 0.1 under two laws, stops thick, the base's motion behind."""
-    figure, phase = new_figure(PAGE, 2.6), np.linspace(0.0, TURN, 2000)
-    for ax, (law, values), colour in zip(figure.subplots(1, 2, sharey=True), SLOW.items(), PALETTE, strict=False):
+    """The question of section 4.3.1: displacement at r = 0.1 under two laws, stops shaded, the base's motion behind."""
+    figure = new_figure(PAGE, 2.6)
+    for ax, (law, values) in zip(figure.subplots(1, 2, sharey=True), SLOW.items(), strict=True):
         state = steady_state(Problem(0.1, 0.4, law=law, parameters=values))
-        motion = orbit_of(state)
-        ax.plot(phase / TURN, np.cos(phase), color=BASE, linewidth=0.8, label="base $y/Y$")
-        ax.plot(phase / TURN, motion.at(phase)[0], color=colour, label="mass $x/Y$")
-        for number, (begin, end) in enumerate(motion.stops):
-            held = np.linspace(begin, end, 50)
-            ax.plot(held / TURN, motion.at(held)[0], color="black", linewidth=2.5, label="" if number else "stop")
-        ax.set(xlabel="time / cycle", title=f"{law}: {state.stops_per_cycle:g} stops")
-        ax.legend(loc="upper center", fontsize=7)
-    figure.axes[0].set_ylabel("displacement over $Y$")
+        draw_motion(state, ax).set(xlim=(0.0, 2.0), title=f"{law}: {state.stops_per_cycle:g} stops")
     return figure
 
 
