@@ -19,10 +19,12 @@ from frictionlab.simulator.exact import answer, orbit
 from frictionlab.simulator.exact.motion import WORK
 from frictionlab.simulator.exact.phase import DONE, MISSING, SLOTS, make_phase
 from frictionlab.simulator.exact.solve import system_of
+from frictionlab.simulator.numeric import Integrated
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import to_numbers
 from frictionlab.simulator.sweep import Grid, sweep_points
 from tests.desk import told_by
+from tests.simulator.twin import LAWS as LAWS_BY_STEPS
 from tests.simulator.twin import rubs
 
 POINTS = np.array(
@@ -58,15 +60,9 @@ NAMES = ("gradient", "static_ratio_up", "static_ratio_down", "frame_damping_rati
 def test_every_rigid_law_has_the_same_bits_in_a_map_and_alone(wall: Wall) -> None:
     more = tuple((name, (1.0,)) for name in NAMES)
     grid = Grid((0.5,), (0.4,), wall=wall, law="coulomb+place+breakaway", parameters=more, base=Base((1.0, 0.1)))
-    for point, row in zip(LAWS, sweep_points(LAWS, grid), strict=True):
-        np.testing.assert_array_equal(to_numbers(steady_state(grid.problem(point)))[1:9], row[1:9])
-
-
-def test_chunks_do_not_matter() -> None:
-    grid = Grid((0.5,), (0.4,))
-    whole = sweep_points(POINTS, grid)
-    parts = [sweep_points(POINTS[i : i + 1], grid) for i in range(len(POINTS))]
-    np.testing.assert_array_equal(whole, np.vstack(parts))
+    for of, points in ((grid, LAWS), (Grid((0.5,), (0.4,), wall=wall), POINTS)):
+        for point, row in zip(points, sweep_points(points, of), strict=True):
+            np.testing.assert_array_equal(to_numbers(steady_state(of.problem(point)))[1:9], row[1:9])
 
 
 def test_a_map_has_its_axes_in_order() -> None:
@@ -165,10 +161,23 @@ def numbers() -> list[list[float]]:
     return [*found, [*(getattr(two, name) for name in NUMBERS), *two.response_amplitudes]]
 
 
-def test_plain_python_is_the_twin_of_the_compiled_flow() -> None:
-    code = "import json; from tests.simulator.test_engine import numbers; print(json.dumps(numbers()))"
-    for fast, plain in zip(numbers(), json.loads(told_by(code, NUMBA_DISABLE_JIT="1")), strict=True):
+def integrated() -> list[list[float]]:
+    """State and slopes after a part of a cycle from rest, under each integrated law."""
+    found = []
+    for law, values in LAWS_BY_STEPS.items():
+        flow = Integrated(Problem(0.4, 0.5, law=law, parameters=values), 1e-6)
+        reached, slopes, _ = flow.carried(flow.rest(), 0.0, 1.0, derived=True)
+        found.append([*reached.tolist(), *slopes.ravel().tolist()])
+    return found
+
+
+def test_plain_python_is_the_twin_of_the_compiled_flows() -> None:
+    code = "import json; from tests.simulator import test_engine as t; print(json.dumps([t.numbers(), t.integrated()]))"
+    exact, stepped = json.loads(told_by(code, NUMBA_DISABLE_JIT="1"))
+    for fast, plain in zip(numbers(), exact, strict=True):
         np.testing.assert_allclose(fast, plain, rtol=1e-13, atol=1e-13)
+    for fast, plain in zip(integrated(), stepped, strict=True):
+        np.testing.assert_allclose(fast, plain, rtol=1e-9, atol=1e-9)
 
 
 BREAKAWAY = {"static_ratio_up": 1.2, "static_ratio_down": 1.1}

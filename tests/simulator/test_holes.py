@@ -4,25 +4,18 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, coexisting, simulate, steady_state
 from tests.desk import present
 from tests.simulator.closed_form import of_modes
-
-
-def test_a_mass_that_rests_displaced_is_stuck() -> None:
-    state = steady_state(Problem(0.74, 1.179, base=Base((1.0, 0.344), (0.0, -0.007))))
-    assert state.outcome == "stuck"
-    assert state.energy_per_cycle == 0.0
-    x = float(present(state.orbit).at(0.0)[0])
-    assert x > 0.1
-    assert "comes to rest" in state.verdict
+from tests.simulator.twin import problem_of
 
 
 @settings(max_examples=25, deadline=None)
+@example(r=0.74, share=0.5, cosine=0.344, sine=-0.007)
 @given(r=st.floats(0.1, 3.0), share=st.floats(0.0, 1.0), cosine=st.floats(-0.5, 0.5), sine=st.floats(-0.5, 0.5))
 def test_friction_over_half_the_range_of_the_force_always_brings_the_mass_to_rest(
     r: float, share: float, cosine: float, sine: float
@@ -32,10 +25,11 @@ def test_friction_over_half_the_range_of_the_force_always_brings_the_mass_to_res
     half, top = 0.5 * float(np.ptp(f)), float(np.abs(f).max())
     beta = half + max(1e-3, share) * (top - half)
     state = steady_state(Problem(r, beta + 1e-6, base=base))
-    assert state.outcome == "stuck"
+    assert (state.outcome, state.energy_per_cycle) == ("stuck", 0.0)
     place = float(present(state.orbit).at(0.0)[0])
     assert f.max() - place <= beta + 2e-6
     assert place - f.min() <= beta + 2e-6
+    assert place == 0.0 or "comes to rest" in state.verdict
     late = float(simulate(Problem(r, beta + 1e-6, base=base), cycles=200, keep=1).at(399 * pi)[0])
     assert late == pytest.approx(place, abs=0.05)  # it gets there like 1 / cycles at the edge of the places
 
@@ -102,52 +96,52 @@ def test_a_motion_that_does_not_repeat_is_named_with_how_fast_its_neighbours_par
     assert growth == pytest.approx(1.2055, abs=0.03)  # exp(0.187), over 19,000 cycles
 
 
-def test_motions_that_coexist_are_found_with_their_shares() -> None:
-    found = coexisting(Problem(0.38, 0.2, 3.0), starts=24)
-    assert {attractor.state.period_cycles for attractor in found} == {4, 5}
-    assert sum(attractor.share for attractor in found) == pytest.approx(1.0)
-    assert found[0].share >= found[1].share
-    assert [attractor.share for attractor in coexisting(Problem(0.5, 0.4))] == [1.0]
+def sticky(ratio: float, **numbers: float) -> dict[str, float]:
+    """Break-away by the same ratio both ways, beside other numbers of a contact."""
+    return {"static_ratio_up": ratio, "static_ratio_down": ratio, **numbers}
 
 
-ELASTIC = {"stiffness_ratio": 400.0, "static_ratio_up": 1.3, "static_ratio_down": 1.3}
+COEXISTING = [  # problem, starts, outcome and period of each motion
+    (problem_of(0.38, 0.2, **sticky(3.0)), 24, {("periodic", 4), ("periodic", 5)}),
+    (problem_of(0.3, 0.9, **sticky(1.3)), 10, {("periodic", 1), ("stuck", 1)}),
+    (problem_of(0.3, 0.9, **sticky(1.3, stiffness_ratio=400.0)), 19, {("periodic", 7), ("stuck", 1)}),
+    # Newton comes to the elastic orbit by trials of 3 and 4 cycles too: told is its shortest period
+    (problem_of(0.38, 0.2, **sticky(3.0, stiffness_ratio=50.0)), 19, {("periodic", 1)}),
+    (problem_of(0.5, 0.4, stiffness_ratio=50.0), 6, {("periodic", 1)}),  # motions draw nearer: there is one
+    (problem_of(0.5, 0.4), 6, {("periodic", 1)}),
+    (
+        Problem(0.3, 0.9, law="coulomb+stribeck", parameters={"static_ratio": 1.3, "stribeck_speed": 0.05}),
+        *(6, {("periodic", 1), ("stuck", 1)}),
+    ),
+    (
+        Problem(0.5, 0.4, law="coulomb+logarithm", parameters={"rate_strength": 0.05, "rate_speed": 0.01}),
+        *(6, {("periodic", 1)}),
+    ),
+]
 
 
-@pytest.mark.parametrize(
-    ("law", "parameters", "starts"),
-    [
-        ("coulomb+compliance+breakaway", ELASTIC, 19),
-        ("coulomb+stribeck", {"static_ratio": 1.3, "stribeck_speed": 0.05}, 6),
-    ],
-)
-def test_motions_that_coexist_are_found_under_laws_that_are_not_rigid(
-    law: str, parameters: dict[str, float], starts: int
+@pytest.mark.parametrize(("problem", "starts", "expected"), COEXISTING, ids=lambda value: getattr(value, "law", None))
+def test_motions_that_coexist_are_found_whole_with_their_shares(
+    problem: Problem, starts: int, expected: set[tuple[str, int]]
 ) -> None:
-    problem = Problem(0.3, 0.9, law=law, parameters=parameters)
+    """An orbit found on half a cycle is mirrored: half of it was told as the whole."""
     found = coexisting(problem, starts=starts)
-    assert {attractor.state.outcome for attractor in found} == {"periodic", "stuck"}
-    assert sum(attractor.share for attractor in found) == pytest.approx(1.0)
-    moving = next(attractor.state for attractor in found if attractor.state.outcome == "periodic")
-    assert abs(moving.floquet_multiplier or 2.0) < 1.0
-    x, v = present(moving.orbit).at(0.0)
-    later = simulate(problem, cycles=moving.period_cycles or 1, x0=float(x), v0=float(v), keep=1)
-    if law == "coulomb+stribeck":  # no inner state: displacement and velocity say all
-        assert float(later.at(later.end)[0]) == pytest.approx(float(x), abs=1e-7)
+    assert sorted((each.state.outcome, each.state.period_cycles or 1) for each in found) == sorted(expected)
+    shares = [attractor.share for attractor in found]
+    assert sum(shares) == pytest.approx(1.0)
+    assert shares == sorted(shares, reverse=True)
+    for state in (attractor.state for attractor in found if attractor.state.outcome == "periodic"):
+        assert abs(state.floquet_multiplier or 0.0) < 1.0
+        cycles, orbit = state.period_cycles or 1, present(state.orbit)
+        assert orbit.end - orbit.start == pytest.approx(2.0 * pi * cycles, abs=1e-12)
+        if problem.law.kind != "elastic":  # no inner state: displacement and velocity say all
+            x, v = (float(value) for value in orbit.at(0.0))
+            run = simulate(problem, cycles=cycles, x0=x, v0=v)
+            tau = np.linspace(0.0, 2.0 * pi * cycles * (1.0 - 1e-9), 50)
+            assert np.abs(run.at(tau)[0] - orbit.at(tau)[0]).max() < (1e-7 if orbit.solver == "numeric" else 1e-11)
 
 
-def test_an_elastic_orbit_is_told_with_its_shortest_period() -> None:
-    parameters = {"stiffness_ratio": 50.0, "static_ratio_up": 3.0, "static_ratio_down": 3.0}
-    found = coexisting(
-        Problem(0.38, 0.2, law="coulomb+compliance+breakaway", parameters=parameters), starts=19
-    )  # Newton comes to it by trials of 3 and 4 cycles too
-    assert [attractor.state.period_cycles for attractor in found] == [1]
-
-
-def test_a_law_under_which_motions_draw_nearer_has_one_steady_state() -> None:
-    found = coexisting(Problem(0.5, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": 50.0}))
-    assert [attractor.share for attractor in found] == [1.0]
-    strengthening = {"rate_strength": 0.05, "rate_speed": 0.01}
-    assert len(coexisting(Problem(0.5, 0.4, law="coulomb+logarithm", parameters=strengthening))) == 1
+def test_motions_from_no_start_are_refused() -> None:
     with pytest.raises(UsageError, match="starts; expected at least 1; got 0"):
         coexisting(Problem(0.5, 0.4), starts=0)
 
@@ -197,18 +191,6 @@ def test_next_to_resonance_static_friction_leaves_the_motion_without_stops(
 def test_the_motion_told_next_to_resonance_is_where_rest_goes_in_the_end() -> None:
     state = steady_state(Problem(1.0001, 0.1, 1.9))
     assert settles_on(state, 400_000, within=1e-6 * (state.response_amplitude or 0.0))
-
-
-def test_each_of_all_motions_is_whole() -> None:
-    """An orbit found on half a cycle is mirrored: half of it was told as the whole."""
-    for attractor in coexisting(Problem(0.3, 0.9, 1.3), starts=10):
-        orbit = present(attractor.state.orbit)
-        assert orbit.end - orbit.start == pytest.approx(2.0 * pi, abs=1e-12)
-        tau = np.linspace(0.0, 2.0 * pi, 50)
-        x, v = orbit.at(tau)
-        assert (x[0], v[0]) == (pytest.approx(x[-1], abs=1e-12), pytest.approx(v[-1], abs=1e-12))
-        run = simulate(attractor.state.problem, cycles=1, x0=float(x[0]), v0=float(v[0]))
-        assert np.abs(run.at(tau[:-1])[0] - x[:-1]).max() < 1e-11
 
 
 @settings(max_examples=20, deadline=None)

@@ -1,6 +1,5 @@
 """The integrated flow: order conditions, the rigid law and its limits, scipy as the slow twin, plain Python."""
 
-import json
 from math import cos, sin
 from typing import Any
 
@@ -12,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator import Base, Motion, Problem, laws, steady_state
+from frictionlab.simulator import Base, Problem, laws, steady_state
 from frictionlab.simulator.exact.motion import STAGES
 from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.laws.law import STILL, Contact, Parameter, Term
@@ -20,8 +19,8 @@ from frictionlab.simulator.laws.rate_state import rate_state
 from frictionlab.simulator.numeric import Integrated
 from frictionlab.simulator.numeric.radau import BERNSTEIN, MATRIX, NODES, WEIGHTS
 from frictionlab.simulator.record import BaseRecord, respond
-from tests.desk import present, told_by
-from tests.simulator.twin import LAWS, TURN, Twin, steady
+from tests.desk import present
+from tests.simulator.twin import LAWS, TURN, Twin, start_of, steady
 
 each_law = pytest.mark.parametrize("law", LAWS)
 
@@ -30,11 +29,6 @@ def problem(law: str, r: float = 0.7, beta: float = 0.5, **more: Any) -> Problem
     """A problem with one of the laws, whose parameters can be overridden by `parameters`."""
     parameters = LAWS.get(law.removesuffix("+place"), {}) | more.pop("parameters", {})
     return Problem(r, beta, law=law, parameters=parameters, **more)
-
-
-def start_of(orbit: Motion, tau: float = 0.0) -> np.ndarray:
-    """Displacement, velocity and inner states of an orbit at a time."""
-    return np.concatenate(([float(value) for value in orbit.at(tau)], orbit.flow.state(orbit, tau)[2:]))
 
 
 def test_the_tableau_fulfils_the_order_conditions() -> None:
@@ -147,19 +141,6 @@ def test_what_cannot_be_integrated_is_refused() -> None:
         steady(problem("coulomb+logarithm", parameters={"rate_strength": -0.3, "rate_speed": 0.001}))
     with pytest.raises(UsageError, match="rtol; expected between"):
         steady(Problem(0.5, 0.4), rtol=0.1)
-
-
-def carried(law: str) -> list[float]:
-    """State and slopes after a part of a cycle from rest."""
-    flow = Integrated(problem(law, r=0.4), 1e-6)
-    reached, slopes, _ = flow.carried(flow.rest(), 0.0, 1.0, derived=True)
-    return [*reached.tolist(), *slopes.ravel().tolist()]
-
-
-def test_plain_python_is_the_twin_of_the_compiled_flow() -> None:
-    code = "import json; from tests.simulator import test_numeric as t; print(json.dumps([*map(t.carried, t.LAWS)]))"
-    for law, plain in zip(LAWS, json.loads(told_by(code, NUMBA_DISABLE_JIT="1")), strict=True):
-        np.testing.assert_allclose(carried(law), plain, rtol=1e-9, atol=1e-9)
 
 
 def test_a_narrow_stribeck_curve_is_not_stepped_over() -> None:

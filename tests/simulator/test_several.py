@@ -4,14 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Contact, Problem, Structure, coexisting, simulate, steady_state
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.record import BaseRecord, respond
+from tests.benchmarks.several_masses import draw
 from tests.desk import present
 from tests.simulator.test_record import some_base
 from tests.simulator.twin import LAWS, TURN, Twin, rubs
@@ -158,23 +157,14 @@ def test_a_record_moves_two_masses_as_scipys_radau_does(contacts: list[Contact])
             assert getattr(stepped, key) == pytest.approx(getattr(seen, key), abs=1e-8), key
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
-@given(
-    r=st.floats(0.15, 1.8),
-    betas=st.lists(st.floats(0.02, 0.6), min_size=3, max_size=3),
-    masses=st.lists(st.floats(0.5, 2.0), min_size=3, max_size=3),
-    zeta=st.floats(0.003, 0.05),
-    stiffness=st.floats(2.0, 60.0),
-)
-def test_what_goes_in_is_what_is_taken(
-    r: float, betas: list[float], masses: list[float], zeta: float, stiffness: float
-) -> None:
-    contacts = [
-        rubs("coulomb", 1, beta=betas[0]),
-        rubs("coulomb+compliance", 2, 1, beta=betas[1], stiffness_ratio=stiffness),
-        rubs("coulomb", 3, "base", beta=betas[2]),
-    ]
-    found = steady_state(Structure.of_storeys(r, masses, [1.0, 1.2, 0.8], [zeta] * 3, contacts))
+@pytest.mark.parametrize("seed", range(14))
+def test_what_goes_in_is_what_is_taken(seed: int) -> None:
+    """In random frames of two and three masses."""
+    try:
+        found = steady_state(draw(seed))
+    except SimulationError as error:
+        assert "rigid contacts hold a mass twice over" in str(error)  # noqa: PT017 - as is right
+        return
     assert found.outcome in ("periodic", "stuck")
     assert present(found.closure_error) < 1e-10
     assert present(found.residual) < 1e-10

@@ -4,7 +4,7 @@ from math import nextafter, pi
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import SimulationError, UsageError
@@ -142,18 +142,23 @@ def test_below_the_limit_the_closed_form_is_the_orbit(r: float, share: float) ->
 
 
 @settings(deadline=None, max_examples=30)
+@example(0.6)
+@example(1.2)
 @given(r=st.floats(0.05, 20.0))
-def test_at_the_limit_stops_begin(r: float) -> None:
+def test_at_the_limit_stops_grow_from_nothing_and_the_energy_does_not_jump(r: float) -> None:
     limit = friction_limit(r)
     if limit < 1e-6 or abs(r - 1.0) < 1e-3:
         return
-    assert steady_state(Problem(r, limit * (1 - 1e-9))).solver == "closed-form"
-    above = steady_state(Problem(r, limit * (1 + 1e-9)))
-    if above.outcome == "not found":  # refused by name next to resonance, where the map has a kink beside the orbit
+    below, *above = (steady_state(Problem(r, limit * (1 + d))) for d in (-1e-9, 1e-9, 1e-6, 1e-3))
+    assert (below.solver, below.stops_per_cycle, below.stuck_fraction) == ("closed-form", 0.0, 0.0)
+    if "not found" in [state.outcome for state in above]:  # refused by name next to resonance: the map has a kink there
         assert abs(r - 1.0) < 0.05
         return
-    assert above.solver == "exact"
-    assert (above.stops_per_cycle or 0) > 0
+    assert {state.solver for state in above} == {"exact"}
+    assert all((state.stops_per_cycle or 0) > 0 for state in above)
+    stuck = [present(state.stuck_fraction) for state in above]
+    assert stuck == sorted(stuck)
+    assert above[0].energy_per_cycle == pytest.approx(below.energy_per_cycle, rel=1e-6)
 
 
 def test_continuous_motion_under_strong_friction_is_where_the_thesis_has_it() -> None:

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from frictionlab.simulator import Base, Problem, SteadyState, Structure
+from frictionlab.simulator import Base, Motion, Problem, SteadyState, Structure
 from frictionlab.simulator.exact.solve import sliders_of
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.numeric import RTOL, Integrated
@@ -44,6 +44,11 @@ LAWS: dict[str, dict[str, float]] = {
 def steady(what: Problem | Structure, rtol: float = RTOL, near: SteadyState | None = None) -> SteadyState:
     """Steady state by steps, also of laws that have exact slides."""
     return Integrated(what, rtol).steady(near=near)
+
+
+def start_of(orbit: Motion, tau: float = 0.0) -> Floats:
+    """Displacement, velocity and inner states of an orbit at a time."""
+    return np.concatenate(([float(value) for value in orbit.at(tau)], orbit.flow.state(orbit, tau)[2:]))
 
 
 def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: float) -> Contact:

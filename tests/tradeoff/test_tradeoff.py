@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -19,7 +18,7 @@ from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Problem
 from frictionlab.simulator.numeric import Integrated
 from frictionlab.tradeoff import Setting, marked
-from tests.simulator.twin import TURN, Twin
+from tests.simulator.twin import TURN, Twin, start_of
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "frictionlab" / "tradeoff" / "README.md"
@@ -56,8 +55,7 @@ def test_the_references_of_numeric_laws_are_another_methods(name: str) -> None:
     motion = Integrated(problem, 1e-12).steady().orbit
     assert motion is not None
     assert motion.solver == "numeric"
-    x, v = (float(value) for value in motion.at(0.0))
-    start, twin = np.array([x, v, *motion.flow.state(motion, 0.0)[2:]]), Twin(problem, method="DOP853")
+    start, twin = start_of(motion), Twin(problem, method="DOP853")
     assert twin.run([0.0, TURN], start) == pytest.approx(start, abs=2e-11)
     assert twin.friction + twin.viscous == pytest.approx(energy, rel=2e-11)
 
