@@ -10,14 +10,13 @@ import pytest
 from frictionlab.campaign.files import elsewhere, read_measurements, recording_of
 from frictionlab.campaign.trials import LONGEST_NAME, trial_of
 from frictionlab.errors import LogError, RecordingError, SceneError
-from frictionlab.hdf5 import describe
 from frictionlab.logs import read_log
 from frictionlab.scene import scene_from_tables
 from frictionlab.synthetic import virtual_tests
 from frictionlab.tables import read_rows
 from frictionlab.verbs.evaluate import evaluate
 from tests.armour import fuzz
-from tests.armour.sound import MAKE, case, sound
+from tests.armour.sound import MAKE, sound
 from tests.campaign.fabricate import SCENE, row, small_campaign
 
 
@@ -63,13 +62,6 @@ def test_what_no_measurement_can_tell_is_left_out(key: str, value: object, words
     rows[0] = {**rows[0], key: value}
     (left_out,) = (t for t in evaluate(rows, scene_from_tables(SCENE)).trials if t.failed)
     assert words in str(left_out.reason)
-
-
-def test_text_of_an_unknown_encoding_is_damage(tmp_path: Path) -> None:
-    path = tmp_path / "a.h5"
-    path.write_bytes(case("recording.bare", 1, 13510))
-    with pytest.raises(RecordingError, match=r"a\.h5: damaged"):
-        describe(path)
 
 
 def test_an_amplitude_that_is_no_length_makes_no_virtual_test() -> None:

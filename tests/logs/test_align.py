@@ -277,6 +277,8 @@ def test_volts_with_the_sensors_calibration(unit: str, tmp_path: Path) -> None:
     with pytest.raises(LogError, match="for volts say what one is, --units 'mass=5 mm/V"):
         read_log(path)
     assert_is(read_log(path, LogOptions(units="mass=5 mm/V, base=-2.5 mm/V")), DATA, within=1e-9)
+    said = read_log(path, LogOptions(unit="mm", mass="mass", base="base"))  # whatever the log says
+    assert said.mass_displacement == pytest.approx(size * DATA.mass / 5.0, abs=1e-9 * size)
     with pytest.raises(ValueError, match=r"units\n.* expected the options that name columns, each with its unit"):
         LogOptions(units="mass=0.0 mm/V")
 

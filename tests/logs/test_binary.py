@@ -173,22 +173,6 @@ def test_tdms_states_its_rate_and_units(tmp_path: Path, monkeypatch: pytest.Monk
         read_log(path)
 
 
-@pytest.mark.parametrize(
-    ("first", "words"),
-    [
-        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file .* save it as .xlsx"),
-        (b"RIFF\x00\x00\x00\x00WAVEfmt ", "a sound file"),
-        (b"SQLite format 3\x00", "a database"),
-        (b"BZh91AY", "packed: unpack it first"),
-    ],
-)
-def test_what_is_not_read_is_named(first: bytes, words: str, tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_bytes(first + bytes(600))
-    with pytest.raises(LogError, match=words):
-        read_log(path)
-
-
 CONTENT: dict[str, object] = {"t": T, "mass [mm]": X, "base [mm]": Y}
 ROWS = [{"t": t, "mass [mm]": x, "base [mm]": y} for t, x, y in zip(T.tolist(), X.tolist(), Y.tolist(), strict=True)]
 LISTS = {name: np.asarray(values).tolist() for name, values in CONTENT.items()}

@@ -16,7 +16,7 @@ from frictionlab.logs.columns import LogColumn
 from frictionlab.logs.dialect import Dialect
 from frictionlab.logs.layouts import LogLayout
 from frictionlab.logs.lines import Body, Reader
-from tests.logs.samples import CLEAN, Truth, assert_is, comma, ni, picoscope, table, truth, write
+from tests.logs.samples import CLEAN, Truth, assert_is, comma, ni, table, truth, write
 
 DATA = truth()
 
@@ -141,26 +141,9 @@ def test_two_readings_that_fit_are_shown_both_unless_a_header_tells(tmp_path: Pa
     log = write(tmp_path / "log.csv", "\n".join(f"{i},{(7 * i) % 1000:03d}" for i in range(100)) + "\n")
     with pytest.raises(LogError, match=r"more than one way: separator .* decimal mark .*; or separator"):
         read_log(log)
-    log.write_text("time [s],mass [mm]\n" + "".join(f"{i},{i + 1}\n" for i in range(50)))
-    with pytest.raises(LogError, match="no column for base"):
-        read_log(log)
     write(log, table(DATA, "time [s],mass [mm],base [mm]", ",", mark=comma))
     with pytest.raises(LogError, match="names 3 columns, the lines below have 6 fields"):
         read_log(log)
-
-
-def test_picoscope_channels_are_asked_for(tmp_path: Path) -> None:
-    log = write(tmp_path / "log.csv", picoscope(DATA, "Time,Channel A,Channel B"))
-    with pytest.raises(LogError, match=r"'Channel A'.*'Channel B'.*could be either"):
-        read_log(log)
-    assert_is(read_log(log, LogOptions(mass="Channel A")), DATA)
-
-
-def test_volts_are_not_metres(tmp_path: Path) -> None:
-    log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [V],base [V]", ","))
-    with pytest.raises(LogError, match=r"expected a displacement in m, mm or um; got .*in V"):
-        read_log(log)
-    assert_is(read_log(log, LogOptions(unit="mm", mass="mass", base="base")), DATA)
 
 
 @pytest.mark.parametrize(
@@ -173,11 +156,19 @@ def test_volts_are_not_metres(tmp_path: Path) -> None:
         ("time [s],mass [mm]\n" + "".join(f"{i / 100},{i}\n" for i in range(9)), "no column for base"),
         ("start_deg, rate\n90, 1000\n" + 9 * "1.5\n-1.5\n", r"what else it is \(--angle 1 --units angle=deg\)"),
         ("time [s],mass [mm],base [mm]\n0.1,1,2\n", "1 lines of data: expected at least 2"),
+        ("[log]\nsampling_rate_hz = 250.0\n", r"a scene \(give it to --scene\), not a log"),
+        ("source,status,reason,warnings\na.h5,ok,,\n", "a table of results, not a log"),
+        ("# Logs\n1 2 3\n", "a text to read, not a log"),
+        ("\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + "\0" * 600, "an Excel 97 file .* save it as .xlsx"),
+        ("RIFF\0\0\0\0WAVEfmt " + "\0" * 600, "a sound file"),
+        ("SQLite format 3\0" + "\0" * 600, "a database"),
+        ("BZh91AY" + "\0" * 600, "packed: unpack it first"),
     ],
 )
-def test_what_is_no_log_is_refused(text: str, words: str, tmp_path: Path) -> None:
+def test_what_is_no_log_is_refused_by_what_it_is(text: str, words: str, tmp_path: Path) -> None:
+    name = {"#": "README.md", "[": "scene.toml"}.get(text[:1], "log.csv")
     with pytest.raises(LogError, match=words):
-        read_log(write(tmp_path / "log.csv", text))
+        read_log(write(tmp_path / name, text, "latin-1"))
 
 
 @dataclass(frozen=True)
