@@ -2,13 +2,12 @@
 
     python -m tests.armour.fuzz --count 20000 [--first 0] [--kinds recording scene ...] [--workers 2] [--keep PLACE]
 
-Each case runs in a child that is killed after `LONGEST_S` and has `MEMORY` bytes: the HDF5 library can loop for ever,
-or end the process. A case that fails is kept as a file; its number makes it again. `log.text` is `tests.logs.fuzz`.
+Cases run in workers, each killed after `LONGEST_S` and with `MEMORY` bytes: the HDF5 library can loop for ever, or end
+the process. A case that fails is kept as a file; its number makes it again. `log.text` is `tests.logs.fuzz`.
 """
 
 import argparse
 import hashlib
-import json
 import os
 import resource
 import signal
@@ -17,11 +16,9 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from itertools import repeat
-from multiprocessing import get_context
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from frictionlab.campaign import write_tables
@@ -37,7 +34,8 @@ from frictionlab.tables import is_table, read_rows
 from frictionlab.verbs.evaluate import evaluate
 from frictionlab.verbs.one_test import analyze
 from frictionlab.verbs.simulating import plan
-from tests.armour.sound import MAKE, case, sound
+from frictionlab.workers import Lost, cores, run_batches
+from tests.armour.sound import MAKE, case
 from tests.campaign.fabricate import SCENE
 from tests.logs import fuzz as logs
 
@@ -54,7 +52,6 @@ MANY = 10_000
 _MET: set[bytes] = set()
 LONGEST_S = 60
 MEMORY = 3 << 30
-PART = 250
 TEXT = "log.text"
 
 
@@ -142,27 +139,7 @@ def check(kind: str, seed: int, number: int, folder: Path) -> str:
     return "read"
 
 
-def outcomes(kind: str, seed: int, numbers: range, folder: Path) -> Iterator[tuple[int, str, float]]:
-    """Number, outcome and seconds of each case; a child that hangs or dies over one is replaced."""
-    if kind != TEXT:
-        sound(kind)
-    done, said = numbers.start, folder / "said"
-    while done < numbers.stop:
-        said.write_text("")
-        if (child := os.fork()) == 0:
-            _serve(kind, seed, range(done, numbers.stop), folder, said)
-        _, status = os.waitpid(child, 0)
-        for line in said.read_text(encoding="utf-8").splitlines():
-            outcome, seconds = json.loads(line)
-            yield done, outcome, seconds
-            done += 1
-        if done < numbers.stop:
-            late = os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGALRM
-            yield done, f"FAULT hangs: longer than {LONGEST_S} s" if late else "FAULT the process died", 0.0
-            done += 1
-
-
-def _forked(path: Path) -> str:
+def forked(path: Path) -> str:
     """What `trial` does, in a fork instead of a new interpreter, a hundred times as fast; the clock is the case's."""
     child = os.fork()
     if child == 0:
@@ -170,63 +147,52 @@ def _forked(path: Path) -> str:
     return "reading it ends the process" if os.waitpid(child, 0)[1] else ""
 
 
-def _serve(kind: str, seed: int, numbers: range, folder: Path, said: Path) -> None:
-    """Say each outcome before the next case begins; the alarm ends this process over one that hangs."""
-    try:
-        trial.fault_of = _forked
-        warnings.simplefilter("error")
-        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
+def outcomes(numbers: Sequence[int], kind: str, seed: int) -> list[tuple[str, float]]:
+    """Outcome and seconds of each case, in a process of its own: the alarm ends it over one that hangs."""
+    trial.fault_of = forked
+    warnings.simplefilter("error")
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, resource.RLIM_INFINITY))
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
         for number in numbers:
             signal.alarm(LONGEST_S)
             begin = time.perf_counter()
-            line = json.dumps([check(kind, seed, number, folder)[-3000:], time.perf_counter() - begin])
-            with said.open("a", encoding="utf-8") as file:
-                file.write(line + "\n")
-    finally:
-        os._exit(0)
-
-
-def run(kind: str, seed: int, numbers: range, keep: Path) -> tuple[str, Counter[str], list[str], tuple[float, int]]:
-    """Check some cases and keep those that fail: kind, count of outcomes, faults in words, slowest [s] and number."""
-    seen, faults, slowest = Counter[str](), [], (0.0, numbers.start)
-    with tempfile.TemporaryDirectory() as folder:
-        for number, outcome, seconds in outcomes(kind, seed, numbers, Path(folder)):
-            slowest = max(slowest, (seconds, number))
-            seen[outcome.split()[0]] += 1
-            if outcome.startswith("FAULT"):
-                keep.mkdir(parents=True, exist_ok=True)
-                raw = logs.case(seed, number)[0] if kind == TEXT else case(kind, seed, number)
-                (keep / f"{kind}_{seed}_{number}").write_bytes(raw)
-                faults.append(f"{kind} {number}: {outcome}")
-    return kind, seen, faults, slowest
+            outcome = check(kind, seed, number, Path(folder))
+            found.append((outcome, time.perf_counter() - begin))
+    signal.alarm(0)
+    return found
 
 
 def main() -> int:
-    """Run the cases, print what became of them."""
+    """Run the cases, print what became of them and keep those that fail."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=20000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kinds", nargs="*", default=list(MAKE), choices=[*MAKE, TEXT])
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--workers", type=int, default=cores())
     parser.add_argument("--keep", type=Path, default=Path("build/fuzz"))
     given = parser.parse_args()
-    begin, last, failed = time.perf_counter(), given.first + given.count, False
-    seen, slowest = defaultdict[str, Counter[str]](Counter), dict[str, tuple[float, int]]()
-    parts = [(k, range(at, min(at + PART, last))) for k in given.kinds for at in range(given.first, last, PART)]
-    with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
-        of, numbers = zip(*parts, strict=True)
-        for kind, more, faults, slow in pool.map(run, of, repeat(given.seed), numbers, repeat(given.keep)):
-            sys.stdout.write("".join(f"{fault}\n" for fault in faults))
-            seen[kind] += more
-            slowest[kind], failed = max(slow, slowest.get(kind, slow)), failed or bool(faults)
-            if seen[kind].total() == given.count:
-                seconds, number = slowest[kind]
-                counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(seen[kind].items()))
-                what = f"{kind}: {given.count} mutated files: {counts}"
-                sys.stdout.write(f"{what}; slowest {seconds:.2f} s (number {number})\n")
-            sys.stdout.flush()
+    begin, failed, numbers = time.perf_counter(), False, range(given.first, given.first + given.count)
+    for kind in given.kinds:
+        seen, slowest, number = Counter[str](), (0.0, given.first), given.first
+        job = partial(outcomes, kind=kind, seed=given.seed)
+        for batch in run_batches(job, numbers, workers=max(given.workers, 2)):  # 1 would be this process
+            for outcome, seconds in [(f"FAULT {batch.reason}", 0.0)] if isinstance(batch, Lost) else batch:
+                slowest = max(slowest, (seconds, number))
+                seen[outcome.split()[0]] += 1
+                if outcome.startswith("FAULT"):
+                    failed = True
+                    given.keep.mkdir(parents=True, exist_ok=True)
+                    raw = logs.case(given.seed, number)[0] if kind == TEXT else case(kind, given.seed, number)
+                    (given.keep / f"{kind}_{given.seed}_{number}").write_bytes(raw)
+                    sys.stdout.write(f"{kind} {number}: {outcome}\n")
+                number += 1
+        counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(seen.items()))
+        what = f"{kind}: {given.count} mutated files: {counts}; slowest {slowest[0]:.2f} s (number {slowest[1]})"
+        sys.stdout.write(f"{what}\n")
+        sys.stdout.flush()
     sys.stdout.write(f"{time.perf_counter() - begin:.0f} s\n")
     return int(failed)
 
