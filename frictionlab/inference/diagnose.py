@@ -27,7 +27,7 @@ from frictionlab.uncertainty import with_digits
 
 NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
 FEW = 4  # data an unknown: with fewer nothing strains, whatever the rig is
-ALWAYS = ("spring_cubic", "natural_frequency", "load_by_base")  # tried on every fit: friction bends to them
+ALWAYS = ("spring_cubic", "play", "load_by_base", "natural_frequency")  # tried on every fit, the dearest last
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
 BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law explains as well and nothing strains
 AS_LIKELY = -4.0  # the same from which what it moves belongs to u
@@ -46,8 +46,7 @@ TRIED = {
     "load_by_base": [-0.5, 0.5],
 }
 """Coordinates at which each cause is tried."""
-USUAL_PLAY, LITTLE_PLAY = 1e-5, 1e-6  # m to either side: what a bolted frame may have; by which slopes are taken
-SHARP = 64  # harmonics of the force of a play, which turns round as fast as the mass
+USUAL_PLAY = 1e-5  # m to either side: what a bolted frame may have
 
 
 @dataclass(frozen=True)
@@ -73,21 +72,20 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     if strained or not explained:
         found, said = against_richer(found)
     causes, enough = _causes(observation), ANSWERS
-    moves, shows = (_usual_play(found) if explained else None) or (0.0, False)
     if explained and not strained and observation.r <= NEAR_RESONANCE:
         enough = BY_FAR
         if len(observation.data) >= FEW * len(found.unknowns):
-            worth = (*ALWAYS, "play") if shows and moves > _error(found) else ALWAYS
-            causes = tuple(cause for cause in causes if cause.name in worth)
-    found, named, answered = _other_causes(found, causes, enough, explained=explained)
+            causes = tuple(sorted((c for c in causes if c.name in ALWAYS), key=lambda c: ALWAYS.index(c.name)))
+    found, named, answered, moves = _other_causes(found, causes, enough, explained=explained)
     if observation.settles_later_s is not None and not explained:
         named, answered = [], False  # a start that is still in the cycles looks like any cause
     facts = strained_facts(fitted, scene, [cause.name for cause, _ in named]) if explained else ()
     said = [*facts, *said, *(_named(cause, other, found, scene) for cause, other in named)]
-    if not (named or shows) and moves > _error(found):
+    error = found.parameters()["beta"].u or math.inf
+    if explained and not named and moves > error:
         said.append(
             f"friction_ratio: {1e6 * USUAL_PLAY:.0f} um of play in the frame to either side would look like friction"
-            f" here and move the ratio by {moves:.2g}; its error of {_error(found):.1g} assumes none"
+            f" here and move the ratio by {moves:.2g}; its error of {error:.1g} assumes none"
         )
     return Diagnosis(found, strained or bool(named), tuple(said), answered and not explained)
 
@@ -156,9 +154,10 @@ def _causes(observation: CycleObservation) -> tuple[Unknown, ...]:
 
 def _other_causes(
     found: Posterior, causes: tuple[Unknown, ...], enough: float, *, explained: bool
-) -> tuple[Posterior, list[tuple[Unknown, Fit]], bool]:
+) -> tuple[Posterior, list[tuple[Unknown, Fit]], bool, float]:
     """The posterior whose errors hold what causes move, those to name with their fits, whether one explains the test.
 
+    Then by how much a usual play that the recording does not show moves the friction ratio: a warning speaks of it.
     ``enough``: gain from which a cause is named.
     """
     own, observation = found.fit, cycle_of(found.tests[0])
@@ -166,9 +165,9 @@ def _other_causes(
     try:  # the same fit weighed by noise alone, followed to its minimum
         main = weighed(replace(own, model=replace(own.model, tests=(bare,), most=STEPS)), np.zeros(1))
     except NO_MOTION:
-        return found, [], False
+        return found, [], False, 0.0
     likely: list[tuple[float, Unknown, Fit]] = []  # the likeliest fit with each cause
-    more, beta = np.zeros(len(found.unknowns)), own.find("beta")
+    more, beta, hidden = np.zeros(len(found.unknowns)), own.find("beta"), 0.0
     for cause in causes:
         try:
             tried = [one for one in _tried(main, cause) if math.isfinite(one[0])]
@@ -177,10 +176,13 @@ def _other_causes(
         if not tried:
             continue
         likely.append((tried[0][0], cause, tried[0][1]))
+        hidden = _of_hidden_play(tried[0][1], cause, observation.unit) if cause.name == "play" else hidden
         for gain, other in tried:
             if gain > AS_LIKELY:
                 apart, wider = _apart(found, other)
-                moved = np.hypot(apart, wider) if cause.name in ALWAYS else apart  # of play a warning speaks
+                moved = (
+                    np.hypot(apart, wider) if cause.name in ALWAYS and not (hidden and cause.name == "play") else apart
+                )
                 more += math.exp(min(0.0, gain)) * moved**2
     named, answered = list[tuple[Unknown, Fit]](), False
     best = max((gain for gain, _, _ in likely), default=0.0)
@@ -194,7 +196,7 @@ def _other_causes(
             answered = answered or fits
     if (more > 0.09 * np.diag(found.covariance)).any():
         found = found.with_shift(OTHER_CAUSE, np.sqrt(more))
-    return found, named, answered
+    return found, named, answered, hidden
 
 
 def _apart(found: Posterior, other: Fit) -> tuple[FloatArray, FloatArray]:
@@ -262,36 +264,18 @@ def _freed(main: Fit, cause: Unknown) -> Fit:
     return min((fit_from(open_, [start], tempers=False) for start in order), key=lambda fit: fit.cost)
 
 
-def _error(found: Posterior) -> float:
-    return found.parameters()["beta"].u or math.inf
+def _of_hidden_play(freed: Fit, play: Unknown, unit: float) -> float:
+    """By how much a usual play moves the friction ratio; 0 where the recording would show it, or has no friction.
 
-
-def _usual_play(found: Posterior) -> tuple[float, bool] | None:
-    """Return by how much a usual play would move the friction ratio, and whether the recording would show it.
-
-    None where there is no friction or no motion to see it in.
-
-    At low frequency ratios a play p moves the ends of a stop as friction of ``k p`` does. One linear step from the fit:
-    what the other unknowns make of the change that such a play brings, and whether the noise would hide the rest.
+    At low frequency ratios a play p moves the ends of a stop as friction of ``k p`` does. ``freed``: the fit with it.
     """
-    observation, beta, values = cycle_of(found.tests[0]), found.fit.find("beta"), found.values()
-    if beta is None or observation.wall != "fixed" or not observation.single:
-        return None
-    observation = observation.metered(Meter(WORK))
-    sharp = replace(observation, spring_harmonics=SHARP)
-    small, times = LITTLE_PLAY / observation.unit, USUAL_PLAY / LITTLE_PLAY
-    try:
-        plain, played = observation.predict(values), sharp.predict(values | {"play": small})
-    except NO_MOTION:
-        return None
-    if plain is None or played is None:
-        return None
-    change, slopes = times * observation.white(played - plain), found.fit.slopes[0]
-    held = slopes.T @ slopes + np.diag(found.fit.model.holds(found.fit.point))
-    pull = slopes.T @ change
-    moved = np.linalg.solve(held, pull)
-    left = float(change @ change - pull @ moved)  # of the sum of squares
-    return abs(found.slope(beta) * float(moved[beta])), left >= STRAINED**2
+    beta, k, usual = freed.find("beta"), freed.find(play.name), USUAL_PLAY / unit / play.sd
+    if beta is None or k is None:
+        return 0.0
+    moved = np.linalg.inv(freed.precision)[k]
+    if (1.0 / moved[k] - 1.0) * usual**2 >= STRAINED**2:
+        return 0.0
+    return abs(freed.model.unknowns[beta].slope(float(freed.point[beta])) * float(moved[beta] / moved[k])) * usual
 
 
 def _named(cause: Unknown, other: Fit, found: Posterior, scene: Scene) -> str:

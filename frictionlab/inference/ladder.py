@@ -10,9 +10,10 @@ are kept, and its row says it.
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import combinations, product
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from frictionlab.errors import AnalysisError, ParameterError
 from frictionlab.inference.fit import (
     Fit,
     Model,
+    Test,
     cost,
     excess_of,
     fit_from,
@@ -32,12 +34,13 @@ from frictionlab.inference.fit import (
     weighed,
     with_scatter,
 )
-from frictionlab.inference.observation import Observation
-from frictionlab.inference.observations import CycleObservation, OfCycles
+from frictionlab.inference.force import ForceObservation, of_parts
+from frictionlab.inference.observation import NO_MOTION, Observation
+from frictionlab.inference.observations import STRETCHES, CycleObservation, OfCycles, cycle_of
 from frictionlab.inference.posterior import Posterior, explains, infer, misfit_is_noise, model_of, posterior_of
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import Unknown
-from frictionlab.simulator.laws import TERMS, Law, law_of, tried_of
+from frictionlab.simulator.laws import TERMS, Law, excluded_by, law_of, tried_of
 from frictionlab.simulator.problem import Meter, OverspentError
 
 CHEAP = tried_of("rigid")  # a fraction of a millisecond a steady state
@@ -45,6 +48,7 @@ YIELDING = tried_of("elastic")
 EXACT = (*CHEAP, *YIELDING)
 SMOOTH, INNER = tried_of("smooth"), tried_of("inner")  # milliseconds a steady state: the first cost less ...
 NUMERIC = (*SMOOTH, *INNER)
+RIVAL = "stribeck"  # the term that is held against what a ladder ends at
 DEAR = tried_of("smooth", "inner", effort=2)  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
@@ -53,6 +57,7 @@ SHARE, LEAST = 0.5, 0.02  # of what is left, for one law or one start of it; of 
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
+CREEPS = 0.01  # of the largest speed: below it a motion does not slide
 PUSHED = 3.0  # standard deviations from which what is known of sensors and rig is not where a richer law begins
 SURE = 3.5  # errors from where a term of a record does nothing: half its square is an evidence of 6
 TRIALS = (1.0, -1.0, 0.0)  # standard deviations from its prior's mean at which a new parameter is tried
@@ -134,9 +139,10 @@ def climb(
             why = why if rigid else "a record or a table is held against the exact laws alone; do: --law names one"
             dear = tuple(term for term in (*EXACT, *NUMERIC, *DEAR) if term not in (CHEAP if rigid else EXACT))
             ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), f"not tried: {why}")
-    if accuracy != "fast" and cycles:
-        top = ladder.against_its_limit(top)
+    if accuracy != "fast" and cycles and len(observations) == 1:
+        top = ladder.against_its_rival(top)
     rungs = tuple(ladder.rungs)
+    ladder.left_out = {rung.law.name: rung.said for rung in rungs if rung.said} | ladder.left_out
     if top.fit is not None and whole:
         return Ladder(rungs, top, posterior_of(top.fit), ladder.left_out)
     found = ladder.found_again(top)
@@ -196,13 +202,20 @@ class _Climb:
                 self.left_out[name] = f"not tried: a law that costs less, {best.law.name}, leaves nothing but noise"
         return best if best is top or self.is_noise(best) else self.upward(best, CHEAP)
 
-    def against_its_limit(self, top: Rung) -> Rung:
-        """The better of a law and of those that it is the limit of: in a slow test both may leave nothing but noise."""
-        for term in (t for t in top.law.terms if t.limit_of):
-            for name in laws_above(law_of(top.law.name.replace(f"+{term.name}", "")), (term.limit_of,), 1):
-                rival = self.tried(name, top)
-                better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
-                top = rival if better and _is_better(top.held_out, rival.held_out) else top
+    def against_its_rival(self, top: Rung) -> Rung:
+        """The better of a law and of that with friction that falls with speed in place of what excludes this.
+
+        In a slow test, or in one without stops, both may leave nothing but noise, each with another friction ratio.
+        """
+        if top.fit is None or top.law.kind not in ("rigid", "smooth") or not explains(top.fit, [0]):
+            return top
+        terms = [t.name for t in top.law.terms if t.name not in excluded_by(TERMS[RIVAL])]
+        for name in laws_above(law_of("+".join(terms)), (RIVAL,), 1):
+            self.work.left = max(self.work.left, RESERVE)
+            self.rungs = [rung for rung in self.rungs if rung.law.name != name or SPENT not in rung.said]
+            rival = self.tried(name, top)
+            better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
+            top = rival if better and _is_better(top.held_out, rival.held_out) else top
         return top
 
     def found_again(self, top: Rung) -> Posterior:
@@ -248,8 +261,6 @@ class _Climb:
                 kind = "" if isinstance(fault, AnalysisError) else f"{type(fault).__name__}: "
                 said = f"not compared: {kind}{fault}"
         made = replace(made, seconds=time.perf_counter() - begin, said=said)
-        if said:
-            self.left_out[name] = said
         self.rungs.append(made)
         return made
 
@@ -261,7 +272,7 @@ class _Climb:
         if known is not None:
             tests = [o.missing(t.observation.missed) for o, t in zip(tests, known.model.tests, strict=True)]
         model = model_of(tests)
-        if self.accuracy == "fast":
+        if self.accuracy == "fast" or (below is not None and not law.is_exact and self.is_noise(below)):
             model = replace(model, tolerance=1e3)
         if known is not None:
             fits = [followed(self._fitted(model, known, law))]
@@ -282,7 +293,9 @@ class _Climb:
         if "stiffness_ratio" in {u.name for u in model.unknowns} and not several:
             begun = self._in_valleys(model, below)
         elif not law.is_exact:  # dear: the likeliest start first, for one may lead astray, or be enough
-            begun = [*self._as_given(model, below), *begun]
+            likeliest = max(self.rungs, key=lambda rung: rung.log_evidence).fit or below
+            points = [] if several else alike(model, likeliest, [point for _, point, _ in begun])
+            begun = [*((model, point, [np.zeros(len(point))]) for point in points), *begun]
             begun.sort(key=lambda start: cost(*start))
         enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)
         best: Fit | None = None
@@ -306,24 +319,6 @@ class _Climb:
         if best is None:
             raise spent or missed
         return best
-
-    def _as_given(self, model: Model, below: Fit) -> list[tuple[Model, FloatArray, list[FloatArray]]]:
-        """Where a law of the sliding speed begins when it is given: at its own best fit with sensors and rig as known.
-
-        Values of a law without such a term lead it far astray, and all unknowns at once take ten times the work.
-        """
-        law, simpler = (one.tests[0].observation.law for one in (model, below.model))
-        if law.kind != "smooth" or not simpler.is_exact:
-            return []
-        own, point = [k for k, u in enumerate(model.unknowns) if u.law], np.zeros(len(model.unknowns))
-        try:
-            with self.work.keeping(SHARE * self.work.left):
-                starts = [start[own] for start in starting_points(model)]
-                plain = model_of([test.observation for test in model.tests], rig=False)
-                point[own] = fit_from(plain, starts, tempers=False).point
-        except (AnalysisError, OverspentError):
-            return []
-        return [(model, np.clip(point, *model.bounds), [np.zeros(len(test.index)) for test in model.tests])]
 
     def _in_valleys(self, model: Model, below: Fit) -> list[tuple[Model, FloatArray, list[FloatArray]]]:
         """Where a contact that yields begins: in the valleys that the first such law has found."""
@@ -459,6 +454,30 @@ def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model,
             d[free] = min(costs)[1]
         local.append(d)
     return model, point, local
+
+
+def alike(model: Model, found: Fit, starts: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the point at which a law has the force of the motion that another law was found with; nothing: none.
+
+    What explains a cycle as well moves alike, and has nearly that force while it slides: nothing is simulated for it.
+    """
+    observation, own = cycle_of(model.tests[0]), [u.law for u in model.unknowns]
+    known: dict[str, Any] = {f.name: getattr(observation, f.name, None) for f in fields(ForceObservation)}
+    try:
+        state = cycle_of(found.model.tests[0]).solved(found.values())
+        motion = observation.law_at_contact(state, 2.0 * np.pi * np.arange(STRETCHES) / STRETCHES)
+        if motion is None:
+            return []
+        force, speed, sd = motion.force, np.abs(motion.velocity), observation.floor * float(np.std(motion.force))
+        parts = np.flatnonzero(speed > CREEPS * speed.max())
+        known |= {"place": motion.displacement, "parts": parts, "count": STRETCHES, "r": state.problem.r}
+        known |= {"data": of_parts(force, STRETCHES, parts), "directions": None, "variances": sd**2, "powers": 1.0}
+        test = Test(ForceObservation(**known), np.arange(sum(own)), np.ones(sum(own)))
+        alone = Model((test,), tuple(u for u in model.unknowns if u.law), np.zeros(sum(own)))
+        fit = fit_from(alone, [start[own] for start in starts])
+    except NO_MOTION:
+        return []
+    return [point_at(model, found.values() | fit.values())]
 
 
 def held_out(found: Fit) -> tuple[FloatArray, float | None]:

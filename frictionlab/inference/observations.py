@@ -59,7 +59,7 @@ STEP = 1e-4  # of a prior's standard deviation: finite differences of the simula
 STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
 RESTS = 0.05  # of the mass's largest speed: below it, it may stand
-SPRING_HARMONICS = 16  # of the force of a spring that is not linear
+CURVED, SHARP = 16, 64  # harmonics of the force of a cubic spring, and of what turns round as fast as the mass
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class CycleObservation(OfCycles):
 
     ``cycle``: as it was measured; ``energy`` (k Y^2), ``amplitude`` (Y), ``regime`` of it; ``rate``: of sampling, Hz;
     ``base``: its motion over Y, as its sensor shows it; ``kept`` (K,): how much of each harmonic the mass's filter
-    leaves; ``spring_harmonics``: of the force of a spring that is not linear.
+    leaves.
     """
 
     cycle: Cycle
@@ -181,7 +181,6 @@ class CycleObservation(OfCycles):
     rate: float
     base: Base
     kept: FloatArray
-    spring_harmonics: int = SPRING_HARMONICS
     by_sensors: ClassVar = (*SENSORS, "mass_in_base")
 
     @property
@@ -203,7 +202,7 @@ class CycleObservation(OfCycles):
         cubic, play, load = (values.get(name, 0.0) for name in ("spring_cubic", "play", "load_by_base"))
         if not any((*bent.values(), cubic, play, load)):
             return simulated(self.law, self.held, self.wall, values, self.r, self.base)
-        count = max(self.base.harmonics, self.spring_harmonics if cubic or play or load else 3)
+        count = max(self.base.harmonics, SHARP if play or load else CURVED if cubic else 3)
         lines = np.zeros(count, dtype=np.complex128)
         lines[: self.base.harmonics] = self.base.lines
         for order, size in bent.items():

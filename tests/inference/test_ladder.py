@@ -13,7 +13,7 @@ from frictionlab.inference.explain import explain_comparison
 from frictionlab.inference.fit import Fit
 from frictionlab.inference.observation import steady
 from frictionlab.simulator import Problem
-from frictionlab.simulator.laws import Law, law_of
+from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Meter
 from tests.desk import present
 from tests.inference.contacts import NATURAL_HZ, recorded, scene
@@ -185,12 +185,6 @@ def test_a_fault_of_one_rung_is_said_in_its_row_and_ends_nothing(
     assert str(fault) in str(row["note"])
     assert (row["log_evidence"], row["required"]) == (None, False)
     assert any(w.startswith(f"law {law}: not compared: ") for w in found.warnings)
-
-
-def test_break_away_beside_a_term_that_excludes_stribecks_has_no_rival() -> None:
-    """The law with both was asked for, and its refusal ended the fit of the recording."""
-    top = ladder.Rung(law_of("coulomb+breakaway+logarithm"))
-    assert ladder._Climb([], "balanced").against_its_limit(top) is top
 
 
 def test_friction_that_scatters_does_not_hide_a_dashpot_from_the_cycles_left_out() -> None:

@@ -111,7 +111,6 @@ BREAKAWAY = Term(
     ),
     weakens=lambda p: (p["static_ratio_up"] > 1.0) | (p["static_ratio_down"] > 1.0),
     is_even=lambda p: p["static_ratio_up"] == p["static_ratio_down"],
-    limit_of="stribeck",
 )
 
 COMPLIANCE = Term(

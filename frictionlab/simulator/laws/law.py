@@ -166,8 +166,6 @@ class Term:
         Why such a contact cannot be integrated, as a sentence; empty where it can.
     effort : int
         What a ladder of laws spends on it: 0, nothing (it is not tried); 1; 2: up to a second a steady state.
-    limit_of : str
-        The term that it is the limit of, and which a ladder holds against it.
     """
 
     name: str
@@ -184,7 +182,6 @@ class Term:
     gives: Callable[[Values], bool] = lambda _: False
     breaks: Callable[[Values], str] = lambda _: ""
     effort: int = 1
-    limit_of: str = ""
 
 
 FRAME_DAMPING = Parameter(
