@@ -178,8 +178,8 @@ class Campaign(Result):
 
         Energies in figures and pages are those at this lag, as the law's are.
         """
-        values = {} if self.joint is None or not self.joint.of_cycles else self.joint.posterior.values(0)
-        return self.scene.sensors.lag_s + values["lag_s"] if "lag_s" in values else None
+        lag = 0.0 if self.joint is None else self.joint.lag_s()
+        return self.scene.sensors.lag_s + lag if lag else None
 
     @property
     def failures(self) -> tuple[Trial, ...]:

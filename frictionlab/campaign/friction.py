@@ -307,11 +307,11 @@ def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: fl
     base = COSINE if cycle is None else cycle.base
     steep, state = elasticity(model, trial.r, own, base), predict(model, trial.r, own, base)
     seen = None if state is None else state.energy_per_cycle
-    late, by_lag = 2.0 * math.pi * trial.drive_frequency_hz * joint.lag_s, 0.0
+    late, by_lag = 2.0 * math.pi * trial.drive_frequency_hz * joint.lag_s(i), 0.0
     if i is not None and cycle is not None:
         by_lag = cycle.energy_by_lag(late)
         seen = seen if state is None else cycle.shown(state, posterior.values(i))[1]
-    elif joint.lag_s and math.isfinite(late):  # a test left out has the same lag
+    elif late and math.isfinite(late):  # a test left out has the lag of all
         by_lag = trial.mean[0] - loop_energy(fundamental(*trial.mean, trial.r), COSINE.lines, -late)
         if state is not None and seen is not None:
             seen = loop_energy(fundamental(seen, state.response_amplitude or 0.0, trial.r), COSINE.lines, late)

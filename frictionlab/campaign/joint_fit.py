@@ -49,6 +49,10 @@ TURNS = (
     " tests has another one; its scatter is in the bands of predictions"
 )
 STRAY = 10.0  # times the misfit of any other test of its material: such a test is named
+LATE = (
+    "{}: the base's channel of this test is {:+.3g} ms behind, that of the tests together {:+.3g} ms: more than {}"
+    " allows ({:.2g} ms): check this test's clock; its energies are at its own lag"
+)
 STRAYS = (
     "{}: its law misses {:.3g} times the noise of {}, and at most {:.2g} times that of any other test: check that"
     " test's normal force ({:g} N), material and base amplitude"
@@ -97,13 +101,15 @@ class JointFit:
         """Whether it rests on mean cycles, and not on rows of measurements."""
         return isinstance(self.posterior.observations[0], CycleObservation)
 
-    @property
-    def lag_s(self) -> float:
-        """By how much mean cycles find the base's channel behind, beyond what is declared; 0 where rows were fitted.
+    def lag_s(self, i: int | None = None) -> float:
+        """By how much the base's channel of test i (None: of any other) is behind, beyond what is declared.
 
-        Rows keep the energies of the lag declared, for two numbers of a test hardly show one.
+        0 where no fit looked for it: rows keep the energies of the lag declared, for two numbers hardly show one.
         """
-        return self.posterior.values(0).get("lag_s", 0.0) if self.of_cycles else 0.0
+        k = self.posterior.fit.find("lag_s") if self.of_cycles else None
+        if k is None:
+            return 0.0
+        return self.posterior.shared(k, 0)[0] if i is None else self.posterior.values(i)["lag_s"]
 
     def tests(self, material: str, normal_force_n: float | None = None) -> list[int]:
         """Return the numbers of a material's tests, under one normal force or all."""
@@ -185,9 +191,15 @@ class JointFit:
     def test_notes(self) -> Iterator[str]:
         """Yield tests that are unlike the others of their material.
 
-        One that its law misses far more than all others: a fact of it may be wrong. And whose friction rises along the
-        path in some tests and falls in others, beyond twice its error.
+        One that its law misses far more than all others: a fact of it may be wrong. One whose lag differs from that of
+        all by more than is known of it. And whose friction rises along the path in some tests and falls in others,
+        beyond twice its error.
         """
+        u = self.posterior.unknowns[self.posterior.fit.find("lag_s") or 0]
+        for source, i in self.place.items():
+            late, common, known = self.lag_s(i), self.lag_s(), u.sd * u.known_to
+            if abs(late - common) > STRAINED * known:
+                yield LATE.format(source, 1e3 * late, 1e3 * common, f"{u.key}_u", 1e3 * known)
         for material in self.materials:
             *others, worst = sorted(self.tests(material), key=self.misfit)
             most = max((self.misfit(i) for i in others), default=math.inf)

@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.special import chdtrc
 
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
-from frictionlab.inference.compare import contact_of
+from frictionlab.inference.compare import HELD, contact_of
 from frictionlab.inference.comparison import ContactForce, loop_energy
 from frictionlab.inference.fit import NOT_SEEN, Model, fit_from, scatter_scale
 from frictionlab.inference.ladder import Ladder
 from frictionlab.inference.observations import CycleObservation, cycle_of, lines_of
 from frictionlab.inference.posterior import Posterior, of_several
+from frictionlab.inference.unknowns import Unknown
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.schema import AMPLITUDE, ENERGY, LEFT_OUT, MATERIAL_LAWS
@@ -219,8 +219,8 @@ class _Expected:
 def left_out(posterior: Posterior, lag_s: float = 0.0) -> dict[str, dict[str, Any]]:
     """Return by source the row of each test of a joint fit as the others predict it, or why they cannot.
 
-    Bands hold 95 %; energies, measured and predicted, are without the lag that all tests find (``lag_s``: that the
-    scene declares), as `frictionlab predict` has them.
+    Bands hold 95 %; energies, measured and predicted, are without the lag that the test is found at (``lag_s``: that
+    the scene declares), as `frictionlab predict` has them.
     """
     materials = [observation.material for observation in posterior.observations]
     found = dict[str, dict[str, Any]]()
@@ -229,10 +229,10 @@ def left_out(posterior: Posterior, lag_s: float = 0.0) -> dict[str, dict[str, An
         found[source] = not_predicted(source, material, ALONE)
         if not others:
             continue
-        late = posterior.values(i).get("lag_s", 0.0)
+        own = posterior.nuisances(i).get("lag_s", {"value": 0.0, "u": 0.0})
         try:
-            test = _predicted(_expected(posterior, i, others), late)
-            found[source] = {**found[source], "reason": None, **test, "lag_s": lag_s + late}
+            test = _predicted(_expected(posterior, i, others), own["value"], own["u"])
+            found[source] = {**found[source], "reason": None, **test, "lag_s": lag_s + own["value"]}
         except FAULTS as error:
             found[source] = not_predicted(source, material, f"the other tests' law cannot be fitted: {error}")
     return found
@@ -253,15 +253,20 @@ def _expected(posterior: Posterior, i: int, others: int) -> _Expected:
     return _Expected(model, i, rest.fit.point[index], covariance)
 
 
-def _predicted(expected: _Expected, lag_s: float) -> dict[str, object]:
-    """The numbers of one test as the others predict it, its energies without a lag beyond the declared one."""
+def _predicted(expected: _Expected, lag_s: float, lag_s_u: float) -> dict[str, object]:
+    """The numbers of one test as the others predict it, its energies without a lag beyond the declared one.
+
+    ``lag_s``: what the test itself shows of that, with its standard uncertainty; the others say nothing of it.
+    """
     observation, lines = expected.observation, expected.lines(expected.mean)
-    late, both = lag_s * observation.turn, (observation.energy, observation.amplitude)
+    both = observation.energy, observation.amplitude
     if lines is None:
         return {"reason": STILL}
     measured, error = (np.array([getattr(e, part) or 0.0 for e in both]) for part in ("value", "se"))
     offset = measured - seen_in(observation.data, observation)  # a mean of cycles is not the cycle of means
-    measured[0] -= observation.energy_by_lag(late)
+    by_lag = [observation.energy_by_lag(lag * observation.turn) for lag in (lag_s, lag_s + lag_s_u)]
+    measured[0], error[0] = measured[0] - by_lag[0], math.hypot(error[0], by_lag[1] - by_lag[0])
+    late = observation.turn * expected.model.values(expected.i, expected.mean).get("lag_s", 0.0)
     value = seen_in(lines, observation, late)
     middle, variance = _spread(expected, value, late)
     reach = NORMAL * np.sqrt(variance + error**2)
@@ -290,10 +295,11 @@ def seen_in(lines: FloatArray, observation: CycleObservation, late: float = 0.0)
 def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatArray, FloatArray]:
     """Mean and variance of energy and amplitude over what the others say of the test.
 
-    Independent deviations of the test's unknowns are followed, the most telling first.
+    Independent deviations of the test's unknowns but its lag are followed, the most telling first.
     """
     model, i, observation = expected.model, expected.i, expected.observation
-    values, vectors = np.linalg.eigh(expected.covariance)
+    told = np.array([model.unknowns[k].name != "lag_s" for k in model.tests[i].index])
+    values, vectors = np.linalg.eigh(expected.covariance * np.outer(told, told))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     _, sizes, turned = np.linalg.svd(model.slopes(i, expected.mean) @ root, full_matrices=False)
     middle, variance = here.copy(), np.zeros(2)
@@ -310,23 +316,12 @@ def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatAr
 
 def _with_own(expected: _Expected) -> FloatArray:
     """Harmonics (2 K,) with the test's own unknowns fitted to it, each held by its scatter from test to test."""
-    observation, index, unknowns = expected.observation, expected.model.tests[expected.i].index, expected.model.unknowns
-    own = [j for j, k in enumerate(index) if unknowns[k].level == "test"]
-    sd = np.sqrt(np.diag(expected.covariance))[own]
-
-    def lines(d: FloatArray) -> FloatArray | None:
-        moved = expected.mean.copy()
-        moved[own] += sd * d
-        return expected.lines(moved)
-
-    def residual(d: FloatArray) -> FloatArray:
-        seen = lines(d)
-        gap = 1e3 * np.ones(len(observation.data)) if seen is None else observation.white(observation.data - seen)
-        return np.concatenate([gap, d])
-
-    found = np.zeros(len(own))
-    if own:
-        best = min((np.full(len(own), sign) for sign in SIGNS), key=lambda d: float(residual(d) @ residual(d)))
-        found = least_squares(residual, best, method="lm", diff_step=[1e-3] * len(own), max_nfev=40).x
-    seen = lines(found)
-    return observation.data if seen is None else seen
+    model, test, observation = expected.model, expected.model.tests[expected.i], expected.observation
+    sds, own = np.sqrt(np.diag(expected.covariance)).tolist(), list[Unknown]()
+    for k, c, sd in zip(test.index.tolist(), expected.mean.tolist(), sds, strict=True):
+        u = model.unknowns[k]
+        times = max(sd, HELD) if u.level == "test" else HELD
+        own.append(replace(u, mean=u.mean + u.sd * c, sd=times * u.sd, low=(u.low - c) / times, assumed=""))
+    one = Model((replace(test, index=np.arange(len(own))),), tuple(own), np.zeros(len(own)))
+    starts = [np.array([sign * (u.level == "test") for u in own]) for sign in SIGNS]
+    return observation.data - observation.gap(fit_from(one, starts, tempers=False).residuals[0])

@@ -98,9 +98,8 @@ def compare_record(
     if measurement is None:
         return _without_cycle(recording, scene, why, law, friction_ratio)
     found, ladder = identified(measurement, scene, law, friction_ratio)
-    comparison, cycle = compared(measurement, scene, found, ladder), cycle_of(found.tests[0])
+    cycle, climbed = cycle_of(found.tests[0]), None
     observation, said = observe_record(recording, scene, cycle.law, cycle.held, measurement)
-    climbed = None
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
         record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
@@ -109,8 +108,10 @@ def compare_record(
             *(measurement, scene, posterior, None, words.ANOTHER if climbed is None else OF_RECORD),
             explains_record=explains(best.fit, [0]),
         )
-        comparison = replace(by_record, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
+        laws = _rows(ladder, found, found.fit.nrmse(), explained=explains(found.fit, [0]))
+        comparison = replace(by_record, laws=laws, cycle_law=cycle.law.name if law == AUTO else None)
     else:
+        comparison = compared(measurement, scene, found, ladder)
         record = follow(observation, found.values() | observation.start, fits_start=True)
     warnings = (*comparison.warnings, *said, *record.warnings, *words.not_tried(climbed))
     if comparison.contact is not None:

@@ -34,6 +34,7 @@ AS_LIKELY = -4.0  # the same from which what it moves belongs to u
 BETTER = 0.7  # of what a law misses: a richer one that leaves less was right to be asked
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
 OTHER_CAUSE = "another cause than the law"
+FOLLOWS = "normal force that follows the base's acceleration"
 LEAST_FREE = 0.1  # share of what is known of a fact that its data must say: else the prior alone does
 STEPS, WORK = 25, 1.5e5  # of the fit with a cause let free, and what all of them may cost
 WIDE = 0.3  # relative: prior of a natural frequency that is let free
@@ -144,10 +145,10 @@ def _causes(observation: CycleObservation) -> tuple[Unknown, ...]:
     causes = (
         Unknown("natural_frequency", "natural frequency", **frequency),  # type: ignore[arg-type]
         Unknown("frame_damping_ratio", "frame's damping", sd=0.05, low=0.0, folded=True, key="rig.damping_ratio"),
-        Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s"),
-        Unknown("spring_cubic", "cubic spring", sd=0.05),
-        Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True),
-        Unknown("load_by_base", "normal force that follows the base's acceleration", sd=0.2),
+        Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s", unit=(1e3, "ms")),
+        Unknown("spring_cubic", "cubic spring", sd=0.05, unit=(100.0, "% of its force at Y by a cubic")),
+        Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True, unit=(1e6 * unit, "um either way")),
+        Unknown("load_by_base", FOLLOWS, sd=0.2, unit=(100.0, "% where that is largest")),
     )
     return causes if observation.wall == "fixed" and observation.single else causes[:3]
 
@@ -280,20 +281,12 @@ def _of_hidden_play(freed: Fit, play: Unknown, unit: float) -> float:
 
 def _named(cause: Unknown, other: Fit, found: Posterior, scene: Scene) -> str:
     """Say which cause answers, its value, and what it makes of the friction ratio."""
-    observation = cycle_of(found.tests[0])
-    k, value = other.find(cause.name), other.values()[cause.name]
-    frequency = scene.rig.natural_frequency
+    k, value, frequency = other.find(cause.name), other.values()[cause.name], scene.rig.natural_frequency
     if cause.name == "natural_frequency" and frequency:
         asks = f"{frequency:.4g} Hz is declared; this recording asks for {frequency * (1 + value):.4g} Hz"
-    elif cause.name == "spring_cubic":
-        asks = f"this recording asks for {100 * value:+.2g} % of its force at Y by a cubic"
-    elif cause.name == "load_by_base":
-        asks = f"this recording asks for {100 * value:+.2g} % where that is largest"
-    elif cause.name == "play":
-        asks = f"this recording asks for {1e6 * value * observation.unit:.2g} um to either side"
     else:
-        in_ms = cause.name == "lag_s"
-        asks = f"this recording asks for {1e3 * value:+.3g} ms" if in_ms else f"this recording asks for {value:.3g}"
+        sign, unit = "" if cause.folded else "+", f" {cause.unit[1]}".rstrip()
+        asks = f"this recording asks for {cause.unit[0] * value:{sign}.3g}{unit}"
     u = 0.0 if k is None else cause.sd * math.sqrt(float(np.linalg.inv(other.precision)[k, k]))
     declare = to_declare(cause.name, value, u, scene) if explains(other, [0]) else ""
     declared = f"; {declare}" if declare else ""

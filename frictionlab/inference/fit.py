@@ -486,7 +486,7 @@ def let_apart(found: Fit) -> Fit:
 
 def scatter_scale(unknown: Unknown, c: float) -> float:
     """Return the scale of the prior of an unknown's scatter, in coordinates."""
-    if unknown.scatter <= 0.0 or unknown.level == "test" or unknown.scale == "log":
+    if unknown.scatter <= 0.0 or unknown.level != "material" or unknown.scale == "log":
         return unknown.scatter
     return unknown.scatter * abs(unknown.value(c)) / unknown.sd
 
@@ -499,7 +499,8 @@ def _scattering(found: Fit) -> Iterator[tuple[IntArray, FloatArray]]:
     groups: defaultdict[tuple[object, str], list[int]] = defaultdict(list)
     for test in found.model.tests:
         for k in test.index.tolist():
-            groups[test.observation.material, found.model.unknowns[k].name].append(k)
+            u = found.model.unknowns[k]
+            groups[test.observation.material if u.law else "", u.name].append(k)
     for tests in groups.values():
         group = np.unique(tests)
         scales = np.array([scatter_scale(found.model.unknowns[k], float(found.point[k])) for k in group.tolist()])

@@ -275,7 +275,7 @@ def material_law_of(
             "natural_frequency_hz": natural_frequency_hz,
             "stiffness_n_per_m": stiffness_n_per_m,
             FRAME: known[FRAME],
-            "lag_s": lag_s + values.get("lag_s", 0.0),
+            "lag_s": lag_s + (posterior.shared(index[0]["lag_s"], first)[0] if "lag_s" in index[0] else 0.0),
         },
         conditions={name: (min(some), max(some)) for name, some in ranges.items()},
         tests=len(seen),

@@ -141,26 +141,19 @@ class Posterior:
         shifted = sum((np.outer(s, s) for s in self.shifts.values()), np.zeros_like(self.plain))
         whole = np.asarray(self._of_data + left @ left.T + shifted)
         if len(self.tests) > 1:
-            rig = np.array([not u.law for u in self.unknowns])  # a law's parameters hold without: 79 virtual campaigns
-            whole = at_least(whole, np.where(rig, self._by_weights, 0.0))
+            whole = at_least(whole, self._by_weights)
         return whole if self.held_se is None else at_least(whole, self.held_se**2)
 
     @cached_property
     def _by_weights(self) -> FloatArray:
-        """Variances (m,) of the coordinates as the fit has weighed several tests, right or wrong.
+        """Variances (m,) that noise and priors leave in the coordinates as the fit has weighed several tests.
 
-        With the weights' curvature J of a test and what its data leave in its score, ``A = J I^-1 J`` by its
-        information I, its score is ``(1 + J S^2)^-1`` of one whose variance is ``A + J S^2 J``. `plain` is what the
-        best weights would leave: tests that assume too much noise would seem to determine the rig through each other.
+        `plain` is what the best weights would leave: tests that assume too much noise would seem sure of each other.
         """
-        fit = self.fit
-        of_scores, back = np.diag(self._doubts**2), np.linalg.inv(fit.precision)
-        for test, slopes, information in zip(self.tests, fit.slopes, self.information, strict=True):
-            curvature = slopes.T @ slopes
-            counted, weighed = (s[test.index] ** 2 for s in (self.scatter, fit.model.scatter))
-            shown = curvature @ np.linalg.pinv(information, rcond=1e-12, hermitian=True) @ curvature
-            share = np.linalg.inv(np.eye(len(curvature)) + curvature * weighed)
-            of_scores[np.ix_(test.index, test.index)] += share @ (shown + curvature * counted @ curvature) @ share.T
+        of_scores, back = np.diag(self._doubts**2), np.linalg.inv(self.fit.precision)
+        for test, (weight, _), information in zip(self.tests, self.fit.reduced.each, self.information, strict=True):
+            noise = weight @ np.linalg.pinv(information, rcond=1e-12, hermitian=True) @ weight.T
+            of_scores[np.ix_(test.index, test.index)] += noise
         return np.asarray(np.diag(back @ of_scores @ back))
 
     def own_covariance(self, i: int = 0) -> FloatArray:
@@ -379,7 +372,7 @@ def _rig_unknowns(observations: Sequence[Observation]) -> tuple[tuple[Unknown, .
     for known in each if len(observations) > 1 else ():
         lag = known.get("lag_s")
         if lag is not None and lag.assumed:
-            known["lag_s"] = replace(lag, sd=WIDER * lag.sd, known_to=lag.known_to / WIDER)
+            known["lag_s"] = replace(lag, sd=WIDER * lag.sd, known_to=lag.known_to / WIDER, scatter=lag.scatter / WIDER)
     largest: dict[str, Unknown] = {}
     for known in each:
         largest |= {n: u for n, u in known.items() if n not in largest or u.sd > largest[n].sd}

@@ -1,8 +1,8 @@
 """What a fit does not know: parameters of the law, sensors and rig, each with its level and its prior.
 
-A *rig* unknown has one value in all tests; a *material* unknown has one value in all tests of a material, and a scatter
-from test to test; a *test* unknown has a value of its own in each. Every unknown is counted in standard deviations of
-its prior, from the prior's mean: that number is its coordinate.
+A *rig* unknown has one value in all tests (a lag may scatter between them, within what is known of it); a *material*
+unknown has one value in all tests of a material, and a scatter; a *test* unknown has a value of its own in each. Every
+unknown is counted in standard deviations of its prior, from the prior's mean: that number is its coordinate.
 """
 
 import math
@@ -24,6 +24,7 @@ LARGEST = 700.0  # of a logarithm: beyond it no double is left, and no parameter
 STRONGEST = 12.0  # standard deviations: no coordinate goes farther from its prior
 SMALLEST = 1e-6  # of the cycle: a nonlinearity or crosstalk below this is not fitted
 UNDECLARED_LAG = 3.0  # half sampling intervals (standard uncertainty): prior of a lag that nobody has declared
+DIFFERS = 0.1  # of what is known of a lag: scale of the prior of its scatter from test to test
 STRAINED = 3.0  # standard uncertainties from what is known of sensors and rig beyond which the scene is doubted
 FAR = math.sqrt(2.0) * float(stdtrit(1.0, WITHIN))  # of Cauchy's distribution: holds 68 %, in standard deviations
 SCATTER = 0.02  # scale of the prior (half-Cauchy) of the relative scatter from test to test of all other parameters
@@ -180,7 +181,7 @@ def of_rig(
         ("mass_in_base", "share of the mass's channel in the base's", sources.crosstalk, "sensors.crosstalk"),
     ]
     own: dict[str, dict[str, Any]] = {
-        "lag_s": {"assumed": late.assumed, "known_to": late.known_to, "unit": late.unit},
+        "lag_s": {"assumed": late.assumed, "known_to": late.known_to, "unit": late.unit, "scatter": late.scatter},
         "frame_damping_ratio": {
             "mean": mean,
             "low": max(-STRONGEST, -mean / damping) if damping > 0.0 else 0.0,
@@ -197,7 +198,10 @@ def lag(name: str, words: str, u: float, key: str, assumed: str) -> Unknown:
     ``assumed``: the key that nobody has declared; the prior is then wider, with tails.
     """
     wider = UNDECLARED_LAG if assumed else 1.0
-    return Unknown(name, words, sd=wider * u, assumed=assumed, known_to=1.0 / wider, unit=(1e3, "ms"), key=key)
+    known = 1.0 / wider
+    return Unknown(
+        name, words, sd=wider * u, assumed=assumed, known_to=known, unit=(1e3, "ms"), key=key, scatter=DIFFERS * known
+    )
 
 
 def factor(unknown: Unknown, law: Law, *, length: float, rate: float, force: float) -> float:

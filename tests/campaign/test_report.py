@@ -241,8 +241,8 @@ def test_energies_are_shown_at_the_lag_found_and_a_gradient_of_both_signs_is_sai
         assert ratio - 1.0 == pytest.approx(one["energy_residual"], abs=1e-12)
     assert abs(float(str(rows[0]["energy_per_cycle"])) / (truth[0] or 0.0) - 1.0) > 0.1
     assert any("the gradient changes its sign from test to test (-0.06" in note for note in campaign.notes)
-    assert "measured, at the lag found (+8" in sheet_page(sheets_of(campaign)[0])
-    assert "at the lag found (+8" in energy(campaign, "brass").axes[0].get_title(loc="left")
+    assert "measured, at the lag found (+7.99 ms" in sheet_page(sheets_of(campaign)[0])
+    assert "at the lag found (+7.99 ms" in energy(campaign, "brass").axes[0].get_title(loc="left")
 
 
 def test_what_stood_in_a_log_is_escaped_on_its_page(scene: Scene) -> None:
