@@ -131,13 +131,3 @@ def test_the_friction_of_an_angle_is_in_degrees_and_no_newtons(tmp_path: Path) -
     assert " deg. For a scene" in shown
     assert "um" not in shown
     assert json.loads(invoke(*command, "--json").stdout)["friction_n"] is None
-
-
-def test_a_log_without_a_decay_fails_and_the_others_go_on(decays: list[str], tmp_path: Path) -> None:
-    bad = log(tmp_path / "flat.csv", "time [s],mass [mm],base [mm]", np.arange(500) / 100, np.ones(500), np.zeros(500))
-    result = invoke("free-vibration", bad, decays[0], "--json")
-    rows = [json.loads(line) for line in result.stdout.splitlines()]
-    assert result.exit_code == 1
-    assert rows[0]["status"] == "failed"
-    assert "half-cycles above the noise" in rows[0]["reason"]
-    assert rows[1]["status"] == "ok"

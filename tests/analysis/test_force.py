@@ -139,22 +139,24 @@ def test_inertia_between_cell_and_contact_changes_the_force_and_not_its_energy()
     assert not mass_said(knowing) + mass_said(right)
 
 
-@pytest.mark.parametrize(("channel", "r", "beta"), [("mass_velocity", 0.5, 0.2), ("mass_acceleration", 0.7, 0.3)])
-def test_a_velocity_or_an_acceleration_serves_for_a_displacement(channel: str, r: float, beta: float) -> None:
+@pytest.mark.parametrize(
+    ("channel", "r", "beta", "share"),
+    [("mass_velocity", 0.5, 0.2, 3e-3), ("mass_acceleration", 0.7, 0.3, 3e-3), ("mass_acceleration", 0.33, 0.45, 5e-3)],
+)
+def test_a_velocity_or_an_acceleration_serves_for_a_displacement(
+    channel: str, r: float, beta: float, share: float
+) -> None:
+    """Near a third of resonance the third harmonic of an acceleration is its strongest line.
+
+    What is slower than a fifth of that harmonic was taken off: energy was 1.7 % low.
+    """
     _, _, energy, amplitude = steady(r, beta)
     m = measure(recording(channels_of(r, beta), channel, "base_displacement"), scene())
     assert m.energy_per_cycle == pytest.approx(energy, rel=3e-3)
-    assert m.response_amplitude == pytest.approx(amplitude, rel=3e-3)
+    assert m.response_amplitude == pytest.approx(amplitude, rel=share)
+    assert abs(m.response_amplitude - amplitude) < 2 * present(m.response_amplitude_u)
     (said,) = [w for w in m.warnings if w.startswith("mass_displacement: integrated")]
     assert "drift and offset are gone" in said
-
-
-def test_an_acceleration_whose_third_harmonic_is_its_strongest_line_keeps_its_drive() -> None:
-    """Near a third of resonance what is slower than a fifth of that harmonic was taken off: energy was 1.7 % low."""
-    _, _, energy, amplitude = steady(0.33, 0.45)
-    m = measure(recording(channels_of(0.33, 0.45), "mass_acceleration", "base_displacement"), scene())
-    assert m.energy_per_cycle == pytest.approx(energy, rel=3e-3)
-    assert abs(present(m.response_amplitude) - amplitude) < 2 * present(m.response_amplitude_u)
 
 
 def two_sensors(seed: int, noisier: float, second: str, *, gain: float = 1.0) -> list[Measurement]:

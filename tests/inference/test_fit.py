@@ -160,17 +160,6 @@ def test_sensors_far_from_what_is_declared_widen_the_error_by_the_distance_that_
     assert any("sensors.lag_s" in w and "its standard uncertainty" in w for w in found.warnings)
 
 
-def test_what_is_not_known_of_the_rig_is_in_the_uncertainty() -> None:
-    recording = recorded(Problem(0.9, 0.2), np.random.default_rng(3))
-    sure = compare(recording, scene(rig={"natural_frequency_hz_u": 0.0}, sensors={"lag_s_u": 0.0, "gain_error": 0.0}))
-    unsure = compare(recording, scene(rig={"natural_frequency_hz_u": 0.03}))
-    assert sure.friction_ratio == unsure.friction_ratio
-    assert present(unsure.friction_ratio_u) > 3 * present(sure.friction_ratio_u)
-    shares = unsure.budget["friction_ratio"]
-    assert math.sqrt(sum(s**2 for s in shares.values())) == pytest.approx(present(unsure.friction_ratio_u), rel=1e-9)
-    assert max(shares, key=lambda name: shares[name]) != "noise and misfit"
-
-
 @pytest.mark.parametrize(("r", "beta"), [(0.3, 0.4), (2.5, 0.1)])
 def test_sensors_that_err_by_nothing_cost_no_accuracy(r: float, beta: float) -> None:
     """Sensors and rig moved beside the law took 0.0002 to 0.005 from a ratio that the law alone finds to 0.0001."""

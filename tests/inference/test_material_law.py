@@ -265,6 +265,12 @@ def test_one_coefficient_serves_three_loads_of_a_published_frame(brass: tuple[fl
     assert abs(law.values[COEFFICIENT] - 0.309) < 1.96 * u  # by an independent fit of the four published recordings
     assert u < 0.02 * 0.309
     assert law.rig["lag_s"] == pytest.approx(0.010, abs=0.002)  # the base's channel of this frame is late
+    rows = {trial.source: trial.row for trial in brass[2].trials}
+    for source, low, high in (("250g.h5", 1.12, 1.17), ("450g.h5", 1.82, 1.99)):  # by a first rough pass over the files
+        assert low < float(str(rows[source]["energy_per_cycle"])) < high
+        assert rows[source]["frequency_ratio"] == pytest.approx(0.320, abs=5e-4)
+        assert rows[source]["base_amplitude_m"] == pytest.approx(1.818e-3, rel=2e-3)
+        assert (rows[source]["stops_per_cycle"], rows[source]["regime"]) == (2.0, "stick-slip")
 
 
 def test_tests_left_out_are_held_by_their_bands_and_each_other_test_says_why(
