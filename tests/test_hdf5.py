@@ -17,7 +17,7 @@ from frictionlab.errors import OutputError, RecordingError
 from frictionlab.hdf5 import is_recording, read_recording, read_tree, write_recording, write_tree
 from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.recording import LineCount, Quality, QuarantinedLine, Recording, Source, SourceFile
-from tests.armour.mutations import Hurt, new_array, virtual
+from tests.armour.mutations import new_array, put, virtual
 
 T = np.arange(500, dtype=np.float64) * np.float64(0.004)
 SOURCE = Source(
@@ -138,30 +138,24 @@ def test_an_existing_recording_is_replaced_and_nothing_else(path: Path, tmp_path
     assert is_recording(other)
 
 
-def _put(file: h5py.File, name: str, thing: object) -> None:
-    del file[name]
-    file[name] = thing
-
-
-def _harmed(hurt: Hurt) -> Callable[[h5py.File], object]:
-    return lambda file: hurt(file, "mass_displacement")
-
-
 LINK = "got nothing, or a link elsewhere"
 BREAK: list[tuple[Callable[[h5py.File], object], str]] = [
     (lambda f: f.attrs.modify("format", "another"), "expected a file of frictionlab recording; got 'another'"),
     (lambda f: f.attrs.modify("format_version", 2), "format_version 1; got 2: update frictionlab"),
     (lambda f: f.pop("mass_displacement"), "expected 'mass_displacement' in this file"),
-    (lambda f: _put(f, "time", ["a"] * 500), "time: expected .*float64"),
-    (lambda f: _put(f, "time", np.zeros((5, 100))), r"time: expected shape \(n,\); got \(5, 100\)"),
-    (lambda f: _put(f, "mass_displacement", h5py.ExternalLink("other.h5", "/mass_displacement")), LINK),
-    (lambda f: _put(f, "mass_displacement", h5py.SoftLink("/base_displacement")), LINK),
+    (lambda f: put(f, "time", ["a"] * 500), "time: expected .*float64"),
+    (lambda f: put(f, "time", np.zeros((5, 100))), r"time: expected shape \(n,\); got \(5, 100\)"),
+    (lambda f: put(f, "mass_displacement", h5py.ExternalLink("other.h5", "/mass_displacement")), LINK),
+    (lambda f: put(f, "mass_displacement", h5py.SoftLink("/base_displacement")), LINK),
     (
-        _harmed(new_array(shape=(500,), dtype="f8", external=[("/etc/passwd", 0, 4000)])),
+        lambda f: new_array(f, "mass_displacement", shape=(500,), dtype="f8", external=[("/etc/passwd", 0, 4000)]),
         "expected an array stored in this",
     ),
-    (_harmed(virtual), "expected an array stored in this file"),
-    (_harmed(new_array(shape=(1 << 40,), dtype="f8", chunks=(1 << 20,))), "claims 8796093022208 bytes in a file of"),
+    (lambda f: virtual(f, "mass_displacement"), "expected an array stored in this file"),
+    (
+        lambda f: new_array(f, "mass_displacement", shape=(1 << 40,), dtype="f8", chunks=(1 << 20,)),
+        "claims 8796093022208 bytes in a file of",
+    ),
     (lambda f: f["source/file_lines"].write_direct(np.ones((2, 7), np.int64)), "do not add up"),
     (lambda f: f["time"].write_direct(RECORDING.time[::-1].copy()), "expected increasing stamps"),
 ]

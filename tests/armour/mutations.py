@@ -6,6 +6,7 @@ import io
 import json
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import h5py
@@ -59,15 +60,23 @@ def put_in(raw: bytes, rng: np.random.Generator) -> bytes:
     return raw[:at] + (rng.bytes(int(rng.integers(1, 40))) if rng.random() < 0.3 else junk(rng)) + raw[at:]
 
 
-def lines(change: Callable[[list[bytes], int, int], object]) -> Bytes:
-    """A mutation that changes the list of lines at one of them, with another in mind."""
-
-    def mutation(raw: bytes, rng: np.random.Generator) -> bytes:
-        every = raw.split(b"\n")
-        change(every, *(int(i) for i in rng.integers(len(every), size=2)))
-        return b"\n".join(every)
-
-    return mutation
+def lines(raw: bytes, rng: np.random.Generator) -> bytes:
+    """A line is there twice, joined to the next, gone, elsewhere, or a copy of the first."""
+    every = raw.split(b"\n")
+    i, to = (int(place) for place in rng.integers(len(every), size=2))
+    line = every.pop(i)
+    kept: tuple[list[bytes], ...] = (
+        [line, line],
+        [line + b"".join(every[i : i + 1])],
+        [],
+        [],
+        [every[0] if every else line, line],
+    )
+    how = int(rng.integers(len(kept)))
+    every[i : i + (how == 1)] = kept[how]
+    if how == 3:
+        every.insert(to, line)
+    return b"\n".join(every)
 
 
 def value(raw: bytes, rng: np.random.Generator) -> bytes:
@@ -93,12 +102,7 @@ def wide(raw: bytes, rng: np.random.Generator) -> bytes:
 
 BINARY: tuple[Bytes, ...] = (flipped, flipped, flipped, moved, moved, cut)
 TEXT: tuple[Bytes, ...] = (
-    flipped, cut, drop, put_in, put_in, put_in, value, value, value, swap, wide,
-    lines(lambda every, i, _: every.insert(i, every[i])),
-    lines(lambda every, i, _: every.__setitem__(slice(i, i + 2), [b"".join(every[i : i + 2])])),
-    lines(lambda every, i, _: every.pop(i)),
-    lines(lambda every, i, to: every.insert(to, every.pop(i))),
-    lines(lambda every, i, _: every.insert(i, every[0])),
+    flipped, cut, drop, put_in, put_in, put_in, value, value, value, swap, wide, lines, lines, lines, lines, lines,
 )  # fmt: skip
 
 
@@ -123,33 +127,22 @@ def hurt(raw: bytes, rng: np.random.Generator) -> bytes:
     return file_.getvalue()
 
 
-def new_array(data: object = None, **how: Any) -> Hurt:
+def put(file: h5py.File, name: str, thing: object) -> None:
+    """Something else in place of what stands there."""
+    del file[name]
+    file[name] = thing
+
+
+def new_array(file: h5py.File, name: str, data: object = None, **how: Any) -> None:
     """Another array in place of what stands there."""
-
-    def new(file: h5py.File, name: str) -> None:
-        del file[name]
-        file.create_dataset(name, data=data, **how)
-
-    return new
+    del file[name]
+    file.create_dataset(name, data=data, **how)
 
 
-def _set(value: object) -> Hurt:
+def set_attribute(file: h5py.File, name: str, value: object) -> None:
     """Another value of the first attribute: of the node, or of the root for a node without one."""
-
-    def change(file: h5py.File, name: str) -> None:
-        node = file[name] if len(file[name].attrs) else file
-        node.attrs[next(iter(node.attrs))] = file.ref if value is None else value
-
-    return change
-
-
-def _put(thing: Callable[[h5py.File, str], object]) -> Hurt:
-    def put(file: h5py.File, name: str) -> None:
-        new = thing(file, name)
-        del file[name]
-        file[name] = new
-
-    return put
+    node = file[name] if len(file[name].attrs) else file
+    node.attrs[next(iter(node.attrs))] = file.ref if value is None else value
 
 
 def virtual(file: h5py.File, name: str) -> None:
@@ -161,22 +154,15 @@ def virtual(file: h5py.File, name: str) -> None:
     file.create_virtual_dataset(name, layout)
 
 
-def _stored(**how: Any) -> Hurt:
+def store(file: h5py.File, name: str, **how: Any) -> None:
     """The same numbers stored in another way."""
-
-    def store(file: h5py.File, name: str) -> None:
-        values = file[name][()]
-        new_array(values, chunks=True, **how)(file, name)
-
-    return store
+    new_array(file, name, file[name][()], chunks=True, **how)
 
 
-def _more(member: str) -> Hurt:
-    def more(file: h5py.File, name: str) -> None:
-        node = file[name] if isinstance(file[name], h5py.Group) else file
-        node.create_dataset(member, data=np.arange(5.0))
-
-    return more
+def add(file: h5py.File, name: str, member: str) -> None:
+    """One more array, in the group or beside the array."""
+    node = file[name] if isinstance(file[name], h5py.Group) else file
+    node.create_dataset(member, data=np.arange(5.0))
 
 
 TEXTS = h5py.string_dtype()
@@ -191,39 +177,41 @@ ARRAYS: tuple[object, ...] = (
     np.zeros((1,) * 32), np.zeros(800, "f2"), np.zeros(800, "S5"), np.zeros(800, "u8") + np.uint64(2**64 - 1),
 )  # fmt: skip
 HURTS: tuple[tuple[Hurt, ...], ...] = (
-    tuple(_set(value) for value in ATTRIBUTES),
+    tuple(partial(set_attribute, value=value) for value in ATTRIBUTES),
     (lambda file, name: file[name].attrs.pop(next(iter(file[name].attrs))),),
-    *2 * (tuple(new_array(data) for data in ARRAYS),),
+    *2 * (tuple(partial(new_array, data=data) for data in ARRAYS),),
     (  # an array that claims more than any memory holds, of which nothing is stored
-        *(new_array(shape=(1 << n,), dtype="f8", chunks=(1024,)) for n in (33, 40)),
-        new_array(shape=(1 << 20, 1 << 20), dtype="f8", chunks=(1024, 1024)),
-        new_array(shape=(1 << 62,), dtype="u1", chunks=(1024,)),
+        *(partial(new_array, shape=(1 << n,), dtype="f8", chunks=(1024,)) for n in (33, 40)),
+        partial(new_array, shape=(1 << 20, 1 << 20), dtype="f8", chunks=(1024, 1024)),
+        partial(new_array, shape=(1 << 62,), dtype="u1", chunks=(1024,)),
     ),
     (
-        _put(lambda *_: h5py.ExternalLink("/etc/passwd", "/x")),
-        _put(lambda *_: h5py.SoftLink("/nowhere")),
-        _put(lambda _, name: h5py.SoftLink(f"/{name}")),
-        _put(lambda *_: h5py.SoftLink("/")),
-        _put(lambda *_: np.dtype("f8")),  # a type with a name
+        partial(put, thing=h5py.ExternalLink("/etc/passwd", "/x")),
+        partial(put, thing=h5py.SoftLink("/nowhere")),
+        lambda file, name: put(file, name, h5py.SoftLink(f"/{name}")),
+        partial(put, thing=h5py.SoftLink("/")),
+        partial(put, thing=np.dtype("f8")),  # a type with a name
         lambda file, name: file.move(name, "source/moved"),
     ),
     (  # a group that is inside itself
         lambda file, name: file[name].__setitem__("again", file["/"]),
         lambda file, name: file[name].__setitem__("again", file[name]),
     ),
-    tuple(new_array(texts, dtype=TEXTS) for texts in ([b"\xff"] * 3, ["\x1b[31m"], ["x" * 100000], [])),
+    tuple(partial(new_array, data=texts, dtype=TEXTS) for texts in ([b"\xff"] * 3, ["\x1b[31m"], ["x" * 100000], [])),
     (lambda file, name: file.pop(name),),
     (lambda file, name: (file.pop(name), file.create_group(name)),),
     (
         virtual,
-        new_array(shape=(300,), dtype="f8", external=[("/etc/passwd", 0, 2400)]),
-        _stored(compression="gzip", shuffle=True),
-        _stored(compression="lzf"),
-        _stored(fletcher32=True),
-        _stored(scaleoffset=3),
-        new_array(np.zeros(800, "u1"), dtype=h5py.enum_dtype({"GOOD": 0, "BAD": 1}, "u1")),
+        partial(new_array, shape=(300,), dtype="f8", external=[("/etc/passwd", 0, 2400)]),
+        partial(store, compression="gzip", shuffle=True),
+        partial(store, compression="lzf"),
+        partial(store, fletcher32=True),
+        partial(store, scaleoffset=3),
+        partial(new_array, data=np.zeros(800, "u1"), dtype=h5py.enum_dtype({"GOOD": 0, "BAD": 1}, "u1")),
     ),
-    tuple(_more(member) for member in ("x" * 5000, "\u202e", "..", "é\u0301", "a b\n", "#refs#", "\x1b[31m")),
+    tuple(
+        partial(add, member=member) for member in ("x" * 5000, "\u202e", "..", "é\u0301", "a b\n", "#refs#", "\x1b[31m")
+    ),
 )
 """Kinds of harm, each with its ways."""
 
