@@ -4,13 +4,14 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
 from typer.testing import CliRunner, Result
 
+from frictionlab.arrays import FloatArray
 from frictionlab.cli import app
 
 ROOT = Path(__file__).parents[1]
@@ -61,6 +62,18 @@ def published(path: str) -> Path:
     if not found.exists():
         pytest.skip(f"{path} is not here: fetch the repository and name its folder in FRICTIONLAB_PUBLIC_DATA")
     return found
+
+
+def short_of(log: Path) -> bytes:
+    """The first 30 s of a sample log."""
+    return b"".join(log.read_bytes().splitlines(keepends=True)[:7503])
+
+
+def log_of(path: Path, columns: Mapping[str, FloatArray]) -> Path:
+    """Write a log of these columns under their titles."""
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    path.write_text("\n".join([",".join(columns), *(",".join(f"{v:.9g}" for v in row) for row in rows)]) + "\n")
+    return path
 
 
 def set_up(folder: Path, *names: str) -> Path:

@@ -131,14 +131,6 @@ def test_every_key_of_a_table_is_an_option_with_its_words(command: str, settings
     assert settings is ANALYSIS or list(settings) == list(fl.LogOptions.model_fields)
 
 
-def test_a_wrong_option_is_one_line_that_names_it(log: Path) -> None:
-    done = invoke("ingest", log, "--unit", "parsec", "--time-unit", "mm")
-    assert done.exit_code == 2
-    first, second = done.stderr.splitlines()
-    assert first.startswith("frictionlab: setting: log.unit: expected a unit of displacement, one of m, mm")
-    assert second.startswith("frictionlab: setting: log.time_unit: expected a unit of time, one of s, ms")
-
-
 def test_laws_are_listed_with_parameters_and_one_is_drawn(tmp_path: Path) -> None:
     every = [json.loads(line) for line in invoke("laws", "--json").stdout.splitlines()]
     assert [row["law"] for row in every] == list(TERMS)

@@ -245,12 +245,47 @@ def test_a_number_draws_the_same_recording_again() -> None:
     assert np.array_equal(one.recording().mass_displacement, two.recording().mass_displacement)
 
 
-def test_a_cubic_spring_that_a_law_explains_as_well_is_in_the_error() -> None:
-    """A cubic of 4.5 % at r = 0.13: friction that varies with place met it, 0.5 % off, 13 stated errors."""
-    draw = drawn(2026, 2)
-    found = fl.compare(draw.recording(), draw.scene(), law="coulomb+place")
-    assert found.friction_ratio == pytest.approx(draw.values["beta"], abs=3.0 * (found.friction_ratio_u or 0.0))
-    assert found.friction_ratio == pytest.approx(draw.values["beta"], rel=0.01)
+DRAWN = [  # seed, number and kind of a draw, the law asked for, stated errors, relative error that are allowed
+    pytest.param(
+        *((2026, 2), "coulomb+place", 3.0, 0.01),
+        id="a cubic of 4.5 % at r = 0.13: friction that varies with place met it, 0.5 % off, 13 stated errors",
+    ),
+    pytest.param(
+        *((261128, 147), "coulomb+speed", 3.0, 1.0),
+        id="a third harmonic of 0.08 % at r = 0.31 was left out: friction 2.7 % low, 5.9 stated errors, explained",
+    ),
+    pytest.param(
+        *((261128, 172), "auto", 3.0, 1.0),
+        id="friction falls with speed and nothing stops: Coulomb's law explained it, 3.3 stated errors",
+    ),
+    pytest.param(
+        *((261128, 385), "coulomb+compliance", 3.0, 1.0), id="play of 15 um, its force blurred: 6.2 stated errors"
+    ),
+    pytest.param(
+        *((77, 169), "auto", 2.0, 0.003),
+        id="friction falls with speed at r = 0.16: break-away alone was tried, 1.9 % off and 2.7 stated errors",
+    ),
+    pytest.param(
+        *((3003, 2, "frequency"), "auto", 3.0, 1.0),
+        id="three harmonics hold no frequency that is 9 % off: it bent the law, 32 % off, 4.4 stated errors",
+    ),
+    pytest.param(
+        *((9512, 21), "coulomb+speed", 1.5, 0.06),
+        id="12.5 um of play at r = 0.66 pulled the natural frequency by two errors: 2.4 % off, an error of 0.55 %",
+    ),
+]
+
+
+@pytest.mark.parametrize(("number", "law", "errors", "share"), DRAWN)
+def test_what_misled_the_identification_once_is_in_its_error(
+    number: tuple[int, int], law: str, errors: float, share: float
+) -> None:
+    draw = drawn(*number)
+    found, beta = fl.compare(draw.recording(), draw.scene(), law=law), draw.values["beta"]
+    assert found.friction_ratio == pytest.approx(beta, abs=errors * present(found.friction_ratio_u))
+    assert found.friction_ratio == pytest.approx(beta, rel=share)
+    assert present(found.friction_ratio_u) < 0.04 * beta or share == 1.0
+    assert number != (77, 169) or found.law == "coulomb+stribeck"
 
 
 def test_play_that_friction_cannot_be_told_from_is_said() -> None:
@@ -260,22 +295,6 @@ def test_play_that_friction_cannot_be_told_from_is_said() -> None:
     assert any("10 um of play in the frame to either side would look like friction" in s for s in found.warnings)
 
 
-@pytest.mark.parametrize(
-    ("seed", "number", "kind", "law"),
-    [
-        pytest.param(261128, 147, None, "coulomb+speed", id="0.08 % of a third harmonic near resonance: 5.9 errors"),
-        pytest.param(261128, 172, None, "auto", id="friction falls with speed and nothing stops: Coulomb, 3.3 errors"),
-        pytest.param(261128, 385, None, "coulomb+compliance", id="play of 15 um, its force blurred: 6.2 errors"),
-        pytest.param(3003, 2, "frequency", "auto", id="three harmonics hold no frequency that is off: 4.4 errors"),
-    ],
-)
-def test_what_a_law_that_explains_a_cycle_cannot_see_is_in_its_error(
-    seed: int, number: int, kind: str | None, law: str
-) -> None:
-    found = fl.compare((draw := drawn(seed, number, kind)).recording(), draw.scene(), law=law)
-    assert found.friction_ratio == pytest.approx(draw.values["beta"], abs=3.0 * (found.friction_ratio_u or 0.0))
-
-
 def test_a_normal_force_that_follows_the_base_is_named_with_its_value() -> None:
     """12 % of it at r = 0.73: friction that varies with place left 25 times the noise, and no cause was named."""
     draw = drawn(261127, 20, "load by base")
@@ -283,14 +302,6 @@ def test_a_normal_force_that_follows_the_base_is_named_with_its_value() -> None:
     said = [w for w in found.warnings if "normal force that follows the base's acceleration" in w]
     asked = [float(w.split("asks for ")[1].split()[0]) for w in said]
     assert asked == pytest.approx([100.0 * draw.values["load_by_base"]], rel=0.1)
-
-
-def test_friction_that_falls_with_speed_is_not_taken_for_break_away() -> None:
-    """At r = 0.16 both laws leave nothing but noise; break-away alone was tried, 1.9 % off and 2.7 stated errors."""
-    found = fl.compare((draw := drawn(77, 169)).recording(), draw.scene(), law="auto")
-    assert found.law == "coulomb+stribeck"
-    assert found.friction_ratio == pytest.approx(draw.values["beta"], rel=0.003)
-    assert found.friction_ratio == pytest.approx(draw.values["beta"], abs=2.0 * (found.friction_ratio_u or 0.0))
 
 
 def test_a_descent_that_ended_at_its_steps_is_followed_to_the_minimum() -> None:
@@ -316,14 +327,6 @@ def test_a_free_decay_with_hum_is_what_it_is_without(number: int) -> None:
     _, worst, off, _ = judge_decay(502, number)
     assert worst != "refused"
     assert abs(off) < 3.0
-
-
-def test_play_that_the_recording_would_show_is_tried_though_nothing_strains() -> None:
-    """12.5 um at r = 0.66 pulled the natural frequency by two errors: 2.4 % off, an error of 0.55 %."""
-    draw = drawn(9512, 21)
-    found = fl.compare(draw.recording(), draw.scene(), law="coulomb+speed")
-    assert found.friction_ratio == pytest.approx(draw.values["beta"], abs=1.5 * (found.friction_ratio_u or 0.0))
-    assert (found.friction_ratio_u or 0.0) < 0.04 * draw.values["beta"]
 
 
 def test_a_law_that_explains_a_record_too_is_named_though_it_is_not_required() -> None:

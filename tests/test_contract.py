@@ -18,7 +18,7 @@ from frictionlab.tradeoff import Setting
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import SCENE as RIG
 from tests.campaign.fabricate import small_campaign
-from tests.desk import ROOT, SCENE, invoke
+from tests.desk import ROOT, SCENE, invoke, short_of
 
 LOG = ROOT / "sample_data" / "aramid_N1.25_r1.2.csv"
 
@@ -131,8 +131,10 @@ def test_a_failed_input_is_its_source_and_reason_and_the_others_go_on(tmp_path: 
     assert list(first) == ["source", "status", "reason"]
     assert first["status"] == "failed"
     assert second["status"] == "ok"
-    (alone,) = run_json("free-vibration", str(bad), status=1)
-    assert list(alone) == ["source", "status", "reason"]
+    driven = ("simulate", "--base-motion", str(bad), "--natural-frequency", "3", "--beta", "0.4")
+    for command in (("free-vibration", str(bad)), driven):
+        (alone,) = run_json(*command, status=1)
+        assert list(alone) == ["source", "status", "reason"]
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".jsonl", ".h5"])
@@ -172,7 +174,7 @@ def test_a_map_is_drawn_over_one_axis_and_two_and_refused_over_three(tmp_path: P
 def test_like_named_inputs_keep_figures_of_their_own(tmp_path: Path) -> None:
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        (tmp_path / name / "log.csv").write_bytes(b"".join(LOG.read_bytes().splitlines(keepends=True)[:7503]))
+        (tmp_path / name / "log.csv").write_bytes(short_of(LOG))
     logs = [str(tmp_path / name / "log.csv") for name in ("a", "b")]
     refused = invoke("analyze", *logs, "--plot", f"{tmp_path}/x.pdf")
     assert "expected a folder" in refused.stderr

@@ -14,7 +14,7 @@ from frictionlab.figures.judged import contact_figure
 from frictionlab.inference.explain import Explanation, missed
 from frictionlab.simulator import Problem
 from frictionlab.verbs.inputs import files_of, logs_in, tables_in
-from tests.desk import ROOT, SAMPLE, SCENE, STOREYS, invoke, present
+from tests.desk import ROOT, SAMPLE, SCENE, STOREYS, invoke, log_of, present, short_of
 from tests.desk import invoke as run
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
 
@@ -24,8 +24,7 @@ SCENED = ("--scene", SCENE)
 
 @pytest.fixture(scope="module")
 def short() -> bytes:
-    """A log of 30 s."""
-    return b"".join(LOG.read_bytes().splitlines(keepends=True)[:7503])
+    return short_of(LOG)
 
 
 def test_a_folder_and_a_pattern_are_opened_up(short: bytes, tmp_path: Path) -> None:
@@ -60,21 +59,11 @@ def test_an_input_that_fails_is_one_line_and_no_table(command: str, tmp_path: Pa
     assert "fault of the program" not in told.stderr
 
 
-def test_one_that_fails_leaves_the_table_of_the_others(short: bytes, tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_bytes(short)
-    told = run("compare-numeric", tmp_path / "none.csv", tmp_path / "a.csv", *SCENED)
-    assert told.exit_code == 1
-    assert "fault of the program" not in told.stderr
-    assert told.stdout.splitlines()[0] == "1 of 2 recordings compared, law coulomb"
-    assert [line.split()[:2] for line in told.stdout.splitlines()[2:]] == [["none.csv", "failed:"], ["a", "1.200"]]
-
-
 @pytest.mark.parametrize("turned", ["swapped", "inverted"])
 def test_a_loop_that_gives_energy_is_told_by_every_command(turned: str, short: bytes, tmp_path: Path) -> None:
     t, x, y = np.genfromtxt(io.BytesIO(short), delimiter=",", skip_header=3).T
-    path = tmp_path / "log.csv"
-    columns = (t, y, x) if turned == "swapped" else (t, -x, y)
-    np.savetxt(path, np.column_stack(columns), delimiter=",", header="time [s],mass [mm],base [mm]", comments="")
+    mass, base = (y, x) if turned == "swapped" else (-x, y)
+    path = log_of(tmp_path / "log.csv", {"time [s]": t, "mass [mm]": mass, "base [mm]": base})
     measured, compared = run("analyze", path, *SCENED), run("compare-numeric", path, *SCENED)
     assert measured.exit_code == 0
     assert "a contact takes energy, this one would give it" in measured.stderr
@@ -143,8 +132,8 @@ def test_what_made_people_stumble_is_said(
 def test_figures_and_columns_left_out_are_named_and_a_single_figure_has_the_name_asked_for(tmp_path: Path) -> None:
     t = np.arange(0.0, 20.0, 0.01)
     (tmp_path / "disc.toml").write_text('[rig]\nkind = "prescribed"\nradius_m = 0.02\n')
-    table = np.column_stack([t, np.degrees(3.0 * t), 100.0 + 0.1 * np.sin(t**2)])
-    np.savetxt(tmp_path / "disc.csv", table, delimiter=",", header="t [s],angle [deg],torque [Nmm]", comments="")
+    columns = {"t [s]": t, "angle [deg]": np.degrees(3.0 * t), "torque [Nmm]": 100.0 + 0.1 * np.sin(t**2)}
+    log_of(tmp_path / "disc.csv", columns)
     done = run(
         "compare-numeric", tmp_path / "disc.csv", "--scene", tmp_path / "disc.toml", "--plot", tmp_path / "d.png"
     )
@@ -165,9 +154,7 @@ def test_a_simulated_force_over_the_stiffness_makes_no_newtons_and_two_lags_are_
     assert known["friction_force_n"] == pytest.approx(known["friction_ratio"] * 1191.0 * 0.0018, rel=0.01)
     t, x, y = np.genfromtxt(LOG, delimiter=",", skip_header=3)[:8000].T
     for name, values in (("mass", x), ("base", y)):
-        np.savetxt(
-            tmp_path / f"{name}.csv", np.column_stack([t, values]), delimiter=",", header="t [s],x [mm]", comments=""
-        )
+        log_of(tmp_path / f"{name}.csv", {"t [s]": t, "x [mm]": values})
     (tmp_path / "two.toml").write_text(
         "[rig]\nnatural_frequency_hz = 3.13\n[log]\nlag_s = 1e-3\nlag_s_u = 5e-4\n[sensors]\nlag_s = 2e-3\n"
     )

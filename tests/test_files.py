@@ -6,7 +6,9 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import partial
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +96,24 @@ def _fail_after(patch: pytest.MonkeyPatch, steps: int, code: int) -> None:
     patch.setattr(files, "_rename", counted(os.replace))
 
 
+def forked(work: Callable[[], object]) -> int:
+    """A child that does this and leaves; its number."""
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            work()
+            code = 0
+        finally:
+            os._exit(code)
+    return child
+
+
+def write_all(path: Path, payloads: Iterable[bytes]) -> None:
+    for payload in payloads:
+        write_whole(path, payload)
+
+
 def test_kills_leave_a_whole_file(tmp_path: Path) -> None:
     """A child writes one whole file after the other and is killed; what stands there is always one of them."""
     path = tmp_path / "a.bin"
@@ -101,9 +121,7 @@ def test_kills_leave_a_whole_file(tmp_path: Path) -> None:
     write_whole(path, payloads[0])
     draw = np.random.default_rng(1)
     for _ in range(30):
-        child = os.fork()
-        if child == 0:
-            _write_for_ever(path, payloads)
+        child = forked(partial(write_all, path, cycle(payloads)))
         time.sleep(draw.uniform(0.0, 0.006))
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
@@ -118,31 +136,11 @@ def test_kills_leave_a_whole_file(tmp_path: Path) -> None:
     assert leftovers(tmp_path) == []
 
 
-def _write_for_ever(path: Path, payloads: list[bytes]) -> None:
-    try:
-        while True:
-            for payload in payloads:
-                write_whole(path, payload)
-    finally:
-        os._exit(1)
-
-
 def test_two_writers_at_once_leave_one_of_both_files(tmp_path: Path) -> None:
-    path = tmp_path / "a.bin"
-    children = []
-    for k in range(4):
-        child = os.fork()
-        if child == 0:
-            code = 1
-            try:
-                for _ in range(50):
-                    write_whole(path, bytes([k]) * 100_000)
-                code = 0
-            finally:
-                os._exit(code)
-        children.append(child)
+    path, payloads = tmp_path / "a.bin", [bytes([k]) * 100_000 for k in range(4)]
+    children = [forked(partial(write_all, path, [own] * 50)) for own in payloads]
     assert [os.waitpid(child, 0)[1] for child in children] == [0] * 4
-    assert path.read_bytes() in [bytes([k]) * 100_000 for k in range(4)]
+    assert path.read_bytes() in payloads
     assert leftovers(tmp_path) == []
 
 

@@ -59,19 +59,14 @@ def test_one_that_fails_is_told_and_the_others_go_on(log: Path, tmp_path: Path) 
     assert [line[0] for line in said[1:] if "failed:" in line] == ["bad.csv", "none.csv"]
     assert said[2][1:5] == ["failed:", "no", "lines", "of"]  # its name once, not twice
     assert "Traceback" not in result.output
-
-
-def test_json_is_one_object_per_input_and_nothing_else(log: Path, tmp_path: Path) -> None:
-    bad = write(tmp_path / "bad.csv", "")
     result = run(log, bad, "--json", "-o", tmp_path / "out")
     assert result.exit_code == 1
     good, failed = rows(result)
-    assert (good["source"], good["status"]) == (str(log), "ok")
+    assert (good["source"], good["status"], failed["status"]) == (str(log), "ok", "failed")
     assert good["samples"] == good["lines_data"] == 300
     kinds = ("preamble", "header", "data", "blank", "comment", "quarantined")
     assert good["lines_read"] == sum(int(str(good[f"lines_{kind}"])) for kind in kinds)
     assert (good["separator"], good["decimal"], good["encoding"]) == (",", ".", "utf-8")
-    assert failed["status"] == "failed"
 
 
 def test_a_dry_run_reports_and_writes_nothing(log: Path) -> None:
@@ -134,6 +129,7 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
         (["a.csv", "-o", "one.csv"], "a recording is an HDF5 file: expected a name ending in .h5, or a folder"),
         (["a.h5"], "never replaces an input"),
         (["a.csv", "--decimal", ";"], "decimal mark"),
+        (["a.csv", "--unit", "parsec"], "setting: log.unit: expected a unit of displacement, one of m, mm"),
         (["a.csv", "--sampling-rate", "-5"], "sampling_rate_hz: expected more than 0"),
     ],
 )

@@ -10,7 +10,7 @@ import pytest
 import frictionlab as fl
 from frictionlab.errors import OutputError
 from frictionlab.tables import write_rows
-from tests.desk import MAKE, NAMED, ROOT, SCENE, Answer, answer, run_in, set_up
+from tests.desk import MAKE, NAMED, ROOT, SCENE, Answer, answer, run_in, set_up, short_of
 
 LOGS = ("steel_N1.25_r0.3.csv", "rubber_N1.25_r0.3.csv")
 HOSTILE = (
@@ -37,9 +37,8 @@ def desk(tmp_path: Path) -> Path:
     """A clone's top level with two logs, one of which has a name of its own kind."""
     set_up(tmp_path, "configs")
     (tmp_path / "logs").mkdir()
-    for name in LOGS:  # 30 s of each
-        lines = (ROOT / "sample_data" / name).read_bytes().splitlines(keepends=True)
-        (tmp_path / "logs" / name).write_bytes(b"".join(lines[:7503]))
+    for name in LOGS:
+        (tmp_path / "logs" / name).write_bytes(short_of(ROOT / "sample_data" / name))
     return tmp_path
 
 

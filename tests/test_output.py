@@ -28,7 +28,7 @@ from frictionlab.schema import COMPARISONS, FRICTION, MEASUREMENTS, TABLES, Tabl
 from frictionlab.tables import Row, write_rows
 from frictionlab.units import split_unit
 from frictionlab.verbs.inputs import row_of, rows_of
-from tests.desk import BIN, SAMPLE, SCENE, invoke
+from tests.desk import BIN, SAMPLE, SCENE, invoke, log_of
 
 LONG = "build/recordings/a long folder/aramid_N1.25_r0.3.h5"
 MEASURED: Row = {
@@ -242,7 +242,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / "logs" / f"steel_N1.25_r0.{3 + n}_a_long_name_that_says_all.csv").write_bytes(SAMPLE.read_bytes())
     t = np.arange(0.0, 12.0, 0.004)
     taps = sum(2e-3 * np.exp(-0.2 * s) * np.cos(19.6 * s) * (s >= 0) for s in (t - 1.0, t - 7.0))
-    np.savetxt(folder / "tap.csv", np.column_stack([t, taps]), delimiter=",", header="time [s],mass [m]", comments="")
+    log_of(folder / "tap.csv", {"time [s]": t, "mass [m]": np.asarray(taps)})
     plan = "[plan]\nnormal_forces_n = [1.25, 2.5]\nfrequency_ratios = [0.3, 0.5]\n"
     (folder / "rig.toml").write_text(SCENE.read_text(encoding="utf-8") + plan, encoding="utf-8")
     (folder / "law.toml").write_text(example_law().text(), encoding="utf-8")

@@ -13,7 +13,7 @@ import frictionlab as fl
 from frictionlab.errors import UsageError
 from frictionlab.scene import Scene, find_scene, read_scene, scene_from_tables
 from frictionlab.scene.text import tables_of_keys, template, to_toml, value_text
-from tests.desk import ROOT, Run
+from tests.desk import ROOT, Run, log_of
 
 CONFIGS = ROOT / "configs"
 
@@ -74,10 +74,9 @@ def test_init_writes_a_scene_once(run: Run, tmp_path: Path) -> None:
         fl.init(tmp_path / "my tests")
 
 
-def tap(seed: float, tuned: float = 1.0) -> str:
+def tap(path: Path, seed: float, tuned: float = 1.0) -> None:
     t = np.arange(3000) / 250.0
-    x = 1e-3 * np.exp(-0.01 * 19.67 * t) * np.cos(19.67 * tuned * t + seed)
-    return "t [s],mass [m]\n" + "".join(f"{a:.3f},{b:.9f}\n" for a, b in zip(t, x, strict=True))
+    log_of(path, {"t [s]": t, "mass [m]": 1e-3 * np.exp(-0.01 * 19.67 * t) * np.cos(19.67 * tuned * t + seed)})
 
 
 def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> None:
@@ -85,10 +84,10 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     logs.mkdir()
     for log in (ROOT / "sample_data").glob("steel*.csv"):
         (logs / log.name).write_bytes(log.read_bytes())
-    (logs / "tap1.csv").write_text(tap(0.0))
+    tap(logs / "tap1.csv", 0.0)
     (logs / "broken.csv").write_text("nothing")
     (logs / "more").mkdir()
-    (logs / "more" / "steel.csv").write_text(tap(1.0))
+    tap(logs / "more" / "steel.csv", 1.0)
     (logs / "plan.csv").write_text("log,material\n09_steel_N1.25_r0.3,steel\n")  # of tests to come
     (logs / "results").mkdir()  # of a campaign: no logs, whatever their suffix
     (logs / "results" / "measurements.csv").write_text("source\n")
@@ -107,7 +106,7 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     assert "settles after " in written
     of_taps = run("free-vibration", "logs/tap1.csv").stdout.split("[rig]\n")[1]
     assert of_taps in written, "one tap has one uncertainty"
-    (logs / "tap2.csv").write_text(tap(0.0, 1.05))
+    tap(logs / "tap2.csv", 0.0, 1.05)
     said = run("init", "logs", "--force").stdout
     assert "warning: tap2.csv: natural_frequency_hz: the tap at" in said
     (logs / "tap2.csv").unlink()
@@ -123,12 +122,10 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
 def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_says_what_to_do(run: Run, tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     t = np.arange(2500) / 250.0
-    x, force = 2.0 * np.sin(2 * np.pi * t), 0.6 * np.tanh(30.0 * np.cos(2 * np.pi * t))
-    rows = np.column_stack([t, x, force, 2.0 + 0.0 * t])
-    head = "time [s],displacement [mm],friction force [N],normal force [N]"
-    for name, more in (("brass_2N", 0.0), ("brass_3N", 1.0)):
-        rows[:, 3] += more
-        np.savetxt(tmp_path / "logs" / f"{name}.csv", rows, delimiter=",", header=head, comments="")
+    columns = {"time [s]": t, "displacement [mm]": 2.0 * np.sin(2 * np.pi * t)}
+    columns["friction force [N]"] = 0.6 * np.tanh(30.0 * np.cos(2 * np.pi * t))
+    for name, force in (("brass_2N", 2.0), ("brass_3N", 3.0)):
+        log_of(tmp_path / "logs" / f"{name}.csv", {**columns, "normal force [N]": np.full(len(t), force)})
     done = run("init", "logs")
     assert done.stdout.splitlines()[::3] == ["2 tests", "next: frictionlab batch logs"]
     assert "to fill in" not in done.stdout

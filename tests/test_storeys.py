@@ -19,7 +19,7 @@ from frictionlab.scene.physical import structure_of
 from frictionlab.simulator import Contact, steady_state
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.state import KEYS
-from tests.desk import STOREYS, present, truths
+from tests.desk import STOREYS, log_of, present, truths
 from tests.desk import invoke as run
 
 SCENE = f"""{STOREYS}damping_ratio = 0.005
@@ -85,8 +85,8 @@ def test_a_law_with_a_state_of_its_own_and_a_record_move_a_frame(desk: Path) -> 
     row = json.loads(run("simulate", "--scene", desk / "mixed.toml", "--r", "0.4", "--json").stdout)
     assert (row["outcome"], row["solver"], len(row["response_amplitudes"])) == ("periodic", "numeric", 2)
     assert [each["law"] for each in row["contacts"]] == ["coulomb", "coulomb+dahl"]
-    lines = (f"{0.02 * i},{2.0 * math.sin(0.2 * i)}" for i in range(200))
-    (desk / "quake.csv").write_text("\n".join(("time [s],base [mm]", *lines)), encoding="utf-8")
+    t = np.arange(200) / 50.0
+    log_of(desk / "quake.csv", {"time [s]": t, "base [mm]": 2.0 * np.sin(10.0 * t)})
     words = ("simulate", "--scene", desk / "mixed.toml", "--base-motion", desk / "quake.csv")
     row = json.loads(run(*words, "--json", "-o", desk / "out.h5").stdout)
     assert (row["status"], row["solver"], len(row["peak_displacements"])) == ("ok", "numeric", 2)

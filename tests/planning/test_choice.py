@@ -17,6 +17,8 @@ from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer
 from frictionlab.planning.candidates import laboratory, virtual_test
 from frictionlab.planning.plan import Limits, Plan, running_order, sheet_rows, steps
+from frictionlab.scene import Scene
+from frictionlab.scene.text import to_toml
 from frictionlab.simulator import Problem
 from tests.desk import invoke, present
 from tests.inference.contacts import recorded
@@ -131,53 +133,38 @@ def test_a_law_inside_another_gains_only_what_its_simplicity_is_worth() -> None:
 
 
 LAW, DASHPOT, COEFFICIENT = "coulomb+speed", 0.02, 0.52
-RIG = """
-[rig]
-natural_frequency_hz = 3.13
-stiffness_n_per_m = 1191.0
-damping_ratio = 0.0
-[sensors]
-lag_s_u = 1e-5
-[experiment]
-material = "steel"
-sheet = "tests.csv"
-[analysis]
-transient_s = 2.0
-cycles = "all"
-[model]
-law = "coulomb+speed"
-[plan]
-frequency_ratios = [0.4, 1.4]
-normal_forces_n = [1.0]
-duration_s = 16.0
-friction_coefficient = [0.5, 0.1]
-repeatability = 0.001
-most_repeats = 1
-expected = {contact_damping_ratio = 0.03}
-"""
-TEST = """
-[[synthetic.tests]]
-material = "steel"
-label = "run"
-normal_forces_n = [{normal_force_n}]
-frequency_ratios = [{nominal_frequency_ratio}]
-friction_coefficient = 0.52
-friction_scatter = 0.003
-law = "coulomb+speed"
-parameters = {{contact_damping_ratio = 0.02}}
-"""
+
+
+def rig(coefficient: float = 0.5, dashpot: float = 0.03) -> Scene:
+    """A rig whose contact is expected to be so, and two candidates; its sheet is of the plan."""
+    candidates = {"frequency_ratios": [0.4, 1.4], "normal_forces_n": [1.0], "duration_s": 16.0, "most_repeats": 1}
+    expected = {"friction_coefficient": [coefficient, 0.1], "expected": {"contact_damping_ratio": dashpot}}
+    return scene(
+        {
+            "sensors": {"lag_s_u": 1e-5},
+            "model": {"law": LAW},
+            "experiment": {"material": "steel", "sheet": "tests.csv"},
+        },
+        **candidates,
+        **expected,
+        repeatability=0.001,
+    )
 
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the plan's sheet, and with the logs that the sheet names, of a rig whose truth is known."""
     folder = tmp_path_factory.mktemp("laboratory")
-    (folder / "rig.toml").write_text(RIG)
+    (folder / "rig.toml").write_text(to_toml(rig()))
     _run("plan", "--scene", folder / "rig.toml", "--tests", "2", "-o", folder / "tests.csv")
     with (folder / "tests.csv").open(newline="") as sheet:
         lines = list(csv.DictReader(sheet))
-    groups = "".join(TEST.format(**line) for line in lines)
-    (folder / "virtual.toml").write_text(f'{RIG}\n[synthetic]\nduration_s = 16.0\nstart = "steady"\n{groups}')
+    contact = {"material": "steel", "friction_coefficient": COEFFICIENT, "friction_scatter": 0.003, "label": "run"}
+    contact |= {"law": LAW, "parameters": {"contact_damping_ratio": DASHPOT}}
+    settings = {"normal_forces_n": "normal_force_n", "frequency_ratios": "nominal_frequency_ratio"}
+    tests = [contact | {key: [float(line[name])] for key, name in settings.items()} for line in lines]
+    virtual = rig().changed(synthetic={"duration_s": 16.0, "start": "steady", "tests": tests})
+    (folder / "virtual.toml").write_text(to_toml(virtual))
     _run("synthesize", "--scene", folder / "virtual.toml", "-o", folder / "virtual")
     for line in lines:
         (found,) = (folder / "virtual").glob(f"*_r{line['nominal_frequency_ratio']}_*.csv")
@@ -214,8 +201,7 @@ def test_what_was_planned_is_measured_and_the_next_plan_knows_it(desk: Path) -> 
         assert new["values"]["beta"] / old["values"]["beta"] == pytest.approx(COEFFICIENT / 0.5, rel=0.01)
         for name in ("beta", "contact_damping_ratio"):
             assert 0.4 < row["parameters"][name]["u"] / new["expected_u"][name] < 2.5
-    truth = RIG.replace("[0.5, 0.1]", f"[{COEFFICIENT}, 0.1]").replace("ratio = 0.03}", f"ratio = {DASHPOT}}}")
-    (desk / "truth.toml").write_text(truth)  # what is expected changes the errors: here it is the same
+    (desk / "truth.toml").write_text(to_toml(rig(COEFFICIENT, DASHPOT)))  # what is expected changes the errors
     done, next_done = (max(p, key=lambda test: test["rank"]) for p in (_plan(desk, scene="truth.toml"), after))
     for name in ("beta", "contact_damping_ratio"):
         one, two = (test["cumulative_u"][name] / test["values"][name] for test in (next_done, done))

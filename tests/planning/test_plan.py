@@ -17,6 +17,7 @@ from frictionlab.inference.compare import identified
 from frictionlab.inference.material_law import example_law
 from frictionlab.planning.plan import Plan
 from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.scene.text import to_toml
 from frictionlab.simulator import Problem
 from frictionlab.simulator.sweep import warm_up
 from tests.desk import invoke, present
@@ -176,24 +177,20 @@ def test_all_that_a_plan_lacks_is_named_at_once() -> None:
         fl.plan(Scene.model_validate({"plan": {"base_amplitudes_m": []}}))
 
 
-TOML = f"""
-[rig]
-natural_frequency_hz = {NATURAL_HZ}
-stiffness_n_per_m = 1191.0
-damping_ratio = 0.0
-[experiment]
-material = 'steel'
-[plan]
-frequency_ratios = [0.3, 0.8]
-normal_forces_n = [1.0]
-friction_coefficient = [0.6, 0.1]
-"""
+@pytest.fixture
+def written(tmp_path: Path) -> Path:
+    """The rig's scene with two candidates, as a file."""
+    path = tmp_path / "rig.toml"
+    few = scene({"experiment": {"material": "steel"}}, frequency_ratios=[0.3, 0.8], normal_forces_n=[1.0])
+    path.write_text(to_toml(few))
+    return path
 
 
-def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_read(tmp_path: Path) -> None:
-    path, sheet = tmp_path / "rig.toml", tmp_path / "tests.csv"
-    path.write_text(TOML)
-    done = invoke("plan", "--scene", path, "--tests", "2", "-o", sheet, "--json")
+def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_read(
+    written: Path, tmp_path: Path
+) -> None:
+    sheet = tmp_path / "tests.csv"
+    done = invoke("plan", "--scene", written, "--tests", "2", "-o", sheet, "--json")
     assert done.exit_code == 0, done.output
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert len(lines) == 2
@@ -204,15 +201,13 @@ def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_re
     log = tmp_path / str(fl.read_rows(sheet)[0]["log"])
     facts = facts_of(scene_from_tables({"experiment": {"sheet": sheet.name}}, folder=tmp_path), log).values
     assert (facts["normal_force_n"], facts["material"]) == (1.0, "steel")
-    again = invoke("plan", "--scene", path, "-o", sheet)
+    again = invoke("plan", "--scene", written, "-o", sheet)
     assert again.exit_code == 2
     assert "give --force" in again.output
 
 
-def test_two_laws_are_told_apart_on_the_command_line(tmp_path: Path) -> None:
-    path = tmp_path / "rig.toml"
-    path.write_text(TOML)
-    asked = ["plan", "--scene", str(path), "--law", "coulomb+place", "--against", "coulomb+speed", "--tests", "1"]
+def test_two_laws_are_told_apart_on_the_command_line(written: Path) -> None:
+    asked = ["plan", "--scene", str(written), "--law", "coulomb+place", "--against", "coulomb+speed", "--tests", "1"]
     told = json.loads(invoke(*asked, "--json").stdout)
     assert told["log_bayes_after"] == pytest.approx(min(told["log_bayes"], told["log_bayes_against"]), rel=0.05)
     said = invoke(*asked).stdout
