@@ -18,7 +18,7 @@ from frictionlab.inference.comparison import loop_energy
 from frictionlab.inference.observation import Observation, Values, noise_of, simulated
 from frictionlab.inference.observations import law_and_held
 from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
-from frictionlab.inference.verdict import base_words, model_words
+from frictionlab.inference.verdict import model_words
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
@@ -63,7 +63,7 @@ class Model(NamedTuple):
     def words(self) -> str:
         """The model as a reader would say it."""
         solver = "" if self.solver == "auto" else f", solver {self.solver}"
-        return model_words(self.law, f"{self.wall} wall", dict(self.held), base_words(1)) + solver
+        return model_words(self.law, f"{self.wall} wall", dict(self.held), "cosine base") + solver
 
 
 def model_of(scene: Scene, *, recorded: bool = False) -> Model:

@@ -356,7 +356,8 @@ def compared(
         budget=measurement.budget,
         **{key: getattr(measurement, key) for key in MEASURED},
         model=words.model_words(
-            observation.law, observation.place_words, observation.held, words.base_words(observation.base.harmonics)
+            *(observation.law, observation.place_words, observation.held),
+            f"{observation.base.harmonics} base harmonics" if observation.base.harmonics > 1 else "cosine base",
         ),
         solver=state.solver,
         closure_error=state.closure_error,

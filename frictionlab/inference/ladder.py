@@ -466,12 +466,10 @@ def alike(model: Model, found: Fit, starts: Sequence[FloatArray]) -> list[FloatA
     try:
         state = cycle_of(found.model.tests[0]).solved(found.values())
         motion = observation.law_at_contact(state, 2.0 * np.pi * np.arange(STRETCHES) / STRETCHES)
-        if motion is None:
-            return []
-        force, speed, sd = motion.force, np.abs(motion.velocity), observation.floor * float(np.std(motion.force))
-        parts = np.flatnonzero(speed > CREEPS * speed.max())
-        known |= {"place": motion.displacement, "parts": parts, "count": STRETCHES, "r": state.problem.r}
-        known |= {"data": of_parts(force, STRETCHES, parts), "directions": None, "variances": sd**2, "powers": 1.0}
+        place, speed, force = tuple(motion or ())  # a ValueError where nothing moves
+        parts = np.flatnonzero(np.abs(speed) > CREEPS * np.abs(speed).max())
+        known |= {"place": place, "parts": parts, "count": STRETCHES, "directions": None, "r": state.problem.r}
+        known |= {"data": of_parts(force, STRETCHES, parts), "variances": (observation.floor * np.std(force)) ** 2}
         test = Test(ForceObservation(**known), np.arange(sum(own)), np.ones(sum(own)))
         alone = Model((test,), tuple(u for u in model.unknowns if u.law), np.zeros(sum(own)))
         fit = fit_from(alone, [start[own] for start in starts])

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from frictionlab.inference.comparison import Verdict
-from frictionlab.inference.ladder import Ladder, left_for_work
+from frictionlab.inference.ladder import CHEAP, Ladder, left_for_work
 from frictionlab.inference.observations import OfCycles
 from frictionlab.inference.posterior import EXPLAINED, Posterior, limits_in_words
 from frictionlab.scene import Scene
@@ -49,11 +49,14 @@ def better_of(ladder: Ladder, misfit: float) -> str:
         for rung in ladder.rungs
         if rung.nrmse is not None and rung.nrmse <= most and rung.log_evidence > least
     ]
-    if not better and (spent := left_for_work(ladder.left_out)):
-        return f"no law that --law auto tried to the end explains it; do: --law {spent[0]}, left out for its work"
-    if not better:
-        return "no law that --law auto tried explains it"
-    return f"{' or '.join(better)} would, but the evidence does not require so much: record more cycles"
+    if better:
+        return f"{' or '.join(better)} would, but the evidence does not require so much: record more cycles"
+    spent, laws = left_for_work(ladder.left_out), [rung.law for rung in ladder.rungs]
+    dear = dict.fromkeys(t.name for law in laws for t in law.terms if t.kind in ("smooth", "inner"))
+    alone = [name for name in dear if not any(law.has(name) and len(law.terms) > 2 for law in laws)]
+    sums = f", and sums of {', '.join(alone)} with {', '.join(CHEAP)} were not tried" if alone else ""
+    do = f"; do: --law {spent[0]}, left out for its work" if spent else ""
+    return f"no law that --law auto tried{' to the end' if spent else ''} explains it{sums}{do}"
 
 
 def never_settles(state: SteadyState, cycles: int, floor: float) -> str | None:
@@ -110,11 +113,6 @@ def model_words(law: Law, place: str, held: Mapping[str, float], base: str) -> s
         del held["static_ratio_down"]
     held |= {"frame damping": frame} if frame else {}
     return ", ".join([law.words, place, *(f"{name} {value:g}" for name, value in held.items()), base])
-
-
-def base_words(count: int) -> str:
-    """Return the base motion of so many harmonics as words."""
-    return f"{count} base harmonics" if count > 1 else "cosine base"
 
 
 def doubts(

@@ -124,7 +124,7 @@ def test_laws_left_out_for_their_work_are_no_laws_that_were_tried(monkeypatch: p
     assert "Tried, not required: coulomb+speed." in said.text
     for line in ("Left out, for the ladder's work was used up: coulomb+stribeck.", "Next: --law coulomb+stribeck fits"):
         assert line in "\n".join(said.short(8))
-    assert any("do: --law coulomb+stribeck, left out for its work" in w for w in found.warnings)
+    assert any("sums of stribeck with place, speed, breakaway were not tried; do: --law" in w for w in found.warnings)
     chosen = next(rung for rung in present(found.laws) if rung["law"] == found.law)
     assert float(str(chosen["response_nrmse"])) < 0.9 * present(found.response_nrmse)  # of its best fit, as all rows'
 
