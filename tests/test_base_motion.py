@@ -222,23 +222,3 @@ def test_friction_in_newtons_is_over_the_largest_excursion_of_the_base(quake: Pa
     by_ratio = json.loads(run(*common, "--beta", repr(beta)).stdout)
     assert by_force["parameters"] == pytest.approx(by_ratio["parameters"], rel=1e-9)
     assert by_force["peak_displacement"] == pytest.approx(by_ratio["peak_displacement"], rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--beta", "0.4"), "expected --r R (a steady state) or --base-motion FILE"),
-        (("--beta", "0.4", "--r", "0.5", "--unit", "mm"), "--unit: belongs to --base-motion"),
-        (("--beta", "0.4", "--r", "0.5", "--base-motion", "a.csv"), "got both"),
-        (
-            ("--coefficient", "0.3", "--base-motion", "a.csv"),
-            "expected --beta BETA (friction force over k Y), or, all of",
-        ),
-        (("--beta", "0.4", "--cycles", "3", "--base-motion", "a.csv"), "--cycles: a recorded base is followed once"),
-        (("--beta", "0.4", "--base-motion", "a.csv", "-o", "a.xlsx"), "expected a recording, a name ending in .h5"),
-    ],
-)
-def test_a_contradicting_command_line_is_refused(arguments: tuple[str, ...], words: str) -> None:
-    done = run(*arguments)
-    assert (done.exit_code, done.stdout) == (2, "")
-    assert words in done.stderr

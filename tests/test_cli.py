@@ -37,6 +37,29 @@ def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
     assert "note: compare is now compare-numeric;" in run("compare", "gone.h5").stderr
 
 
+ONE, PLACE = ("--r", "0.5", "--beta", "0.4"), ("--law", "coulomb+place", "--parameter", "gradient=0.05")
+REFUSED: list[tuple[tuple[str, ...], str]] = [
+    (("--r", "0"), "expected a finite number >= 1e-06"),
+    (("--mu", "0.5"), "mu is static over kinetic friction, 1 or more; the friction coefficient is --coefficient"),
+    (("-o", "/dev/null/row.csv"), "/dev/null is no folder"),
+    (("--law", "coulomb+place"), "gradient (relative change"),
+    (("--parameter", "gradient"), "--parameter: expected NAME=VALUE; got 'gradient'"),
+    ((*PLACE, "--parameter", "gradient=0.1"), "--parameter gradient: given twice"),
+    (("--law", "coulomb+place", "--parameter", "gradient=steep"), "expected a number; got 'steep'"),
+    (("--parameter", "beta=0.3"), "give --beta 0.3"),
+    (("--mu", "1.2", "--parameter", "static_ratio_up=1.1"), "--mu and --parameter static_ratio_up say the same"),
+    (("--parameter", "frame_damping_ratio=-1"), "frame_damping_ratio; expected a finite number >= 0"),
+    ((*PLACE, "--solver", "thesis"), "thesis run: law coulomb+place"),
+]
+CONTRADICTING: list[tuple[tuple[str, ...], str]] = [
+    ((), "expected --r R (a steady state) or --base-motion FILE"),
+    (("--r", "0.5", "--unit", "mm"), "--unit: belongs to --base-motion"),
+    (("--r", "0.5", "--base-motion", "a.csv"), "got both"),
+    (("--cycles", "3", "--base-motion", "a.csv"), "--cycles: a recorded base is followed once"),
+    (("--base-motion", "a.csv", "-o", "a.xlsx"), "expected a recording, a name ending in .h5"),
+]
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -45,6 +68,10 @@ def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
         (("simulate", "--r", "0.5", "--beta", "1", "--wall", "left"), "'left' is not one of 'fixed', 'base'"),
         (("sweep", "--r", "0.5", "--beta", "1", "-o", "m.csv", "--workers", "99999"), ", 32 for each core; got 99999"),
         (("show", "none"), "none: there is no such file"),
+        (
+            ("simulate", "--coefficient", "0.3", "--base-motion", "a.csv"),
+            "expected --beta BETA (friction force over k Y), or, all of",
+        ),
         (("predict", "--law-file", "a", "--normal-force", "400g"), "which weighs 3.923 N: give 3.923"),
         (("batch", ".", "-o", "--campaign"), "looks like an option: if it is meant, give ./--campaign"),
         (
@@ -60,13 +87,15 @@ def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
             ("simulate", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", "gradient=0.\uff15"),
             "expected a number; got '0.\uff15'",
         ),
+        *((("simulate", *ONE, *said), told) for said, told in REFUSED),
+        *((("simulate", "--beta", "0.4", *said), told) for said, told in CONTRADICTING),
     ],
 )
 def test_a_value_that_an_option_does_not_take_is_told_in_plain_words(
     run: Run, words: tuple[str, ...], told: str
 ) -> None:
     done = run(*words)
-    assert (done.returncode, told in " ".join(done.stderr.split())) == (2, True), done.stderr
+    assert (done.returncode, done.stdout, told in " ".join(done.stderr.split())) == (2, "", True), done.stderr
     assert not re.search("Input should|Value error", done.stderr)
 
 

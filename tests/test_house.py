@@ -143,6 +143,7 @@ def _uses(path: Path, library: str) -> bool:
     [
         ("frictionlab", HEAVY),
         ("frictionlab.cli", HEAVY),
+        ("frictionlab.simulator; frictionlab.simulator.Problem(0.5, 0.4)", ("numba", "scipy", "pandas", "h5py")),
         ("frictionlab.verbs.one_test", ("scipy", "pandas", "matplotlib", "numba")),
         ("frictionlab.verbs.one_test", ("scipy.interpolate", "scipy.stats", "scipy.integrate", "matplotlib", "numba")),
     ],

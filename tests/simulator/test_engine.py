@@ -84,11 +84,6 @@ def test_an_empty_axis_is_refused() -> None:
         sweep([0.5], [])
 
 
-def test_importing_the_simulator_loads_neither_compiler_nor_scipy() -> None:
-    code = "import sys, frictionlab.simulator as s; s.Problem(0.5, 0.4); print(*sys.modules)"
-    assert not {"numba", "scipy", "pandas", "matplotlib", "h5py"} & set(told_by(code).split())
-
-
 def test_machine_code_is_kept_outside_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     folder = compiled._machine_code_folder()

@@ -41,30 +41,6 @@ def test_the_tableau_fulfils_the_order_conditions() -> None:
     np.testing.assert_allclose(BERNSTEIN @ NODES, np.arange(8) / 7.0, atol=1e-13)
 
 
-@pytest.mark.parametrize(
-    "asked",
-    [
-        Problem(0.5, 0.4),
-        Problem(0.3, 0.6, mu=1.3),
-        Problem(0.4, 0.3, zeta=0.03, base=Base((1.0, 0.0, 0.1), (0.0, 0.0, 0.05))),
-        Problem(1.3, 0.3, wall="base", frame_damping_ratio=0.02),
-        Problem(0.6, 0.0, zeta=0.1),
-        Problem(0.6, 0.3, law="coulomb+compliance", parameters={"stiffness_ratio": 9.0}),
-        Problem(0.4, 0.3, law="coulomb+iwan+place", parameters={"stiffness_ratio": 9.0, "sliders": 3, "gradient": 0.1}),
-    ],
-)
-def test_plain_friction_is_the_exact_solvers(asked: Problem) -> None:
-    exact, found = steady_state(asked, solver="exact"), steady(asked)
-    assert found.energy_per_cycle == pytest.approx(exact.energy_per_cycle, rel=1e-9)
-    assert found.response_amplitude == pytest.approx(exact.response_amplitude, rel=1e-8)
-    assert found.stops_per_cycle == exact.stops_per_cycle
-    assert found.stuck_fraction == pytest.approx(exact.stuck_fraction, abs=1e-8)
-    assert present(found.floquet_multiplier) == pytest.approx(present(exact.floquet_multiplier), abs=1e-6)
-    taus = np.linspace(0.0, 7.0, 41)
-    np.testing.assert_allclose(present(found.orbit).at(taus)[0], present(exact.orbit).at(taus)[0], atol=1e-8)
-    np.testing.assert_allclose(present(found.orbit).at(taus)[1], present(exact.orbit).at(taus)[1], atol=1e-6)
-
-
 @each_law
 def test_scipy_carries_the_orbit_back_to_its_start(law: str) -> None:
     more = {"wall": "base"} if law == "coulomb+dahl" else {"zeta": 0.03} if law == "coulomb+lugre" else {}

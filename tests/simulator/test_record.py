@@ -217,20 +217,6 @@ def test_it_reaches_the_steady_state(law: str) -> None:
     assert seen.contact_force[last] == pytest.approx(steady.orbit.force(r * base.time[last]), abs=1e-6)
 
 
-@pytest.mark.parametrize("wall", ["fixed", "base"])
-def test_plain_friction_is_the_exact_kernels(wall: Any) -> None:
-    base = BaseRecord(*some_base(3, 60, even=True))
-    more = {"gradient": 0.05, "contact_damping_ratio": 0.02}
-    problem = Problem(1.0, 0.2, wall=wall, law="coulomb+place+speed", parameters=more, frame_damping_ratio=0.03)
-    exact, numeric = (respond(problem, base, x0=0.2, v0=0.1, solver=solver) for solver in ("auto", "numeric"))
-    assert numeric.stuck_in(0) == pytest.approx(exact.stuck_in(0), abs=1e-9)
-    for key in ("displacement", "velocity", "contact_force"):
-        assert getattr(numeric, key) == pytest.approx(getattr(exact, key), abs=1e-9), key
-    assert numeric.contact_events[0] == pytest.approx(exact.contact_events[0], abs=1e-8)
-    for key in ("energy", "friction_energy", "energy_input", "path", "stops", "time_stuck"):
-        assert getattr(numeric, key) == pytest.approx(getattr(exact, key), abs=1e-8), key
-
-
 def test_a_contact_that_creeps_has_the_stops_of_the_rigid_one() -> None:
     """Dahl's contact, stiff: as many stops as the rigid contact, nearly as long; its slip is the rigid one's way."""
     base = cosine_record(0.3, 6, 60)

@@ -13,7 +13,7 @@ from frictionlab.simulator.record import BaseRecord, respond
 from tests.benchmarks.several_masses import draw
 from tests.desk import present
 from tests.simulator.test_record import some_base
-from tests.simulator.twin import LAWS, TURN, Twin, rubs
+from tests.simulator.twin import LAWS, TURN, Twin, problem_of, rubs
 from tests.simulator.twin import steady as integrated
 
 
@@ -104,8 +104,7 @@ def energies(frame: Structure, motion: Motion) -> tuple[float, float]:
 
 @pytest.mark.parametrize("contacts", TWO)
 def test_two_masses_move_as_the_slow_twin_does(contacts: list[Contact]) -> None:
-    base = Base(cosine=(1.0, 0.1), sine=(0.0, 0.05))
-    frame = Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts, base)
+    frame = of_two(contacts)
     motion = simulate(frame, cycles=1)
     assert motion.solver == "exact"
     q, v, _ = motion.all_at([2 * math.pi])
@@ -114,17 +113,40 @@ def test_two_masses_move_as_the_slow_twin_does(contacts: list[Contact]) -> None:
     assert energies(frame, motion) == pytest.approx((twin.loop, twin.friction + twin.viscous), abs=1e-9)
 
 
-@pytest.mark.parametrize("contacts", TWO)
-def test_the_integrated_flow_moves_them_as_the_exact_one(contacts: list[Contact]) -> None:
-    frame = Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts, Base((1.0, 0.1), (0.0, 0.05)))
-    exact, found = steady_state(frame), integrated(frame)
-    for key in ("energy_per_cycle", "contact_energy_per_cycle", "frame_energy_per_cycle", "response_amplitudes"):
-        assert getattr(found, key) == pytest.approx(getattr(exact, key), rel=1e-9), key
-    if contacts in TWO[5:]:  # an elastic contact beside one that holds has the stops of neither
-        return
-    assert found.floquet_multiplier == pytest.approx(exact.floquet_multiplier, abs=1e-8)
-    for one, other in zip(found.contacts, exact.contacts, strict=True):
-        assert one[3:] == pytest.approx(other[3:], abs=1e-8)
+def of_two(contacts: list[Contact], r: float = 0.6) -> Structure:
+    return Structure.of_storeys(
+        r, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts, Base(cosine=(1.0, 0.1), sine=(0.0, 0.05))
+    )
+
+
+EXACT = [
+    Problem(0.5, 0.4),
+    Problem(0.3, 0.6, mu=1.3),
+    Problem(0.4, 0.3, zeta=0.03, base=Base((1.0, 0.0, 0.1), (0.0, 0.0, 0.05))),
+    Problem(1.3, 0.3, wall="base", frame_damping_ratio=0.02),
+    Problem(0.6, 0.0, zeta=0.1),
+    problem_of(0.6, 0.3, stiffness_ratio=9.0),
+    problem_of(0.4, 0.3, stiffness_ratio=9.0, sliders=3, chi=0.0, gradient=0.1),
+    *map(of_two, TWO),
+]
+
+
+@pytest.mark.parametrize("what", EXACT, ids=str)
+def test_the_integrated_flow_moves_a_frame_as_the_exact_one(what: Problem | Structure) -> None:
+    exact = steady_state(what, solver="exact") if isinstance(what, Problem) else steady_state(what)
+    found = integrated(what)
+    for key in ("energy_per_cycle", "contact_energy_per_cycle", "frame_energy_per_cycle", "response_amplitude"):
+        assert getattr(found, key) == pytest.approx(getattr(exact, key), rel=1e-9, abs=1e-15), key
+    taus = np.linspace(0.0, 7.0, 41)
+    for one, other, few in zip(*(present(s.orbit).all_at(taus)[:2] for s in (found, exact)), (1e-8, 1e-6), strict=True):
+        np.testing.assert_allclose(one, other, atol=few)
+    if isinstance(what, Structure) and what.contacts in map(tuple, TWO[5:]):
+        return  # an elastic contact beside one that holds has the stops of neither
+    assert present(found.floquet_multiplier) == pytest.approx(present(exact.floquet_multiplier), abs=1e-8)
+    assert found.stops_per_cycle == exact.stops_per_cycle
+    assert found.stuck_fraction == pytest.approx(exact.stuck_fraction, abs=1e-8)
+    for mine, theirs in zip(found.contacts, exact.contacts, strict=isinstance(what, Structure)):
+        assert mine[3:] == pytest.approx(theirs[3:], abs=1e-8)
 
 
 LUGRE, AGES = (LAWS[f"coulomb+{law}"] for law in ("lugre", "rate-state"))
@@ -141,20 +163,36 @@ def test_laws_with_states_of_their_own_move_two_masses_as_scipys_radau_does() ->
     assert sum(contact.energy_per_cycle or 0.0 for contact in state.contacts) == state.contact_energy_per_cycle
 
 
-@pytest.mark.parametrize("contacts", [TWO[0], TWO[1], TWO[4], MIXED])
-def test_a_record_moves_two_masses_as_scipys_radau_does(contacts: list[Contact]) -> None:
-    frame = Structure.of_storeys(1.0, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts)
+def test_a_record_moves_two_masses_with_states_of_their_own_as_the_slow_twin_does() -> None:
     base = BaseRecord(*some_base(7, 9, even=False))
-    seen = respond(frame, base)
+    seen, twin = respond(of_two(MIXED, 1.0), base), Twin(of_two(MIXED, 1.0), CubicSpline(base.time, base.values))
+    twin.run(base.time.tolist())
+    assert seen.displacements == pytest.approx(np.array(twin.states)[:, :2], abs=1e-8)
     assert seen.closure_error < 1e-11
-    if contacts is MIXED:
-        twin = Twin(frame, CubicSpline(base.time, base.values))
-        twin.run(base.time.tolist())
-        assert seen.displacements == pytest.approx(np.array(twin.states)[:, :2], abs=1e-8)
-    else:
-        stepped = respond(frame, base, solver="numeric")
-        for key in ("displacements", "velocities", "contact_forces", "contact_energies", "paths"):
-            assert getattr(stepped, key) == pytest.approx(getattr(seen, key), abs=1e-8), key
+
+
+RUBBED = {"gradient": 0.05, "contact_damping_ratio": 0.02, "frame_damping_ratio": 0.03}
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        *(problem_of(1.0, 0.2, "fixed", **RUBBED), problem_of(1.0, 0.2, "base", **RUBBED)),
+        *(of_two(TWO[number], 1.0) for number in (0, 1, 4)),
+    ],
+    ids=str,
+)
+def test_the_integrated_flow_follows_a_record_as_the_exact_one(what: Problem | Structure) -> None:
+    base = BaseRecord(*some_base(3, 60, even=True))
+    exact, stepped = (respond(what, base, solver=solver) for solver in ("auto", "numeric"))
+    assert (exact.solver, stepped.solver) == ("exact", "numeric")
+    assert exact.closure_error < 1e-9
+    for key in ("displacements", "velocities", "contact_forces", "contact_energies", "paths"):
+        assert getattr(stepped, key) == pytest.approx(getattr(exact, key), abs=1e-8), key
+    for key in ("energy", "friction_energy", "energy_input"):
+        assert getattr(stepped, key) == pytest.approx(getattr(exact, key), abs=1e-8), key
+    for one, other in zip(stepped.contact_events, exact.contact_events, strict=True):
+        assert one == pytest.approx(other, abs=1e-8)
 
 
 @pytest.mark.parametrize("seed", range(14))

@@ -18,20 +18,15 @@ from tests.simulator.closed_form import (
 )
 from tests.simulator.phases import sides
 
+DAMPED = st.builds(
+    lambda r, beta, zeta, mu, even, third: Problem(r, beta, mu, zeta, base=Base((1.0, even), (0.0, 0.0, third))),
+    *(st.floats(*ends) for ends in ((0.15, 3.0), (0.05, 0.8), (0.1, 2.0), (1.0, 1.2), (-0.2, 0.2), (-0.1, 0.1))),
+)
+
 
 @settings(max_examples=15, deadline=None)
-@given(
-    r=st.floats(0.15, 3.0),
-    beta=st.floats(0.05, 0.8),
-    zeta=st.floats(0.1, 2.0),
-    mu=st.floats(1.0, 1.2),
-    even=st.floats(-0.2, 0.2),
-    third=st.floats(-0.1, 0.1),
-)
-def test_a_long_run_from_rest_arrives_at_the_orbit(
-    r: float, beta: float, zeta: float, mu: float, even: float, third: float
-) -> None:
-    problem = Problem(r, beta, mu, zeta, base=Base((1.0, even), (0.0, 0.0, third)))
+@given(problem=DAMPED)
+def test_a_long_run_from_rest_arrives_at_the_orbit(problem: Problem) -> None:
     state = steady_state(problem)
     if state.outcome == "stuck":
         assert sides(simulate(problem, cycles=200, keep=1)).tolist() == [0.0]
