@@ -223,29 +223,7 @@ def assert_same_both_ways(block: bytes, shape: Shape) -> Body:
     return fast
 
 
-def hard_decimals(count: int) -> list[str]:
-    """Decimals that are hard to round: ties between doubles and their neighbours, 17 to 19 digits, all magnitudes."""
-    rng = np.random.default_rng(11)
-    quarter = count // 4
-    exponents = rng.integers(-300, 300, quarter)
-    anywhere = [
-        f"{m:.17f}e{e}" for m, e in zip(rng.uniform(-10, 10, quarter).tolist(), exponents.tolist(), strict=True)
-    ]
-    printed = [f"{x:.18e}" for x in (rng.uniform(-1, 1, quarter) * 10.0 ** rng.integers(-30, 30, quarter)).tolist()]
-    wide = rng.integers(1 << 52, 1 << 53, quarter)
-    ties = [f"{2 * m + 1}e0" for m in wide.tolist()]  # halfway between two doubles
-    near = [f"{2 * m + 1}{'.0' if m % 2 else ''}{m % 10}e-{m % 23}" for m in wide.tolist()]
-    return anywhere + printed + ties + near
-
-
-def test_hard_decimals_are_bit_exact() -> None:
-    texts = hard_decimals(100_000)
-    body = read(("\n".join(texts) + "\n").encode(), Shape(",", ".", 1, (0,), roles=("mass",)))
-    expected = np.array([float(text) for text in texts])
-    np.testing.assert_array_equal(body.values[0].view(np.int64), expected.view(np.int64))
-
-
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.sampled_from(SHAPES), st.lists(st.lists(CELLS, min_size=1, max_size=5), min_size=1, max_size=20))
 def test_a_block_is_read_as_its_lines_are_judged(shape: Shape, rows: list[list[str]]) -> None:
     lines = [shape.separator.join(cell.replace(".", shape.decimal) for cell in row) for row in rows]
