@@ -32,8 +32,10 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     assert "c.jsonl, line 1: expected a JSON object" in done.stderr
     told = read_rows(tmp_path / "out" / "measurements.csv")
     assert len(told) == len(rows) + 1
-    assert {row["source"] for row in told if row["status"] == "failed"} == {"c.jsonl", str(rows[-1]["source"])}
-    assert len(read_rows(tmp_path / "out" / "friction.csv")) == 9
+    failed = {row["source"]: row["reason"] for row in told if row["status"] == "failed"}
+    assert set(failed) == {"c.jsonl", rows[-1]["source"]}
+    assert failed[rows[-1]["source"]] == rows[-1]["reason"]
+    assert [row["tests"] for row in read_rows(tmp_path / "out" / "friction.csv")] == [5] * 9
     shown = done.stdout.splitlines()
     assert max(map(len, shown[:10])) <= 80
     assert shown[0].split() == ["material", "N", "[N]", "tests", "beta", "F", "[N]", "mu", "law"]

@@ -15,7 +15,6 @@ from frictionlab.errors import RecordingError, UsageError
 from frictionlab.hdf5 import write_tree
 from frictionlab.scene import Rig, Scene
 from frictionlab.schema import MEASUREMENTS
-from frictionlab.tables import read_rows
 from tests.campaign.fabricate import STIFFNESS, row, small_campaign
 
 
@@ -100,14 +99,6 @@ def folder(campaign: Campaign, tmp_path: Path) -> Path:
     check_folder(tmp_path)
     write_tables(campaign, tmp_path)
     return tmp_path
-
-
-def test_every_test_is_a_row_failed_ones_with_their_reason(folder: Path, campaign: Campaign) -> None:
-    rows = read_rows(folder / "measurements.csv")
-    assert len(rows) == len(campaign.trials)
-    (failed,) = [row for row in rows if row["status"] == "failed"]
-    assert failed["reason"] == "no drive & <b>nothing</b>"
-    assert {row["tests"] for row in read_rows(folder / "friction.csv")} == {5}
 
 
 def test_the_same_campaign_gives_the_same_bytes(
