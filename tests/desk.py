@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -54,6 +55,14 @@ def present(value: T | None) -> T:
     """What could be None, and is not."""
     assert value is not None
     return value
+
+
+def until(condition: Callable[[], T], seconds: float = 30.0) -> T:
+    """What a condition says once it holds, or after so many seconds."""
+    late = time.monotonic() + seconds
+    while not (found := condition()) and time.monotonic() < late:
+        time.sleep(0.05)
+    return found
 
 
 def published(path: str) -> Path:

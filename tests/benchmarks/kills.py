@@ -27,7 +27,7 @@ from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import write_rows
 from tests.armour.sound import sound
 from tests.campaign.fabricate import small_campaign
-from tests.desk import SAMPLE, SCENE
+from tests.desk import SAMPLE, SCENE, until
 
 RIG = "[rig]\nnatural_frequency_hz = 3.13\nstiffness_n_per_m = 1191.0\n"
 PLAN = f"""{RIG}
@@ -100,12 +100,10 @@ def stop(child: "subprocess.Popen[bytes]", after: float, how: signal.Signals) ->
     return False
 
 
-def left(mark: str, seconds: float = 10.0) -> int:
-    """Processes of this mark that are still there after so many seconds."""
-    late = time.monotonic() + seconds
-    while (there := _marked(mark)) and time.monotonic() < late:
-        time.sleep(0.05)
-    return len(there)
+def left(mark: str) -> int:
+    """Processes of this mark that are still there after ten seconds."""
+    until(lambda: not _marked(mark), 10.0)
+    return len(_marked(mark))
 
 
 def _marked(mark: str) -> list[int]:

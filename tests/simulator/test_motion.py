@@ -131,7 +131,7 @@ def test_arrays_cannot_be_written_to() -> None:
         run.rows[0, 1] = 1.0
 
 
-HARMONICS = Base((1.0, 0.1, 0.05), (0.0, 0.02))
+HARMONICS, TAU = Base((1.0, 0.1, 0.05), (0.0, 0.02)), np.linspace(0.0, TURN, 4001)
 
 
 def test_a_mass_that_does_not_move_shows_no_loop() -> None:
@@ -139,6 +139,9 @@ def test_a_mass_that_does_not_move_shows_no_loop() -> None:
         seen = steady_state(Problem(0.5, 1.5, wall=wall, frame_damping_ratio=0.1, base=HARMONICS))
         assert seen.energy_per_cycle == pytest.approx(0.0, abs=1e-14)
         assert seen.regime == "stuck"
+        assert seen.response_amplitude == pytest.approx(
+            float(np.ptp(HARMONICS.at(TAU))) / 2 * (wall == "base"), rel=1e-5
+        )
 
 
 @pytest.mark.parametrize(

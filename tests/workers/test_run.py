@@ -8,7 +8,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -22,7 +21,7 @@ from hypothesis import strategies as st
 from frictionlab import workers as run
 from frictionlab.errors import ClusterError, UsageError
 from frictionlab.workers import Lost, Pace, run_batches, run_each, sites
-from tests.desk import ROOT
+from tests.desk import ROOT, until
 from tests.workers import jobs
 
 CASES = range(300)
@@ -150,12 +149,8 @@ def test_workers_leave_with_their_master(tmp_path: Path, end: signal.Signals) ->
     )
     assert master.stdout is not None
     done = [master.stdout.readline().strip() for _ in range(4)]
-    workers: list[int] = []
-    for _ in range(600):  # one of the two may have done all four before the other had started
-        workers = [int(note.name) for note in notes.iterdir()]
-        if len(workers) == 2:
-            break
-        time.sleep(0.05)
+    until(lambda: len(list(notes.iterdir())) == 2)  # one may have done all four before the other had started
+    workers = [int(note.name) for note in notes.iterdir()]
     if end == signal.SIGINT:
         os.killpg(master.pid, end)  # as a terminal does: everybody hears it
     else:
@@ -164,15 +159,8 @@ def test_workers_leave_with_their_master(tmp_path: Path, end: signal.Signals) ->
     assert done == ["0", "1", "2", "3"]
     assert len(workers) == 2
     assert errors.count("Traceback") == int(end == signal.SIGINT)  # the master's own; the workers say nothing
-    wait_until_gone(workers)
-
-
-def wait_until_gone(numbers: list[int]) -> None:
-    for _ in range(300):
-        if not any(Path(f"/proc/{number}").exists() for number in numbers):
-            return
-        time.sleep(0.05)
-    pytest.fail("workers outlived their master")
+    left = until(lambda: not any(Path(f"/proc/{number}").exists() for number in workers), 15.0)
+    assert left, "workers outlived their master"
 
 
 def start(folder: Path, *arguments: str) -> subprocess.Popen[bytes]:
@@ -190,11 +178,9 @@ def start(folder: Path, *arguments: str) -> subprocess.Popen[bytes]:
 
 
 def address_in(file: Path) -> str:
-    for _ in range(600):
-        if file.exists() and (text := file.read_text()).strip():
-            return str(json.loads(text)["address"])
-        time.sleep(0.05)
-    return pytest.fail("the scheduler did not start")
+    text = until(lambda: file.exists() and file.read_text().strip())
+    assert text, "the scheduler did not start"
+    return str(json.loads(text)["address"])
 
 
 @pytest.fixture(scope="module")
@@ -234,16 +220,9 @@ def test_a_cluster_without_workers_and_one_that_dies_are_named(tmp_path: Path, m
     part.kill()
     part.wait(timeout=30)
     with pytest.raises(ClusterError, match="the scheduler went away"):
-        check_until(site, 20.0)
+        until(site.look, 20.0)
     site.stop()
     assert future.done()
-
-
-def check_until(site: sites.Cluster, seconds: float) -> None:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        site.look()
-        time.sleep(0.05)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "tpc://127.0.0.1:8786"])
