@@ -94,6 +94,12 @@ def seen(
     return Recording(t, x, y)
 
 
+def clipped(values: FloatArray, share: float) -> FloatArray:
+    """What a sensor shows, at its levels, whose range ends at this share of the motion's amplitude on both sides."""
+    middle, end = 0.5 * (values.max() + values.min()), share * 0.5 * np.ptp(values)
+    return np.asarray(np.round(np.clip(values, middle - end, middle + end) / STEP_M) * STEP_M)
+
+
 def as_read(recording: Recording) -> Recording:
     """A recording with the flags and the clock that reading its log would give it."""
     clock = time_base(np.array(recording.time), "test", bridge_s=0.02)

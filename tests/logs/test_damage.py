@@ -14,7 +14,7 @@ from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.logs.sensor import examine, flag_dead, step_and_range
 from frictionlab.recording import LineCount, Quality, Recording
-from tests.analysis.seen import STEP_M, motion, seen
+from tests.analysis.seen import STEP_M, clipped, motion, seen
 from tests.logs.fuzz import case, check
 from tests.logs.samples import Truth, table, truth, write
 
@@ -294,12 +294,6 @@ def held(values: np.ndarray) -> int:
     return int(np.count_nonzero(channel.quality & np.uint8(Quality.HELD)))
 
 
-def cut(values: np.ndarray, share: float) -> np.ndarray:
-    """The values as a sensor shows them whose range ends at this share of the motion's amplitude."""
-    middle, half = 0.5 * (values.max() + values.min()), 0.5 * np.ptp(values)
-    return np.asarray(np.round(np.clip(values, middle - share * half, middle + share * half) / STEP_M) * STEP_M)
-
-
 @pytest.mark.parametrize(("r", "beta", "rate", "size", "noise"), QUIET)
 def test_turning_points_of_a_quiet_sensor_are_no_end_of_its_range(
     r: float, beta: float, rate: float, size: float, noise: float
@@ -307,7 +301,7 @@ def test_turning_points_of_a_quiet_sensor_are_no_end_of_its_range(
     """Up to a quarter of such logs was flagged, and the analysis refused for want of a whole cycle."""
     recording = seen(motion(r, beta), noise=noise, size=size, rate=rate, seconds=30.0)
     assert held(recording.mass_displacement) == held(recording.base_displacement) == 0
-    assert held(cut(recording.mass_displacement, 0.8)) > 1000
+    assert held(clipped(recording.mass_displacement, 0.8)) > 1000
 
 
 def test_one_excursion_beyond_the_range_is_held_whatever_the_other_turning_points() -> None:
