@@ -25,16 +25,21 @@ from tests.desk import ROOT, present, truths
 Tables = dict[str, object]
 
 
-def scene_of(test: Tables | None = None, **synthetic: object) -> Scene:
-    tests = {
-        "material": "steel",
-        "normal_forces_n": [1.25],
-        "frequency_ratios": [0.5],
-        "friction_coefficient": 0.5,
-        **(test or {}),
-    }
+def scene_of(test: Tables | None = None, base: Tables | None = None, **synthetic: object) -> Scene:
+    """One virtual test on a frame; over a base of its own (`b`) where one is described: then at no frequency ratio."""
+    plain: Tables = {"material": "steel", "normal_forces_n": [1.25], "friction_coefficient": 0.5}
     rig = {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0}
-    return scene_from_tables({"rig": rig, "synthetic": {"duration_s": 20.0, "tests": [tests], **synthetic}})
+    if base is None:
+        tables = {"duration_s": 20.0, "tests": [plain | {"frequency_ratios": [0.5]} | (test or {})]}
+    else:
+        tables = {"duration_s": 12.0, "tests": [plain | {"base": "b"} | (test or {})], "bases": [{"name": "b", **base}]}
+        rig["damping_ratio"] = 0.01
+    return scene_from_tables({"rig": rig, "synthetic": tables | synthetic})
+
+
+def logged(scene: Scene) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Time, mass and base of the first virtual test's log [s, mm, mm], and what is beside them."""
+    return samples(log_of(virtual_tests(scene)[0], scene)[0])
 
 
 def samples(text: str) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
@@ -61,11 +66,10 @@ def test_from_rest_the_motion_comes_to_the_steady_orbit() -> None:
 
 def test_the_lasers_add_their_noise_and_round_to_their_step() -> None:
     clean, seen = scene_of(noise_m=0.0, step_m=0.0), scene_of(noise_m=5e-6, step_m=1e-6)
-    (test,) = virtual_tests(clean)
-    error = 1e-3 * (samples(log_of(test, seen)[0]) - samples(log_of(test, clean)[0]))[:, 1:]
+    error = 1e-3 * (logged(seen) - logged(clean))[:, 1:]
     expected = math.hypot(5e-6, 1e-6 / math.sqrt(12))
     assert error.std(axis=0) == pytest.approx(expected, rel=0.05)
-    steps = 1e3 * samples(log_of(test, seen)[0])[:, 1:]
+    steps = 1e3 * logged(seen)[:, 1:]
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
 
 
@@ -194,7 +198,7 @@ def test_further_channels_are_those_of_the_motion_and_are_read_again(tmp_path: P
     names = ["contact_force", "normal_force", *rates]
     still = {"channels": names, "channel_noise": 0.0, "noise_m": 0.0, "step_m": 0.0, "sampling_rate_hz": 2000.0}
     law: Tables = {"law": "coulomb+place", "parameters": {"gradient": 0.05}}
-    (test,) = synthesize(scene_of(law, **still), tmp_path)
+    (test,) = synthesize(scene_of(law, None, **still), tmp_path)
     (truth,) = truths(tmp_path)
     log = read_log(tmp_path / test.log, LogOptions())
     assert {channel.name for channel in log.channels} == set(names)
@@ -224,21 +228,13 @@ def test_an_angle_over_a_radius_gives_the_coefficient_of_the_truth(tmp_path: Pat
 
 def test_noise_of_a_further_channel_is_a_share_of_it() -> None:
     scenes = [scene_of(channels=["contact_force"], channel_noise=noise) for noise in (0.0, 0.02)]
-    (test,) = virtual_tests(scenes[0])
-    clean, noisy = (samples(log_of(test, scene)[0])[:, 3] for scene in scenes)
+    clean, noisy = (logged(scene)[:, 3] for scene in scenes)
     assert np.std(noisy - clean) == pytest.approx(0.02 * np.sqrt(np.mean(clean**2)), rel=0.05)
     with pytest.raises(SceneError, match=r"start = 'steady' needs a plain sine; got base .*, channels contact_force"):
-        log_of(test, scene_of(channels=["contact_force"], start="steady"))[0]
+        logged(scene_of(channels=["contact_force"], start="steady"))
 
 
 FN = math.sqrt(1200.0 / 3.0) / (2 * math.pi)
-
-
-def moving(base: Tables, test: Tables | None = None, folder: Path = Path(), **synthetic: object) -> Scene:
-    group = {"material": "steel", "normal_forces_n": [1.25], "friction_coefficient": 0.5, "base": "b", **(test or {})}
-    rig = {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0, "damping_ratio": 0.01}
-    tables = {"duration_s": 12.0, "tests": [group], "bases": [{"name": "b", **base}], **synthetic}
-    return scene_from_tables({"rig": rig, "synthetic": tables}, folder=folder)
 
 
 SWEEP: Tables = {"motion": "sweep", "sweep_hz": [1.0, 4.0]}
@@ -260,7 +256,7 @@ SINE: Tables = {"frequency_ratios": [0.5]}
 )
 def test_the_mass_is_what_the_simulator_makes_of_the_logs_base(base: Tables, test: Tables, tmp_path: Path) -> None:
     """Round trip through the log's text (1 nm): its base column drives, its mass column comes out."""
-    scene = moving(base, test, noise_m=0.0, step_m=0.0)
+    scene = scene_of(test, base, noise_m=0.0, step_m=0.0)
     (virtual,) = synthesize(scene, tmp_path)
     log = samples((tmp_path / virtual.log).read_text())
     problem = virtual.problem().in_frame_time()
@@ -282,8 +278,8 @@ def _rescaled(problem: Problem, share: float) -> Problem:
 
 def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
     for scale, middle in (("linear", 2.5), ("log", 2.0)):
-        scene = moving(SWEEP | {"sweep_scale": scale}, noise_m=0.0, step_m=0.0)
-        base = samples(log_of(virtual_tests(scene)[0], scene)[0])[:, 2]
+        scene = scene_of(None, SWEEP | {"sweep_scale": scale}, noise_m=0.0, step_m=0.0)
+        base = logged(scene)[:, 2]
         up = np.flatnonzero((base[:-1] < 0.0) & (base[1:] >= 0.0)) / 250.0
         rate = np.interp([0.5, 6.0, 11.5], 0.5 * (up[1:] + up[:-1]), 1.0 / np.diff(up))
         assert rate[1] == pytest.approx(middle, rel=0.02)
@@ -304,7 +300,7 @@ def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
 )
 def test_what_makes_no_sense_is_refused(base: Tables, test: Tables, match: str) -> None:
     with pytest.raises(SceneError, match=match):
-        moving(base, test)
+        scene_of(test, base)
 
 
 def test_the_scene_beside_this_works(tmp_path: Path) -> None:

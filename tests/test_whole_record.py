@@ -39,20 +39,23 @@ def virtual(
     r: float, seconds: float, problem: Problem, seed: int = 1, *, jump_at: float | None = None, grows: float = 0.5
 ) -> Recording:
     """A motor that starts up within two seconds, seen by two noisy lasers; friction may grow by a share at a time."""
-    rng = np.random.default_rng(seed)
     t = np.arange(int(200 * seconds)) / 200.0
-    ramp = np.clip(t / 2.0, 0.0, 1.0)
-    y = Y * ramp**2 * (3.0 - 2.0 * ramp) * np.sin(2 * math.pi * r * FN * t)
-    tau = 2 * math.pi * FN * t
-    x = respond(problem, BaseRecord(tau, y, rest=0.0, scale=Y)).displacement * Y
+    share, tau = np.clip(t / 2.0, 0.0, 1.0), 2 * math.pi * FN * t
+    y = Y * share**2 * (3.0 - 2.0 * share) * np.sin(2 * math.pi * r * FN * t)
+    run = respond(problem, BaseRecord(tau, y, rest=0.0, scale=Y))
+    x = run.displacement * Y
     if jump_at is not None:
         after = t >= jump_at
         first = int(np.argmax(after))
-        run = respond(problem, BaseRecord(tau, y, rest=0.0, scale=Y))
         more = problem.with_parameters({"beta": (1.0 + grows) * problem.beta})
         x0, v0 = float(run.displacement[first]), float(run.velocity[first])
         x[after] = respond(more, BaseRecord(tau[after], y[after], rest=0.0, scale=Y), x0=x0, v0=v0).displacement * Y
-    return Recording(t, x + NOISE * rng.standard_normal(len(t)), y + NOISE * rng.standard_normal(len(t)))
+    return seen_by_lasers(t, x, y, np.random.default_rng(seed))
+
+
+def seen_by_lasers(t: FloatArray, x: FloatArray, y: FloatArray, rng: np.random.Generator) -> Recording:
+    noise = NOISE * rng.standard_normal((2, len(t)))
+    return Recording(t, x + noise[0], y + noise[1])
 
 
 @pytest.mark.parametrize(("r", "beta"), [(0.4, 0.4), (1.3, 0.3)])
@@ -121,8 +124,7 @@ def test_friction_that_drifts_is_followed_with_its_error() -> None:
         run = respond(law, BaseRecord(tau[part], y[part], rest=0.0, scale=Y), x0=start[0], v0=start[1])
         x[part] = Y * run.displacement
         start = float(run.displacement[-1]), float(run.velocity[-1])
-    noise = NOISE * np.random.default_rng(2).standard_normal((2, len(t)))
-    seen = fl.compare(Recording(t, x + noise[0], y + noise[1]), SCENE, fit="whole")
+    seen = fl.compare(seen_by_lasers(t, x, y, np.random.default_rng(2)), SCENE, fit="whole")
     assert seen.record is not None
     at = seen.record.cycle_time + 0.4
     found, error = seen.record.cycle_friction[3:], seen.record.cycle_friction_se[3:]
@@ -242,8 +244,7 @@ def unsteady(kind: str, law: Problem, seconds: float = 20.0, detuned: float = 0.
     y = Y * ramp(t / 2.0) * never_repeating(kind, t, rng)
     tau = 2 * math.pi * FN * (1.0 + detuned) * t
     x = respond(law, BaseRecord(tau, y, rest=0.0, scale=Y)).displacement * Y
-    noise = NOISE * rng.standard_normal((2, len(t)))
-    return Recording(t, x + noise[0], y + noise[1]), float(np.abs(y).max())
+    return seen_by_lasers(t, x, y, rng), float(np.abs(y).max())
 
 
 @pytest.mark.parametrize(("kind", "seconds"), [("sweep", 20.0), ("random", 20.0), ("start-up", 6.0)])

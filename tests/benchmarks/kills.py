@@ -23,29 +23,17 @@ from pathlib import Path
 import numpy as np
 
 from frictionlab.hdf5.opening import is_whole
+from frictionlab.scene.text import to_toml
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import write_rows
 from tests.armour.sound import sound
 from tests.campaign.fabricate import small_campaign
 from tests.desk import SAMPLE, SCENE, until
+from tests.planning.rig import scene
 
-RIG = "[rig]\nnatural_frequency_hz = 3.13\nstiffness_n_per_m = 1191.0\n"
-PLAN = f"""{RIG}
-[plan]
-frequency_ratios = [0.3, 0.5, 0.7, 1.2]
-normal_forces_n = [1.0, 1.5]
-base_amplitudes_m = [1.8e-3]
-duration_s = 60.0
-"""
-SYNTHETIC = f"""{RIG}
-[synthetic]
-duration_s = 20.0
-[[synthetic.tests]]
-material = "steel"
-normal_forces_n = [1.0, 1.25, 1.5]
-frequency_ratios = [0.3, 1.2]
-friction_coefficient = 0.6
-"""
+PLAN = to_toml(scene(frequency_ratios=[0.3, 0.5, 0.7, 1.2], normal_forces_n=[1.0, 1.5], duration_s=60.0))
+VIRTUAL = {"material": "steel", "normal_forces_n": [1.0, 1.25, 1.5], "frequency_ratios": [0.3, 1.2]}
+SYNTHETIC = to_toml(scene().changed(synthetic={"duration_s": 20.0, "tests": [VIRTUAL | {"friction_coefficient": 0.6}]}))
 SWEEP = ("sweep", "--r", "0.5:2:0.1", "--beta", "0.1:0.9:0.02", "--zeta", "0.02", "-q")
 DRIVE = ("--natural-frequency", "6", "--transient", "0.5")
 COMMANDS: dict[str, tuple[str, ...]] = {

@@ -8,9 +8,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import UsageError
-from frictionlab.simulator import Base, Problem, SteadyState, coexisting, simulate, steady_state
+from frictionlab.simulator import Base, Problem, coexisting, simulate, steady_state
 from tests.desk import present
 from tests.simulator.closed_form import of_modes
+from tests.simulator.phases import settles_on
 from tests.simulator.twin import problem_of
 
 
@@ -49,13 +50,6 @@ def test_at_resonance_stops_vanish_like_the_cube_root_of_what_friction_has_over(
     assert state.energy_per_cycle == pytest.approx(0.25 * pi**2, rel=3.0 * over ** (1.0 / 3.0))
 
 
-def settles_on(state: SteadyState, cycles: int, within: float = 1e-6) -> bool:
-    """Whether the run from rest is on the orbit after so many cycles."""
-    x, v = simulate(state.problem, cycles=cycles, keep=1).at(2 * pi * cycles)
-    starts, rates = present(state.orbit).at(2 * pi * np.arange(state.period_cycles or 1))
-    return bool(np.hypot(starts - x, state.problem.r * (rates - v)).min() < within)
-
-
 UP_DOWN = {"static_ratio_up": 1.46966014, "static_ratio_down": 1.03045729}
 
 
@@ -84,7 +78,7 @@ def test_with_static_friction_the_orbit_told_is_the_one_that_rest_settles_on(
     state = steady_state(problem)
     assert (state.solver, state.period_cycles) == (solver, period)
     assert abs(state.floquet_multiplier or 0.0) <= 1.0
-    assert settles_on(state, 1500)
+    assert settles_on(state, 1500, 1e-6)
 
 
 def test_a_motion_that_does_not_repeat_is_named_with_how_fast_its_neighbours_part() -> None:
@@ -190,7 +184,7 @@ def test_next_to_resonance_static_friction_leaves_the_motion_without_stops(
 
 def test_the_motion_told_next_to_resonance_is_where_rest_goes_in_the_end() -> None:
     state = steady_state(Problem(1.0001, 0.1, 1.9))
-    assert settles_on(state, 400_000, within=1e-6 * (state.response_amplitude or 0.0))
+    assert settles_on(state, 400_000, 1e-6 * (state.response_amplitude or 0.0))
 
 
 @settings(max_examples=20, deadline=None)

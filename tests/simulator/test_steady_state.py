@@ -16,7 +16,7 @@ from tests.simulator.closed_form import (
     friction_limit,
     viscous_energy,
 )
-from tests.simulator.phases import sides
+from tests.simulator.phases import settles_on, sides
 
 DAMPED = st.builds(
     lambda r, beta, zeta, mu, even, third: Problem(r, beta, mu, zeta, base=Base((1.0, even), (0.0, 0.0, third))),
@@ -32,10 +32,7 @@ def test_a_long_run_from_rest_arrives_at_the_orbit(problem: Problem) -> None:
         assert sides(simulate(problem, cycles=200, keep=1)).tolist() == [0.0]
         return
     assert state.outcome == "periodic"
-    tau = np.linspace(0.0, 2 * pi, 40)
-    x = simulate(problem, cycles=300, keep=1).at(tau, cycle=299)[0]
-    near = min(np.abs(x - present(state.orbit).at(tau, cycle=k)[0]).max() for k in range(present(state.period_cycles)))
-    assert near < 1e-8
+    assert settles_on(state, 300, 1e-8)
 
 
 def test_harmonics_and_phase_of_the_base_count() -> None:
