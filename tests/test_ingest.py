@@ -172,16 +172,6 @@ def test_text_from_logs_is_escaped_and_warnings_name_their_log(log: Path) -> Non
     assert (quiet.exit_code, quiet.stdout.splitlines()[0], quiet.stderr) == (0, "1 of 1 logs ingested", "")
 
 
-def test_real_recordings_of_the_rig() -> None:
-    for name in ("frame_250g.csv", "frame_450g.csv"):
-        path = Path(__file__).parents[2] / "shared" / "data" / name
-        if not path.exists():
-            pytest.skip(f"../shared is not there: {path}")
-        (row,) = rows(run(path, "--dry-run", "--json"))
-        assert (row["samples"], row["sampling_rate_hz"]) == (2501, pytest.approx(250.0, rel=1e-9))
-        assert row["mass_measuring_range_m"] == 0.05
-
-
 def test_no_input_is_ever_replaced(tmp_path: Path) -> None:
     mass = write(tmp_path / "m.csv", sensortool(DATA, 1, ";"))
     base = write(tmp_path / "b.h5", sensortool(DATA, 2, ";"))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import SimulationError
-from frictionlab.simulator import Base, Problem, steady_state
+from frictionlab.simulator import Base, Problem
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.simulator.twin import LAWS, Twin, problem_of
 
@@ -64,21 +64,6 @@ def cosine_record(r: float, cycles: int, points: int) -> BaseRecord:
     return BaseRecord(tau, np.cos(r * tau), rest=0.0)
 
 
-@pytest.mark.parametrize(
-    ("r", "beta", "mu", "zeta"),
-    [(0.5, 0.4, 1.0, 0.0), (0.3, 0.6, 1.0, 0.02), (1.4, 0.3, 1.0, 0.0), (0.4, 0.3, 1.3, 0.0)],
-)
-def test_on_the_steady_orbit_it_stays_there(r: float, beta: float, mu: float, zeta: float) -> None:
-    base = cosine_record(r, 10, 800)
-    orbit = steady_state(Problem(r, beta, mu, zeta)).orbit
-    assert orbit is not None
-    x, v = orbit.at(r * base.time)
-    seen = respond(Problem(1.0, beta, mu, zeta), base, x0=float(x[0]), v0=r * float(v[0]))
-    assert seen.displacement == pytest.approx(x, abs=1e-10)
-    assert seen.velocity == pytest.approx(r * v, abs=1e-9)
-    assert seen.energy / 10 == pytest.approx(steady_state(Problem(r, beta, mu, zeta)).energy_per_cycle, rel=1e-9)
-
-
 def test_the_error_falls_with_the_fourth_power_of_the_sampling_interval() -> None:
     def last(points: int) -> np.ndarray:
         return respond(Problem(1.0, 0.4), cosine_record(0.5, 4, points)).displacement[:: points // 25]
@@ -110,19 +95,6 @@ def test_a_finer_sampling_of_the_same_curve_changes_nothing(
     other = problem_of(1.0, beta, frame_damping_ratio=0.01, gradient=-q, static_ratio_down=mu, **own)
     mirror = respond(other, BaseRecord(tau, -y))
     assert mirror.displacement == pytest.approx(-coarse.displacement, abs=1e-12)
-
-
-def test_a_stiff_contact_meets_the_rigid_one() -> None:
-    """With the square root of its stiffness: a stop begins with a jump of the force, and the mass trembles in it."""
-    tau, y = some_base(3, 80, even=True)
-    rigid = respond(Problem(1.0, 0.2), BaseRecord(tau, y)).displacement
-
-    def away(kappa: float) -> float:
-        seen = respond(problem_of(1.0, 0.2, stiffness_ratio=kappa), BaseRecord(tau, y))
-        return float(np.abs(seen.displacement - rigid).max())
-
-    assert away(1000.0) < 0.02
-    assert away(1000.0) / away(4000.0) == pytest.approx(2.0, rel=0.02)
 
 
 def test_a_base_that_is_held_back_moves_nothing() -> None:
@@ -196,25 +168,9 @@ def test_an_integrated_law_is_the_slow_twin(law: str, wall: str) -> None:
     slow.run(base.time.tolist(), np.array([0.1 + first[0], 0.3 + first[1]]))
     assert seen.solver == "numeric"
     assert seen.displacement == pytest.approx(np.array(slow.states)[:, 0], abs=1e-8)
+    assert seen.velocity == pytest.approx(np.array(slow.states)[:, 1], abs=1e-7)
+    assert seen.contact_force[1:] == pytest.approx(np.array(slow.forces)[1:, 0], abs=1e-6)
     assert seen.closure_error < 1e-11
-
-
-@pytest.mark.parametrize("law", ["coulomb+stribeck", "coulomb+lugre"])
-def test_it_reaches_the_steady_state(law: str) -> None:
-    """An orbit that forgets its start: what is left is the steady state, to its own tolerance."""
-    more = LAWS[law] | {"contact_damping_ratio": 0.1}
-    r, base = 0.5, cosine_record(0.5, 16, 300)
-    over_drive = {
-        "stribeck_speed": r,
-        "bristle_damping": 1.0 / r,
-    }  # a speed over omega_n Y is r times that over omega Y
-    own = {name: value * over_drive.get(name, 1.0) for name, value in more.items()}
-    steady = steady_state(Problem(r, 0.4, law=f"{law}+speed", parameters=more))
-    assert steady.orbit is not None
-    last = slice(-401, None)
-    seen = respond(Problem(1.0, 0.4, law=f"{law}+speed", parameters=own), base)
-    assert seen.displacement[last] == pytest.approx(steady.orbit.at(r * base.time[last])[0], abs=1e-8)
-    assert seen.contact_force[last] == pytest.approx(steady.orbit.force(r * base.time[last]), abs=1e-6)
 
 
 def test_a_contact_that_creeps_has_the_stops_of_the_rigid_one() -> None:
