@@ -18,7 +18,7 @@ from frictionlab.tradeoff import Setting
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import SCENE as RIG
 from tests.campaign.fabricate import small_campaign
-from tests.desk import ROOT, SCENE, invoke, short_of
+from tests.desk import ROOT, SCENE, invoke
 
 LOG = ROOT / "sample_data" / "aramid_N1.25_r1.2.csv"
 
@@ -169,18 +169,6 @@ def test_a_map_is_drawn_over_one_axis_and_two_and_refused_over_three(tmp_path: P
     three = invoke(*two, "--mu", "1,2", "--force")
     assert three.exit_code == 2
     assert "expected one or two axes" in three.stderr
-
-
-def test_like_named_inputs_keep_figures_of_their_own(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "log.csv").write_bytes(short_of(LOG))
-    logs = [str(tmp_path / name / "log.csv") for name in ("a", "b")]
-    refused = invoke("analyze", *logs, "--plot", f"{tmp_path}/x.pdf")
-    assert "expected a folder" in refused.stderr
-    done = invoke("analyze", *logs, "--scene", SCENE, "-q", "--plot", f"{tmp_path}/figures")
-    assert done.exit_code == 0, done.stderr
-    assert len(list((tmp_path / "figures").iterdir())) == 2
 
 
 FRICTION = words(

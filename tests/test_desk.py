@@ -100,6 +100,7 @@ STUMBLES = [
     ),
     (("simulate", "--r", "0.5", "--beta", "0.4", "--base-amplitude", "1.8"), "metres are meant; 1.8 mm are 0.0018"),
     (("campaign", "empty", "-o", "campaign"), "no tables in empty: expected files ending in"),
+    (("analyze", LOG, SAMPLE, "--plot", "x.pdf"), "expected a folder"),
     (("init", "typo"), "typo was not there: it was made new and is empty"),
     (("init", "emtpy"), "emtpy: there is no such folder: did you mean empty?"),
     (("campaign", "quoted.csv", "-o", "out"), "of raw logs, `frictionlab batch LOGS --campaign`"),
@@ -200,7 +201,7 @@ def test_an_explanation_is_short_and_tells_what_the_comparison_found(told: Expla
     assert "coulomb+speed at r = 0.35" in lines[0]
     assert "It explains the cycle" in told.text
     assert "A simpler law, coulomb, leaves" in told.text
-    assert "Not tried, because only noise is left to explain: stribeck," in " ".join(told.text.split())
+    assert "Not tried, because only noise is left to explain: logarithm," in " ".join(told.text.split())
     assert f"= {1e3 * (told.comparison.energy_joules.value or 0.0):.2f} ± " in told.text
     assert told.comparison.law == "coulomb+speed"
     assert present(told.simpler)["law"] == "coulomb"

@@ -6,7 +6,6 @@ import logging
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,18 +13,15 @@ import pytest
 from frictionlab.cli import announce_compiling
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Contact, Problem, Structure, compiled, simulate, steady_state, sweep
-from frictionlab.simulator.compiled import record_of
-from frictionlab.simulator.exact import answer, orbit
-from frictionlab.simulator.exact.motion import WORK
-from frictionlab.simulator.exact.phase import DONE, MISSING, SLOTS, make_phase
-from frictionlab.simulator.exact.solve import system_of
+from frictionlab.simulator.exact.phase import SLOTS
+from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.numeric import Integrated
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import to_numbers
 from frictionlab.simulator.sweep import Grid, sweep_points
 from tests.desk import told_by
 from tests.simulator.twin import LAWS as LAWS_BY_STEPS
-from tests.simulator.twin import rubs
+from tests.simulator.twin import problem_of, rubs
 
 POINTS = np.array(
     [
@@ -176,43 +172,25 @@ def test_plain_python_is_the_twin_of_the_compiled_flows() -> None:
 
 
 BREAKAWAY = {"static_ratio_up": 1.2, "static_ratio_down": 1.1}
-ALL = IWAN | BREAKAWAY | {"gradient": 0.1}
-SYSTEMS = {
-    "gradient": system_of(ONE[0]),
-    "iwan": system_of(ONE[1]),
-    "break-away": system_of(Problem(0.5, 0.4, zeta=0.02, wall="base", law="coulomb+breakaway", parameters=BREAKAWAY)),
-    "iwan, all": system_of(Problem(0.6, 0.3, law="coulomb+iwan+place+breakaway", parameters=ALL)),
-    "two masses": system_of(TWO),
-    "two masses, iwan": system_of(
-        frame(rubs("coulomb+iwan", 1, 2, beta=0.3, **IWAN), rubs("coulomb", 2, "wall", beta=0.1))
-    ),
+MOVED = {
+    "gradient": ONE[0],
+    "iwan": ONE[1],
+    "break-away": problem_of(0.5, 0.4, "base", contact_damping_ratio=0.02, **BREAKAWAY),
+    "iwan, all": problem_of(0.6, 0.3, gradient=0.1, **IWAN, **BREAKAWAY),
+    "two masses": TWO,
+    "two masses, iwan": frame(rubs("coulomb+iwan", 1, 2, beta=0.3, **IWAN), rubs("coulomb", 2, "wall", beta=0.1)),
 }
 
 
-@pytest.mark.parametrize("systems", SYSTEMS.values(), ids=SYSTEMS)
-def test_the_derivative_of_a_run_is_its_difference_quotient(systems: Any) -> None:
-    size = int(2 * systems[0]["masses"] + systems[0]["sliders"])
-    works, legs, h = record_of(WORK), record_of(orbit.LEG), 1e-6
-
-    def end_of(start: np.ndarray, tau: float, span: float) -> np.ndarray:
-        legs[0], end, code = (tau, span, 1, 1.0), np.empty(size), MISSING
-        works[0]["left"] = np.inf
-        while code == MISSING:
-            code = answer.carry_on(systems, works, np.empty((0, 0)), legs, start.copy(), end, True)
-            if code == MISSING:
-                make_phase(systems, works)
-        assert code == DONE
-        return end
-
-    state = end_of(np.zeros(size), 0.0, 7.0)
-    masses = int(systems[0]["masses"])
-    state[2 * masses :] = systems[0]["row"][0, :masses] @ state[:masses]  # relaxed: no slider is about to give way
-    end_of(state, 0.7, 5.0)
-    exact = works[0]["jacobian"][:size, :size].copy()
-    for k in range(size):
-        step = h * np.eye(size)[k]
-        quotient = (end_of(state + step, 0.7, 5.0) - end_of(state - step, 0.7, 5.0)) / (2 * h)
-        np.testing.assert_allclose(exact[:, k], quotient, atol=1e-5)
+@pytest.mark.parametrize("what", MOVED.values(), ids=MOVED)
+def test_the_derivative_of_a_run_is_its_difference_quotient(what: Problem | Structure) -> None:
+    flow, h = Flow(what), 1e-6
+    q, v, _ = np.split(flow.carried(flow.rest(), 0.0, 7.0)[0], (flow.masses, 2 * flow.masses))
+    state = flow.rest_at(q, v, float(what.base.at(0.7)))  # relaxed: no slider is about to give way
+    exact = flow.carried(state, 0.7, 5.0, derived=True)[1]
+    for slope, step in zip(exact.T, h * np.eye(flow.size), strict=True):
+        ends = [flow.carried(state + side * step, 0.7, 5.0)[0] for side in (-1.0, 1.0)]
+        np.testing.assert_allclose(slope, (ends[1] - ends[0]) / (2 * h), atol=1e-5)
 
 
 def test_more_phases_than_are_kept_are_refused_by_name() -> None:
