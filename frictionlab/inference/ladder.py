@@ -203,15 +203,15 @@ class _Climb:
         return best if best is top or self.is_noise(best) else self.upward(best, CHEAP)
 
     def against_its_rival(self, top: Rung) -> Rung:
-        """The better of a law and of that with friction that falls with speed in place of what excludes this.
+        """The better of a law and of those with friction that falls with speed, beside its terms and alone.
 
-        In a slow test, or in one without stops, both may leave nothing but noise, each with another friction ratio.
+        In a slow test, or in one without stops, all may leave nothing but noise, each with another friction ratio.
         """
         if top.fit is None or top.law.kind not in ("rigid", "smooth") or not explains(top.fit, [0]):
             return top
-        terms = [t.name for t in top.law.terms if t.name not in excluded_by(TERMS[RIVAL])]
-        for name in laws_above(law_of("+".join(terms)), (RIVAL,), 1):
-            self.work.left = max(self.work.left, RESERVE)
+        kept = "+".join(t.name for t in top.law.terms if t.name not in excluded_by(TERMS[RIVAL]))
+        for name in dict.fromkeys(laws_above(law_of(kept), (RIVAL,), 1) + laws_above(law_of("coulomb"), (RIVAL,), 1)):
+            self.work.left = 2.0 * RESERVE
             self.rungs = [rung for rung in self.rungs if rung.law.name != name or SPENT not in rung.said]
             rival = self.tried(name, top)
             better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
