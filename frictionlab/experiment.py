@@ -23,6 +23,7 @@ _KNOWN = (*_FACTS, *WEIGHTS)
 _NUMERIC = (*(key for key, kind in _FACTS.items() if "float" in str(kind)), *WEIGHTS)
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _SHEET_LIMIT = 1 << 24
+_WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ def _from_name(pattern: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
     if texts is None:
         warnings.append(f"the file name does not follow name_pattern {pattern!r}: its facts are not known")
         return {}
-    found = {key: _number(text) if key in _NUMERIC else text for key, text in texts.items()}
+    found = {key: _number(text) if key in _NUMERIC else text.strip() for key, text in texts.items()}
     none = [key for key, value in found.items() if value == 0.0]
     warnings += [f"{key}: the file name says 0: expected a number above 0: it is not known" for key in none]
     return {key: value for key, value in found.items() if key not in none}
@@ -150,7 +151,7 @@ def _sheet_rows(folder: Path, name: str) -> list[tuple[int, str, dict[str, str]]
     """Number, log and facts of each row of a sheet."""
     where = f"experiment.sheet: {name}"
     text = _sheet_text(folder, name)
-    reader = csv.reader(io.StringIO(text), delimiter=max(",;\t", key=text.partition("\n")[0].count))
+    reader = csv.reader(io.StringIO(text), delimiter=_separator_of(text.partition("\n")[0]))
     try:
         every = [(number, [cell.strip() for cell in row]) for number, row in enumerate(reader, start=1)]
     except csv.Error as error:
@@ -170,6 +171,20 @@ def _sheet_rows(folder: Path, name: str) -> list[tuple[int, str, dict[str, str]]
     return found
 
 
+def is_sheet(path: Path) -> bool:
+    """Whether a file is a sheet of facts: a small CSV whose head has a `log` column."""
+    if path.suffix.lower() not in (".csv", ".txt", ".tsv") or path.stat().st_size > 1 << 20:
+        return False
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        head = file.readline()
+    return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=_separator_of(head)), [])]
+
+
+def _separator_of(head: str) -> str:
+    """The separator of a sheet's cells, by its first line."""
+    return max(",;\t", key=head.count)
+
+
 def _sheet_text(folder: Path, name: str) -> str:
     """What stands in a sheet: a file of bounded size beside its scene."""
     try:
@@ -182,11 +197,15 @@ def _sheet_text(folder: Path, name: str) -> str:
         check_regular(path)
         if path.stat().st_size > _SHEET_LIMIT:
             raise SceneError(f"experiment.sheet: {name}: larger than {_SHEET_LIMIT} bytes")
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise SceneError(f"experiment.sheet: {name}: expected UTF-8 text; byte {error.start} is not") from error
+        raw = path.read_bytes()
     except OSError as error:
         raise SceneError(f"experiment.sheet: {name}: cannot be read ({error.strerror})") from error
+    if raw.startswith(_WORKBOOKS):
+        raise SceneError(f"experiment.sheet: {name}: expected text; got a workbook: save its sheet as CSV (UTF-8)")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", "replace")  # as Excel saves it west of Poland
 
 
 def _number(text: str) -> float:

@@ -381,6 +381,13 @@ def unit_uncertainty(sources: Sources) -> float:
     return math.hypot(sources.base_gain, sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0))
 
 
+def unit_share(unit: str, sources: Sources) -> float:
+    """Relative standard uncertainty of what makes a parameter of a law physical: of its unit, over that of one."""
+    of_base = unit_uncertainty(sources)
+    forces = {"N": of_base, "N/m": 0.0, "N s/m": sources.natural_frequency}
+    return math.hypot(sources.stiffness, forces[unit]) if unit in forces else of_base if unit else 0.0
+
+
 def bends(channel: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return what bends a channel (p,) of the swing A: A u, A u^2 and A u^3, u from -1 to 1 along it."""
     half = 0.5 * float(np.ptp(channel))

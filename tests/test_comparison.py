@@ -4,6 +4,8 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -22,6 +24,7 @@ from frictionlab.inference.starts import point_at
 from frictionlab.recording import LineCount, Quality, Recording, Source, SourceFile
 from frictionlab.scene import Scene
 from frictionlab.simulator import Base, Problem, steady_state
+from frictionlab.verbs.inputs import failure
 from tests.benchmarks.adversary import NAMES, NEUTRAL, drawn, integrate, judge_decay
 from tests.desk import present
 from tests.inference.contacts import BASE_M, NATURAL_HZ, from_rest, recorded, scene
@@ -99,9 +102,25 @@ def test_newtons_and_coefficient_follow_from_stiffness_and_normal_force() -> Non
     comparison = compare(recording, scene(**known))
     assert comparison.friction_force_n == pytest.approx(0.4 * 1000.0 * BASE_M, rel=0.005)
     assert comparison.friction_coefficient == pytest.approx(0.6, rel=0.005)
+    doubt = "friction_coefficient: 360: no dry contact has it: is the normal force 0.002 N?"
+    assert (doubt in compare(recording, scene(**{**known, "experiment": {"normal_force_n": 0.002}})).warnings) is True
+    assert not any("no dry contact" in said for said in comparison.warnings)
     unknown = compare(recording, scene())
     assert unknown.friction_force_n is None
     assert unknown.friction_coefficient is None
+
+
+@pytest.mark.parametrize(
+    ("copies", "said"), [(True, "mass: its channel repeats the base's"), (False, "one number, not")]
+)
+def test_a_comparison_that_fails_keeps_what_its_measurement_says(*, copies: bool, said: str) -> None:
+    recording = seen(Problem(0.5, 0.4))
+    base = recording.base_displacement
+    broken = recording.changed(mass_displacement=base if copies else np.full(len(base), 0.2))
+    with pytest.raises(AnalysisError, match="no friction ratio") as caught:
+        compare(broken, scene())
+    row = failure(Path("a.csv"), caught.value)
+    assert [w for w in cast("list[str]", row["warnings"]) if said in w]
 
 
 def test_a_given_friction_ratio_is_used_as_it_is() -> None:

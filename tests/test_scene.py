@@ -163,6 +163,7 @@ def test_the_scene_alone_says_what_it_says_and_the_defaults_nothing() -> None:
     ("name", "expected"),
     [
         ("steel_N10_r0.5.csv", ("steel", 10.0, 0.5)),
+        ("steel _N10_r0.5.csv", ("steel", 10.0, 0.5)),
         ("a/b/steel_wet_N2.5_r1.csv.gz", ("steel_wet", 2.5, 1.0)),
         ("PTFE on steel_N1,25_r0,3.lvm", ("PTFE on steel", 1.25, 0.3)),
     ],
@@ -196,6 +197,15 @@ def test_the_sheet(tmp_path: Path) -> None:
     assert found == {"material": "steel", "normal_force_n": 10.0, "humidity": "40 %"}
     assert facts_of(what, Path("b.txt")).values == {"material": "rubber", "normal_force_n": 2.5}
     assert "no row for c.csv" in facts_of(what, Path("c.csv")).warnings[0]
+
+
+def test_a_sheet_as_excel_saves_it_is_read_and_a_workbook_is_named(tmp_path: Path) -> None:
+    what = scene(tmp_path, sheet="tests.csv")
+    (tmp_path / "tests.csv").write_bytes("log;material\na;Gu\u00dfeisen\n".encode("cp1252"))
+    assert facts_of(what, Path("a.csv")).values == {"material": "Gu\u00dfeisen"}
+    (tmp_path / "tests.csv").write_bytes(b"PK\x03\x04" + bytes(range(256)))
+    with pytest.raises(SceneError, match=r"tests\.csv: expected text; got a workbook: save its sheet as CSV \(UTF-8\)"):
+        facts_of(what, Path("a.csv"))
 
 
 @pytest.mark.parametrize(

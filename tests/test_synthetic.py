@@ -1,7 +1,4 @@
-"""The virtual rig: its motion is the simulator's, its lasers add what they are said to add, its logs are safe.
-
-Its base: sweeps, random motion, recorded motion, a motor that starts up and hunts; and what then is true.
-"""
+"""The virtual rig: its motion is the simulator's, its lasers add what they are said to add, its logs are safe."""
 
 import math
 import subprocess
@@ -11,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import frictionlab as fl
 from frictionlab import compare
 from frictionlab.analysis.measurement import measure
 from frictionlab.errors import OutputError, SceneError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Rig, Scene, read_scene, scene_from_tables
-from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator import steady_state
 from frictionlab.synthetic import log_of, synthesize, virtual_tests
 from frictionlab.synthetic.virtual_motion import cycle_friction_ratios, motion
 from tests.desk import ROOT, present, truths
@@ -25,16 +21,11 @@ from tests.desk import ROOT, present, truths
 Tables = dict[str, object]
 
 
-def scene_of(test: Tables | None = None, base: Tables | None = None, **synthetic: object) -> Scene:
-    """One virtual test on a frame; over a base of its own (`b`) where one is described: then at no frequency ratio."""
+def scene_of(test: Tables | None = None, **synthetic: object) -> Scene:
+    """One virtual test on a frame."""
     plain: Tables = {"material": "steel", "normal_forces_n": [1.25], "friction_coefficient": 0.5}
-    rig = {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0}
-    if base is None:
-        tables = {"duration_s": 20.0, "tests": [plain | {"frequency_ratios": [0.5]} | (test or {})]}
-    else:
-        tables = {"duration_s": 12.0, "tests": [plain | {"base": "b"} | (test or {})], "bases": [{"name": "b", **base}]}
-        rig["damping_ratio"] = 0.01
-    return scene_from_tables({"rig": rig, "synthetic": tables | synthetic})
+    tables = {"duration_s": 20.0, "tests": [plain | {"frequency_ratios": [0.5]} | (test or {})]}
+    return scene_from_tables({"rig": {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0}, "synthetic": tables | synthetic})
 
 
 def logged(scene: Scene) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
@@ -198,7 +189,7 @@ def test_further_channels_are_those_of_the_motion_and_are_read_again(tmp_path: P
     names = ["contact_force", "normal_force", *rates]
     still = {"channels": names, "channel_noise": 0.0, "noise_m": 0.0, "step_m": 0.0, "sampling_rate_hz": 2000.0}
     law: Tables = {"law": "coulomb+place", "parameters": {"gradient": 0.05}}
-    (test,) = synthesize(scene_of(law, None, **still), tmp_path)
+    (test,) = synthesize(scene_of(law, **still), tmp_path)
     (truth,) = truths(tmp_path)
     log = read_log(tmp_path / test.log, LogOptions())
     assert {channel.name for channel in log.channels} == set(names)
@@ -230,87 +221,8 @@ def test_noise_of_a_further_channel_is_a_share_of_it() -> None:
     scenes = [scene_of(channels=["contact_force"], channel_noise=noise) for noise in (0.0, 0.02)]
     clean, noisy = (logged(scene)[:, 3] for scene in scenes)
     assert np.std(noisy - clean) == pytest.approx(0.02 * np.sqrt(np.mean(clean**2)), rel=0.05)
-    with pytest.raises(SceneError, match=r"start = 'steady' needs a plain sine; got base .*, channels contact_force"):
+    with pytest.raises(SceneError, match=r"start = 'steady' has displacements alone; got channels contact_force"):
         logged(scene_of(channels=["contact_force"], start="steady"))
-
-
-FN = math.sqrt(1200.0 / 3.0) / (2 * math.pi)
-
-
-SWEEP: Tables = {"motion": "sweep", "sweep_hz": [1.0, 4.0]}
-MOTOR: Tables = {"ramp_s": 2.0}
-SINE: Tables = {"frequency_ratios": [0.5]}
-
-
-@pytest.mark.parametrize(
-    ("base", "test"),
-    [
-        (SWEEP | {"ramp_s": 1.0}, {}),
-        (
-            SWEEP | {"ramp_s": 1.0},
-            {"law": "coulomb+place+speed", "parameters": {"gradient": 0.05, "contact_damping_ratio": 0.03}},
-        ),
-        (MOTOR, SINE),
-        (MOTOR, SINE | {"law": "coulomb+stribeck", "parameters": {"static_ratio": 1.3, "stribeck_speed": 0.3}}),
-    ],
-)
-def test_the_mass_is_what_the_simulator_makes_of_the_logs_base(base: Tables, test: Tables, tmp_path: Path) -> None:
-    """Round trip through the log's text (1 nm): its base column drives, its mass column comes out."""
-    scene = scene_of(test, base, noise_m=0.0, step_m=0.0)
-    (virtual,) = synthesize(scene, tmp_path)
-    log = samples((tmp_path / virtual.log).read_text())
-    problem = virtual.problem().in_frame_time()
-    largest = float(np.abs(log[:, 2] - log[0, 2]).max())
-    shifted = problem.with_parameters({"beta": problem.beta * 1.8 / largest})
-    answer = fl.respond(tmp_path / virtual.log, _rescaled(shifted, 1.8 / largest), natural_frequency_hz=FN)
-    assert 1e3 * answer.recording.mass_displacement == pytest.approx(log[:, 1], abs=2e-5)
-    (truth,) = truths(tmp_path)
-    assert truth["total_energy_j"] == pytest.approx(answer.response.energy * 1200.0 * (1e-3 * largest) ** 2, rel=1e-4)
-    assert truth["base_largest_m"] == pytest.approx(1e-3 * float(np.abs(log[:, 2]).max()), rel=1e-3)
-    assert truth["total_stops"] == answer.response.stops
-
-
-def _rescaled(problem: Problem, share: float) -> Problem:
-    """What the law says of lengths and speeds, over a Y that is 1 / share as large."""
-    own = {"gradient": 1 / share, "stribeck_speed": share}
-    return problem.with_parameters({n: v * own[n] for n, v in problem.parameters.items() if n in own})
-
-
-def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
-    for scale, middle in (("linear", 2.5), ("log", 2.0)):
-        scene = scene_of(None, SWEEP | {"sweep_scale": scale}, noise_m=0.0, step_m=0.0)
-        base = logged(scene)[:, 2]
-        up = np.flatnonzero((base[:-1] < 0.0) & (base[1:] >= 0.0)) / 250.0
-        rate = np.interp([0.5, 6.0, 11.5], 0.5 * (up[1:] + up[:-1]), 1.0 / np.diff(up))
-        assert rate[1] == pytest.approx(middle, rel=0.02)
-        assert rate[0] < 1.3
-        assert rate[2] > 3.7
-
-
-@pytest.mark.parametrize(
-    ("base", "test", "match"),
-    [
-        ({"motion": "sweep"}, {}, "motion = 'sweep' needs sweep_hz"),
-        ({"sweep_hz": [1.0, 2.0]}, SINE, r"no other motion has it; got \[1.0, 2.0\] of motion = 'sine'"),
-        ({"motion": "random"}, {}, "base.*motion: expected 'sine' or 'sweep'; got 'random'"),
-        (SWEEP, SINE, "has its own frequencies: leave them out"),
-        ({}, {}, "expected at least one: a sine moves at them"),
-        (SWEEP, {"base": "c"}, r"expected a name in \[\[synthetic.bases\]\] \(b\); got 'c'"),
-    ],
-)
-def test_what_makes_no_sense_is_refused(base: Tables, test: Tables, match: str) -> None:
-    with pytest.raises(SceneError, match=match):
-        scene_of(test, base)
-
-
-def test_the_scene_beside_this_works(tmp_path: Path) -> None:
-    scene = fl.read_scene(ROOT / "configs" / "base_motions.toml").changed(synthetic={"duration_s": 5.0})
-    names = [test.log for test in synthesize(scene, tmp_path)]
-    assert names == ["steel_N1.25_r0.4_motor.csv", "steel_N1.25_sweep.csv", "rubber_N1.25_r0.5_motor.csv"]
-    known = truths(tmp_path)
-    assert [truth["base"]["motion"] for truth in known] == ["sine", "sweep", "sine"]
-    assert known[0]["energy_per_cycle"] > 0.0
-    assert "energy_per_cycle" not in known[1]
 
 
 SCENE = read_scene(ROOT / "configs" / "sample_data.toml")

@@ -19,9 +19,19 @@ from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
 from frictionlab.schema import COMPARISONS, MEASUREMENTS, Table
 from frictionlab.simulator import Problem
-from frictionlab.uncertainty import STATISTICAL, Average, Estimate, Flat, FlatKnown, average, combined, sources_of
+from frictionlab.uncertainty import (
+    STATISTICAL,
+    Average,
+    Estimate,
+    Flat,
+    FlatKnown,
+    average,
+    combined,
+    sources_of,
+    unit_share,
+)
 from tests.desk import present
-from tests.inference.contacts import assert_slopes_of_sensors, recorded, scene
+from tests.inference.contacts import NATURAL_HZ, assert_slopes_of_sensors, recorded, scene
 
 Shown = tuple[FloatArray, FloatArray]
 KEYS = ("frequency_ratio", "base_amplitude_m", "energy_per_cycle", "response_amplitude")
@@ -236,6 +246,14 @@ class Result:
     energy_per_cycle = FlatKnown("energy")
     energy_per_cycle_se = Flat("energy", "se")
     energy_per_cycle_u = Flat("energy", "u")
+
+
+@pytest.mark.parametrize(("unit", "share"), [("N/m", 0.03), ("N s/m", 0.05), ("1/m", 0.02), ("N", 0.03606), ("", 0.0)])
+def test_a_physical_parameter_has_the_error_of_what_makes_it_physical(unit: str, share: float) -> None:
+    """A contact's stiffness of 15149 +- 3 N/m under a frame whose stiffness is known to 0.5 %."""
+    rig = {"stiffness_n_per_m": 1000.0, "stiffness_n_per_m_u": 30.0, "natural_frequency_hz_u": 0.04 * NATURAL_HZ}
+    sources = sources_of(scene(rig=rig, sensors={"gain_error": 0.02, "linearity": 0.0}), 250.0)
+    assert unit_share(unit, sources) == pytest.approx(share, rel=1e-3)
 
 
 @pytest.mark.parametrize("nothing", [None, math.nan, math.inf])

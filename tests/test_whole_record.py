@@ -26,7 +26,6 @@ from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import BaseRecord, respond
-from frictionlab.synthetic.virtual_motion import ramp
 from tests.desk import invoke, present
 from tests.inference.contacts import assert_slopes_of_sensors
 
@@ -241,7 +240,8 @@ def unsteady(kind: str, law: Problem, seconds: float = 20.0, detuned: float = 0.
     """A base that never repeats, from rest; and its largest displacement from there, m."""
     rng = np.random.default_rng(5)
     t = np.arange(int(200 * seconds)) / 200.0
-    y = Y * ramp(t / 2.0) * never_repeating(kind, t, rng)
+    ramp = np.clip(t / 2.0, 0.0, 1.0)
+    y = Y * ramp**3 * (10.0 - 15.0 * ramp + 6.0 * ramp**2) * never_repeating(kind, t, rng)
     tau = 2 * math.pi * FN * (1.0 + detuned) * t
     x = respond(law, BaseRecord(tau, y, rest=0.0, scale=Y)).displacement * Y
     return seen_by_lasers(t, x, y, rng), float(np.abs(y).max())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.analysis import steadiness
-from frictionlab.analysis.channels import SensorChannel
+from frictionlab.analysis.channels import SensorChannel, other_masses
 from frictionlab.analysis.cycles import first_harmonic
 from frictionlab.analysis.layout import HARMONICS, VELOCITY, Layout
 from frictionlab.analysis.spectrum import LEAST, Line, mains_of
@@ -245,6 +245,8 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
     of_mass, of_base = layout.of_mass, layout.of_base
     if m.is_stuck:
+        if np.ptp(layout.mass) < 1e-9:
+            yield "mass: its channel shows one number, not even noise: is its sensor dead, or its beam broken?"
         if of_mass.noise >= 10.0 * max(of_base.noise, of_base.step):
             yield f"mass: its channel holds nothing but noise of {of_mass.noise:.3g} Y rms: check its column (--mass)"
         return
@@ -252,7 +254,8 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     noise = math.hypot(both.noise / math.sqrt(len(layout)), both.shared)
     apart = math.sqrt(max(float(np.var(mass - base)) - noise * noise, 0.0)) / float(np.std(base))
     r, energy = m.frequency_ratio, m.energy_per_cycle
-    free = math.inf if r is None or wall_moves else 1.0 / max(abs(1.0 - r * r), 0.02)  # amplitude without friction
+    alone = r is not None and not wall_moves and not other_masses(layout.more)
+    free = 1.0 / max(abs(1.0 - r * r), 0.02) if alone and r is not None else math.inf  # amplitude without friction
     if apart < 0.005:  # no frame with a contact follows its base so closely
         yield f"mass: its channel repeats the base's (to {100.0 * apart:.2g} %): choose its column (--mass, [log] mass)"
     elif energy <= -max(5.0 * (m.energy.se or 0.0), 0.01):
@@ -266,7 +269,7 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     elif m.size > 5.0 * free:
         without = f"{free:.3g} Y without friction at r = {r:.3g}"
         yield f"response_amplitude: {m.size:.3g} Y, but {without}: {DOUBTED} (--unit), or the natural frequency"
-    elif r is not None and not wall_moves and not m.is_blurred:
+    elif alone and r is not None and not m.is_blurred:
         yield from _relative(mass, base, m.stuck_fraction, r)
 
 

@@ -408,6 +408,8 @@ def by_load_cell(
     if float(each[used].mean()) < 0.0:
         each, rows = -each, -rows
         said.append(f"{name}: it counts the other way, for friction against motion is negative: its sign is turned")
+    if change := steadiness.growth(each[used] / way[used], least=0.005):
+        said.append(f"{name}: friction drifts by {100 * change:+.2g} %, and means are of all cycles measured")
     normal, u_normal = np.full(len(rows), normal_force_n or math.nan), sources.normal_force
     if is_measured := "normal_force" in layout.more:
         normal = np.abs(layout.more["normal_force"] @ speed) / max(float(speed.sum()), 1e-300)

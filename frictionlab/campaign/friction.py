@@ -19,6 +19,7 @@ from frictionlab.errors import DOUBTED
 from frictionlab.inference.comparison import loop_energy
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, infer
+from frictionlab.inference.verdict import too_rough
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, SteadyState
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat, FrictionNames, Sources, sources_of, unit_uncertainty
@@ -271,17 +272,19 @@ def friction_of(
     newtons = NOT_KNOWN if stiffness is None or not amplitudes else ratio.scaled(stiffness * float(np.mean(amplitudes)))
     posterior, freedom = joint.posterior, len(joint.tests(material)) - 1
     by_rig = math.hypot(sources.stiffness, unit_uncertainty(sources))
+    coefficient = newtons.over(force).widened(math.hypot(by_rig, sources.normal_force))
     k = posterior.fit.find("beta", tests[0]) or 0
+    notes = *_notes(verdicts, group.note, model, stiffness, freedom), *too_rough(coefficient, force), said
     return FrictionFit(
         material=material,
         normal_force_n=force,
         verdicts=verdicts,
         friction=ratio,
         force=newtons.widened(by_rig),
-        coefficient=newtons.over(force).widened(math.hypot(by_rig, sources.normal_force)),
+        coefficient=coefficient,
         scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
         scatter_counted=float(posterior.scatter[k]) * posterior.relative(k) if freedom else None,
-        note="; ".join(filter(None, (*_notes(verdicts, group.note, model, stiffness, freedom), said))),
+        note="; ".join(filter(None, notes)),
         shares={n: share / ratio.value for n, share in posterior.shares("beta", tests[0]).items() if n in SHARED},
         normal_force_u=sources.normal_force,
         law=posterior.law(tests[0]).name if joint.of_cycles else None,

@@ -28,7 +28,7 @@ from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.schema import AMPLITUDE, ENERGY, LEFT_OUT, MATERIAL_LAWS
 from frictionlab.tables import Row
-from frictionlab.uncertainty import NORMAL, Estimate
+from frictionlab.uncertainty import NORMAL, Estimate, unit_share
 
 SIGNIFICANT = 0.05
 SHOWN = 3  # loops of a material
@@ -172,7 +172,8 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[Row, ...]:
             factor, unit = to_physical(law.parameter(u.name), *frame, amplitude=observation.unit, turn=observation.turn)
             scatter = abs(slope) * float(posterior.fit.model.scatter[k]) if len(tests) > 1 else None
             row: dict[str, object] = {"material": material, "law": law.name, "parameter": u.name, "unit": unit}
-            for name, number in (("value", value), ("physical_value", value.scaled(factor))):
+            physical = value.scaled(factor).widened(unit_share(unit, observation.sources))
+            for name, number in (("value", value), ("physical_value", physical)):
                 row |= {name: number.value, f"{name}_se": number.se, f"{name}_u": number.u}
             found.append(row | {"is_told": abs(shared) > 2.0 * whole or own.told, "scatter": scatter})
     return tuple(found)

@@ -129,7 +129,12 @@ def compare_measurement(
     """
     if scene.rig.kind == "prescribed":
         return compare_force(measurement, scene, law=law, friction_ratio=friction_ratio)
-    return compared(measurement, scene, *identified(measurement, scene, law, friction_ratio))
+    try:
+        return compared(measurement, scene, *identified(measurement, scene, law, friction_ratio))
+    except AnalysisError as error:
+        for said in measurement.warnings:  # they may name what is wrong
+            error.add_note(said)
+        raise
 
 
 def identified(
@@ -445,6 +450,7 @@ def _comparison(
     by_force = observation.in_newtons(found)
     friction["budget"] |= by_force.pop("budget", {})
     friction |= by_force
+    more["warnings"] = (*more["warnings"], *words.too_rough(friction["coefficient"], observation.normal_force))
     own: dict[str, Any] = {
         "parameters": {name: asdict(e) for name, e in found.parameters().items()},
         "budget": {**(budget or {}), **friction.pop("budget")},

@@ -17,17 +17,18 @@ from frictionlab.inference.compare import AUTO, compare_measurement
 from frictionlab.inference.comparison import Comparison, ContactForce
 from frictionlab.inference.diagnose import OTHER_CAUSE
 from frictionlab.inference.ladder import DEAR, EXACT, NOT_DISTINGUISHED, NUMERIC, REQUIRED, left_for_work
-from frictionlab.inference.posterior import AS_KNOWN, MISSED, NOISE, limits_in_words
+from frictionlab.inference.posterior import AS_KNOWN, MISSED, NOISE, PRIOR, limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.simulator.laws import law_of
-from frictionlab.uncertainty import Estimate
+from frictionlab.uncertainty import Estimate, unit_share
 
 WIDTH = 80
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 PARTS = {"stops": "at stops", "slides up": "while the mass slides up", "slides down": "while the mass slides down"}
 SOURCES = {
     NOISE: "noise, and what the law misses",
+    PRIOR: "the friction that is usual: of less there is no sign",
     AS_KNOWN: "sensors and rig, which the fit finds unlike what is known of them",
     NOT_DISTINGUISHED: "other laws, which the recording does not distinguish",
     MISSED: "the law: found in another way, beta is another",
@@ -127,9 +128,11 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
         own = comparison.parameters[parameter.name]
         if parameter.shown is not None and own["u"] is not None:
             times, unit, words = parameter.shown
-            factor, _ = to_physical(parameter, *frame, amplitude=measurement.base_amplitude_m, turn=turn)
+            factor, of = to_physical(parameter, *frame, amplitude=measurement.base_amplitude_m, turn=turn)
             if factor is not None:
-                found[parameter.name] = (times * factor * own["value"], times * factor * own["u"], unit, words)
+                share = 0.0 if scene.rig.kind == "prescribed" else unit_share(of, measurement.sources)
+                physical = Estimate(own["value"], None, own["u"]).scaled(times * factor).widened(share)
+                found[parameter.name] = (physical.value or 0.0, physical.u, unit, words)
     return Explanation(comparison, found)
 
 

@@ -202,7 +202,8 @@ def observe_force(
             f"force: the contact slides in {len(parts)} of {count} parts of its cycle; expected at least"
             f" {FEWEST_PARTS}: sample faster, or measure a larger motion"
         )
-    away = np.sqrt(np.mean((cell.each - np.median(cell.each, axis=0)) ** 2, axis=1))
+    slid = of_parts(cell.each, count, parts)  # at its turns a force is any, for a sample more or less
+    away = np.sqrt(np.mean((slid - np.median(slid, axis=0)) ** 2, axis=1))
     usual = np.flatnonzero(away <= STRANGE * max(float(np.median(away)), 1e-300))
     strangers = len(cell.each) - len(usual)
     whole = measurement.cycle.force if not strangers else cell.each[usual].mean(axis=0) + measurement.cycle.force.mean()

@@ -23,7 +23,7 @@ from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor
 from frictionlab.simulator.laws import Law
-from frictionlab.uncertainty import LEVEL, NOT_KNOWN, Estimate
+from frictionlab.uncertainty import LEVEL, NORMAL, NOT_KNOWN, Estimate
 
 EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
 NOISE_LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
@@ -35,6 +35,7 @@ RIVAL = 9.0  # chi-square within which another minimum is a rival
 NOISE = "noise and misfit"
 AS_KNOWN = "sensors and rig as known, or as fitted"
 MISSED = "the law itself"
+PRIOR = "what is usual of it"
 WIDER = 4.0  # times: prior of a lag that nobody has declared, where several tests determine it
 SAYS = 1e-9  # of what is known with the data: a direction of which they say less is left out
 BENDS = ("parabola", "cubic", "base_parabola", "base_cubic")  # of sensors: as large as the cycle fills their range
@@ -243,10 +244,13 @@ class Posterior:
             if neutral is not None and math.isfinite(neutral) and u.scale == "linear":
                 apart = abs(c - u.at(neutral)) / spread
             told = spread**2 < TOLD and apart > SURE and c < u.high - 1e-3 and bool(slopes[:, place].any())
-            limits = (None if x is None else x * times for x in _limits(u, c, spread, told=told))
+            limits = _limits(u, c, spread, told=told)
+            if k in self.unseen:
+                told, limits = False, (None, u.value(c + NORMAL * spread))
+            lower, upper = (None if x is None else x * times for x in limits)
             slope = u.slope(c) * times
             found[u.name] = ParameterEstimate(
-                u.value(c) * times, slope * float(statistical[place]), slope * spread, told, *limits
+                u.value(c) * times, slope * float(statistical[place]), slope * spread, told, lower, upper
             )
         return found
 
@@ -262,6 +266,12 @@ class Posterior:
             for place, (k, c) in enumerate(zip(self.tests[i].index, self.fit.own(i), strict=True))
             if self.unknowns[k].level == "rig"
         }
+
+    @cached_property
+    def unseen(self) -> tuple[int, ...]:
+        """Friction ratios so far below what is usual that their priors keep them from 0 by more than their errors."""
+        off = np.sqrt(np.diag(self.plain)) * self.fit.point
+        return tuple(k for k, u in enumerate(self.unknowns) if u.name == "beta" and off[k] < -1.0)
 
     @property
     def strained(self) -> tuple[int, ...]:
@@ -414,8 +424,12 @@ def information_of(fit: Fit, i: int) -> FloatArray:
 
 
 def posterior_of(fit: Fit) -> Posterior:
-    """Return the posterior about a fit."""
-    return Posterior(fit, tuple(information_of(fit, i) for i in range(len(fit.model.tests))), fit.scatter_to_count)
+    """Return the posterior about a fit; what a prior does to friction that is not seen is in its error."""
+    information = tuple(information_of(fit, i) for i in range(len(fit.model.tests)))
+    found = Posterior(fit, information, fit.scatter_to_count)
+    for k in found.unseen:
+        found = found.with_shift(PRIOR, found.plain[k] * fit.point[k])
+    return found
 
 
 def infer(

@@ -18,6 +18,7 @@ VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
 RESTLESS = 0.02  # error of the measured cycle over its size that steady motions do not have
 OUTLASTS = 100.0  # times the cycles measured: what disturbs a motion so long has not died out in them
 START = 0.3  # of what a law misses, or of the noise: of a start as large as the motion, less than that is gone
+LARGEST = 5.0  # friction coefficient of a dry contact
 UNLIKELY = 100.0  # of log evidence: more than unknowns that are not needed cost
 ANOTHER = "another may: --law auto"
 UNSETTLED = "motion that is not steady"
@@ -133,7 +134,9 @@ def doubts(
     """
     observation, parameters = found.tests[0].observation, found.parameters()
     beta, law = parameters["beta"], {u.name for u in found.unknowns if u.law}
-    if beta.u is not None and beta.u > VAGUE * beta.value:
+    if beta.u is not None and beta.lower is None and beta.upper is not None:
+        yield f"friction_ratio: no friction is seen: at most {beta.upper:.2g} (95 %)"
+    elif beta.u is not None and beta.u > VAGUE * beta.value:
         yield (
             f"friction_ratio: known only to {100 * beta.u / beta.value:.0f} %: this test hardly determines it, or the"
             " law does not explain the test; see misfit and --budget"
@@ -173,6 +176,14 @@ def not_tried(ladder: Ladder | None) -> Iterator[str]:
     for why in dict.fromkeys(left_out.values()):
         names = [name for name in left_out if left_out[name] == why]
         yield f"{'law' if len(names) == 1 else 'laws'} {', '.join(names)}: {why}"
+
+
+def too_rough(coefficient: Estimate, normal_force: float | None) -> list[str]:
+    """Return a doubt of the normal force (N), where no contact has such a coefficient."""
+    value, u = coefficient.value or 0.0, coefficient.error or 0.0
+    if value - 3.0 * u <= LARGEST:
+        return []
+    return [f"friction_coefficient: {value:.3g}: no dry contact has it: is the normal force {normal_force:g} N?"]
 
 
 def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str, Any]:

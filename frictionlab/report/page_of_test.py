@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.analysis.stretches import even_stretches
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.files import MARK
@@ -18,7 +17,6 @@ from frictionlab.figures.materials import at_lag
 from frictionlab.files import write_whole
 from frictionlab.inference.comparison import contact_force
 from frictionlab.inference.observations import base_of
-from frictionlab.recording import Recording
 from frictionlab.report.charts import TEMPLATES, ChartLine, chart
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
@@ -29,7 +27,7 @@ CYCLES = 8  # of the time response, the last ones
 
 @dataclass(frozen=True)
 class PageOfTest:
-    """What a page of one test shows; ``measurement``, ``recording``: where the recording is at hand.
+    """What a page of one test shows; ``measurement``: where the recording is at hand.
 
     ``verdict``: what the campaign's fit says of it; ``fitted``: what the fit of all tests simulates for this one, and
     the phase (rad) by which its base's channel is late; ``at_lag``: in words, that its energies are those at the lag
@@ -42,7 +40,6 @@ class PageOfTest:
     fitted: tuple[Problem, float] | None = None
     at_lag: str = ""
     measurement: Measurement | None = None
-    recording: Recording | None = None
 
     @property
     def title(self) -> str:
@@ -97,20 +94,16 @@ def sheet_page(sheet: PageOfTest, *, back: str | None = None) -> str:
 
 def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
     """Titles, by which the template has captions, and charts."""
-    measured, recording, stiffness = sheet.measurement, sheet.recording, sheet.scene.rig.stiffness
+    measured, stiffness = sheet.measurement, sheet.scene.rig.stiffness
     if measured is None:
         return
     unit, drive = 1e3 * (measured.base_amplitude.value or np.nan), measured.drive.value or np.nan  # Y in mm; Hz
-    cycle, series = measured.cycle, measured.series
-    if recording is not None:
-        last = even_stretches(recording, sheet.scene)[0][-1]  # displacements, of whatever was measured
-        last = last.part(max(0, len(last.base) - round(CYCLES / drive / last.step)), len(last.base))
-        time = last.time + last.step * np.arange(float(len(last.base)))
-        lines = [
-            ChartLine(time, 1e3 * (values - values.mean()), label, kind)
-            for values, label, kind in ((last.base, "base", "other"), (last.mass, "mass", "measured"))
-        ]
-        yield "Time response", chart(lines, "time [s]", "displacement [mm]")
+    cycle, series, layout = measured.cycle, measured.series, measured.layout
+    begin, end, last, points = layout.time[-CYCLES:], layout.end[-CYCLES:], slice(-CYCLES, None), layout.mass.shape[1]
+    time = np.linspace(begin, end, points, endpoint=False, axis=1).ravel()
+    both = (("base", layout.base, "other"), ("mass", layout.mass, "measured"))
+    lines = [ChartLine(time, unit * cycles[last].ravel(), label, kind) for label, cycles, kind in both]
+    yield "Time response", chart(lines, "time [s]", "displacement [mm]")
     x, y = "mass displacement x [mm]", "base displacement y [mm]"
     yield "Loop", chart([_loop(unit * cycle.mass, unit * cycle.base)], x, y)
     if measured.frequency_ratio is not None:

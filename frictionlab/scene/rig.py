@@ -219,28 +219,6 @@ class Rig(SceneTable):
         return tuple(f"rig: {sentence}" for sentence in found)
 
 
-class VirtualBase(SceneTable):
-    """``[[synthetic.bases]]``: a motion of the virtual base; a group of tests takes it by its name."""
-
-    name: FileWord = key("What tests call it; it ends the names of their logs.", ...)
-    motion: Literal["sine", "sweep"] = key('"sine" at each frequency ratio, or "sweep".', "sine")
-    ramp_s: NonNegative = key("The motor starts up within this time: its amplitude grows smoothly from 0.", 0.0)
-    sweep_hz: Annotated[list[Positive], Two] | None = key("First and last frequency of a sweep as long as the test.")
-    sweep_scale: Literal["linear", "log"] = key('"linear": Hz a second; "log": octaves a second.', "linear")
-
-    @model_validator(mode="after")
-    def _has_what_it_needs(self) -> Self:
-        if (self.motion == "sweep") != (self.sweep_hz is not None):
-            got = "none" if self.sweep_hz is None else f"{self.sweep_hz} of motion = {self.motion!r}"
-            raise ValueError(f"motion = 'sweep' needs sweep_hz, and no other motion has it; got {got}")
-        return self
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether it is a sine that begins at once."""
-        return self.motion == "sine" and not self.ramp_s
-
-
 class VirtualTests(SceneTable):
     """``[[synthetic.tests]]``: one material over normal forces x frequency ratios, and how it behaves.
 
@@ -249,8 +227,7 @@ class VirtualTests(SceneTable):
 
     material: FileWord = key("Material of these tests; it names their logs.", ...)
     normal_forces_n: Annotated[list[Positive], Some] = key("Normal forces, each with each frequency ratio.", ...)
-    frequency_ratios: list[Positive] = key("Frequency ratios of a sine, each with each normal force.", [])
-    base: str | None = key("Name of a motion in [[synthetic.bases]]; by default a sine at each ratio.")
+    frequency_ratios: Annotated[list[Positive], Some] = key("Frequency ratios, each with each normal force.", ...)
     friction_coefficient: NonNegative = key("True friction coefficient.", ...)
     law: LawName | None = key('True contact law, like "coulomb+place"; by default that of [model].')
     parameters: dict[str, float] = key("Parameters of that law other than beta, dimensionless: {gradient = 0.05}.", {})
@@ -299,29 +276,4 @@ class Synthetic(SceneTable):
     )
     channel_noise: NonNegative = key("Noise of each further channel, rms over its own rms.", 1e-3)
     start: Literal["rest", "steady"] = key('"rest", or "steady": from the steady state.', "rest")
-    bases: list[VirtualBase] = key("Motions of the base, as [[synthetic.bases]].", [])
     tests: list[VirtualTests] = key("The tests, as [[synthetic.tests]].", [])
-
-    @model_validator(mode="after")
-    def _bases_are_known(self) -> Self:
-        names = [base.name for base in self.bases]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"bases: expected a name each; {', '.join(twice)} stands twice")
-        for number, group in enumerate(self.tests):
-            where = f"tests.{number}"
-            if group.base is not None and group.base not in names:
-                known = f"a name in [[synthetic.bases]] ({', '.join(names) or 'none is given'})"
-                raise ValueError(f"{where}.base: expected {known}; got {group.base!r}")
-            sine = self.base_of(group).motion == "sine"
-            if sine and not group.frequency_ratios:
-                raise ValueError(f"{where}.frequency_ratios: expected at least one: a sine moves at them")
-            if group.frequency_ratios and not sine:
-                raise ValueError(
-                    f"{where}.frequency_ratios: a {self.base_of(group).motion} has its own frequencies: leave them out"
-                )
-        return self
-
-    def base_of(self, group: VirtualTests) -> VirtualBase:
-        """The motion of the base in a group of tests."""
-        return next((base for base in self.bases if base.name == group.base), VirtualBase(name="sine"))

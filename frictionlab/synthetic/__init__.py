@@ -32,7 +32,7 @@ GIVEN = (
 """Keys of a truth, in order: of a test, and of its table in the scene; the first five are its mark."""
 PREAMBLE = (
     "# SYNTHETIC: simulated by frictionlab, not measured\n"
-    "# material {material}, normal force {force:g} N, {motion}; its truth is in truth.jsonl\n"
+    "# material {material}, normal force {force:g} N, r {ratio:g}; its truth is in truth.jsonl\n"
     "{columns}\n"
 )
 HEADS = {
@@ -92,7 +92,7 @@ def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
     time = np.arange(round(test.duration_s * rate)) / rate
     more: dict[str, FloatArray] = {}
     beyond: dict[str, object] = {}
-    if names or not test.base.is_plain:
+    if names:
         run = driven(test, scene)
         mass, base = (test.base_amplitude_m * each[:: run.every] for each in (run.displacement, run.base))
         more = run.channels([name for name in names if name != "angle"])
@@ -129,9 +129,10 @@ def _lines(
     for values in more.values():
         rms = synthetic.channel_noise * float(np.sqrt(np.mean(values**2)))
         seen.append(values + rms * further.standard_normal(len(values)))
-    words = f"r {test.frequency_ratio:g}" if test.is_periodic else f"base {test.base.motion}"
     columns = ",".join(["time [s]", *heads, "base [mm]", *(HEADS[name] for name in more)])
-    head = PREAMBLE.format(material=test.group.material, force=test.normal_force_n, motion=words, columns=columns)
+    head = PREAMBLE.format(
+        material=test.group.material, force=test.normal_force_n, ratio=test.frequency_ratio, columns=columns
+    )
     return head + (line * len(time)) % tuple(np.column_stack([time, *seen]).ravel().tolist())
 
 
@@ -147,12 +148,7 @@ def truth(test: SyntheticTest) -> dict[str, object]:
         "drive_frequency_hz": test.drive_frequency_hz,
         "friction_force_n": test.group.friction_coefficient * test.normal_force_n,
     }
-    if not test.base.is_plain:
-        known["base"] = {"motion": test.base.motion} | test.base.model_dump(exclude_defaults=True)
-    if test.is_periodic:
-        known |= _steady_truth(test)
-    else:
-        known |= {"frequency_ratio": None, "drive_frequency_hz": None}
+    known |= _steady_truth(test)
     return {key: _twelve_digits(value) for key, value in known.items()}
 
 

@@ -1,8 +1,4 @@
-"""How the base of a virtual test moves, and its mass.
-
-The base: a sine or a sweep of a motor that starts up. The mass: from rest or steadily, cycle by cycle,
-under a plain sine or any other base.
-"""
+"""How the mass of a virtual test moves: from rest or steadily, cycle by cycle; and what further sensors show of it."""
 
 import math
 from collections.abc import Sequence
@@ -20,30 +16,6 @@ from frictionlab.synthetic.virtual_rig import SyntheticTest
 
 FINE = 200  # points per period of the fastest part: a spline through them errs by 3e-9 of it
 HOUR_S = 3600.0
-
-
-def base_motion(test: SyntheticTest, time: FloatArray) -> FloatArray:
-    """Displacement of a test's base (m) at even times (n,) from 0."""
-    base = test.base
-    size = ramp(time / base.ramp_s) if base.ramp_s else np.ones(len(time))
-    frequency = np.full(len(time), test.drive_frequency_hz)
-    if base.sweep_hz is not None:
-        (first, last), share = base.sweep_hz, time / time[-1]
-        frequency = first * (last / first) ** share if base.sweep_scale == "log" else first + (last - first) * share
-    turns = np.concatenate([[0.0], np.cumsum(0.5 * (frequency[1:] + frequency[:-1]) * np.diff(time))])
-    return np.asarray(test.base_amplitude_m * size * np.cos(2 * math.pi * turns))
-
-
-def ramp(share: FloatArray) -> FloatArray:
-    """From 0 to 1 with two derivatives that vanish at both ends.
-
-    Examples
-    --------
-    >>> ramp(np.array([-1.0, 0.0, 0.5, 1.0, 2.0])).tolist()
-    [0.0, 0.0, 0.5, 1.0, 1.0]
-    """
-    s = np.clip(share, 0.0, 1.0)
-    return np.asarray(s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
 
 
 def cycle_friction_ratios(test: SyntheticTest, scene: Scene) -> FloatArray:
@@ -135,17 +107,18 @@ class Driven:
 
 
 def driven(test: SyntheticTest, scene: Scene) -> Driven:
-    """Return the motion from rest under a base that is no plain sine; where the base is 0 the spring is relaxed.
+    """Return the motion from rest with what further channels show; where the base is 0 the spring is relaxed.
 
     Friction has one value for a cycle of the drive, then the next. A start from the steady state is refused.
     """
     if scene.synthetic.start == "steady":
-        got = f"base {test.base.name!r}, channels {', '.join(scene.synthetic.channels) or 'none'}"
-        raise SceneError(f"synthetic.tests: {test.log}: start = 'steady' needs a plain sine; got {got}")
-    rate, of_base = scene.synthetic.sampling_rate_hz, test.base.sweep_hz or [test.drive_frequency_hz]
-    every = max(1, math.ceil(FINE * max([*of_base, test.natural_frequency_hz]) / rate))
+        got = ", ".join(scene.synthetic.channels)
+        raise SceneError(f"synthetic.tests: {test.log}: start = 'steady' has displacements alone; got channels {got}")
+    rate = scene.synthetic.sampling_rate_hz
+    every = max(1, math.ceil(FINE * max(test.drive_frequency_hz, test.natural_frequency_hz) / rate))
     time = np.arange((round(test.duration_s * rate) - 1) * every + 1) / (rate * every)
-    tau, base = 2 * math.pi * test.natural_frequency_hz * time, base_motion(test, time) / test.base_amplitude_m
+    tau = 2 * math.pi * test.natural_frequency_hz * time
+    base = np.cos(test.frequency_ratio * tau)
     betas = [test.friction_ratio] if test.is_plain_coulomb else cycle_friction_ratios(test, scene).tolist()
     length = 2 * math.pi * test.natural_frequency_hz / test.drive_frequency_hz
     ends = np.searchsorted(tau, length * np.arange(1, len(betas))).tolist()

@@ -12,7 +12,7 @@ import numpy as np
 
 from frictionlab.errors import ParameterError, SceneError
 from frictionlab.files import as_disks_see
-from frictionlab.scene import Scene, VirtualBase, VirtualTests
+from frictionlab.scene import Scene, VirtualTests
 from frictionlab.scene.physical import structure_of, to_physical
 from frictionlab.simulator import Problem, Structure
 from frictionlab.simulator.laws import law_of
@@ -23,8 +23,6 @@ MOST_SAMPLES = 20_000_000  # of a log, written from memory: some 4 GB
 @dataclass(frozen=True)
 class SyntheticTest:
     """One test of the virtual rig, all numbers known.
-
-    A base that is no sine has no frequency ratio: 1 stands for it, and what its law says of speeds is over omega_n Y.
 
     ``group``: its table of ``[[synthetic.tests]]``, which says how its friction behaves; ``friction_ratio`` (beta),
     ``frequency_ratio`` (r), ``damping_ratio`` (the frame's own) and the law's ``parameters`` dimensionless; ``frame``:
@@ -45,7 +43,6 @@ class SyntheticTest:
     law: str
     parameters: Mapping[str, float]
     duration_s: float
-    base: VirtualBase
     frame: Structure | None
 
     @property
@@ -63,11 +60,6 @@ class SyntheticTest:
         """Whether the friction force is the same in every cycle."""
         group = self.group
         return not (group.friction_drift_per_hour or group.friction_scatter) and group.jump_s is None
-
-    @property
-    def is_periodic(self) -> bool:
-        """Whether its base moves at one frequency, be it that a motor starts up."""
-        return self.base.motion == "sine"
 
     def draws(self, scene: Scene, purpose: str) -> np.random.Generator:
         """A stream of random numbers of its own for each test and purpose: adding a test changes no other."""
@@ -102,7 +94,7 @@ def virtual_tests(scene: Scene) -> tuple[SyntheticTest, ...]:
     for number, group in enumerate(synthetic.tests):
         law = group.law or ("coulomb" if scene.model.law == "auto" else scene.model.law)
         _check_group(scene, group, law, f"synthetic.tests.{number}")
-        for force, ratio in product(group.normal_forces_n, group.frequency_ratios or [1.0]):
+        for force, ratio in product(group.normal_forces_n, group.frequency_ratios):
             tests.append(_virtual_test(scene, group, law, force, ratio))
             _check_test(tests[-1], f"synthetic.tests.{number}")
     many = Counter(as_disks_see(test.log) for test in tests)
@@ -136,9 +128,9 @@ def _virtual_test(scene: Scene, group: VirtualTests, law: str, force: float, rat
         turn = 2.0 * math.pi * ratio * natural
         factor, _ = to_physical(law_of(law).parameter(name), stiffness, natural, amplitude=amplitude, turn=turn)
         parameters[name] = value / (factor or 1.0)
-    said = [f"r{ratio:g}"] * bool(group.frequency_ratios) + [word for word in (group.base, group.label) if word]
+    named = [group.material, f"N{force:g}", f"r{ratio:g}", *([group.label] if group.label else [])]
     return SyntheticTest(
-        log="_".join([group.material, f"N{force:g}", *said]) + ".csv",
+        log="_".join(named) + ".csv",
         group=group,
         normal_force_n=force,
         frequency_ratio=ratio,
@@ -152,7 +144,6 @@ def _virtual_test(scene: Scene, group: VirtualTests, law: str, force: float, rat
         law=law,
         parameters=parameters,
         duration_s=group.duration_s or synthetic.duration_s,
-        base=synthetic.base_of(group),
         frame=structure_of(scene, ratio, amplitude, beta=beta) if scene.rig.masses or scene.rig.contacts else None,
     )
 
@@ -165,7 +156,6 @@ def _check_test(test: SyntheticTest, place: str) -> None:
         asked = {
             "law, parameters or physical (they stand in [[rig.contacts]])": own,
             "friction that drifts, scatters or jumps": not test.is_plain_coulomb,
-            "a base that is no plain sine": not test.base.is_plain,
         }
         for what in (what for what, is_asked in asked.items() if is_asked):
             raise SceneError(f"{place}: a frame with [[rig.masses]] or [[rig.contacts]]; got {what}: leave it out")

@@ -162,5 +162,5 @@ def _write_sheets(campaign: Campaign, folder: Path, *, force: bool) -> None:
         if recording is not None:
             # measured under another scene, it was possible: the page says that nothing is drawn
             with contextlib.suppress(AnalysisError):
-                page = replace(sheet, measurement=measure(recording, campaign.scene), recording=recording)
+                page = replace(sheet, measurement=measure(recording, campaign.scene))
         write_sheet(page, folder / sheet_name(number, sheet.trial), back="../report.html#tests", force=force)

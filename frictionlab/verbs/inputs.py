@@ -4,7 +4,6 @@ Several inputs are done one by one: one that fails becomes a row with its reason
 """
 
 import contextlib
-import csv
 import difflib
 import os
 import traceback
@@ -85,18 +84,10 @@ def files_of(places: Iterable[Path], of_folder: Callable[[Path], list[Path]] | N
     return list(found)
 
 
-def is_sheet(path: Path) -> bool:
-    """Whether a file is a sheet of facts: a small CSV whose head has a `log` column."""
-    if path.suffix.lower() not in (".csv", ".txt", ".tsv") or path.stat().st_size > 1 << 20:
-        return False
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        head = file.readline()
-    separator = max(",;\t", key=head.count)
-    return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=separator), [])]
-
-
 def logs_in(folder: Path) -> list[Path]:
     """All logs of a folder, by their suffix; folders, sheets and hidden files are passed over. None: `UsageError`."""
+    from frictionlab.experiment import is_sheet
+
     files = (p for p in sorted(folder.iterdir()) if is_log_name(p) and p.name[0] != "." and p.is_file())
     logs = [p for p in files if not is_sheet(p)]
     if not logs:
@@ -203,7 +194,8 @@ def failure(path: Path, error: Exception) -> Row:
         reason = reason.removeprefix(f"{name}: ")
     if isinstance(error, LogError) and "--" in reason:  # other commands over logs have none of its options
         reason += " (options of `frictionlab ingest`; the scene has them as keys of [log])"
-    return {"source": str(path), "status": FAILED, "reason": reason}
+    notes = getattr(error, "__notes__", [])
+    return {"source": str(path), "status": FAILED, "reason": reason} | ({"warnings": notes} if notes else {})
 
 
 def reason_of(error: Exception) -> str:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.experiment import logs_in_sheet, matched
+from frictionlab.experiment import is_sheet, logs_in_sheet, matched
 from frictionlab.files import make_folder, stem_of, write_whole
 from frictionlab.scene import SCENE_NAME
 from frictionlab.scene.text import template, value_text
-from frictionlab.verbs.inputs import FilePath, is_log_name, is_sheet, not_read_in
+from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration

@@ -250,6 +250,15 @@ def test_a_tribometer_needs_neither_spring_nor_base(place: str) -> None:
     assert bool(m.warnings) == (place == "angle")
 
 
+def test_friction_that_drifts_on_a_tribometer_is_said() -> None:
+    rng, t = np.random.default_rng(4), np.arange(0.0, 120.0, 0.005)
+    x, way = 5e-3 * np.sin(2 * math.pi * 0.5 * t), np.sign(np.cos(2 * math.pi * 0.5 * t))
+    worn, same = ((3.0 * (1 + a * t / 120.0) * way + 0.05 * rng.standard_normal(len(t))) for a in (0.5, 0.0))
+    said, none = (tribometer(t, mass_displacement=x, contact_force=f).warnings for f in (worn, same))
+    assert any(re.search(r"contact_force: friction drifts by \+(39|40) %", w) for w in said)
+    assert not any("drifts" in w for w in none)
+
+
 @pytest.mark.parametrize(("start", "stop"), [(3.0, 40.0), (25.0, 40.0), (3.0, 30.0)])
 def test_a_force_without_a_motion_is_measured_while_it_is_there(start: float, stop: float) -> None:
     """Its rest counted: 2.3 +- 1.6 N for 3, after 10 s of 40."""

@@ -13,7 +13,7 @@ from frictionlab.analysis.stops import parted, smallest_slip
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.logs.read import read_log
-from frictionlab.recording import Recording
+from frictionlab.recording import Channel, Recording
 from frictionlab.scene import scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic import synthesize
@@ -109,8 +109,11 @@ def test_sensors_that_clip_are_named(r: float, beta: float, share: float) -> Non
 def test_a_mass_that_no_frame_would_move_so_far_is_a_doubt_of_its_unit() -> None:
     """The base's column is in mm and was taken for um: its amplitude is a thousandth of what it is."""
     made = as_read(seen(motion(0.3, 0.4), size=1e-3, rate=250.0, noise=1e-6, seconds=40.0))
-    right, wrong = (measure(one, ALL) for one in (made, after(made, lambda x, y: (x, 1e-3 * y))))
+    far = after(made, lambda x, y: (x, 1e-3 * y))
+    two = far.changed(channels=(Channel("mass_2_displacement", 2.0 * far.mass_displacement),))  # at its second mode
+    right, wrong, of_two = (measure(one, ALL) for one in (made, far, two))
     doubt = "the unit looks wrong"
+    assert not any(doubt in warning for warning in of_two.warnings)
     assert any(doubt in warning for warning in wrong.warnings)
     assert not any(doubt in warning for warning in right.warnings)
 

@@ -280,7 +280,7 @@ def test_the_recording_is_drawn(scene: Scene) -> None:
     measured = measure(recording, scene)
     trial = trial_of({**measured.row(), "material": "steel", "normal_force_n": 1.5})
     verdict = evaluate([trial], scene).verdicts[trial.source]
-    text = sheet_page(PageOfTest(trial, scene, verdict, measurement=measured, recording=recording))
+    text = sheet_page(PageOfTest(trial, scene, verdict, measurement=measured))
     assert text.count("<svg") == 5
     for words in (
         "Time response",
@@ -298,6 +298,6 @@ def test_the_page_of_a_vibrometers_test_shows_its_displacement() -> None:
     seen, facts = cell.recording(cell.channels_of(0.4, 0.3), "mass_velocity", "base_displacement"), cell.scene()
     measured = measure(seen, facts)
     trial = trial_of({**measured.row(), "source": "vibro.h5"})
-    assert sheet_page(PageOfTest(trial, facts, measurement=measured, recording=seen)).count("<svg") > 4
+    assert sheet_page(PageOfTest(trial, facts, measurement=measured)).count("<svg") > 4
     with pytest.raises(UsageError, match=r"whole record .* needs displacements, .* the recording has no mass_displace"):
         compare_record(seen, facts)

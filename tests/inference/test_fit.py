@@ -285,3 +285,15 @@ def test_what_is_known_of_the_rig_makes_no_value_surer_than_with_the_rig_held() 
     recording = recorded(truth, np.random.default_rng(4), scatter=0.03, seconds=12.0)
     found = compare(recording, scene(sensors={"lag_s_u": 0.001}), law="coulomb+place+speed")
     assert all(told["se"] is None or told["se"] <= told["u"] for told in found.parameters.values())
+
+
+@pytest.mark.parametrize("r", [0.3, 0.7])
+def test_where_no_friction_is_seen_there_is_a_limit_and_no_value(r: float) -> None:
+    """Its usual range held it 2 to 3 u above 0, "known by this test"."""
+    found = compare(seen.seen(seen.motion(r, 0.0, frame_damping_ratio=0.01)), scene(rig={"damping_ratio": 0.01}))
+    beta = found.parameters["beta"]
+    assert found.verdict == "explained"
+    assert abs(beta["value"]) < 2.0 * beta["u"] < 1e-3
+    assert not beta["told"]
+    assert beta["lower"] is None
+    assert [w for w in found.warnings if w.startswith("friction_ratio: no friction is seen: at most ")]
