@@ -17,9 +17,10 @@ def sides(run: Motion) -> np.ndarray:
 
 
 def settles_on(state: SteadyState, cycles: int, within: float, x0: float = 0.0) -> bool:
-    """Whether the run from rest at a place is on the orbit after so many cycles."""
+    """Whether motion and force of the run from rest at a place are those of the orbit after so many cycles."""
     late, orbit = simulate(state.problem, cycles=cycles, keep=1, x0=x0), present(state.orbit)
     tau = np.linspace(0.0, TURN, 50)
-    x = late.at(np.minimum(late.start + tau, late.end))[0]
-    starts = TURN * np.arange(state.period_cycles or 1)
-    return bool(min(np.abs(x - orbit.at(tau + start)[0]).max() for start in starts) < within)
+    now = np.minimum(late.start + tau, late.end)
+    seen, starts = np.array([late.at(now)[0], late.force(now)]), TURN * np.arange(state.period_cycles or 1)
+    away = [np.abs(seen - [orbit.at(tau + start)[0], orbit.force(tau + start)]).max() for start in starts]
+    return bool(min(away) < within)
