@@ -207,15 +207,11 @@ def test_like_named_logs_have_recordings_of_their_own(tmp_path: Path) -> None:
     assert all(path.with_suffix(".h5").exists() for path in logs)
 
 
-def test_files_of_numbers_that_are_no_logs_are_named(log: Path) -> None:
+def test_files_that_are_no_logs_and_rows_of_the_sheet_without_one_are_named(log: Path) -> None:
     write(log.with_name("more.json"), "{}")
-    noted = run(log.parent, "--dry-run")
-    assert noted.exit_code == 0
-    assert "note: passed over: more.json: no log by its name: give the file itself, or save it as CSV" in noted.stderr
-
-
-def test_a_row_of_the_sheet_without_a_log_is_named(log: Path) -> None:
     write(log.with_name("sheet.csv"), f"log,material\n{log.name},steel\nrun9.csv,steel\n")
     write(log.with_name("scene.toml"), "[experiment]\nsheet = 'sheet.csv'\n")
     noted = run(log.parent, "--dry-run", "--scene", log.with_name("scene.toml"))
+    assert noted.exit_code == 0
+    assert "note: passed over: more.json: no log by its name: give the file itself, or save it as CSV" in noted.stderr
     assert "note: rows of sheet.csv without a log, 1 in all: run9.csv" in noted.stderr

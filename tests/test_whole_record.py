@@ -145,16 +145,6 @@ def test_a_step_of_friction_is_found_where_it_was_though_the_motion_follows_late
     assert crossed == pytest.approx(30.0, abs=0.6)
 
 
-def test_what_has_no_whole_record_is_refused() -> None:
-    recording = virtual(0.4, 25.0, Problem(1.0, 0.4, frame_damping_ratio=0.01))
-    with pytest.raises(UsageError, match="expected a recording, its file or a log; got a measurement"):
-        fl.compare(fl.analyze(recording, SCENE), SCENE, whole=True)
-    quality = np.zeros(len(recording), np.uint8)
-    quality[500] = Quality.NOT_BRIDGED
-    with pytest.raises(RecordingError, match="nothing is simulated across a gap"):
-        fl.compare(replace(recording, quality=quality), SCENE, whole=True)
-
-
 def test_a_law_without_exact_phases_is_followed_from_rest() -> None:
     """Its speeds are over omega Y of the drive, as in the cycle; the record's own time makes them smaller by r."""
     known = {"static_ratio": 1.3, "stribeck_speed": 0.25}
@@ -322,18 +312,26 @@ def test_a_simulation_under_the_identified_law_is_the_record() -> None:
     assert np.std(gap) < 3.0 * NOISE
 
 
-def test_a_cycle_that_is_not_there_cannot_be_fitted() -> None:
+def test_what_cannot_be_fitted_or_has_no_whole_record_is_refused() -> None:
     recording, _ = unsteady("random", Problem(1.0, 0.3))
+    still = replace(recording, mass_displacement=NOISE * np.random.default_rng(1).standard_normal(len(recording)))
+    short = Recording(recording.time[:200], recording.mass_displacement[:200], recording.base_displacement[:200])
+    quality = np.zeros(len(recording), np.uint8)
+    quality[500] = Quality.NOT_BRIDGED
+    refused: list[tuple[Recording, Scene, type[Exception], str]] = [
+        (recording, Scene(), AnalysisError, "record: the natural frequency is not known"),
+        (still, SCENE, AnalysisError, "record: the mass does not move"),
+        (short, SCENE, AnalysisError, "record: too short to be compared"),
+        (replace(recording, quality=quality), SCENE, RecordingError, "nothing is simulated across a gap"),
+    ]
+    for what, scene, error, words in refused:
+        with pytest.raises(error, match=words):
+            fl.compare(what, scene, fit="whole")
     with pytest.raises(AnalysisError, match=r"no drive.*do: --whole --fit whole fits the record itself"):
         fl.compare(recording, SCENE, whole=True)
-    with pytest.raises(AnalysisError, match="record: the natural frequency is not known"):
-        fl.compare(recording, Scene(), fit="whole")
-    still = replace(recording, mass_displacement=NOISE * np.random.default_rng(1).standard_normal(len(recording)))
-    with pytest.raises(AnalysisError, match="record: the mass does not move"):
-        fl.compare(still, SCENE, fit="whole")
-    short = Recording(recording.time[:200], recording.mass_displacement[:200], recording.base_displacement[:200])
-    with pytest.raises(AnalysisError, match="record: too short to be compared"):
-        fl.compare(short, SCENE, fit="whole")
+    driven = virtual(0.4, 25.0, Problem(1.0, 0.4, frame_damping_ratio=0.01))
+    with pytest.raises(UsageError, match="expected a recording, its file or a log; got a measurement"):
+        fl.compare(fl.analyze(driven, SCENE), SCENE, whole=True)
 
 
 def test_no_value_is_proposed_that_the_record_says_next_to_nothing_of() -> None:

@@ -103,10 +103,17 @@ def plain(others: Sequence[Measurement], out: Measurement) -> tuple[Prediction, 
     return _judged(law, out, has_gradient=False), _words(law)
 
 
-def _sliding(test: Measurement) -> tuple[FloatArray, FloatArray, FloatArray]:
-    v, z, force = test.cycle.mass_velocity, test.cycle.mass_smooth, contact_force(test.cycle, _problem(test))
-    kept = np.abs(v) > SLIDES * np.abs(v).max()
-    return v[kept], z[kept], force[kept]
+def _regression(
+    tests: Sequence[Measurement], terms: Callable[[FloatArray, FloatArray, FloatArray], list[FloatArray]]
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Terms of speed, place and direction times normal force (n, m), and each test's force, while the mass slides."""
+    columns, forces = [], []
+    for test in tests:
+        v, z, force = test.cycle.mass_velocity, test.cycle.mass_smooth, contact_force(test.cycle, _problem(test))
+        kept = np.abs(v) > SLIDES * np.abs(v).max()
+        columns.append(np.stack(terms(v[kept], z[kept], _force(test) * np.sign(v[kept])), axis=1))
+        forces.append(force[kept])
+    return np.concatenate(columns), forces
 
 
 def _of_map(values: FloatArray, out: Measurement) -> tuple[Prediction, str]:
@@ -118,25 +125,17 @@ def _of_map(values: FloatArray, out: Measurement) -> tuple[Prediction, str]:
 
 def inverted(others: Sequence[Measurement], out: Measurement) -> tuple[Prediction, str]:
     """A static map n(v, z) by least squares on the force that the equation of motion leaves (as FrictionModels.jl)."""
-    columns, forces = [], []
-    for test in others:
-        v, z, force = _sliding(test)
-        columns.append(np.stack([_force(test) * np.sign(v), _force(test) * z * np.sign(v), v], axis=1))
-        forces.append(force - force.mean())
-    return _of_map(np.linalg.lstsq(np.concatenate(columns), np.concatenate(forces), rcond=None)[0], out)
+    columns, forces = _regression(others, lambda v, z, side: [side, z * side, v])
+    about_zero = np.concatenate([force - force.mean() for force in forces])
+    return _of_map(np.linalg.lstsq(columns, about_zero, rcond=None)[0], out)
 
 
 def sindy(others: Sequence[Measurement], out: Measurement) -> tuple[Prediction, str]:
     """The same force by sparse regression (pysindy's STLSQ) on a library of seven terms."""
     import pysindy  # noqa: PLC0415 - optional
 
-    columns, forces = [], []
-    for test in others:
-        v, z, force = _sliding(test)
-        side = _force(test) * np.sign(v)
-        columns.append(np.stack([side, z * side, v, z, v**3, z * v, np.ones_like(v)], axis=1))
-        forces.append(force)
-    sparse = pysindy.STLSQ(threshold=0.01, alpha=1e-6).fit(np.concatenate(columns), np.concatenate(forces)[:, None])
+    columns, forces = _regression(others, lambda v, z, side: [side, z * side, v, z, v**3, z * v, np.ones_like(v)])
+    sparse = pysindy.STLSQ(threshold=0.01, alpha=1e-6).fit(columns, np.concatenate(forces)[:, None])
     return _of_map(np.ravel(sparse.coef_)[:3], out)
 
 

@@ -74,8 +74,6 @@ def test_the_continuum_is_recognised_and_a_run_from_rest_creeps_to_its_edge() ->
 
 
 def test_what_is_not_known_is_refused() -> None:
-    with pytest.raises(SimulationError, match=r"closed form at r = 0\.5"):
-        steady_state(Problem(0.5, 0.4), solver="closed-form")
     with pytest.raises(SimulationError, match="at least one that is not zero"):
         Base((0.0,))
     with pytest.raises(UsageError, match="cycles, keep"):
