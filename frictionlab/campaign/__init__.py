@@ -224,7 +224,7 @@ def evaluate(
     rest = {setting: group for setting, group in groups.items() if setting not in joints}
     by_rows, _ = fit_together(_rows(rest, model.first), find_law=False, accuracy=scene.accuracy)
     joints |= {} if by_rows is None else {setting: by_rows for setting in rest if by_rows.tests(*setting)}
-    models = {g: joints[g].model(g[0], model) if g in joints else model.first for g in groups}
+    models = {g: joints[g].model(g, model) if g in joints else model.first for g in groups}
     fits = list[FrictionFit]()
     for g in watch(sorted(groups)):
         said = "" if model.first is model or joints.get(g) is joint else PLAIN

@@ -307,6 +307,7 @@ def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: fl
     observation = None if i is None else posterior.observations[i]
     cycle = observation if isinstance(observation, CycleObservation) else None
     own = beta * joint.unit(trial.group) / group.units[source]
+    model = model.at(trial.r, group.units[source])
     base = COSINE if cycle is None else cycle.base
     steep, state = elasticity(model, trial.r, own, base), predict(model, trial.r, own, base)
     seen = None if state is None else state.energy_per_cycle

@@ -136,13 +136,16 @@ class JointFit:
             found[source] = observation.problem(values), observation.turn * values.get("lag_s", 0.0)
         return found
 
-    def model(self, material: str, scene_model: Model) -> Model:
-        """Return what a material's tests are predicted with: its law, with the values that the joint fit has found."""
-        i = self.tests(material)[0]
-        first, values = self.posterior.observations[i], self.posterior.values(i)
-        names = {p.name for p in first.law.parameters if p.name != "beta"}
-        held = dict(first.held) | {name: value for name, value in values.items() if name in names}
-        return Model(law_of(first.law.name), tuple(sorted(held.items())), scene_model.wall, scene_model.solver)
+    def model(self, group: tuple[str, float], scene_model: Model) -> Model:
+        """Return what a group's tests are predicted with: its law, with the values that all tests share."""
+        i, unit = self.tests(*group)[0], self.unit(group)
+        first, unknowns, found = self.posterior.observations[i], self.posterior.unknowns, dict[str, float]()
+        law = {p.name: p for p in first.law.parameters if p.name != "beta"}
+        for k in self.posterior.tests[i].index.tolist():
+            if (p := law.get(unknowns[k].name)) is not None:
+                found[p.name] = self.posterior.shared(k, i)[0] * (unit / first.unit) ** -p.lengths
+        model = Model(law_of(first.law.name), tuple(first.held.items()), scene_model.wall, scene_model.solver)
+        return model._replace(found=tuple(found.items()), reference=(first.r, unit))
 
     def friction(self, material: str, normal_force_n: float) -> Estimate:
         """Return the friction ratio under one normal force, at the mean base amplitude of its tests."""

@@ -37,13 +37,23 @@ FLAT = 30.0  # times: how much wider than its usual range the prior of a frictio
 class Model(NamedTuple):
     """The physics of a campaign's predictions: all but the friction ratio is known.
 
-    ``law``; ``held``: names and values of its parameters that the scene holds; ``wall``; ``solver``.
+    ``law``; ``held``: names and values of its parameters that the scene holds; ``wall``; ``solver``; ``found``: the
+    same of those that a fit has found, dimensionless in a test at ``reference``, its frequency ratio and Y [m].
     """
 
     law: Law = COULOMB
     held: tuple[tuple[str, float], ...] = ()
     wall: Wall = "fixed"
     solver: Solver = "auto"
+    found: tuple[tuple[str, float], ...] = ()
+    reference: tuple[float, float] = (1.0, 1.0)
+
+    def at(self, r: float, unit: float | None = None) -> "Model":
+        """The same in a test at a frequency ratio and a Y [m], by default that of the reference."""
+        length, rate = (1.0 if unit is None else unit / self.reference[1]), r / self.reference[0]
+        powers = ((name, value, self.law.parameter(name)) for name, value in self.found)
+        found = [(name, value * length**-p.lengths * rate**-p.rates) for name, value, p in powers]
+        return Model(self.law, tuple(sorted((*self.held, *found))), self.wall, self.solver)
 
     @property
     def open_ones(self) -> list[str]:
@@ -120,7 +130,7 @@ def curve(model: Model, beta: float, low: float, high: float) -> tuple[FloatArra
     """
     half = (CURVE_POINTS if model.law.is_exact else DEAR_POINTS) // 2
     r = np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
-    states = [predict(model, float(value), beta) for value in r]
+    states = [predict(model.at(value), value, beta) for value in r.tolist()]
     return r, np.array([math.nan if state is None else state.energy_per_cycle or 0.0 for state in states])
 
 

@@ -117,6 +117,7 @@ def _steepness(trial: Trial, model: Model, fits: Sequence[FrictionFit], slope: f
     energy = trial.energy.value
     if slope is None or beta is None or energy is None or energy <= 0.0:
         return 0.0
+    model = model.at(trial.r)
     for _ in range(OWN_STEPS):  # the friction of the group gives not quite this test's energy
         state, middle = predict(model, trial.r, beta), elasticity(model, trial.r, beta)
         if state is None or not state.energy_per_cycle or not abs(middle) >= INSENSITIVE:

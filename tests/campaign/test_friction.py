@@ -18,7 +18,9 @@ from frictionlab.errors import DOUBTED
 from frictionlab.inference.fit import fit_from
 from frictionlab.inference.posterior import model_of
 from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.scene.physical import to_physical
 from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import Estimate, scatter_beyond, sources_of
 from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, row
 from tests.campaign.fabricate import fit_of as fit
@@ -286,3 +288,18 @@ def test_a_ranking_survives_what_both_share_and_not_what_each_has_for_itself() -
     ]  # fmt: skip
     assert ranks(wide) == [(1, "steel"), (2, "bronze")]
     assert [rank for rank, _ in ranks([*lead, *close])] == [1, 1]
+
+
+def test_what_a_fit_has_found_is_the_same_contact_in_every_test() -> None:
+    """The speed of the lowest frequency stood for all: predicted energies of a Stribeck contact were up to 31 % off."""
+    law = law_of("coulomb+place+stribeck")
+    found = {"gradient": 0.05, "static_ratio": 1.3, "stribeck_speed": 0.2, "stribeck_exponent": 1.5}
+    model = Model(law, found=tuple(found.items()), reference=(0.5, 2e-3))
+    there = dict(model.at(0.8, 1.5e-3).held)
+    for name, value in found.items():
+        here, moved = (
+            to_physical(law.parameter(name), 1e3, 3.0, amplitude=amplitude, turn=6.0 * math.pi * r)[0] or 1.0
+            for r, amplitude in ((0.5, 2e-3), (0.8, 1.5e-3))
+        )
+        assert there[name] * moved == pytest.approx(value * here)
+    assert model.at(0.5).held == tuple(sorted(found.items()))
