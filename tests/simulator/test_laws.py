@@ -19,12 +19,13 @@ from frictionlab.simulator import row as places
 from frictionlab.simulator.laws import TERMS, excluded_by, law_of
 from frictionlab.simulator.notes import WORDS, Note
 from frictionlab.simulator.numeric import Integrated
-from frictionlab.simulator.problem import bound_of_force
+from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import from_numbers
 from frictionlab.simulator.sweep import warm_up
 from frictionlab.tables import read_rows
 from tests.desk import invoke
 
+WALLS: tuple[Wall, Wall] = ("fixed", "base")
 CONTRACT = """
 coulomb: beta
 speed: contact_damping_ratio
@@ -83,8 +84,10 @@ def test_mu_and_zeta_stand_for_terms() -> None:
 
 
 def test_the_frames_dashpot_is_driven_by_the_base_only_where_the_wall_stands() -> None:
-    assert Problem(0.5, 0.4, frame_damping_ratio=0.01).force == ((1.0,), (-0.01,))
-    assert Problem(0.5, 0.4, frame_damping_ratio=0.01, wall="base").force == ((0.25,), (0.0,))
+    fixed, moving = (Problem(0.5, 0.4, frame_damping_ratio=0.01, wall=wall) for wall in WALLS)
+    assert (fixed.force, moving.force) == (((1.0,), (-0.01,)), ((0.25,), (0.0,)))
+    for problem in (fixed, moving):
+        assert problem.force_size == pytest.approx(np.hypot(*np.ravel(problem.force)), rel=1e-14)
 
 
 def test_a_problem_travels_and_compares() -> None:
@@ -216,16 +219,6 @@ def test_notes_of_many_points_are_those_of_each() -> None:
         assert row["warnings"] == list(told.warnings), told
         seen |= {note for note in Note if note & told.notes}
     assert len(seen) >= 4
-
-
-@pytest.mark.parametrize("wall", ["fixed", "base"])
-def test_the_force_of_many_points_is_that_of_each(wall: str) -> None:
-    points = np.array([[0.3, 0.2, 1.0, 0.0, 0.1], [1.7, 0.5, 1.0, 0.1, 0.3]])
-    more = (("frame_damping_ratio", (0.1,)),)
-    grid = Grid((0.3,), (0.2,), wall=wall, law="coulomb+speed", parameters=more)  # type: ignore[arg-type]  # drawn
-    drives = bound_of_force(points[:, 0], points[:, 4], grid.wall, grid.base)
-    for point, drive in zip(points, np.broadcast_to(drives, 2), strict=True):
-        assert drive == pytest.approx(grid.problem(point.tolist()).force_size, rel=1e-14)
 
 
 def test_every_note_has_words() -> None:
