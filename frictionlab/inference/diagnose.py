@@ -178,12 +178,11 @@ def _other_causes(
             continue
         likely.append((tried[0][0], cause, tried[0][1]))
         hidden = _of_hidden_play(tried[0][1], cause, observation.unit) if cause.name == "play" else hidden
+        assumed_none = cause.name == "play" and hidden > 0.0  # a warning says what a usual one would move
         for gain, other in tried:
-            if gain > AS_LIKELY:
+            if gain > (ANSWERS if assumed_none else AS_LIKELY):
                 apart, wider = _apart(found, other)
-                moved = (
-                    np.hypot(apart, wider) if cause.name in ALWAYS and not (hidden and cause.name == "play") else apart
-                )
+                moved = np.hypot(apart, wider) if cause.name in ALWAYS and not assumed_none else apart
                 more += math.exp(min(0.0, gain)) * moved**2
     named, answered = list[tuple[Unknown, Fit]](), False
     best = max((gain for gain, _, _ in likely), default=0.0)
