@@ -102,6 +102,7 @@ def test_below_the_limit_the_closed_form_is_the_orbit(r: float, share: float) ->
 
 @settings(deadline=None, max_examples=30)
 @example(0.6)
+@example(0.984375)
 @example(1.2)
 @given(r=st.floats(0.05, 20.0))
 def test_at_the_limit_stops_grow_from_nothing_and_the_energy_does_not_jump(r: float) -> None:
@@ -119,7 +120,8 @@ def test_at_the_limit_stops_grow_from_nothing_and_the_energy_does_not_jump(r: fl
     assert all((state.stops_per_cycle or 0) > 0 for state in above)
     stuck = [present(state.stuck_fraction) for state in above]
     assert stuck == sorted(stuck)
-    assert above[0].energy_per_cycle == pytest.approx(below.energy_per_cycle, rel=1e-6)
+    few = 1e-8 + 3e-9 / (1.0 - r) ** 2  # friction of 1e-9 more: next to resonance the motion answers by so much
+    assert above[0].energy_per_cycle == pytest.approx(below.energy_per_cycle, rel=few)
 
 
 def test_continuous_motion_under_strong_friction_is_where_the_thesis_has_it() -> None:
