@@ -18,11 +18,11 @@ from scipy.special import ndtr, stdtrit
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.campaign.trials import short_name
 from frictionlab.errors import FrictionlabError
-from frictionlab.inference.diagnose import OTHER_CAUSE, strained_facts, to_declare, varied_friction
+from frictionlab.inference.diagnose import OTHER_CAUSE, beside_the_law, strained_facts, to_declare
 from frictionlab.inference.fit import scattered, weighed
 from frictionlab.inference.ladder import SPENT, Ladder, climb
 from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
+from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of
 from frictionlab.inference.unknowns import STRAINED
 from frictionlab.inference.verdict import not_tried, start_left
 from frictionlab.scene import Scene
@@ -39,10 +39,7 @@ BY_TWO_NUMBERS = (
     "{}: friction from two numbers of each test (energy and amplitude), for no law could be fitted to their cycles: {}"
 )
 UNLIKE = "{}: {}{} does not explain all cycles"
-VARIES = (
-    "; its friction coefficient would be {:.3g} times as large if friction may vary with place and speed, and its error"
-    " holds the difference"
-)
+VARIES = "; its friction coefficient would be {:.3g} times as large {}, and its error holds the difference"
 DO_FIND = ": --law auto finds the law that the tests require"
 TURNS = (
     "{}: the gradient changes its sign from test to test ({:+.2g} to {:+.2g} per Y): a contact seated anew between"
@@ -332,23 +329,15 @@ def _against_another_rig(posterior: Posterior, *, by_mass: bool) -> tuple[Poster
 
 
 def _against_richer_laws(posterior: Posterior, do: str) -> tuple[Posterior, list[str]]:
-    """The posterior whose errors hold what place and speed would say, of each material whose law leaves a misfit."""
+    """The posterior whose errors hold what another law would say, of each material whose law leaves a misfit."""
     said, joint = [], JointFit(posterior, posterior)
     for material in joint.materials:
         tests = joint.tests(material)
-        k = posterior.fit.find("beta", tests[0])
-        if k is None or explains(posterior.fit, tests):
+        if explains(posterior.fit, tests):
             continue
         some = [joint.place[o.source] for o in _spread_out([posterior.observations[i] for i in tests])]
-        varied = varied_friction(posterior, some)
-        if varied is None:
-            continue
-        own, slope = posterior.shared(k, some[0])
-        shift = np.zeros(len(posterior.unknowns))
-        shift[k] = (varied[0] - own) / slope
-        posterior = posterior.with_shift(MISSED, shift)
-        times = varied[0] / own
-        varies = VARIES.format(times) if abs(times - 1.0) > SAME else ""
+        posterior, times, why = beside_the_law(posterior, some)
+        varies = VARIES.format(times, why) if abs(times - 1.0) > SAME else ""
         missed, first = [i for i in tests if joint.misfit(i) > EXPLAINED], list[str]()
         for i in missed:  # what to do about one whose motion settled only after what is fitted begins
             observation = posterior.observations[i]

@@ -33,6 +33,7 @@ BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law expl
 AS_LIKELY = -4.0  # the same from which what it moves belongs to u
 BETTER = 0.7  # of what a law misses: a richer one that leaves less was right to be asked
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
+VARIED, BY_ENERGY = "if friction may vary with place and speed", "by the energy taken in over the path"
 OTHER_CAUSE = "another cause than the law"
 FOLLOWS = "normal force that follows the base's acceleration"
 LEAST_FREE = 0.1  # share of what is known of a fact that its data must say: else the prior alone does
@@ -322,27 +323,34 @@ def varied_friction(found: Posterior, tests: Sequence[int]) -> tuple[float, floa
     return (shared, leaves) if leaves < BETTER * before else None
 
 
-def against_richer(found: Posterior) -> tuple[Posterior, list[str]]:
-    """Return the posterior of one test whose errors hold what its law misses, and what is to be said of it.
+def beside_the_law(found: Posterior, tests: Sequence[int]) -> tuple[Posterior, float, str]:
+    """Return the posterior whose errors hold what another law says of the friction that some tests share.
 
-    By how much place and speed in the law, or the energy of the motion over its path, would move the friction ratio: at
-    the edge of sticking a fit looks certain however wrong it is, and energy over path has no edge. Only rigid laws are
-    held against these.
+    With it how many times as large that is, and in words by which law; none where nothing says another. ``tests``: of
+    one material. By how much place and speed in the law, or the energy of their motions over its path, would move it:
+    at the edge of sticking a fit looks certain however wrong it is, and energy over path has no edge. Only rigid laws
+    are held against these.
     """
-    beta, observation = found.fit.find("beta"), found.tests[0].observation
-    if beta is None or observation.law.kind != "rigid":
-        return found, []
-    own, said, apart, leaves = found.values()["beta"], "", 0.0, 0.0
-    varied = varied_friction(found, [0])
+    k, seen, times, said, leaves = found.fit.find("beta", tests[0]), [found.tests[i] for i in tests], 1.0, "", math.inf
+    if k is None or seen[0].observation.law.kind != "rigid":
+        return found, times, said
+    varied = varied_friction(found, tests)
     if varied is not None:
-        apart, leaves = varied
-        said = f"{own:.4g} under this law, {apart:.4g} if friction may vary with place and speed"
-    if not apart or leaves > EXPLAINED * observation.floor:
-        energy, least = observation.friction_by_energy, abs(apart - own) if apart else 0.0
-        if energy is not None and abs(energy - own) > max(least, 0.01 * own):
-            apart, said = energy, f"{own:.4g} under this law, {energy:.4g} by the energy taken in over the path"
-    if not apart:
-        return found, []
+        times, leaves, said = varied[0] / found.shared(k, tests[0])[0], varied[1], VARIED
+    if leaves > EXPLAINED * math.sqrt(float(np.mean([test.observation.floor**2 for test in seen]))):
+        each = ((test.observation.friction_by_energy, found.values(i)) for i, test in zip(tests, seen, strict=True))
+        by_energy = [energy / values["beta"] for energy, values in each if energy]
+        energy = float(np.median(by_energy or [1.0]))
+        if abs(energy - 1.0) > max(abs(times - 1.0), 0.01):
+            times, said = energy, BY_ENERGY
     shift = np.zeros(len(found.unknowns))
-    shift[beta] = (apart - own) / found.slope(beta)
-    return found.with_shift(MISSED, shift), [f"friction_ratio: {said}; its error holds the difference"]
+    shift[k] = (times - 1.0) / found.relative(k)
+    return found.with_shift(MISSED, shift) if said else found, times, said
+
+
+def against_richer(found: Posterior) -> tuple[Posterior, list[str]]:
+    """Return the posterior of one test whose errors hold what its law misses, and what is to be said of it."""
+    found, times, why = beside_the_law(found, [0])
+    own = found.values().get("beta", math.nan)
+    said = f"friction_ratio: {own:.4g} under this law, {own * times:.4g} {why}; its error holds the difference"
+    return found, [said] if why else []
