@@ -40,6 +40,7 @@ LUGRE = Term(
             *("bristle_damping", "σ_1", "damping of the bristles, over k / omega"),
             usual=(0.0, 1.0),
             neutral=0.0,
+            first=0.2,
             rates=-1,
             physical="bristle_damping_n_s_per_m",
         ),
