@@ -205,7 +205,7 @@ def _sheet_text(folder: Path, name: str) -> str:
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return raw.decode("cp1252", "replace")  # as Excel saves it west of Poland
+        return raw.decode("cp1252", "replace")  # as Excel saves it in Western Europe
 
 
 def _number(text: str) -> float:

@@ -253,9 +253,8 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     both = of_mass.beside(of_base)
     noise = math.hypot(both.noise / math.sqrt(len(layout)), both.shared)
     apart = math.sqrt(max(float(np.var(mass - base)) - noise * noise, 0.0)) / float(np.std(base))
-    r, energy = m.frequency_ratio, m.energy_per_cycle
-    alone = r is not None and not wall_moves and not other_masses(layout.more)
-    free = 1.0 / max(abs(1.0 - r * r), 0.02) if alone and r is not None else math.inf  # amplitude without friction
+    r, energy = None if wall_moves or other_masses(layout.more) else m.frequency_ratio, m.energy_per_cycle
+    free = math.inf if r is None else 1.0 / max(abs(1.0 - r * r), 0.02)  # amplitude of one mass without friction
     if apart < 0.005:  # no frame with a contact follows its base so closely
         yield f"mass: its channel repeats the base's (to {100.0 * apart:.2g} %): choose its column (--mass, [log] mass)"
     elif energy <= -max(5.0 * (m.energy.se or 0.0), 0.01):
@@ -269,7 +268,7 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     elif m.size > 5.0 * free:
         without = f"{free:.3g} Y without friction at r = {r:.3g}"
         yield f"response_amplitude: {m.size:.3g} Y, but {without}: {DOUBTED} (--unit), or the natural frequency"
-    elif alone and r is not None and not m.is_blurred:
+    elif r is not None and not m.is_blurred:
         yield from _relative(mass, base, m.stuck_fraction, r)
 
 

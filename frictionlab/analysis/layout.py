@@ -11,7 +11,7 @@ from frictionlab.analysis import cycles, spectrum, steadiness
 from frictionlab.analysis.cycles import Cut
 from frictionlab.analysis.signals import BY_TWO, Sensor, Stretch, sensor_step, white_noise
 from frictionlab.analysis.spectrum import SHORTEST_S, DriveLine, Line, Spectrum, line_in
-from frictionlab.arrays import ComplexArray, FloatArray
+from frictionlab.arrays import ComplexArray, FloatArray, IntArray
 from frictionlab.errors import AnalysisError
 
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
@@ -116,6 +116,11 @@ class Layout:
     def seconds(self, turns: FloatArray) -> FloatArray:
         """When so many cycles have passed [s]; what is between two blocks has no time."""
         return np.asarray(np.interp(turns, np.arange(len(self) + 1.0), np.append(self.time, self.end[-1])))
+
+    def moments(self, which: IntArray) -> FloatArray:
+        """Times (k p,) of the points of some cycles (k,), one after the other [s]."""
+        phase = np.arange(self.mass.shape[1]) / self.mass.shape[1]
+        return np.asarray(self.time[which, None] + (self.end - self.time)[which, None] * phase).ravel()
 
     def __len__(self) -> int:
         return len(self.mass)

@@ -23,7 +23,7 @@ from frictionlab.inference.fit import scattered, weighed
 from frictionlab.inference.ladder import SPENT, Ladder, climb
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of
-from frictionlab.inference.unknowns import STRAINED
+from frictionlab.inference.unknowns import STRAINED, carried
 from frictionlab.inference.verdict import not_tried, start_left
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
@@ -140,9 +140,9 @@ class JointFit:
         law = {p.name: p for p in first.law.parameters if p.name != "beta"}
         for k in self.posterior.tests[i].index.tolist():
             if (p := law.get(unknowns[k].name)) is not None:
-                found[p.name] = self.posterior.shared(k, i)[0] * (unit / first.unit) ** -p.lengths
-        model = Model(law_of(first.law.name), tuple(first.held.items()), scene_model.wall, scene_model.solver)
-        return model._replace(found=tuple(found.items()), reference=(first.r, unit))
+                found[p.name] = self.posterior.shared(k, i)[0] * carried(p, unit / first.unit, 1.0)
+        physics = law_of(first.law.name), tuple(first.held.items()), scene_model.wall, scene_model.solver
+        return Model(*physics, found=tuple(found.items()), reference=(first.r, unit))
 
     def friction(self, material: str, normal_force_n: float) -> Estimate:
         """Return the friction ratio under one normal force, at the mean base amplitude of its tests."""
@@ -195,11 +195,12 @@ class JointFit:
         all by more than is known of it. And whose friction rises along the path in some tests and falls in others,
         beyond twice its error.
         """
-        u = self.posterior.unknowns[self.posterior.fit.find("lag_s") or 0]
-        for source, i in self.place.items():
-            late, common, known = self.lag_s(i), self.lag_s(), u.sd * u.known_to
-            if abs(late - common) > STRAINED * known:
-                yield LATE.format(source, 1e3 * late, 1e3 * common, f"{u.key}_u", 1e3 * known)
+        lag = next((u for u in self.posterior.unknowns if u.name == "lag_s"), None)
+        if lag is not None:
+            common, known = self.lag_s(), lag.sd * lag.known_to
+            for source, i in self.place.items():
+                if abs((late := self.lag_s(i)) - common) > STRAINED * known:
+                    yield LATE.format(source, 1e3 * late, 1e3 * common, f"{lag.key}_u", 1e3 * known)
         for material in self.materials:
             *others, worst = sorted(self.tests(material), key=self.misfit)
             most = max((self.misfit(i) for i in others), default=math.inf)

@@ -17,7 +17,7 @@ from frictionlab.errors import SimulationError, UsageError
 from frictionlab.inference.comparison import loop_energy
 from frictionlab.inference.observation import Observation, Values, noise_of, simulated
 from frictionlab.inference.observations import law_and_held
-from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
+from frictionlab.inference.unknowns import SMALLEST, Unknown, carried, of_law
 from frictionlab.inference.verdict import model_words
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, SteadyState, steady_state
@@ -51,8 +51,7 @@ class Model(NamedTuple):
     def at(self, r: float, unit: float | None = None) -> "Model":
         """The same in a test at a frequency ratio and a Y [m], by default that of the reference."""
         length, rate = (1.0 if unit is None else unit / self.reference[1]), r / self.reference[0]
-        powers = ((name, value, self.law.parameter(name)) for name, value in self.found)
-        found = [(name, value * length**-p.lengths * rate**-p.rates) for name, value, p in powers]
+        found = [(name, value * carried(self.law.parameter(name), length, rate)) for name, value in self.found]
         return Model(self.law, tuple(sorted((*self.held, *found))), self.wall, self.solver)
 
     @property

@@ -50,11 +50,10 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
         grid = figure.add_gridspec(2 if force is None else 3, 2, width_ratios=(1.35, 1.0))
         title = f"{m.regime}, {m.stops_per_cycle:.3g} stops a cycle   amplitude {m.amplitude} Y   irregularity {index}"
         used, thin = np.flatnonzero(m.series.used), slice(None, None, math.ceil(layout.mass.shape[1] / THIN))
-        last, phase = used[-CYCLES:, None], np.arange(layout.mass.shape[1]) / layout.mass.shape[1]
-        time = (layout.time[last] + (layout.end - layout.time)[last] * phase).ravel()
+        last, time = used[-CYCLES:], layout.moments(used[-CYCLES:])
         stops = layout.seconds(m.found.T / style.TURN)
         stops = stops[(stops[:, 1] > time[0]) & (stops[:, 0] < time[-1])]
-        lines = {"base": layout.base[last[:, 0]].ravel(), "mass": layout.mass[last[:, 0]].ravel()}
+        lines = {"base": layout.base[last].ravel(), "mass": layout.mass[last].ravel()}
         ax = figure.add_subplot(grid[0, :], title=title)
         style.over_time(ax, time, lines, stops=stops, ylabel="displacement, x / Y, y / Y")
         title = f"{ratio}   Y = {1e3 * m.base_amplitude_m:.4g} mm   distortion {100 * m.base_distortion:.2g} %"

@@ -28,7 +28,7 @@ STILL = 1e-9  # of omega Y: a contact that is slower stands
 PARTS = {"stops": "at stops", "slides up": "while the mass slides up", "slides down": "while the mass slides down"}
 SOURCES = {
     NOISE: "noise, and what the law misses",
-    PRIOR: "the friction that is usual: of less there is no sign",
+    PRIOR: "the usual range of friction, far above what is seen here",
     AS_KNOWN: "sensors and rig, which the fit finds unlike what is known of them",
     NOT_DISTINGUISHED: "other laws, which the recording does not distinguish",
     MISSED: "the law: found in another way, beta is another",

@@ -466,7 +466,9 @@ def alike(model: Model, found: Fit, starts: Sequence[FloatArray]) -> list[FloatA
     try:
         state = cycle_of(found.model.tests[0]).solved(found.values())
         motion = observation.law_at_contact(state, 2.0 * np.pi * np.arange(STRETCHES) / STRETCHES)
-        place, speed, force = tuple(motion or ())  # a ValueError where nothing moves
+        if motion is None:
+            return []
+        place, speed, force = motion
         parts = np.flatnonzero(np.abs(speed) > CREEPS * np.abs(speed).max())
         known |= {"place": place, "parts": parts, "count": STRETCHES, "directions": None, "r": state.problem.r}
         known |= {"data": of_parts(force, STRETCHES, parts), "variances": (observation.floor * np.std(force)) ** 2}

@@ -157,17 +157,15 @@ class MaterialLaw:
     def draws(self, n: int, seed: int = 0) -> list[dict[str, float]]:
         """Return values of so many tests not made: errors, and scatter from test to test with what is not known of it.
 
-        They lie evenly (a Latin hypercube). A value that is positive by its law is drawn on a logarithmic scale, others
-        are kept inside their domain. The same seed, the same draws.
+        They lie evenly: a Latin hypercube and its mirror image. A value that is positive by its law is drawn on a
+        logarithmic scale, others are kept inside their domain. The same seed, the same draws.
         """
         from scipy.stats.qmc import LatinHypercube  # noqa: PLC0415 - half a second, for predictions alone
 
         names, best = list(self.values), np.array(list(self.values.values()))
         spread = np.array([math.hypot(*self.scatter.get(name, ())) for name in names])
         values, vectors = np.linalg.eigh(self.covariance + np.diag(spread**2))
-        evenly = LatinHypercube(len(names), rng=seed).random(
-            (n + 1) // 2
-        )  # and their mirror images: bands have no lean
+        evenly = LatinHypercube(len(names), rng=seed).random((n + 1) // 2)
         normal = np.concatenate([ndtri(evenly), -ndtri(evenly)])[:n]
         steps = normal * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
         own = {physical_name(p): p for p in law_of(self.law).own}

@@ -35,7 +35,7 @@ RIVAL = 9.0  # chi-square within which another minimum is a rival
 NOISE = "noise and misfit"
 AS_KNOWN = "sensors and rig as known, or as fitted"
 MISSED = "the law itself"
-PRIOR = "what is usual of it"
+PRIOR = "prior of the friction ratio"
 WIDER = 4.0  # times: prior of a lag that nobody has declared, where several tests determine it
 SAYS = 1e-9  # of what is known with the data: a direction of which they say less is left out
 BENDS = ("parabola", "cubic", "base_parabola", "base_cubic")  # of sensors: as large as the cycle fills their range
@@ -425,8 +425,7 @@ def information_of(fit: Fit, i: int) -> FloatArray:
 
 def posterior_of(fit: Fit) -> Posterior:
     """Return the posterior about a fit; what a prior does to friction that is not seen is in its error."""
-    information = tuple(information_of(fit, i) for i in range(len(fit.model.tests)))
-    found = Posterior(fit, information, fit.scatter_to_count)
+    found = Posterior(fit, tuple(information_of(fit, i) for i in range(len(fit.model.tests))), fit.scatter_to_count)
     for k in found.unseen:
         found = found.with_shift(PRIOR, found.plain[k] * fit.point[k])
     return found

@@ -214,5 +214,9 @@ def factor(unknown: Unknown, law: Law, *, length: float, rate: float, force: flo
         return {"spring_cubic": length**2, "play": 1.0 / length}.get(unknown.name, 1.0)
     if unknown.name == "beta":
         return force / length
-    parameter = law.parameter(unknown.name)
+    return carried(law.parameter(unknown.name), length, rate)
+
+
+def carried(parameter: Parameter, length: float, rate: float) -> float:
+    """Return by how much a parameter's dimensionless value is larger where Y and omega are so many times as large."""
     return float(length**-parameter.lengths * rate**-parameter.rates)

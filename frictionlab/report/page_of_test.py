@@ -99,9 +99,8 @@ def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
         return
     unit, drive = 1e3 * (measured.base_amplitude.value or np.nan), measured.drive.value or np.nan  # Y in mm; Hz
     cycle, series, layout = measured.cycle, measured.series, measured.layout
-    begin, end, last, points = layout.time[-CYCLES:], layout.end[-CYCLES:], slice(-CYCLES, None), layout.mass.shape[1]
-    time = np.linspace(begin, end, points, endpoint=False, axis=1).ravel()
-    both = (("base", layout.base, "other"), ("mass", layout.mass, "measured"))
+    last = np.arange(len(layout))[-CYCLES:]
+    time, both = layout.moments(last), (("base", layout.base, "other"), ("mass", layout.mass, "measured"))
     lines = [ChartLine(time, unit * cycles[last].ravel(), label, kind) for label, cycles, kind in both]
     yield "Time response", chart(lines, "time [s]", "displacement [mm]")
     x, y = "mass displacement x [mm]", "base displacement y [mm]"

@@ -14,7 +14,7 @@ from frictionlab.errors import ParameterError
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Two, Some = Field(min_length=2, max_length=2), Field(min_length=1)
+Some = Field(min_length=1)
 _NAME = re.compile(r'[^/\\:*?"<>|\x00-\x1f\x7f-\x9f\ud800-\udfff]{1,100}')
 
 

@@ -32,7 +32,8 @@ GIVEN = (
 """Keys of a truth, in order: of a test, and of its table in the scene; the first five are its mark."""
 PREAMBLE = (
     "# SYNTHETIC: simulated by frictionlab, not measured\n"
-    "# material {material}, normal force {force:g} N, r {ratio:g}; its truth is in truth.jsonl\n"
+    "# material {test.group.material}, normal force {test.normal_force_n:g} N, r {test.frequency_ratio:g}; its truth is"
+    " in truth.jsonl\n"
     "{columns}\n"
 )
 HEADS = {
@@ -130,9 +131,7 @@ def _lines(
         rms = synthetic.channel_noise * float(np.sqrt(np.mean(values**2)))
         seen.append(values + rms * further.standard_normal(len(values)))
     columns = ",".join(["time [s]", *heads, "base [mm]", *(HEADS[name] for name in more)])
-    head = PREAMBLE.format(
-        material=test.group.material, force=test.normal_force_n, ratio=test.frequency_ratio, columns=columns
-    )
+    head = PREAMBLE.format(test=test, columns=columns)
     return head + (line * len(time)) % tuple(np.column_stack([time, *seen]).ravel().tolist())
 
 
@@ -143,25 +142,20 @@ def truth(test: SyntheticTest) -> dict[str, object]:
     energy dissipated is another number and stands beside it. Numbers have twelve digits, which are the same on every
     machine; the last four of a double are not.
     """
-    said = test.group.model_dump() | vars(test)
-    known = {key: said[key] for key in GIVEN if said[key] is not None} | {
+    said, state = test.group.model_dump() | vars(test), steady_state(test.frame or test.problem())
+    known: dict[str, object] = {key: said[key] for key in GIVEN if said[key] is not None} | {
         "drive_frequency_hz": test.drive_frequency_hz,
         "friction_force_n": test.group.friction_coefficient * test.normal_force_n,
+        "outcome": state.outcome,
+        ENERGY: state.energy_per_cycle,
+        "energy_dissipated_per_cycle": state.energy_taken,
+        **{key: value_of(state, key) for key in (AMPLITUDE, STOPS, "stuck_fraction", REGIME)},
     }
-    known |= _steady_truth(test)
-    return {key: _twelve_digits(value) for key, value in known.items()}
-
-
-def _steady_truth(test: SyntheticTest) -> dict[str, object]:
-    state = steady_state(test.frame or test.problem())
-    keys = ("outcome", ENERGY, AMPLITUDE, STOPS, "stuck_fraction", REGIME)
-    known: dict[str, object] = {"outcome": state.outcome, ENERGY: state.energy_per_cycle}
-    known |= {"energy_dissipated_per_cycle": state.energy_taken} | {key: value_of(state, key) for key in keys}
     if test.frame is not None:
         ratios = test.frame.natural_frequencies
         known |= {key: state.row()[key] for key in ("response_amplitudes", "contacts")}
         known["natural_frequencies_hz"] = [test.natural_frequency_hz * float(ratio) for ratio in ratios]
-    return known
+    return {key: _twelve_digits(value) for key, value in known.items()}
 
 
 def _twelve_digits(value: object) -> object:
