@@ -22,6 +22,7 @@ SMALL, FULL = 0.5, 0.97  # of the drive's usual size: less at an end is a start 
 OTHER = 0.05  # of the drive's frequency: so far off, a part is another test
 AS_A_DRIFT, CLEAR = 1.15, 5.0  # times the last part's change, and errors of it, from which a decay is seen
 LEFT = 5e-4  # of the motion: a decay that changes it by less is none
+FEWEST = 8  # cycles of which it can be seen when they settle, and that are worth to cut more than half for
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
 
@@ -30,7 +31,7 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
 
     Mass and base repeat from cycle to cycle then, or drift: cycles of all parts are compared on a coarse grid with the
     mean of the last quarter, of a long test with their own drift; medians of five, so that single irregular cycles are
-    no transient. At most half is cut; what repeats in the last third alone has not settled.
+    no transient. Half is cut at most, or what leaves eight cycles; what the last third alone repeats has not settled.
     """
     longest = max(parts, key=lambda part: len(part.base), default=None)
     if longest is None or len(longest.base) < 64 or not float(np.ptp(longest.base)) > 0.0:
@@ -40,7 +41,7 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
     cuts = [cycles.cut(part.base, frequency, noise=noise) for part in parts]
     starts = np.concatenate([p.time + c.start * p.step for p, c in zip(parts, cuts, strict=True)]) - begin
     n, first, last = len(starts), parts[0].time - begin, parts[-1].time + len(parts[-1].base) * parts[-1].step - begin
-    if n < 8:
+    if n < FEWEST:
         start = 0.0 if n < 4 else float(starts[1])
         return start, start
     window = int(n * MEMORY_S / (last - first)) if last - first >= LONG_S else n // 3
@@ -50,9 +51,10 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
         rows = np.concatenate([cycles.fold(s, c.start, c.end, 64) for s, c in zip(signals, cuts, strict=True)])
         rows -= rows.mean()
         found.append(_settled(rows, window, white_noise(getattr(longest, name))))
-    latest = max(first for first, _ in found)
+    latest, seen = max(first for first, _ in found), all(seen for _, seen in found)
     start = float(np.append(starts, math.inf)[latest]) if latest else 0.0
-    return min(0.5 * float(first + last), start), start if all(seen for _, seen in found) else None
+    most = math.inf if seen and n - latest >= FEWEST else 0.5 * float(first + last)
+    return min(most, start), start if seen else None
 
 
 def driven(parts: Sequence[Stretch]) -> tuple[list[Stretch], list[str]]:

@@ -159,12 +159,15 @@ def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = 
 
 
 def _is_ours(path: Path) -> bool:
-    if path.name in TABLES:
-        return is_table(path, TABLES[path.name])
+    return is_table(path, TABLES[path.name]) if path.name in TABLES else is_page(path)
+
+
+def is_page(path: Path) -> bool:
+    """Whether this file is a page of a report of this tool."""
     if not path.is_file():
         return False
     with path.open("rb") as file:
-        return MARK in file.read(4000).decode(errors="replace")
+        return MARK.encode() in file.read(4000)
 
 
 def law_file(material: str) -> str:

@@ -47,14 +47,7 @@ _QUARANTINED = {"file": np.str_, "line": np.int64, "text": np.str_, "reason": np
 
 
 def write_recording(recording: Recording, path: Path, *, force: bool = False) -> None:
-    """Write a recording to an HDF5 file, whole or not at all.
-
-    Parameters
-    ----------
-    recording : Recording
-    path : Path
-        An existing recording there is replaced, with ``force`` whatever file stands there.
-    force : bool
+    """Write a recording to an HDF5 file, whole or not at all; one there is replaced, with ``force`` whatever is there.
 
     Raises
     ------

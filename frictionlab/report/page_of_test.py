@@ -10,7 +10,7 @@ import numpy as np
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign
-from frictionlab.campaign.files import MARK
+from frictionlab.campaign.files import is_page
 from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.trials import Trial, short_name
 from frictionlab.figures.materials import at_lag
@@ -67,12 +67,7 @@ def sheet_name(number: int, trial: Trial) -> str:
 
 def write_sheet(sheet: PageOfTest, path: Path, *, back: str | None = None, force: bool = False) -> None:
     """Write a page into an existing folder; ``back``: link to the page of all tests. May raise `OutputError`."""
-    write_whole(path, sheet_page(sheet, back=back).encode(), replace=force or _is_sheet)
-
-
-def _is_sheet(path: Path) -> bool:
-    with path.open("rb") as file:
-        return MARK.encode() in file.read(4000)
+    write_whole(path, sheet_page(sheet, back=back).encode(), replace=force or is_page)
 
 
 def sheet_page(sheet: PageOfTest, *, back: str | None = None) -> str:

@@ -242,8 +242,7 @@ def test_a_free_vibration_that_repeats_with_the_drive_is_part_of_the_transient()
         base, free = np.cos(3 * np.pi * t), size * np.exp(-t / time) * np.cos(6 * np.pi * t)
         mass, base = (1e-3 * x + 1e-6 * rng.standard_normal(len(t)) for x in (np.sin(3 * np.pi * t) + free, base))
         start, settled = steadiness.transient([Stretch(0.0, 0.004, {"mass": mass, "base": base})], 0.0)
-        assert settled is not None
-        assert start == pytest.approx(min(settled, seconds / 2))
+        assert start == settled is not None  # also beyond the half of 40 s: 27 settled cycles are left
         assert 0.4e-3 < size * math.exp(-settled / time) < 2.5e-3
 
 
