@@ -265,31 +265,23 @@ def test_a_number_draws_the_same_recording_again() -> None:
 
 
 DRAWN = [  # seed, number and kind of a draw, the law asked for, stated errors, relative error that are allowed
-    pytest.param(
-        *((2026, 2), "coulomb+place", 3.0, 0.01),
-        id="a cubic of 4.5 % at r = 0.13: friction that varies with place met it, 0.5 % off, 13 stated errors",
-    ),
-    pytest.param(
-        *((261128, 147), "coulomb+speed", 3.0, 1.0),
-        id="a third harmonic of 0.08 % at r = 0.31 was left out: friction 2.7 % low, 5.9 stated errors, explained",
-    ),
-    pytest.param(*((261128, 172), "auto", 3.0, 1.0), id="friction falls with speed and nothing stops: 3.3 errors"),
-    pytest.param(*((271102, 54), "auto", 3.0, 0.02), id="friction falls with speed, taken for place: 3.4 errors"),
-    pytest.param(
-        *((261128, 385), "coulomb+compliance", 3.0, 1.0), id="play of 15 um, its force blurred: 6.2 stated errors"
-    ),
-    pytest.param(
-        *((77, 169), "auto", 2.0, 0.003),
-        id="friction falls with speed at r = 0.16: break-away alone was tried, 1.9 % off and 2.7 stated errors",
-    ),
-    pytest.param(
-        *((3003, 2, "frequency"), "auto", 3.0, 1.0),
-        id="three harmonics hold no frequency that is 9 % off: it bent the law, 32 % off, 4.4 stated errors",
-    ),
-    pytest.param(
-        *((9512, 21), "coulomb+speed", 1.5, 0.06),
-        id="12.5 um of play at r = 0.66 pulled the natural frequency by two errors: 2.4 % off, an error of 0.55 %",
-    ),
+    # a cubic of 4.5 % at r = 0.13: friction that varies with place met it, 0.5 % off, 13 stated errors
+    ((2026, 2), "coulomb+place", 3.0, 0.01),
+    # a third harmonic of 0.08 % at r = 0.31 was left out: friction 2.7 % low, 5.9 stated errors, explained
+    ((261128, 147), "coulomb+speed", 3.0, 1.0),
+    # a cubic between 51 samples a cycle took from the higher harmonics: 0.6 % low, 3.3 stated errors
+    ((261129, 142), "coulomb+speed", 2.0, 0.003),
+    # break-away of 1.07 and 1.28 moves the mean by 0.016 Y: a cubic of -2.9 % was seen as -0.7 %, 4 errors
+    ((261128, 380), "coulomb+breakaway", 2.0, 0.005),
+    ((261128, 172), "auto", 3.0, 1.0),  # friction falls with speed and nothing stops: 3.3 errors
+    ((271102, 54), "auto", 3.0, 0.02),  # friction falls with speed, taken for place: 3.4 errors
+    ((261128, 385), "coulomb+compliance", 3.0, 1.0),  # play of 15 um, its force blurred: 6.2 stated errors
+    # friction falls with speed at r = 0.16: break-away alone was tried, 1.9 % off and 2.7 stated errors
+    ((77, 169), "auto", 2.0, 0.003),
+    # three harmonics hold no frequency that is 9 % off: it bent the law, 32 % off, 4.4 stated errors
+    ((3003, 2, "frequency"), "auto", 3.0, 1.0),
+    # 12.5 um of play at r = 0.66 pulled the natural frequency by two errors: 2.4 % off, an error of 0.55 %
+    ((9512, 21), "coulomb+speed", 1.5, 0.06),
 ]
 
 
@@ -301,7 +293,8 @@ def test_what_misled_the_identification_once_is_in_its_error(
     found, beta = fl.compare(draw.recording(), draw.scene(), law=law), draw.values["beta"]
     assert found.friction_ratio == pytest.approx(beta, abs=errors * present(found.friction_ratio_u))
     assert found.friction_ratio == pytest.approx(beta, rel=share)
-    assert present(found.friction_ratio_u) < 0.04 * beta or share == 1.0
+    others = any("does not distinguish" in said for said in found.warnings)  # laws as likely, of another friction ratio
+    assert present(found.friction_ratio_u) < 0.04 * beta or share == 1.0 or others
     assert number != (77, 169) or found.law == "coulomb+stribeck"
 
 

@@ -21,6 +21,8 @@ from frictionlab.errors import AnalysisError
 
 FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
 MOST_SINGLE = 400  # cycles that show the scatter
+SHARP = 96  # samples a cycle: between fewer a cubic takes from the harmonics that a law is told by
+FINEST = 4  # times as many points as samples that a signal is laid on, at most
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache
 INTERPOLATED = 733.0 / 945.0
 """Mean variance that `interpolate` leaves of unit white noise, over all positions between samples."""

@@ -16,7 +16,7 @@ from frictionlab.analysis.layout import HARMONICS, VELOCITY, Layout
 from frictionlab.analysis.spectrum import LEAST, Line, mains_of
 from frictionlab.analysis.stops import TURN
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import DOUBTED
+from frictionlab.errors import DOUBTED, NOT_KNOWN
 from frictionlab.schema import ENERGY
 
 if TYPE_CHECKING:
@@ -47,10 +47,7 @@ def warnings(
         said += (*_of_settling(m), *_of_changes(layout, m), *_of_stops(m))
     said += _of_the_load_cell(m, taken)
     if m.frequency_ratio is None and not prescribed:
-        said.append(
-            "frequency_ratio: the natural frequency is not known: give natural_frequency_hz in [rig] of the scene or"
-            " --natural-frequency; `frictionlab free-vibration` measures it"
-        )
+        said.append(f"frequency_ratio: {NOT_KNOWN}")
     if of_mass.cutoff is not None and cut >= 0.002 * m.size:
         said.append(
             f"response_amplitude: the mass's filter ({of_mass.cutoff:.4g} Hz; mass_filter_hz in [sensors]) may cut away"

@@ -274,7 +274,7 @@ def _window(line: Line, drive: float) -> float:
 
 def _folded(signals: list[FloatArray], cuts: list[Cut], points: int) -> FloatArray:
     """Cycles of all stretches; few samples of a cycle are interpolated without limit of band first."""
-    times = math.ceil(24 * max(c.frequency for c in cuts))  # between fewer a cubic takes from the third harmonic
+    times = min(cycles.FINEST, math.ceil(cycles.SHARP * max(c.frequency for c in cuts)))
     if times > 1:
         signals = [cycles.finer(s, times) for s in signals]
     rows = [cycles.fold(s, c.start * times, c.end * times, points) for s, c in zip(signals, cuts, strict=True)]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis import channels, steadiness, stops
-from frictionlab.analysis.cycles import BLOCK, INTERPOLATED, Smoother, chunks, smoothed, smoother, some_cycles
+from frictionlab.analysis.cycles import BLOCK, INTERPOLATED, SHARP, Smoother, chunks, smoothed, smoother, some_cycles
 from frictionlab.analysis.layout import VELOCITY, Layout, slow_wander
 from frictionlab.analysis.stops import Move, Thresholds
 from frictionlab.arrays import ComplexArray, FloatArray, shifted
@@ -130,7 +130,8 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
     energy_noise, energy_shared = _energy_noises(layout, how, found, float(np.mean(areas)))
     index = None if is_stuck else steadiness.irregularity_index(layout.mass, layout.blocks)
     left = of_mass.left(layout.samples, np.arange(1.0, max(2.0, 0.5 * layout.samples)))
-    floor = steadiness.irregularity_floor(layout.mass, of_mass.noise * math.sqrt(INTERPOLATED * float(left.mean())))
+    between = INTERPOLATED if layout.samples >= SHARP else 1.0
+    floor = steadiness.irregularity_floor(layout.mass, of_mass.noise * math.sqrt(between * float(left.mean())))
     is_used = (number >= used.start) & (number < used.stop)
     return Response(
         series=CycleSeries(layout.time, is_used, areas, slide, layout.mass.mean(axis=1), count, stuck),

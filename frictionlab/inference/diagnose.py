@@ -16,7 +16,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Fit, Test, cost, fit_from, log_evidence, missed_shares, weighed
 from frictionlab.inference.observation import NO_MOTION
-from frictionlab.inference.observations import CycleObservation, cycle_of
+from frictionlab.inference.observations import CycleObservation, cycle_of, mean_cycle
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown
@@ -162,23 +162,20 @@ def _other_causes(
     Then by how much a usual play that the recording does not show moves the friction ratio: a warning speaks of it.
     ``enough``: gain from which a cause is named.
     """
-    own, observation = found.fit, cycle_of(found.tests[0])
-    bare = replace(found.tests[0], observation=observation.metered(Meter(WORK)))
-    try:  # the same fit weighed by noise alone, followed to its minimum
-        main = weighed(replace(own, model=replace(own.model, tests=(bare,), most=STEPS)), np.zeros(1))
+    try:
+        main = _alone(found)
     except NO_MOTION:
         return found, [], False, 0.0
     likely: list[tuple[float, Unknown, Fit]] = []  # the likeliest fit with each cause
-    more, beta, hidden = np.zeros(len(found.unknowns)), own.find("beta"), 0.0
+    more, beta, hidden = np.zeros(len(found.unknowns)), found.fit.find("beta"), 0.0
     for cause in causes:
-        try:
+        tried = list[tuple[float, Fit]]()
+        with suppress(*NO_MOTION):
             tried = [one for one in _tried(main, cause) if math.isfinite(one[0])]
-        except NO_MOTION:
-            continue  # no motion with this cause: it shows nothing
-        if not tried:
+        if not tried:  # or no motion with this cause: it shows nothing
             continue
         likely.append((tried[0][0], cause, tried[0][1]))
-        hidden = _of_hidden_play(tried[0][1], cause, observation.unit) if cause.name == "play" else hidden
+        hidden = _of_hidden_play(tried[0][1], cause, cycle_of(found.tests[0]).unit) if cause.name == "play" else hidden
         assumed_none = cause.name == "play" and hidden > 0.0  # a warning says what a usual one would move
         for gain, other in tried:
             if gain > (ANSWERS if assumed_none else AS_LIKELY):
@@ -191,13 +188,22 @@ def _other_causes(
         far = beta is not None and _apart(found, other)[0][beta] > math.sqrt(float(found.covariance[beta, beta]))
         fits = explained or explains(other, [0])
         answers = gain > max(enough, best - ANSWERS) and (fits or gain > BY_FAR)
-        eases = _strain(other, cause) < max(STRAINED, _strain(own, cause))
+        eases = _strain(other, cause) < max(STRAINED, _strain(found.fit, cause))
         if eases and (answers or (enough == ANSWERS and explained and gain > 0.0 and far)):
             named.append((cause, other))
             answered = answered or fits
     if (more > 0.09 * np.diag(found.covariance)).any():
         found = found.with_shift(OTHER_CAUSE, np.sqrt(more))
     return found, named, answered, hidden
+
+
+def _alone(found: Posterior) -> Fit:
+    """The same fit weighed by noise alone, followed to its minimum; the mass stands where its law has it."""
+    own, observation = found.fit, cycle_of(found.tests[0])
+    motion = observation.motion(own.values()) if observation.single else None
+    stands = 0.0 if motion is None else float(mean_cycle(motion[0], len(observation.cycle.tau)).mean())
+    bare = replace(found.tests[0], observation=replace(observation.metered(Meter(WORK)), stands=stands))
+    return weighed(replace(own, model=replace(own.model, tests=(bare,), most=STEPS)), np.zeros(1))
 
 
 def _apart(found: Posterior, other: Fit) -> tuple[FloatArray, FloatArray]:

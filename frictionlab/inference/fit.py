@@ -40,6 +40,10 @@ SCATTERS = np.concatenate([[0.0], np.geomspace(0.05, 40.0, 22)])  # over its pri
 STEPS = np.diff(np.concatenate([[0.0], 0.5 * (SCATTERS[1:] + SCATTERS[:-1]), SCATTERS[-1:]]))
 LOG_PRIOR = -np.log1p(2.0 * SCATTERS) - 0.5 * (SCATTERS / 15.0) ** 2  # of a scatter of any size, for errors
 NOT_SEEN = 8.0  # scales: the scatter to count where no two tests show it
+NO_BOUND = (
+    ": near resonance the motion may have no bound; check the natural frequency (rig.natural_frequency_hz,"
+    " --natural-frequency)"
+)
 
 
 @dataclass(frozen=True)
@@ -371,10 +375,7 @@ def fit_from(
     """Return the best fit from the best of some starts; ``tempers``: what the law cannot explain counts as noise."""
     places = [p for start in starts if (p := _looked(model, np.clip(start, *model.bounds), local)) is not None]
     if not places:
-        raise AnalysisError(
-            "no value tried has a steady state: near resonance the motion may have no bound; check the natural"
-            " frequency (rig.natural_frequency_hz, --natural-frequency)"
-        )
+        raise AnalysisError(f"no value tried has a steady state{NO_BOUND}")
     found = descend(min(places, key=lambda place: place.cost).simulated())
     return tempered(found) if tempers else found
 

@@ -36,7 +36,7 @@ from frictionlab.inference.fit import (
 )
 from frictionlab.inference.force import ForceObservation, of_parts
 from frictionlab.inference.observation import NO_MOTION, Observation
-from frictionlab.inference.observations import STRETCHES, CycleObservation, OfCycles, cycle_of
+from frictionlab.inference.observations import LEAST_POINTS, CycleObservation, OfCycles, cycle_of
 from frictionlab.inference.posterior import Posterior, explains, infer, misfit_is_noise, model_of, posterior_of
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import Unknown
@@ -465,13 +465,13 @@ def alike(model: Model, found: Fit, starts: Sequence[FloatArray]) -> list[FloatA
     known: dict[str, Any] = {f.name: getattr(observation, f.name, None) for f in fields(ForceObservation)}
     try:
         state = cycle_of(found.model.tests[0]).solved(found.values())
-        motion = observation.law_at_contact(state, 2.0 * np.pi * np.arange(STRETCHES) / STRETCHES)
+        motion = observation.law_at_contact(state, 2.0 * np.pi * np.arange(LEAST_POINTS) / LEAST_POINTS)
         if motion is None:
             return []
         place, speed, force = motion
         parts = np.flatnonzero(np.abs(speed) > CREEPS * np.abs(speed).max())
-        known |= {"place": place, "parts": parts, "count": STRETCHES, "directions": None, "r": state.problem.r}
-        known |= {"data": of_parts(force, STRETCHES, parts), "variances": (observation.floor * np.std(force)) ** 2}
+        known |= {"place": place, "parts": parts, "count": LEAST_POINTS, "directions": None, "r": state.problem.r}
+        known |= {"data": of_parts(force, LEAST_POINTS, parts), "variances": (observation.floor * np.std(force)) ** 2}
         test = Test(ForceObservation(**known), np.arange(sum(own)), np.ones(sum(own)))
         alone = Model((test,), tuple(u for u in model.unknowns if u.law), np.zeros(sum(own)))
         fit = fit_from(alone, [start[own] for start in starts])

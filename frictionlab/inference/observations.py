@@ -22,7 +22,7 @@ from frictionlab.analysis.response import Cycle
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.analysis.steadiness import AS_A_DRIFT, CLEAR
 from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.errors import NOT_KNOWN, AnalysisError, UsageError
 from frictionlab.inference.comparison import AtContact, contact_force, harmonics_of, loop_energy
 from frictionlab.inference.observation import (
     BENDS,
@@ -56,7 +56,6 @@ ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
 LEAST_POINTS = 512  # of a simulated cycle: what folds back from beyond is below 3e-8 of Y
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
-STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
 RESTS = 0.05  # of the mass's largest speed: below it, it may stand
 CURVED, SHARP = 16, 64  # harmonics of the force of a cubic spring, and of what turns round as fast as the mass
@@ -171,7 +170,7 @@ class CycleObservation(OfCycles):
 
     ``cycle``: as it was measured; ``energy`` (k Y^2), ``amplitude`` (Y), ``regime`` of it; ``rate``: of sampling, Hz;
     ``base``: its motion over Y, as its sensor shows it; ``kept`` (K,): how much of each harmonic the mass's filter
-    leaves.
+    leaves; ``stands``: where the mass stands on average by a law, Y, which no sensor shows.
     """
 
     cycle: Cycle
@@ -181,6 +180,7 @@ class CycleObservation(OfCycles):
     rate: float
     base: Base
     kept: FloatArray
+    stands: float = 0.0
     by_sensors: ClassVar = (*SENSORS, "mass_in_base")
 
     @property
@@ -218,7 +218,7 @@ class CycleObservation(OfCycles):
     @cached_property
     def stretch(self) -> FloatArray:
         """Measured motion of the mass over the base (p,), Y: what the frame's spring is stretched by."""
-        return finer(slid_of(self.cycle, "base"))
+        return finer(slid_of(self.cycle, "base")) + self.stands
 
     @cached_property
     def rubbed(self) -> FloatArray:
@@ -349,8 +349,8 @@ class CycleObservation(OfCycles):
 
 
 def finer(cycle: FloatArray) -> FloatArray:
-    """Return a cycle (p,) at no fewer points than `STRETCHES`."""
-    points = max(len(cycle), STRETCHES)
+    """Return a cycle (p,) at no fewer points than `LEAST_POINTS`."""
+    points = max(len(cycle), LEAST_POINTS)
     return np.asarray(np.fft.irfft(np.fft.rfft(cycle), points) * (points / len(cycle)))
 
 
@@ -440,12 +440,8 @@ def observe(measurement: Measurement, scene: Scene, law: str | Law | None = None
     AnalysisError
         The natural frequency is not known.
     """
-    ratio = measurement.frequency_ratio
-    if ratio is None or not math.isfinite(ratio):
-        raise AnalysisError(
-            "no frequency ratio: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or"
-            " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
-        )
+    if not math.isfinite(measurement.frequency_ratio or math.nan):
+        raise AnalysisError(f"no frequency ratio: {NOT_KNOWN}")
     if scene.rig.masses or scene.rig.contacts:
         from frictionlab.inference.storey_cycle import observe_storeys  # noqa: PLC0415 - for frames alone
 

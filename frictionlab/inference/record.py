@@ -21,7 +21,7 @@ from frictionlab.analysis.signals import student, variance_inflation, white_nois
 from frictionlab.analysis.stretches import channels_of
 from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import sound_base
-from frictionlab.errors import AnalysisError
+from frictionlab.errors import NOT_KNOWN, AnalysisError
 from frictionlab.inference.comparison import WholeRecord
 from frictionlab.inference.observation import BENDS, NO_MOTION, SENSORS, Observation, Reached, Values, at_least, of_few
 from frictionlab.inference.unknowns import Unknown
@@ -256,7 +256,7 @@ def observe_record(
     base's acceleration, and there noise counts more. Without a ``measurement`` of steady cycles the record is reported
     in stretches of its base's mean period, at least one of the frame.
     """
-    natural = _natural_frequency_of(scene)
+    natural = scene.rig.natural_frequency or math.nan
     part, said = sound_base(recording)
     step = 1.0 / part.sampling_rate_hz
     mass, base = (
@@ -318,15 +318,6 @@ def observe_record(
     return observation, tuple(s for s in said if s not in part.source.warnings)
 
 
-def _natural_frequency_of(scene: Scene) -> float:
-    if scene.rig.natural_frequency is None:
-        raise AnalysisError(
-            "record: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or mass_kg and"
-            " stiffness_n_per_m (--natural-frequency); the fit corrects it, `frictionlab free-vibration` measures it"
-        )
-    return scene.rig.natural_frequency
-
-
 def _largest(base: FloatArray, rms: float, penalty: float) -> tuple[float, float, float]:
     """First value of the base, its largest displacement from there (m), and what that is known to (relative)."""
     curve, share = (spline(base, penalty), gain_kept(penalty)) if penalty else (base, 1.0)
@@ -338,6 +329,8 @@ def _largest(base: FloatArray, rms: float, penalty: float) -> tuple[float, float
 
 def _refuse(part: Recording, channels: dict[str, tuple[FloatArray, float]], natural_frequency: float) -> None:
     """Refuse a record without a cycle that is too short, or in which mass or base stand still."""
+    if math.isnan(natural_frequency):
+        raise AnalysisError(f"record: {NOT_KNOWN}")
     least = FEWEST_PERIODS / natural_frequency
     if len(part) < FEWEST or part.duration_s < least:
         raise AnalysisError(

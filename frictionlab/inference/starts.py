@@ -15,7 +15,7 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.comparison import harmonics_of
-from frictionlab.inference.fit import Model, cost
+from frictionlab.inference.fit import NO_BOUND, Model, cost
 from frictionlab.inference.observations import cycle_of
 
 LARGEST = 4.0  # friction ratio at which a contact that hardly slips is still looked for
@@ -86,8 +86,7 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
     if not np.isfinite(costs).any():
         raise AnalysisError(
             f"no friction ratio between {SEARCH[0] * ratios[0]:.3g} and {SEARCH[-1] * ratios[0]:.3g} has a steady state"
-            f" at r = {observations[0].r:g}: near resonance the motion may have no bound; check the natural frequency"
-            " (rig.natural_frequency_hz, --natural-frequency)"
+            f" at r = {observations[0].r:g}{NO_BOUND}"
         )
 
     def at(friction: Mapping[int, float], turn: int) -> FloatArray:

@@ -1,11 +1,12 @@
 """Recordings that try to mislead the identification, drawn at random and judged by their truth.
 
 Run: ``make adversary N=300 SEED=7`` or ``python -m tests.benchmarks.adversary --count 300 --seed 7``; ``--only K`` runs
-one draw of a seed again and prints its comparison, ``--kind cubic`` draws that kind alone, ``--each`` prints a line for
-every draw, ``--decays`` draws free decays in place of recordings. The motion comes from an integrator that shares no
-code with the simulator (Runge-Kutta steps of fourth order, events by bisection). Laws inside and outside the family are
-drawn, and what a laboratory does to a recording: lag, gain, noise, hum, steps, a natural frequency that is not the
-scene's, a base that is no sine, few samples a cycle, friction that scatters.
+one draw of a seed again and prints what is found, ``--kind cubic`` draws that kind alone, ``--each`` prints a line for
+every draw. ``--of whole`` fits whole records, from their first sample, in place of mean cycles, ``--of campaigns`` four
+tests of one material on each rig that is drawn, ``--of decays`` free decays. The motion comes from an integrator that
+shares no code with the simulator (Runge-Kutta steps of fourth order, events by bisection). Laws inside and outside the
+family are drawn, and what a laboratory does to a recording: lag, gain, noise, hum, steps, a natural frequency that is
+not the scene's, a base that is no sine, few samples a cycle, friction that scatters.
 
 Units inside: time in 1 / omega_n, displacement over Y, forces over k Y.
 """
@@ -15,7 +16,8 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 from numba import njit
@@ -23,6 +25,11 @@ from numpy.typing import NDArray
 
 import frictionlab as fl
 from frictionlab.analysis.free_vibration import free_vibrations
+from frictionlab.analysis.measurement import measure
+from frictionlab.campaign import evaluate
+from frictionlab.campaign.trials import Trial, trial_of
+from frictionlab.inference.observations import CycleObservation, observe
+from frictionlab.uncertainty import Estimate
 
 Floats = NDArray[np.float64]
 NATURAL_HZ, BASE_M, MASS_KG = 3.13, 1.818e-3, 3.0799
@@ -63,7 +70,8 @@ DRAW: Mapping[str, Callable[[np.random.Generator], dict[str, float]]] = {
 INSIDE = ("coulomb", "speed", "place", "breakaway", "compliance", "stribeck", "place+speed")
 OUTSIDE = ("cubic", "play", "asymmetry", "second mass", "load by base", "ripple", "frequency", "lag")
 FEW_SAMPLES = "few samples"  # Coulomb above resonance: drawn where it is asked for
-DECAYS = ("", "hum", "cubic", "scatter", "cubic+hum", "scatter+hum")
+DECAYS = ("plain", "hum", "cubic", "scatter", "cubic+hum", "scatter+hum")
+FORCES = (0.8, 1.0, 1.0, 1.25)  # normal forces of a campaign's tests, N
 SHIFT = 1e-9  # frequency of a base that stands displaced
 CAUSES: Mapping[str, tuple[str, ...]] = {
     "cubic": ("cubic", "spring"),
@@ -289,42 +297,64 @@ def drawn(seed: int, number: int, kind: str | None = None) -> Draw:
     )  # fmt: skip
 
 
+def by_test(draw: Draw, fit: Literal["cycle", "whole"]) -> dict[str, Any]:
+    """Identify one recording under `--law auto`: its mean cycle, or the whole of it."""
+    found = fl.compare(draw.recording(), draw.scene(), law="auto", fit=fit)
+    told = {"verdict": str(found.verdict), "law": found.law, "said": found.warnings}
+    return over(found.friction, draw.values["beta"]) | told
+
+
+def by_campaign(draw: Draw) -> dict[str, Any]:
+    """Identify four tests of one material on the drawn rig: the normal force whose friction is farthest off."""
+    g, known, trials = np.random.default_rng([*draw.seed, 2]), draw.scene(), list[Trial]()
+    observations = dict[str, CycleObservation]()
+    for i, force in enumerate(FORCES):
+        own = {"beta": force * draw.values["beta"]} | (DRAW["place"](g) if "gradient" in draw.values else {})
+        r = float(np.clip(draw.r * g.uniform(0.7, 1.3), 0.08, 1.6))
+        test = replace(draw, r=r, values={**draw.values, **own}, seed=[*draw.seed, 3 + i])
+        measured = replace(measure(test.recording(), known), source=f"{i}", material="steel", normal_force_n=force)
+        trials.append(trial_of({**measured.row(), "warnings": []}))
+        observations[measured.source] = observe(measured, known)
+    found = evaluate(trials, known, observations=observations, find_law=True)
+    said = *found.notes, *(fit.note for fit in found.fits)
+    each = [over(fit.friction, fit.normal_force_n * draw.values["beta"]) for fit in found.fits]
+    verdict = "misfit" if any("does not explain" in one for one in said) else "explained"
+    told = {"verdict": verdict, "law": str(found.fits[0].law), "said": said}
+    return max(each, key=lambda one: abs(one["ratio"] - 1.0) / one["u"]) | told
+
+
+def over(found: Estimate, truth: float) -> dict[str, Any]:
+    """Return a number over its truth, with the error that is stated; what is not found is not off."""
+    return {"ratio": (found.value or truth) / truth, "u": (found.u or math.inf) / truth}
+
+
 @dataclass(frozen=True)
 class Judged:
-    """What came of a draw: the comparison, or why it was refused."""
+    """What came of a draw: the number over its truth, its stated error, verdict, law, and all that is said.
 
-    draw: Draw
-    found: fl.Comparison | None
-    reason: str
+    ``words`` of what was drawn.
+    """
+
+    number: int
+    words: str
+    kind: str
     seconds: float
-
-    @property
-    def verdict(self) -> str:
-        """The comparison's, or that it was refused."""
-        return "refused" if self.found is None else str(self.found.verdict)
-
-    @property
-    def relative(self) -> float:
-        """Error of the friction ratio over its truth."""
-        ratio = None if self.found is None else self.found.friction_ratio
-        return 0.0 if ratio is None else ratio / self.draw.values["beta"] - 1.0
-
-    @property
-    def stated(self) -> float:
-        """Stated uncertainty of the friction ratio over its truth."""
-        u = None if self.found is None else self.found.friction_ratio_u
-        return math.inf if u is None else u / self.draw.values["beta"]
+    ratio: float = 1.0
+    u: float = math.inf
+    verdict: str = "refused"
+    law: str = ""
+    said: tuple[str, ...] = ()
 
     @property
     def named(self) -> bool:
-        """Whether a warning names the cause."""
-        said = self.reason if self.found is None else " ".join(self.found.warnings)
-        return any(word in said for word in CAUSES.get(self.draw.kind, ()))
+        """Whether a warning names the cause; of a decay any warning does."""
+        words = CAUSES.get(self.kind, ("",) if self.kind.startswith("decay") else ())
+        return any(word in said for word in words for said in self.said)
 
     @property
     def is_far(self) -> bool:
-        """Whether the friction ratio is far off by what is stated."""
-        return abs(self.relative) > FAR * self.stated
+        """Whether the number is far off by what is stated."""
+        return abs(self.ratio - 1.0) > FAR * self.u
 
     @property
     def is_wrong(self) -> bool:
@@ -334,51 +364,47 @@ class Judged:
     @property
     def line(self) -> str:
         """Error, stated uncertainty, verdict and cause in a line."""
-        draw, law = self.draw, "" if self.found is None else self.found.law
-        cause = f"{draw.values[draw.kind]:.3g}" if draw.kind in draw.values else ""
-        told = "named" if self.named else "not named" if draw.kind in CAUSES else ""
-        return (
-            f"{draw.number:4} {draw.law:12} {draw.kind or 'as declared':12} {cause:8} r {draw.r:.3f}"
-            f" {100 * self.relative:+8.2f} % u {100 * self.stated:6.2f} %  {self.verdict:9} {told:9} {law}"
-            f" {self.seconds:.1f} s"
-        )
+        told = "named" if self.named else "not named" if self.kind in CAUSES else ""
+        number = f"{100 * self.ratio - 100:+8.2f} % u {100 * self.u:6.2f} %"
+        return f"{self.number:4} {self.words} {number}  {self.verdict:9} {told:9} {self.law} {self.seconds:.1f} s"
 
 
-def judge(draw: Draw) -> Judged:
-    """Identify a drawn recording under `--law auto`, to be held against the truth."""
-    began = time.process_time()
-    try:
-        found, reason = fl.compare(draw.recording(), draw.scene(), law="auto"), ""
-    except fl.FrictionlabError as error:
-        found, reason = None, str(error)
-    return Judged(draw, found, reason, time.process_time() - began)
+def judge(seed: int, number: int, kind: str | None = None, of: str = "cycles") -> Judged:
+    """Draw, identify, and hold what is found against the truth."""
+    began, found = time.process_time(), dict[str, Any]()
+    if of == "decays":
+        kind, worst, errors, said = judge_decay(seed, number)
+        kind, words = f"decay {kind}", f"{kind:12}"
+        if worst != "refused":
+            found = {"ratio": 1.0 + 0.01 * errors, "u": 0.01, "verdict": "explained", "law": worst, "said": said}
+    else:
+        draw = drawn(seed, number, kind)
+        try:
+            found = by_campaign(draw) if of == "campaigns" else by_test(draw, "whole" if of == "whole" else "cycle")
+        except fl.FrictionlabError as error:
+            found = {"said": (str(error),)}
+        kind, cause = draw.kind, f"{draw.values[draw.kind]:.3g}" if draw.kind in draw.values else ""
+        words = f"{draw.law:12} {kind or 'as declared':12} {cause:8} r {draw.r:.3f}"
+    return Judged(number, words, kind, time.process_time() - began, **found)
 
 
-def report(seed: int, rows: list[Judged], faults: list[str]) -> str:
-    """Counts, the worst draws and how to run each of them again."""
+def report(again: str, rows: list[Judged], faults: list[str]) -> str:
+    """Counts, the worst draws and how to run each of them again: by a command that lacks the number."""
     wrong = [row for row in rows if row.is_wrong]
     share, longest = 100 * len(wrong) / max(len(rows), 1), max((row.seconds for row in rows), default=0.0)
-    count = f"{len(rows) + len(faults)} recordings of seed {seed}: {len(faults)} program faults"
     lines = [
-        f"{count}, longest {longest:.1f} s of CPU",
+        f"{len(rows) + len(faults)} draws: {len(faults)} program faults, longest {longest:.1f} s of CPU",
         f"explained, more than {FAR:g} u off and the cause not named: {len(wrong)} ({share:.1f} %)",
     ]
-    for kind in ("", *OUTSIDE, FEW_SAMPLES):
-        own = [row for row in rows if row.draw.kind == kind]
+    for kind in sorted({row.kind for row in rows}):
+        own = [row for row in rows if row.kind == kind]
         verdicts = ", ".join(f"{verdict} {n}" for verdict, n in sorted(Counter(r.verdict for r in own).items()))
         far, named, bad = (sum(getattr(row, name) for row in own) for name in ("is_far", "named", "is_wrong"))
         told = f"beyond {FAR:g} u {far}, named {named}, wrong {bad}"
-        lines += [f"{kind or 'inside the family':20} {len(own):4}: {verdicts}; {told}"] if own else []
-    for row in sorted(wrong, key=lambda row: -abs(row.relative / row.stated))[:12]:
-        lines += [f"  {row.relative / row.stated:+8.1f} u {row.line}", f"    {again(row.draw)}"]
+        lines.append(f"{kind or 'as declared':20} {len(own):4}: {verdicts}; {told}")
+    for row in sorted(wrong, key=lambda row: -abs(row.ratio - 1.0) / row.u)[:12]:
+        lines += [f"  {(row.ratio - 1.0) / row.u:+8.1f} u {row.line}", f"    {again} {row.number}"]
     return "\n".join([*lines, *faults])
-
-
-def again(draw: Draw) -> str:
-    """Return the command that runs a draw again."""
-    seed, number = draw.seed
-    kind = f" --kind '{draw.kind}'" if draw.kind and drawn(seed, number).kind != draw.kind else ""
-    return f"python -m tests.benchmarks.adversary --seed {seed} --only {number}{kind}"
 
 
 def decay(seed: int, number: int) -> tuple[str, Mapping[str, float], Floats, Floats]:
@@ -399,37 +425,19 @@ def decay(seed: int, number: int) -> tuple[str, Mapping[str, float], Floats, Flo
     return kind, truth, t, read(BASE_M * x, t, hum, NOISE_M, g)
 
 
-def judge_decay(seed: int, number: int) -> tuple[str, str, float, str]:
+def judge_decay(seed: int, number: int) -> tuple[str, str, float, tuple[str, ...]]:
     """Return the kind of a drawn decay, the worst number found, how many errors it is off, and what is warned of."""
     kind, truth, t, x = decay(seed, number)
     try:
         tap = free_vibrations(t, x)[0]
     except fl.FrictionlabError as error:
-        return kind, "refused", 0.0, str(error)
+        return kind, "refused", 0.0, (str(error),)
     off = {}
     for name, true in truth.items():
         se = getattr(tap, f"{name}_se") or getattr(tap, f"{name}_upper", 0.0) / 1.645
         off[name] = (getattr(tap, name) - true) / se
     worst = max(off, key=lambda name: abs(off[name]))
-    return kind, worst, off[worst], " ".join(tap.warnings)
-
-
-def report_decays(seed: int, count: int) -> str:
-    """Counts of free decays by kind, and those beyond three errors without a warning."""
-    rows = [judge_decay(seed, number) for number in range(count)]
-    lines = [f"{count} free decays of seed {seed}"]
-    for kind in DECAYS:
-        own = [row for row in rows if row[0] == kind]
-        far = sum(abs(off) > FAR for _, _, off, _ in own)
-        bad = sum(abs(off) > FAR and not said for _, _, off, said in own)
-        refused = sum(worst == "refused" for _, worst, _, _ in own)
-        lines.append(
-            f"{kind or 'plain':12} {len(own):4}: refused {refused}, beyond {FAR:g} errors {far}, unwarned {bad}"
-        )
-    for number, (kind, worst, off, said) in enumerate(rows):
-        if abs(off) > FAR and not said:
-            lines.append(f"  {number:4} {kind or 'plain':12} {worst} {off:+.1f} errors")
-    return "\n".join(lines)
+    return kind, worst, off[worst], tap.warnings
 
 
 def main() -> None:
@@ -439,25 +447,23 @@ def main() -> None:
     options.add_argument("--seed", type=int, default=7)
     options.add_argument("--only", type=int)
     options.add_argument("--kind", choices=[*OUTSIDE, FEW_SAMPLES])
+    options.add_argument("--of", choices=["cycles", "whole", "campaigns", "decays"], default="cycles")
     options.add_argument("--each", action="store_true", help="print a line for every draw")
-    options.add_argument("--decays", action="store_true", help="free decays in place of recordings")
     given = options.parse_args()
+    kind = f" --kind '{given.kind}'" if given.kind else ""
+    again = f"python -m tests.benchmarks.adversary --seed {given.seed} --of {given.of}{kind} --only"
     if given.only is not None:
-        row = judge(drawn(given.seed, given.only, given.kind))
-        cells = {"refused": row.reason} if row.found is None else row.found.row()
-        print(row.draw, *(f"{key:32} {value}" for key, value in cells.items()), row.line, sep="\n")
+        print(*(row := judge(given.seed, given.only, given.kind, given.of)).said, row.line, sep="\n")
         return
-    rows: list[Judged] = []
-    faults: list[str] = []
-    for number in range(0 if given.decays else given.count):
-        draw = drawn(given.seed, number, given.kind)
+    rows, faults = list[Judged](), list[str]()
+    for number in range(given.count):
         try:
-            rows.append(judge(draw))
+            rows.append(judge(given.seed, number, given.kind, given.of))
         except Exception as error:  # noqa: BLE001 - a program fault is what is counted here
-            faults.append(f"  FAULT {type(error).__name__}: {error}: {again(draw)}")
+            faults.append(f"  FAULT {type(error).__name__}: {error}: {again} {number}")
         else:
             print(*([rows[-1].line] if given.each else []), sep="\n", end="\n" if given.each else "", flush=True)
-    print(report_decays(given.seed, given.count) if given.decays else report(given.seed, rows, faults))
+    print(report(again, rows, faults))
 
 
 if __name__ == "__main__":
