@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from frictionlab.analysis import cycles, response, spectrum
+from frictionlab.analysis import cycles, spectrum
 from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import FloatArray
 from frictionlab.inference.compare import compare_measurement
@@ -239,22 +239,17 @@ def _joined(measured: Callable[[Recording], float | FloatArray], those: Sequence
 
 
 def padding() -> tuple[Setting, ...]:
-    """Padding of the FFT that finds the drive, without and with interpolation, and the phases that analyze adds."""
-    ways = (("highest bin", _highest_bin, (1, 4, 64)), ("interpolated", _interpolated, (1, 4, 16)))
+    """Padding of the FFT that finds the drive, its highest bin interpolated, and the phases that analyze adds."""
+    ways, many = {"interpolated": _interpolated, "phases": _phases}, (1, 4, 16)
     settings: list[Measured] = [
-        (f"{n}x, {name}", partial(way, padding=n), False, RATE_HZ) for name, way, many in ways for n in many
+        (f"{n}x, {name}", partial(way, padding=n), (name, n) == ("phases", 4), RATE_HZ)
+        for name, way in ways.items()
+        for n in many
     ]
-    settings += [(f"{n}x, phases", partial(_phases, padding=n), n == 4, RATE_HZ) for n in (1, 4, 16)]
     n = round(DURATION_S * RATE_HZ)
     bound = math.sqrt(6.0 / (n * (n * n - 1.0))) * NOISE * RATE_HZ / math.pi / DRIVE_HZ  # [Rife and Boorstyn 1974]
     found = _each("fft padding", "drive_frequency_hz", DRIVE_HZ, *settings, count=RECORDINGS)
     return tuple(replace(s, over_bound=s.error / bound) for s in found)
-
-
-def _highest_bin(one: Recording, *, padding: int) -> float:
-    lines = spectrum.amplitude_spectrum(one.base_displacement, 1 / RATE_HZ, padding=padding)
-    first = 2 * padding
-    return float(lines.frequency[first + int(np.argmax(lines.amplitude[first:]))])
 
 
 def _interpolated(one: Recording, *, padding: int) -> float:
@@ -265,24 +260,6 @@ def _interpolated(one: Recording, *, padding: int) -> float:
 def _phases(one: Recording, *, padding: int) -> float:
     guess = _interpolated(one, padding=padding)
     return cycles.cut(one.base_displacement, guess / RATE_HZ, noise=NOISE * BASE_M).frequency * RATE_HZ
-
-
-def points_per_cycle() -> tuple[Setting, ...]:
-    """Points a cycle is laid out on before its loop's area is taken; the default is one per sample."""
-    usual = cycles.points_per_cycle(RATE_HZ / DRIVE_HZ)
-    settings: list[Measured] = [
-        (str(n), partial(_loop_energy, points=n), n == usual, RATE_HZ) for n in (32, 64, 128, usual, 1024)
-    ]
-    return _each("points per cycle", f"{ENERGY} of one cycle", orbit()[1], *settings, count=RECORDINGS)
-
-
-def _loop_energy(one: Recording, *, points: int) -> FloatArray:
-    """Area of each loop, as `frictionlab.analysis` takes it."""
-    period = RATE_HZ / DRIVE_HZ
-    start = 1.0 + period * np.arange(math.floor(DURATION_S * DRIVE_HZ) - 1, dtype=np.float64)
-    mass = cycles.fold(one.mass_displacement, start, start + period, points)
-    base = cycles.fold(one.base_displacement, start, start + period, points)
-    return response.loop_area(mass, base) / BASE_M**2
 
 
 def _energy(one: Recording, rule: str) -> float:
@@ -332,7 +309,7 @@ FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
         ),
         "contacts": tuple(partial(tolerance_of, name) for name in CONTACTS),
         "frequency": (padding,),
-        "cycle": (points_per_cycle, cycles_averaged, sampling_rate),
+        "cycle": (cycles_averaged, sampling_rate),
         "levels": (partial(accuracy_of, "analyze"), partial(accuracy_of, "compare-numeric")),
     }
 )

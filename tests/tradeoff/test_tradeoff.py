@@ -25,7 +25,7 @@ README = ROOT / "frictionlab" / "tradeoff" / "README.md"
 ORBITS = json.loads((ROOT / "tests" / "simulator" / "reference" / "rigid.json").read_text(encoding="utf-8"))
 LEVELS_OF = {command: partial(tradeoff.accuracy_of, command) for command in ("analyze", "compare-numeric")}
 IN_README = (*LEVELS_OF.values(), tradeoff.padding)
-QUICK = (tradeoff.physics, tradeoff.points_per_cycle, *IN_README)
+QUICK = (tradeoff.physics, *IN_README)
 Knob = Callable[[], tuple[Setting, ...]]
 
 
