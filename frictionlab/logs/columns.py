@@ -184,9 +184,10 @@ def _not_taken(columns: Sequence[LogColumn]) -> list[str]:
             continue
         quantity = str(word.lastgroup)
         role = channel_named(replace(column, unit=UNIT[quantity])) or f"mass_{quantity}"
+        unit = f"'{role}=50 {UNIT[quantity]}/V', or what a volt is" if column.unit else f"{role}={UNIT[quantity]}"
         said.append(
             f"column {column} is not taken: by its name a {quantity}, by its unit none; if it is one, give"
-            f" {_flag(role)} {column.index + 1} --units {role}={UNIT[quantity]}"
+            f" {_flag(role)} {column.index + 1} --units {unit}"
         )
     return said
 
@@ -213,6 +214,10 @@ def _further(
     numbered = {_mass_number(c) for c in left} - {""} | {_mass_number(c) or "1" for c in masses if len(masses) > 1}
     for column in left:
         name = channel_named(column, numbered=len(numbered) > 1)
+        if column.unit in ("", *VOLTS):  # what is said of a channel is of the column that is called so
+            said_so = ((role, options.unit_of(role)[0]) for role in FURTHER)
+            named = (role for role, unit in said_so if unit and channel_named(replace(column, unit=unit)) == role)
+            name = next((role for role in named if "force" in role or _SAYS.search(column.name)), name)
         if name and name not in more:
             fitting.setdefault(name, []).append(column)
     warnings = [

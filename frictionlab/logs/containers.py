@@ -232,9 +232,13 @@ def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -
     facts: Facts = {}
     for name, value in _leaves("", chosen):
         plain, number = name.rpartition(".")[2].lower(), float(value.ravel()[0])
-        if value.size > 1:
-            columns |= _columns_of(name, value)
-        elif plain in (*_RATES, *_STEPS) and 0.0 < number < np.inf:
+        flat = value.squeeze()
+        if flat.ndim == 1:
+            columns[name] = flat
+        elif flat.ndim == 2:
+            tall = flat if flat.shape[0] >= flat.shape[1] else flat.T
+            columns |= {f"{name}{i + 1}": np.ascontiguousarray(tall[:, i]) for i in range(min(tall.shape[1], 64))}
+        elif value.size == 1 and plain in (*_RATES, *_STEPS) and 0.0 < number < np.inf:
             facts["interval_s"] = 1.0 / number if plain in _RATES else number
     if not columns:
         raise LogError(
@@ -317,16 +321,6 @@ def _leaves(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, FloatA
         return
     if array.dtype.kind in "fiu" and array.size:
         yield name, array.astype(np.float64)
-
-
-def _columns_of(name: str, array: FloatArray) -> dict[str, FloatArray]:
-    flat = array.squeeze()
-    if flat.ndim == 1 and len(flat) > 1:
-        return {name: flat}
-    if flat.ndim == 2:
-        tall = flat if flat.shape[0] >= flat.shape[1] else flat.T
-        return {f"{name}{i + 1}": np.ascontiguousarray(tall[:, i]) for i in range(min(tall.shape[1], 64))}
-    return {}
 
 
 def _usual_length(columns: Sequence[Any]) -> int:

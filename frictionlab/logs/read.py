@@ -136,9 +136,8 @@ def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
         column = by_option(columns, named, "base", log.path.name)
         said = options.unit in ACCELERATION or options.base_acceleration is not None
         return column if said or _is_acceleration(column) else None
-    if not all(map(_is_acceleration, possible(log, options))):
-        return None
-    return next((column for column in columns if _is_acceleration(column)), None)
+    alone = all(map(_is_acceleration, possible(log, options)))
+    return next((column for column in columns if alone and _is_acceleration(column)), None)
 
 
 def _is_acceleration(column: LogColumn) -> bool:

@@ -74,10 +74,27 @@ def test_a_normal_force_in_any_unit_is_read_or_named(unit: str, size: float, tmp
         np.testing.assert_allclose(recording.normal_force, size * FORCE, atol=1e-8 * size)
     else:
         assert "normal_force" not in recording.measured()
-        assert ["(4 --units normal_force=N)" in f"({w.partition('--normal-force ')[2]})" for w in said] == [True]
-        assert read_log(
-            path, LogOptions(normal_force=4, units="normal_force=2 N/V" if unit == "V" else "normal_force=N")
-        )
+        units = "'normal_force=50 N/V', or" if unit == "V" else "normal_force=N"
+        assert [f"--normal-force 4 --units {units}" in w for w in said] == [True]
+        assert read_log(path, LogOptions(normal_force=4, units=units.strip("', or")))
+
+
+CALIBRATED = {  # title, role, unit of its calibration
+    "friction [V]": ("contact_force", "N/V"), "friction": ("contact_force", "N/V"), "Fn": ("normal_force", "kN/V"),
+    "mass velocity [mV]": ("mass_velocity", "m/s/mV"), "moment": ("torque", "Nm/mV"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("title", CALIBRATED)
+def test_a_declared_calibration_takes_the_column_that_is_called_so_or_named(title: str, tmp_path: Path) -> None:
+    """Of "friction [V]" and "4 N/V" of the scene, newtons were advised: a quarter of the friction, without a word."""
+    (role, unit), plain = CALIBRATED[title], {"t [s]": T, "mass [mm]": X, "base [mm]": X}
+    options = LogOptions(units=f"{role}=4 {unit}")
+    for name, said in ((title, options), (title.replace("i", "o").replace("F", "C"), options.but(**{role: 4}))):
+        recording = read_log(log(tmp_path, **plain, **{name: FORCE}), said)
+        assert recording.source.warnings == ()
+        times = 4 * 1e3 ** (unit[0] == "k") * 1e3 ** (unit.endswith("mV") and "mV" not in title)
+        np.testing.assert_allclose(recording.measured()[role], times * FORCE, rtol=1e-6, atol=1e-4)
 
 
 def test_a_log_without_displacements_is_a_recording_that_says_what_it_lacks(tmp_path: Path) -> None:
@@ -91,22 +108,6 @@ def test_a_log_without_displacements_is_a_recording_that_says_what_it_lacks(tmp_
     write_recording(recording, tmp_path / "a.h5")
     assert list(read_recording(tmp_path / "a.h5").measured()) == list(recording.measured())
     assert len(recording.changed(experiment={"material": "steel"}).stretches()) == 1
-
-
-def test_columns_are_named_by_options_and_their_units_said(tmp_path: Path) -> None:
-    path = log(tmp_path, Time=T, Velocity=X, Normal=FORCE, Friction=FORCE)
-    options = LogOptions(
-        mass_velocity="Velocity",
-        normal_force=3,
-        contact_force="Friction",
-        units="mass_velocity=mm/s, force=50 N/V, normal_force=kN",
-    )
-    recording = read_log(path, options)
-    np.testing.assert_allclose(recording.contact_force, 50 * FORCE, atol=1e-6)
-    np.testing.assert_allclose(recording.normal_force, 1e3 * FORCE, atol=1e-5)
-    np.testing.assert_allclose(recording.mass_velocity, 1e-3 * X, atol=1e-11)
-    table = LogOptions(units={"torque": "0.5 Nm/mV"})
-    assert table.unit_of("torque") == ("Nm", 500.0)
 
 
 WRONG: list[tuple[str, str, dict[str, object], str]] = [  # a column's title, in place of mass or beside; options; words
