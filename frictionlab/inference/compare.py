@@ -449,10 +449,11 @@ def _comparison(
     friction, observation = words.friction_of(found, scene, amplitude), found.tests[0].observation
     by_force = observation.in_newtons(found)
     friction["budget"] |= by_force.pop("budget", {})
-    friction |= by_force
+    friction, parameters = friction | by_force, {name: asdict(e) for name, e in found.parameters().items()}
+    parameters["beta"] |= {"se": friction["friction"].se, "u": friction["friction"].u}
     more["warnings"] = (*more["warnings"], *words.too_rough(friction["coefficient"], observation.normal_force))
     own: dict[str, Any] = {
-        "parameters": {name: asdict(e) for name, e in found.parameters().items()},
+        "parameters": parameters,
         "budget": {**(budget or {}), **friction.pop("budget")},
         **friction,
     }

@@ -140,7 +140,9 @@ class ForceObservation(OfCycles):
             own = {source: share / self.normal_force for source, share in budget["friction_force_n"].items()}
             budget["friction_coefficient"] = {**own, "normal force": coefficient.value * of_normal}
             coefficient = coefficient.with_u(math.hypot(coefficient.u, coefficient.value * of_normal))
-        return {"force": known, "coefficient": coefficient, "budget": budget}
+        same = self.unit_n == self.normal_force and "friction_coefficient" in budget  # as the friction ratio
+        budget |= {"friction_ratio": budget["friction_coefficient"]} if same else {}
+        return {"force": known, "coefficient": coefficient, "friction": coefficient if same else beta, "budget": budget}
 
 
 def of_parts(force: FloatArray, count: int, parts: NDArray[np.intp]) -> FloatArray:

@@ -94,6 +94,9 @@ def test_a_tribometer_gives_coulombs_force_and_the_dashpot() -> None:
     assert found.friction_coefficient == pytest.approx(FRICTION / NORMAL, abs=2.5 * (found.friction_coefficient_u or 0))
     assert within(found, "contact_damping_ratio", DASHPOT * OMEGA * STROKE / 2.0 / NORMAL)
     assert found.friction_coefficient_u == pytest.approx(0.01 * FRICTION / NORMAL, rel=0.05)  # the normal force's 1 %
+    same = found.friction_coefficient_u, present(found.parameters)["beta"]["u"]  # of the same number
+    assert found.friction_ratio_u == pytest.approx(same[0]) == pytest.approx(same[1])
+    assert found.budget["friction_ratio"] == found.budget["friction_coefficient"]
     left = missed(found.contact)  # of what is fitted: at turns it was a tenth of the force
     assert max(left.values()) < 3.0 * present(found.response_floor) * FRICTION / NORMAL
 
