@@ -55,11 +55,18 @@ def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Ca
     check_replaceable(final, replace=replace)
     part = final.with_name(f".{final.name[:100]}.{secrets.token_hex(4)}{SUFFIX}")
     try:
-        _sweep(final.parent)
+        for left in final.parent.glob(f".*{SUFFIX}"):  # by runs that were killed
+            with suppress(OSError):  # gone meanwhile, or not ours to touch
+                if time.time() - left.lstat().st_mtime > _LEFT_S:
+                    left.unlink()
         descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | OPEN_FLAGS, 0o666)
         try:
             with os.fdopen(descriptor, "wb", buffering=0):
-                _write_all(descriptor, data)
+                for piece in (data,) if isinstance(data, (bytes, bytearray, memoryview)) else data:
+                    view, done = memoryview(piece).cast("B"), 0
+                    while done < len(view):
+                        done += os.write(descriptor, view[done : done + _BLOCK])
+                _sync(descriptor)
             check_replaceable(final, replace=replace)
             if final.exists():  # as private as the file it replaces; a protection that was overruled ends
                 part.chmod(stat.S_IMODE(final.stat().st_mode) | stat.S_IWUSR)
@@ -186,22 +193,6 @@ def stem_of(log: Path) -> str:
     'steel_N1.25_r0.3'
     """
     return (log.with_suffix("") if log.suffix.lower() in PACKED else log).stem
-
-
-def _write_all(descriptor: int, data: Bytes | Iterable[Bytes]) -> None:
-    for piece in (data,) if isinstance(data, (bytes, bytearray, memoryview)) else data:
-        view, done = memoryview(piece).cast("B"), 0
-        while done < len(view):
-            done += os.write(descriptor, view[done : done + _BLOCK])
-    _sync(descriptor)
-
-
-def _sweep(folder: Path) -> None:
-    """Remove the temporary files that killed runs left in this folder."""
-    for part in folder.glob(f".*{SUFFIX}"):
-        with suppress(OSError):  # gone meanwhile, or not ours to touch
-            if time.time() - part.lstat().st_mtime > _LEFT_S:
-                part.unlink()
 
 
 def _sync_folder(folder: Path) -> None:

@@ -107,13 +107,6 @@ def test_plot_draws_each_result_and_refuses_others(tmp_path: Path) -> None:
         fl.plot(fl.Scene(), tmp_path / "a.png")
 
 
-def test_synthesize_writes_the_logs_it_returns(tmp_path: Path) -> None:
-    told: list[tuple[int, int]] = []
-    tests = fl.synthesize(SCENE, tmp_path, progress=lambda done, total: told.append((done, total)), duration_s=1.0)
-    assert told == [(n, 6) for n in range(1, 7)]
-    assert all((tmp_path / test.log).exists() for test in tests)
-
-
 def test_a_notebook_gets_frames_pages_and_figures(
     recording: fl.Recording, measurement: fl.Measurement, tmp_path: Path
 ) -> None:
@@ -201,11 +194,7 @@ def test_a_stop_that_goes_on_into_the_next_period_is_shaded_in_both(law: str, pa
     for place in (0.02, 1.98, 2.02, 3.98):  # the mass stands where the base turns
         assert any(box.x0 < place < box.x1 for box in shaded)
     assert ax.get_xlim() == pytest.approx((0.0, 4.0))
-
-
-def test_cycles_from_rest_are_all_drawn() -> None:
-    state = last_cycle(Problem(0.95, 0.1), cycles=7)
-    ax = draw_motion(state, new_figure().subplots())
+    ax = draw_motion(last_cycle(Problem(0.95, 0.1), cycles=7), new_figure().subplots())  # from rest all are drawn
     assert ax.get_xlim() == pytest.approx((0.0, 14.0))
     assert np.asarray(ax.lines[1].get_ydata())[0] == pytest.approx(0.0)  # the mass begins at rest
 

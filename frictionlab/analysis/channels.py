@@ -184,11 +184,11 @@ def _transfer(f: FloatArray, highpass_hz: float, times: int) -> FloatArray:
     return np.asarray(share ** (HIGH_PASS - times) / (1.0 + share**HIGH_PASS) / (2.0 * np.pi * highpass_hz) ** times)
 
 
-def displacement(measured: Mapping[str, FloatArray], place: str, step: float) -> tuple[FloatArray, list[str], int]:
+def displacement(measured: Mapping[str, FloatArray], place: str, step: float) -> tuple[FloatArray, list[str], int, int]:
     """Displacement (n,) of ``mass`` or ``base``, measured or integrated, from channels (n,) by their names, SI units.
 
-    With it what to say of it, and how many samples at either end are doubtful. `AnalysisError`: Neither displacement,
-    velocity nor acceleration was measured.
+    With it what to say of it, how many samples at either end are doubtful, and how often it was integrated.
+    `AnalysisError`: Neither displacement, velocity nor acceleration was measured.
     """
     known = f"{place}_displacement"
     rates = {f"{place}_{of}": times for times, of in enumerate(RATES)}
@@ -202,7 +202,7 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
         )
     signal, rate, times = measured[name], 1.0 / step, rates[name]
     if times == 0:
-        return signal, [], 0
+        return signal, [], 0, 0
     # a harmonic near resonance may be the strongest line of the mass's acceleration, hardly one of the base's
     names = (n for n in (f"base_{of}" for of in RATES) if place == "mass" and np.ptp(measured.get(n, 0.0)) > 0.0)
     some = (signal, *(measured[n] for n in islice(names, 1)))
@@ -210,7 +210,7 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     slowest = 0.2 * min(tone.frequency for tone in tones)
     moved, _, said = integrated(signal, rate, slowest, times=times)
     words = f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: {said}"
-    return moved, [words], min(round(DOUBTFUL * rate / slowest), len(signal) // 4)
+    return moved, [words], min(round(DOUBTFUL * rate / slowest), len(signal) // 4), times
 
 
 def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: int = 2) -> tuple[FloatArray, float, str]:

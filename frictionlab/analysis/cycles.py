@@ -24,6 +24,7 @@ MOST_SINGLE = 400  # cycles that show the scatter
 SHARP = 96  # samples a cycle: between fewer a cubic takes from the harmonics that a law is told by
 FINEST = 4  # times as many points as samples that a signal is laid on, at most
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache
+SLOWEST = 0.2  # of the drive, at least: what is slower is gone of a motion that was integrated
 INTERPOLATED = 733.0 / 945.0
 """Mean variance that `interpolate` leaves of unit white noise, over all positions between samples."""
 
@@ -275,7 +276,7 @@ def smoother(rows: FloatArray, sensor: Sensor, samples: float) -> Smoother:
     mean_share = np.ones(len(lines))
     for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
         mean_share[parity::2] = _wiener(np.abs(lines[parity::2]) ** 2, mean_floor[parity::2], 1)
-    own_share = np.zeros(len(lines))
+    own_share, own_floor = np.zeros(len(lines)), np.full(len(lines), floor)
     if n > 1:
         power = np.zeros(len(lines))
         for some in chunks(n, points, BLOCK):
@@ -283,13 +284,19 @@ def smoother(rows: FloatArray, sensor: Sensor, samples: float) -> Smoother:
             power += np.sum(own.real**2 + own.imag**2, axis=0)
         power = power / (n - 1) / points**2
         top = power[int(0.375 * samples) : int(0.5 * samples)]
-        if sensor.second:  # what two sensors leave wanders below the drive, and leaks
-            floor *= 4.0
+        if (
+            sensor.second and sensor.second.penalty == math.inf
+        ):  # what is slower than the drive leaks into single cycles
+            slow = np.geomspace(SLOWEST, 1.0, 64)
+            leak = np.sinc(slow - k[:, None]) ** 2 + np.sinc(slow + k[:, None]) ** 2
+            own_floor *= sensor.left(samples, k) + np.trapezoid(leak * sensor.left(samples, slow), slow, axis=1)
+        elif sensor.second:  # what two sensors leave wanders below the drive, and leaks
+            own_floor *= 4.0
         elif len(top) >= 32:  # rounding without noise is not quite white
-            floor = min(max(floor, float(np.median(top))), 4.0 * floor)
-        floor += shared
-        own_share[1:] = _wiener(power[1:], floor, n - 1)
-    left = 2.0 * (mean_floor * mean_share**2 + floor * own_share**2)
+            own_floor[:] = min(max(floor, float(np.median(top))), 4.0 * floor)
+        own_floor += shared
+        own_share[1:] = _wiener(power[1:], own_floor[1:], n - 1)
+    left = 2.0 * (mean_floor * mean_share**2 + own_floor * own_share**2)
     left[0] *= 0.5
     highest = max(1, int(np.flatnonzero((mean_share > 0.0) | (own_share > 0.0))[-1]))
     drowned = 1.5 * math.sqrt(mean_floor[highest])  # amplitude of the first harmonic given up; the others fall as k^-3
@@ -304,9 +311,10 @@ def smoother(rows: FloatArray, sensor: Sensor, samples: float) -> Smoother:
     )
 
 
-def _wiener(power: FloatArray, floor: FloatArray | float, samples: int) -> FloatArray:
+def _wiener(power: FloatArray, floor: FloatArray, samples: int) -> FloatArray:
     """Share that a Wiener filter keeps by line, of power averaged nearby; 0 above the last line out of noise."""
-    k = np.arange(len(power))
+    k, unit = np.arange(len(power)), floor / max(float(floor.max()), 1e-300)
+    power, floor = (each / np.where(unit > 0.0, unit, 1.0) for each in (power, floor))  # a floor that is even
     reach = np.maximum(2, k // 6)
     low, high = np.maximum(k - reach, 0), np.minimum(k + reach, len(power) - 1)
     total = np.concatenate([[0.0], np.cumsum(power)])

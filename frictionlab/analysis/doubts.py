@@ -44,7 +44,7 @@ def warnings(
         said = [*_of_the_channels(layout, m, wall_moves=wall_moves), *said]
     said += _of_the_sampling(layout, m, prescribed=prescribed)
     if not m.is_stuck:
-        said += (*_of_settling(m), *_of_changes(layout, m), *_of_stops(m))
+        said += (*_of_changes(layout, m), *_of_stops(m))
     said += _of_the_load_cell(m, taken)
     if m.frequency_ratio is None and not prescribed:
         said.append(f"frequency_ratio: {NOT_KNOWN}")
@@ -144,16 +144,12 @@ def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> I
         )
 
 
-def _of_settling(m: "Measurement") -> Iterator[str]:
-    at = m.settles_later_s
-    if at == math.inf:
+def _of_changes(layout: Layout, m: "Measurement") -> Iterator[str]:
+    """Of a mass that settles late, does not follow the drive, drifts, jumps, or whose channel loses samples."""
+    if (at := m.settles_later_s) == math.inf:
         yield f"transient_s: the motion had not settled; measured is from {m.transient_s:.3g} s on: record longer"
     elif at is not None:
         yield f"transient_s: the motion settled only at {at:.3g} s, not {m.transient_s:g}: --transient {at:.3g}"
-
-
-def _of_changes(layout: Layout, m: "Measurement") -> Iterator[str]:
-    """Of a mass that does not follow the drive, drifts, jumps, or whose channel loses samples."""
     power = float(np.einsum("ij,ij->", layout.mass, layout.mass)) / layout.mass.size  # about a mean of 0
     share, size = float(np.var(layout.mass.mean(axis=0))) / power, m.size
     if share < 0.5 and len(layout) >= FEW_CYCLES:

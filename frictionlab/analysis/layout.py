@@ -140,7 +140,8 @@ def lay_out(
     """
     at = max(range(len(stretches)), key=lambda i: len(stretches[i].base))
     alone = stretches[at]
-    stretches = [_with_two_sensors(s) for s in stretches]
+    by_one = [name for name in alone.channels if not name.endswith(BY_TWO)]
+    stretches = [replace(s, channels={n: s.channels.get(n + BY_TWO, s.channels[n]) for n in by_one}) for s in stretches]
     stretches, cuts, foreign, spectra = _cleaned(stretches, at, padding)
     longest, cut = stretches[at], cuts[at]
     points = cycles.points_per_cycle(1.0 / cut.frequency, least=least_points, most=most_points)
@@ -180,12 +181,6 @@ def lay_out(
     )
 
 
-def _with_two_sensors(s: Stretch) -> Stretch:
-    """The stretch with what two sensors of one place show in the place of what the first one does."""
-    names = [name for name in s.channels if not name.endswith(BY_TWO)]
-    return replace(s, channels={name: s.channels.get(name + BY_TWO, s.channels[name]) for name in names})
-
-
 def _cleaned(
     stretches: list[Stretch], at: int, padding: int
 ) -> tuple[list[Stretch], list[Cut], Foreign, dict[str, Spectrum]]:
@@ -201,18 +196,19 @@ def _cleaned(
         signal = longest.channels[name] / (2.0 * math.pi * drive.frequency if name == VELOCITY else 1.0)
         if name != "base":
             lines = spectrum.amplitude_spectrum(signal, longest.step, padding=1)
-        found[name] = _lines_of(signal, lines, drive)
+        found[name], faint = spectrum.foreign_lines(lines, drive), spectrum.LEAST * drive.unit
+        if any(line.amplitude <= faint for line in found[name]):  # of a quiet sensor's steps they may be rounding
+            faint = min(faint, 0.1 * sensor_step(signal))
+            found[name] = tuple(line for line in found[name] if line.amplitude > faint)
         if name == "mass":
             faintest, others = spectrum.faintest(lines, drive), spectrum.on_harmonics(lines, drive, found[name])
         kept = slice(int(np.searchsorted(lines.frequency, SHOWN * drive.frequency, side="right")))
         # copied, so that the rest, which is dear of a long recording, can be forgotten
         spectra[name] = Spectrum(lines.frequency[kept].copy(), lines.amplitude[kept].copy(), lines.resolution)
 
-    def cleaned(s: Stretch, c: Cut) -> Stretch:
-        clean = {name: _without(s.channels[name], s.step, gone, c) for name, gone in found.items()}
-        return replace(s, channels={**s.channels, **clean})
-
-    stretches = [cleaned(s, c) for s, c in zip(stretches, cuts, strict=True)]
+    both = list(zip(stretches, cuts, strict=True))
+    clean = ({name: _without(s.channels[name], s.step, gone, c) for name, gone in found.items()} for s, c in both)
+    stretches = [replace(s, channels={**s.channels, **each}) for s, each in zip(stretches, clean, strict=True)]
     return stretches, cuts, Foreign(found, faintest, *others), spectra
 
 
@@ -244,15 +240,6 @@ def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
         got = f"got {1.0 / cut.frequency:.3g} ({cut.frequency / longest.step:.4g} Hz): sample faster"
         raise AnalysisError(f"analysis: expected at least {cycles.FEWEST_SAMPLES} samples a cycle of the drive; {got}")
     return cuts
-
-
-def _lines_of(signal: FloatArray, lines: Spectrum, drive: DriveLine) -> tuple[Line, ...]:
-    """Lines of one channel that are no harmonics, without faint ones that may be a quiet sensor's steps."""
-    found, faint = spectrum.foreign_lines(lines, drive), spectrum.LEAST * drive.unit
-    if all(line.amplitude > faint for line in found):
-        return found
-    least = min(faint, 0.1 * sensor_step(signal))  # below it a line may be rounding
-    return tuple(line for line in found if line.amplitude > least)
 
 
 def _without(signal: FloatArray, step: float, found: tuple[Line, ...], cut: Cut) -> FloatArray:

@@ -126,7 +126,10 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
     count, stuck = (np.zeros(n), np.ones(n)) if is_stuck else stops.per_cycle(found, n)
     if wall_moves:  # the mass itself stands nowhere
         slide = whole = half_range(smoothed(layout.mass, how, points)[0])
-    areas, power, number = _areas(layout), np.abs(how.mean[1:]) ** 2, np.arange(n)
+    means, areas, power, number = layout.base.mean(axis=1), np.empty(n), np.abs(how.mean[1:]) ** 2, np.arange(n)
+    for some in chunks(n, layout.mass.shape[1], BLOCK):  # without the slow wander: a sensor that drifts adds no energy
+        wander = slow_wander(means, layout.mass.shape[1], layout.blocks, some)
+        areas[some] = loop_area(layout.mass[some], layout.base[some] - wander)
     energy_noise, energy_shared = _energy_noises(layout, how, found, float(np.mean(areas)))
     index = None if is_stuck else steadiness.irregularity_index(layout.mass, layout.blocks)
     left = of_mass.left(layout.samples, np.arange(1.0, max(2.0, 0.5 * layout.samples)))
@@ -167,15 +170,6 @@ def _amplitude_noise(layout: Layout, how: Smoother, amplitude: float, whole: flo
         max(0.0, whole - amplitude - how.x_tail),  # a stop that begins as a slow passage
         amplitude * layout.drive.amplitude_se / layout.drive.amplitude,  # of the unit
     )
-
-
-def _areas(layout: Layout) -> FloatArray:
-    """Areas of the loops (n,), k Y^2, without the slow wander: a sensor that drifts adds no energy."""
-    means, points, areas = layout.base.mean(axis=1), layout.mass.shape[1], np.empty(len(layout))
-    for some in chunks(len(layout), points, BLOCK):
-        wander = slow_wander(means, points, layout.blocks, some)
-        areas[some] = loop_area(layout.mass[some], layout.base[some] - wander)
-    return areas
 
 
 def _energy_noises(layout: Layout, how: Smoother, found: FloatArray, mean: float) -> tuple[float, float]:

@@ -29,7 +29,10 @@ EVEN = 0.02  # of a step: stamps that stray no further from an even clock are ev
 
 
 class Second(NamedTuple):
-    """A second sensor of one place (`channels.by_two_sensors`): penalty of its noise, of which rate of displacement."""
+    """A second sensor of one place (`channels.by_two_sensors`): penalty of its noise, of which rate of displacement.
+
+    Without an end where it is the only one, integrated: its noise is then the slower, the larger.
+    """
 
     penalty: float
     times: int
@@ -115,6 +118,9 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
 
 _ORDER = 6
 _GAIN = math.comb(2 * _ORDER, _ORDER)  # variance of the 6th difference of unit white noise
+INTEGRATED = {1: 2.6215, 2: 6.5258}
+"""Rms of a rate's white noise, times step^rate, over what sixth differences of the integral show: the mean over angles
+w of ``(2 sin(w / 2))^12 / w^(2 rate)``, under 924."""
 _BLOCK = 64
 # of a block's mean power: chi-squared with the block's effective degrees of freedom [Wilson and Hilferty 1931]
 _SQUARES = [(1.0 - k / _BLOCK) * (math.comb(2 * _ORDER, _ORDER + k) / _GAIN) ** 2 for k in range(1, _ORDER + 1)]
@@ -167,16 +173,20 @@ class Sensor:
         """Share of the noise's power that is left at harmonics (n,) of a cycle of so many samples."""
         if self.second is None:
             return np.ones(len(order))
-        bend = (2.0 * np.sin(np.minimum(math.pi * order / samples, 0.5 * math.pi))) ** (2 * self.second.times)
+        angle = math.pi * order / samples
+        if self.second.penalty == math.inf:  # an offset is gone
+            return np.asarray((2.0 * np.where(order > 0.0, angle, math.pi / samples)) ** (-2 * self.second.times))
+        bend = (2.0 * np.sin(np.minimum(angle, 0.5 * math.pi))) ** (2 * self.second.times)
         return np.asarray(1.0 / (1.0 + self.second.penalty * bend))
 
     def by_second(self, samples: float) -> float:
         """Share of the second sensor in what is shown at the drive."""
-        return 1.0 - float(self.left(samples, np.ones(1))[0])
+        alone = self.second is not None and self.second.penalty == math.inf
+        return 1.0 if alone else 1.0 - float(self.left(samples, np.ones(1))[0])
 
     def slow(self, samples: float) -> float:
         """Rms of white noise that is as large as what is left at the drive."""
-        return self.noise * math.sqrt(1.0 - self.by_second(samples))
+        return self.noise * math.sqrt(float(self.left(samples, np.ones(1))[0]))
 
     @classmethod
     def of(cls, signal: FloatArray, stroke: float, samples: float, second: Second | None = None) -> "Sensor":
@@ -187,6 +197,8 @@ class Sensor:
         levels than it has samples, it is spread over fewer points and disturbs the low harmonics more.
         """
         noise, step = white_noise(signal), sensor_step(signal)
+        if second is not None and second.penalty == math.inf:
+            return cls(noise * INTEGRATED[second.times], 0.0, second=second)
         if not step > 0.0:
             return cls(noise, step, second=second)
         variance = max((noise / step) ** 2 - 1.0 / 12.0, 0.0)  # before rounding, in steps

@@ -80,7 +80,7 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[signals.Str
 
 def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[signals.Stretch, list[str], float]:
     """One sound part of a recording: evenly sampled, what is to be said of it, how far its stamps stray (steps)."""
-    time, (of_mass, of_base), one_way = part.time[some], channels_of(scene), False
+    time, (of_mass, of_base), one_way, of, times = part.time[some], channels_of(scene), False, 0, 0
     if len(time) < SHORTEST_PART:
         raise AnalysisError(f"analysis: expected at least {SHORTEST_PART} samples; got {len(time)}: record longer")
     seen, off = signals.evenly(time, step, {name: values[some] for name, values in part.measured().items()})
@@ -88,15 +88,15 @@ def _even(part: Recording, some: slice, step: float, scene: Scene) -> tuple[sign
         mass, seen, said, edge, one_way = given_motion(seen, step, scene.rig.radius_m)
         mass = base = channels.restored(mass, step, of_mass)
     else:
-        mass, said, edge = channels.displacement(seen, "mass", step)
-        base, of_the_base, other = channels.displacement(seen, "base", step)
+        mass, said, edge, of = channels.displacement(seen, "mass", step)
+        base, of_the_base, other, times = channels.displacement(seen, "base", step)
         said, edge = said + of_the_base, max(edge, other)
         mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
+    seconds = {place: signals.Second(math.inf, k) for place, k in (("mass", of), ("base", times)) if k}
     of_the_mass = ("mass_velocity", *channels.other_masses(seen))
     known = {"mass": mass, "base": base}
     known |= {name: seen[name] for name in (*channels.FORCES, "normal_force") if name in seen}
     known |= {name: channels.restored(seen[name], step, of_mass) for name in of_the_mass if name in seen}
-    seconds = dict[str, signals.Second]()
     for place, times in product(("mass", "base"), (2, 1)):  # an acceleration first
         first, second = f"{place}_displacement", f"{place}_{channels.RATES[times]}"
         if scene.rig.kind == "prescribed" or place in seconds or not seen.keys() >= {first, second}:
@@ -209,7 +209,7 @@ def given_motion(
     fold = folded(measured, step)
     if fold is None:
         alone = {name: values for name, values in measured.items() if not name.startswith("base_")}
-        seen, (motion, said, edge) = dict(measured), channels.displacement(alone, "mass", step)
+        seen, (motion, said, edge, _) = dict(measured), channels.displacement(alone, "mass", step)
     else:
         motion, seen, said, edge = fold[0], fold[1], [fold[2]], 0
     if channels.is_angular(measured) and radius is None:

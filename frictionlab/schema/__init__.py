@@ -141,8 +141,7 @@ def _table_of(kind: str, facts: dict[str, Any]) -> Table:
 _TABLES = {kind: _table_of(kind, facts) for kind, facts in _FACTS.items()}
 TABLES = tuple(_TABLES.values())
 MEASUREMENTS, COMPARISONS = _TABLES["measurements"], _TABLES["comparisons"]
-LAWS = _TABLES["laws"]
-FREE_VIBRATIONS = _TABLES["free vibrations"]
+LAWS, FREE_VIBRATIONS = _TABLES["laws"], _TABLES["free vibrations"]
 TESTS, FRICTION, RANKING = _TABLES["tests"], _TABLES["friction"], _TABLES["ranking"]
 DRIFTS, LEFT_OUT = _TABLES["drifts"], _TABLES["left out"]
 MATERIAL_LAWS, LAW_PARAMETERS = _TABLES["material laws"], _TABLES["law parameters"]

@@ -105,7 +105,7 @@ def test_integrated_noise_is_no_second_motion(seed: int) -> None:
     drive = float(g.uniform(0.8, 4.0))
     omega = 2.0 * math.pi * drive
     seen = 1e-3 * omega**2 * (np.cos(omega * t) + 0.03 * g.standard_normal(len(t)))
-    base, _, edge = displacement({"base_acceleration": seen}, "base", 0.004)
+    base, _, edge, _ = displacement({"base_acceleration": seen}, "base", 0.004)
     lines = foreign_lines(amplitude_spectrum(base[edge:-edge], 0.004), DriveLine(drive, 1e-3, 0.0))
     assert all(line.removed for line in lines)
 
