@@ -9,13 +9,14 @@ ratio of each follows from the energy, because what the contact takes in of a *m
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.comparison import harmonics_of
-from frictionlab.inference.fit import NO_BOUND, Model, cost
+from frictionlab.inference.fit import NO_BOUND, Model, cost, fit_from
 from frictionlab.inference.observations import cycle_of
 
 LARGEST = 4.0  # friction ratio at which a contact that hardly slips is still looked for
@@ -28,7 +29,7 @@ ROOTS = (1.0, 31.0)  # of the stiffness: a contact rings by it; beyond, it is ri
 RING_STEP, ROOT_STEP = 0.5, 0.6  # between roots tried: times r, at most
 COARSE = 9  # roots tried of a law without rings
 SEEN = 1.5  # times the harmonics of a cycle: a ringing that is faster does not show in them
-FOLLOWED = 3  # minima over the stiffness that are fitted
+BEGUN, FOLLOWED = 8, 3  # minima over the stiffness from which steps are tried, and those that are fitted
 
 
 def starting_points(model: Model, near: Mapping[str, float] | None = None) -> list[FloatArray]:
@@ -167,7 +168,11 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
             costs[j] = over.min()
         found += [(float(costs[j]), points[j]) for j in minima(costs)]
     found.sort(key=lambda pair: pair[0])
-    return [point for _, point in found[:FOLLOWED]] or [point_at(model, known)]
+    begun = [point for _, point in found[:BEGUN]] or [point_at(model, known)]
+    if len(begun) > FOLLOWED:  # how deep a narrow valley is shows after a few steps down
+        stepped = [fit_from(replace(model, most=2), [point], tempers=False) for point in begun]
+        begun = [fit.point for fit in sorted(stepped, key=lambda fit: fit.cost)]
+    return begun[:FOLLOWED]
 
 
 def _roots(r: float, harmonics: int) -> FloatArray:
