@@ -1,14 +1,9 @@
-"""Random frames of two and three masses with one to three contacts, and OpenSees beside a frame of two storeys.
+"""Random frames of two and three masses with one to three contacts: balance, time, and an independent integration.
 
-    python -m tests.benchmarks.several_masses 500 100
-    PYTHONPATH=FOLDER_WITH_OPENSEESPY python -m tests.benchmarks.several_masses 0    # OpenSees alone
+    python -m tests.benchmarks.several_masses 500 500
 
 Of so many problems: outcomes, energy balance, time. Of the first so many without Iwan's many sliders: the twin is
 started on the orbit; told is by how much it misses the orbit's end and energies after a cycle.
-
-OpenSees has no rigid Coulomb contact: its nearest is an elastic, perfectly plastic spring of zero length (ElasticPP,
-the model of its sliding bearings too), as stiff as one likes. Both programs are given the same base, piecewise linear
-in its acceleration, and held against scipy's Radau at 1e-12, led from event to event by the twin.
 """
 
 import statistics
@@ -17,21 +12,17 @@ import time
 from collections import Counter
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import FrictionlabError
 from frictionlab.simulator import Base, Contact, SteadyState, Structure, steady_state
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.motion import Motion
-from frictionlab.simulator.record import BaseRecord, respond
-from tests.simulator.twin import TURN, Twin, rubs
+from tests.simulator.twin import TURN, Twin
 
 LAWS = (
     *("coulomb", "coulomb", "coulomb+place", "coulomb+speed", "coulomb+breakaway"),
     *("coulomb+compliance", "coulomb+compliance+breakaway", "coulomb+iwan", "coulomb+place+speed"),
 )
-
-RUBBING: tuple[tuple[int, int | str, float], ...] = ((1, "base", 0.3), (2, 1, 0.15))
 
 
 def draw(seed: int) -> Structure:
@@ -81,75 +72,6 @@ def missed_by_twin(state: SteadyState) -> tuple[float, float]:
     return float(np.abs(end - start).max()), float(np.abs(missed).max())
 
 
-def two_storeys() -> Structure:
-    """Two storeys, both rubbing on what they stand on."""
-    contacts = [rubs("coulomb", mass, against, beta=beta) for mass, against, beta in RUBBING]
-    return Structure.of_storeys(1.0, [1.0, 0.8], [1.0, 0.9], [0.01, 0.01], contacts)
-
-
-def by_opensees(frame: Structure, spline: CubicSpline, step: float, stiffness: float) -> tuple[np.ndarray, float]:
-    """Displacements (k, 2) from the base at whole radians, and seconds, by Newmark's average acceleration."""
-    import openseespy.opensees as ops  # noqa: PLC0415 - no dependency of this package
-
-    ops.wipe()
-    ops.model("basic", "-ndm", 1, "-ndf", 1)
-    for number, mass in enumerate((0.0, *np.diag(frame.mass)), 0):
-        ops.node(number, 0.0, "-mass", float(mass))
-    ops.fix(0, 1)
-    springs, dashpots = (-np.diag(matrix, 1)[0] for matrix in (frame.stiffness, frame.damping))
-    storeys = ((frame.stiffness[0, 0] - springs, frame.damping[0, 0] - dashpots), (springs, dashpots))
-    for number, (k, c) in enumerate(storeys, 1):
-        ops.uniaxialMaterial("Elastic", number, float(k), float(c))
-        ops.uniaxialMaterial("ElasticPP", 10 + number, stiffness, frame.contacts[number - 1].beta / stiffness)
-        for tag in (number, 10 + number):
-            ops.element("zeroLength", tag, number - 1, number, "-mat", tag, "-dir", 1, "-doRayleigh", 0)
-    knots = spline.x
-    bends = [float(value) for value in spline(knots, 2)]
-    ops.timeSeries("Path", 1, "-time", *map(float, knots), "-values", *bends)
-    ops.pattern("UniformExcitation", 1, 1, "-accel", 1, "-vel0", float(spline(0.0, 1)))
-    for words in (["constraints", "Plain"], ["numberer", "Plain"], ["system", "BandGeneral"], ["algorithm", "Newton"]):
-        getattr(ops, words[0])(*words[1:])
-    ops.test("NormDispIncr", 1e-12, 100)
-    ops.integrator("Newmark", 0.5, 0.25)
-    ops.analysis("Transient")
-    found, begin = [], time.perf_counter()
-    for _ in range(round(knots[-1])):
-        if ops.analyze(round(1.0 / step), step):
-            return np.full((1, 2), np.nan), time.perf_counter() - begin
-        found.append([ops.nodeDisp(1, 1), ops.nodeDisp(2, 1)])
-    return np.array(found), time.perf_counter() - begin
-
-
-def beside_opensees(length: int = 60, knot: float = 0.05) -> None:
-    """Print time and error of this package and of OpenSees."""
-    tau = np.linspace(0.0, length, round(length / knot) + 1)
-    waves = [(0.9, 0.55, 0.3), (0.7, 1.1, 1.2), (0.4, 1.9, 0.4)]
-    y = sum(a * (np.sin(w * tau + p) - np.sin(p) - w * tau * np.cos(p) * np.exp(-tau)) for a, w, p in waves)
-    base = BaseRecord(tau, y)
-    spline, samples = CubicSpline(tau, base.values), np.arange(round(1.0 / knot), len(tau), round(1.0 / knot))
-    try:
-        import openseespy.opensees  # noqa: F401, PLC0415 - as above
-    except (ImportError, RuntimeError) as error:
-        print(f"OpenSees: not here ({error}); do: pip install openseespy into a folder, and put it on PYTHONPATH")
-        return
-    print("\n| by | step / rad | contact stiffness / k1 | time / ms | largest error / Y |\n|---|---|---|---|---|")
-    frame = two_storeys()
-    twin, radians, ours = Twin(frame, spline, "Radau"), np.arange(length + 1.0), []
-    twin.run(radians.tolist())
-    truth = (np.array(twin.states)[:, :2] - spline(radians)[:, None])[1:]
-    for _ in range(4):
-        begin = time.perf_counter()
-        response = respond(frame, base)
-        ours.append(time.perf_counter() - begin)
-    seen = response.displacements[samples] - base.values[samples, None]
-    print(f"| this package | none | rigid | {1e3 * min(ours):.1f} | {np.abs(seen - truth).max():.1e} |")
-    for stiffness in (1e2, 1e4, 1e6):
-        for parts in (1, 4, 16, 64):
-            found, seconds = by_opensees(frame, spline, knot / parts, stiffness)
-            miss = f"{np.abs(found - truth).max():.1e}" if len(found) == len(truth) else "does not converge"
-            print(f"| OpenSees | {knot / parts:g} | {stiffness:g} | {1e3 * seconds:.1f} | {miss} |")
-
-
 def main(count: int, twins: int) -> None:
     """Solve, compare and print."""
     outcomes: Counter[str] = Counter()
@@ -182,7 +104,4 @@ def main(count: int, twins: int) -> None:
 
 
 if __name__ == "__main__":
-    numbers = [int(word) for word in sys.argv[1:]] or [500, 100]
-    if numbers[0]:
-        main(numbers[0], numbers[1] if len(numbers) > 1 else 100)
-    beside_opensees()
+    main(*([int(word) for word in sys.argv[1:]] or [500, 500]))
