@@ -297,7 +297,7 @@ class Twin:
             below = np.flatnonzero(values < 0.0)
             if len(below):
                 k = below[0]
-                low = times[k - 1] if k else tau + 1e-9  # at the begin of a phase an event's function may be zero
+                low = times[k - 1] if k else tau + 1e-12  # at the begin of a phase an event's function may be zero
                 same = event[2](low, moved.sol(low)) <= 0.0
                 t = low if same else brentq(lambda t, g=event[2]: g(t, moved.sol(t)), low, times[k], xtol=1e-15)
                 if t < best:
