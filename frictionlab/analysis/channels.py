@@ -12,7 +12,7 @@ future are missing, are cut.
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import islice
+from itertools import count, islice, takewhile
 
 import numpy as np
 from scipy.linalg import solveh_banded
@@ -290,7 +290,5 @@ def is_angular(measured: Mapping[str, FloatArray]) -> bool:
 
 def other_masses(names: Iterable[str]) -> tuple[str, ...]:
     """Return the displacements of a frame's masses from the second on, as far as they follow each other."""
-    known, found = set(names), list[str]()
-    while (name := f"mass_{len(found) + 2}_displacement") in known:
-        found.append(name)
-    return tuple(found)
+    known = set(names)
+    return tuple(takewhile(known.__contains__, (f"mass_{number}_displacement" for number in count(2))))

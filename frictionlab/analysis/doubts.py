@@ -4,18 +4,19 @@ Mistakes of a channel are among them: inverted, swapped, a copy, relative to the
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictionlab.analysis import steadiness
-from frictionlab.analysis.channels import SensorChannel, other_masses
+from frictionlab.analysis.channels import other_masses
 from frictionlab.analysis.cycles import first_harmonic
 from frictionlab.analysis.layout import HARMONICS, VELOCITY, Layout
+from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.spectrum import LEAST, Line, mains_of
 from frictionlab.analysis.stops import TURN
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import DOUBTED, NOT_KNOWN
 from frictionlab.schema import ENERGY
 
@@ -23,49 +24,57 @@ if TYPE_CHECKING:
     from frictionlab.analysis.measurement import Measurement
 
 FEW_CYCLES = 5
+ASIDE = 0.06  # of the frequency ratio asked for, of 1 where it is less: names are rounded
 QUIET = 0.01  # rounding that noise does not average away, over the step: a sensor that shows the same in every cycle
 FOLDED = 0.003  # of the drive's frequency: how near a line lies to a harmonic that the sampling folds down
+PARTS, KEEPS = 16, 20.0  # of a record; times the noise's power: the phase of so strong a line is the same in all parts
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
 REACHED = 1.3  # times the friction force that energy gives; a dashpot's is 1.2
 MANY = 6  # times named in one sentence
 
 
 def warnings(
-    layout: Layout, m: "Measurement", of_mass: SensorChannel, cut: float, *, wall_moves: bool, taken: float
+    m: "Measurement", parts: Sequence[Stretch], cut: float, known: tuple[float | None, float, bool], asked: object
 ) -> list[str]:
     """Say what a reader of the numbers must know.
 
-    ``cut``: what the mass's filter cuts away, by `channels.cut_away`; ``wall_moves``: the wall goes with the base;
-    ``taken``: energy (k Y^2) that the frame's dashpot takes.
+    ``parts``: driven ones; ``cut``: what the mass's filter cuts away, by `channels.cut_away`; ``known``: that filter's
+    cut-off [Hz], the frame's damping ratio, whether the wall goes with the base; ``asked``: frequency ratio by name.
     """
+    layout, r, (stepped, jumps) = m.layout, m.frequency_ratio, steadiness.steps(parts)
+    cutoff, zeta, wall_moves = known
     prescribed = m.energy.value is None  # the motion of the mass is given, and stands in the base's place
-    said = [*_of_the_drive(layout, m.frequency_ratio), *_of_lines(layout, "motion" if prescribed else "base")]
+    said = [*(stepped or jumps), *_of_the_drive(layout, r, is_even=not stepped)]
+    said += _of_lines(layout, "motion" if prescribed else "base")
     if not prescribed:
         said = [*_of_the_channels(layout, m, wall_moves=wall_moves), *said]
     said += _of_the_sampling(layout, m, prescribed=prescribed)
     if not m.is_stuck:
-        said += (*_of_changes(layout, m), *_of_stops(m))
+        said += (*_of_changes(layout, m, is_even=not (stepped or jumps)), *_of_stops(m))
+    stretched = float(np.mean(shifted(m.cycle.mass_smooth - m.cycle.base, order=1) ** 2))
+    taken = 4.0 * math.pi * zeta * (r or 0.0) * stretched  # by the frame's dashpot, k Y^2
     said += _of_the_load_cell(m, taken)
-    if m.frequency_ratio is None and not prescribed:
-        said.append(f"frequency_ratio: {NOT_KNOWN}")
-    if of_mass.cutoff is not None and cut >= 0.002 * m.size:
+    if isinstance(asked, float) and r is not None and abs(r - asked) > ASIDE * max(1.0, asked):
+        said.append(f"frequency_ratio: {r:.3g} is driven, {asked:g} by its name, sheet or scene: is it another test?")
+    said += [f"frequency_ratio: {NOT_KNOWN}"] * (r is None and not prescribed)
+    if cutoff is not None and cut >= 0.002 * m.size:
         said.append(
-            f"response_amplitude: the mass's filter ({of_mass.cutoff:.4g} Hz; mass_filter_hz in [sensors]) may cut away"
+            f"response_amplitude: the mass's filter ({cutoff:.4g} Hz; mass_filter_hz in [sensors]) may cut away"
             f" {cut:.1g} Y, and make stops_per_cycle and regime wrong: record with a higher cut-off"
         )
     return said
 
 
-def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
+def _of_the_drive(layout: Layout, r: float | None, *, is_even: bool) -> Iterator[str]:
     drive, distortion = layout.drive, layout.drive.distortion
     if r is not None and not 0.02 <= r <= 5.0:
         yield f"frequency_ratio: {r:.3g} lies outside 0.02 to 5: check --natural-frequency and time_unit in [log]"
     if distortion > 0.05:
         said = f"harmonics 2-{HARMONICS} of the base are {100 * distortion:.2g} % of its fundamental"
         yield f"base_distortion: {said}: the prediction of a recording takes them in, that of a row of numbers cannot"
-    if drive.drifts and drive.wander > 0.002 * TURN:
+    if drive.drifts and drive.wander > 0.002 * TURN and is_even:
         yield f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / TURN:.2g} of a cycle"
-    if drive.growth:
+    if drive.growth and is_even:
         yield f"base_amplitude_m: the base's amplitude drifts by {100 * drive.growth:+.2g} %: check its sensor's gain"
 
 
@@ -93,19 +102,31 @@ def _of_lines(layout: Layout, driver: str) -> Iterator[str]:
         )
     if foreign.masked > faint and not foreign.on_harmonics:
         yield f"response_amplitude: hum, up to {share(foreign.masked)}, may hide in a harmonic: drive a little faster"
-    low = next((line for line in (*foreign.lines["mass"], *foreign.lines["base"]) if not line.removed), None)
+    every = (
+        (line, rows) for name, rows in (("mass", layout.mass), ("base", layout.base)) for line in foreign.lines[name]
+    )
+    low = next((line for line, rows in every if not line.removed and _keeps_time(layout, rows, line)), None)
     if low is not None:
         beat, rate = abs(low.frequency - max(round(low.frequency / hz), 1) * hz), layout.samples * hz
-        seen = {k: abs(k * hz - rate * round(k * hz / rate)) for k in range(2, 2 * HARMONICS) if 2.0 * k * hz > rate}
-        folded = [k for k, at in seen.items() if abs(at - low.frequency) < FOLDED * hz]
+        order = np.arange(max(2.0, layout.samples // 2), 2.0 * layout.samples + HARMONICS)  # an acceleration may jump
+        seen = np.abs(order - layout.samples * np.rint(order / layout.samples)) * hz
+        folded = order[np.abs(seen - low.frequency) < FOLDED * hz]
         often = f"comes and goes every {1.0 / beat:.3g} s (take many, --cycles all)"
-        if folded:
+        if len(folded):
             yield (
-                f"sampling_rate_hz: the line {of(low)}, is harmonic {folded[0]} of the drive, folded down by {rate:.4g}"
-                " samples a second: record faster, or filter before sampling"
+                f"sampling_rate_hz: the line {of(low)}, is harmonic {folded[0]:.0f} of the drive, folded down by"
+                f" {rate:.4g} samples a second: record faster, or filter before sampling"
             )
         else:
             yield f"response_amplitude: beats: a second motion {of(low)}, {often}"
+
+
+def _keeps_time(layout: Layout, rows: FloatArray, line: Line) -> bool:
+    """Whether a line in cycles (n, p) keeps its phase, as a second motion does; friction that wanders makes others."""
+    turned = np.exp(-2j * math.pi * line.frequency * layout.moments(np.arange(len(rows)))).reshape(rows.shape)
+    each = np.mean((rows - rows.mean(axis=0)) * turned, axis=1)
+    parts = np.array([some.mean() for some in np.array_split(each, min(len(each), PARTS))])
+    return bool(abs(parts.mean()) ** 2 * (1.0 + (len(parts) - 1.0) / KEEPS) > np.mean(np.abs(parts) ** 2))
 
 
 def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> Iterator[str]:
@@ -144,17 +165,18 @@ def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> I
         )
 
 
-def _of_changes(layout: Layout, m: "Measurement") -> Iterator[str]:
-    """Of a mass that settles late, does not follow the drive, drifts, jumps, or whose channel loses samples."""
-    if (at := m.settles_later_s) == math.inf:
+def _of_changes(layout: Layout, m: "Measurement", *, is_even: bool) -> Iterator[str]:
+    """Of a mass that has not settled, does not follow the drive, drifts, or whose channel loses samples."""
+    at = m.settles_later_s if is_even else None
+    if at == math.inf:
         yield f"transient_s: the motion had not settled; measured is from {m.transient_s:.3g} s on: record longer"
     elif at is not None:
-        yield f"transient_s: the motion settled only at {at:.3g} s, not {m.transient_s:g}: --transient {at:.3g}"
+        yield f"transient_s: the motion settled only at {at:.4g} s, not {m.transient_s:g}: --transient {at:.4g}"
     power = float(np.einsum("ij,ij->", layout.mass, layout.mass)) / layout.mass.size  # about a mean of 0
     share, size = float(np.var(layout.mass.mean(axis=0))) / power, m.size
     if share < 0.5 and len(layout) >= FEW_CYCLES:
         yield f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with it: check the column"
-    growth, by_energy = (steadiness.growth(s, least=0.005) for s in (m.series.amplitude, m.series.energy))
+    growth, by_energy = (is_even * steadiness.growth(s, least=0.005) for s in (m.series.amplitude, m.series.energy))
     if layout.duration >= steadiness.LONG_S and (growth or by_energy):
         name, change = ("response_amplitude", growth) if abs(growth) > abs(by_energy) else (ENERGY, by_energy)
         yield f"{name}: drifts by {100 * change:+.2g} %: friction changes, and means are of all cycles measured"
@@ -176,12 +198,6 @@ def _of_changes(layout: Layout, m: "Measurement") -> Iterator[str]:
                 f"{ENERGY}: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples {when} (lost in the"
                 f" {where}'s channel?): cut the log there, or give the channels their own times"
             )
-    for name, series in (("amplitude", m.series.amplitude), ("mean position", m.series.position)):
-        found = steadiness.jumps(series / size, noise=m.amplitude_noise / size).tolist()
-        if found:
-            times = ", ".join(f"{layout.time[j]:.4g} s" for j in found[:MANY])
-            more = f" and {len(found) - MANY} more" if len(found) > MANY else ""
-            yield f"response_amplitude: the {name} of the response jumps at {times}{more}"
 
 
 def _of_stops(m: "Measurement") -> Iterator[str]:
@@ -269,11 +285,12 @@ def _relative(mass: FloatArray, base: FloatArray, stuck: float, r: float) -> Ite
     """Say that a mean cycle of the mass (p,), which stands for the fraction ``stuck``, looks like x - y or y - x."""
     own, width = _left(mass, base, r), max(1, len(mass) // 128)
     for word, other in (("+", base + mass), ("-", base - mass)):
-        others, speed = _left(other, base, r), np.abs(other[width:] - other[:-width])
-        stands = float(np.mean(speed < 0.05 * speed.max())) if np.std(other) > 0.05 * np.std(base) else 0.0
+        speeds = [np.abs(each[width:] - each[:-width]) for each in (other, mass)]
+        stands, creeps = (float(np.mean(speed < 0.05 * speed.max())) for speed in speeds)
+        others, stands = _left(other, base, r), stands if np.std(other) > 0.05 * np.std(base) else 0.0
         why = ""
         # a cosine stands for 0.03; crosstalk of the base leaves a mass that fits far better than what it would be
-        if own > FITS and others < 1.2 * own and stands > max(0.08, 4.0 * stuck):
+        if own > FITS and others < 1.2 * own and stands > max(0.08, 4.0 * stuck, 2.0 * creeps):
             why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
         elif others < FITS and own > max(OFF, CLEARER * others) and stuck == 0.0:
             why = f"mass {word} base fits the equation of motion"

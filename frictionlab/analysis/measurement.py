@@ -20,7 +20,7 @@ from frictionlab.analysis.response import ByForce, Cycle, Response, mean_cycle
 from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.analysis.stretches import SHORTEST_PART, channels_of, even_stretches, is_force
-from frictionlab.arrays import FloatArray, shifted
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
@@ -175,7 +175,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     begin, prescribed = float(recording.time[0]), scene.rig.kind == "prescribed"
     parts, warnings = even_stretches(recording, scene)
     parts, stands = steadiness.driven(parts)
-    found, settled = steadiness.transient(parts, begin)
+    found, settled = steadiness.transient(parts, begin, scene.rig.natural_frequency)
     transient = found if scene.analysis.transient_s is None else scene.analysis.transient_s
     layout = _laid_out(parts, transient, recording, scene)
     drive, natural, of_mass = layout.drive, scene.rig.natural_frequency, channels_of(scene)[0]
@@ -227,9 +227,8 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         sources=sources,
         slides_one_way=one_way,
     )
-    stretched = float(np.mean(shifted(smooth - cycle.base, order=1) ** 2))
-    taken = 4.0 * math.pi * (scene.rig.damping or 0.0) * (r or 0.0) * stretched  # by the frame's dashpot, k Y^2
-    said += doubts.warnings(layout, measured, of_mass, cut, wall_moves=wall_moves, taken=taken)
+    known = of_mass.cutoff, scene.rig.damping or 0.0, wall_moves
+    said += doubts.warnings(measured, parts, cut, known, recording.experiment.get("nominal_frequency_ratio"))
     return replace(measured, warnings=(*scene.rig.doubts, *warnings, *stands, *said))
 
 

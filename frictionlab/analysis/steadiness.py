@@ -18,7 +18,9 @@ from frictionlab.uncertainty import Estimate
 OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its middle, over the whole change
 LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 MEMORY_S = 60.0  # no frame of a laboratory remembers its start for longer
+SOFT = 0.05  # of a record: a soft start or stop that takes no more is part of the transient, and needs no word
 SMALL, FULL = 0.5, 0.97  # of the drive's usual size: less at an end is a start or a stop, cut up to the second
+OFF_ITS_MEAN, STEP, JUMP = 0.35, 0.02, 0.05  # of the base's rms; relative steps of drive and of response that are told
 OTHER = 0.05  # of the drive's frequency: so far off, a part is another test
 AS_A_DRIFT, CLEAR = 1.15, 5.0  # times the last part's change, and errors of it, from which a decay is seen
 LEFT = 5e-4  # of the motion: a decay that changes it by less is none
@@ -26,12 +28,13 @@ FEWEST = 8  # cycles of which it can be seen when they settle, and that are wort
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
 
-def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | None]:
+def transient(parts: Sequence[Stretch], begin: float, natural: float | None = None) -> tuple[float, float | None]:
     """Until when to cut, and when the motion of a recording's parts has settled, s from ``begin``; None: it has not.
 
     Mass and base repeat from cycle to cycle then, or drift: cycles of all parts are compared on a coarse grid with the
     mean of the last quarter, of a long test with their own drift; medians of five, so that single irregular cycles are
     no transient. Half is cut at most, or what leaves eight cycles; what the last third alone repeats has not settled.
+    Harmonics that no frame of this natural frequency [Hz] follows are left out: hum may drift past one.
     """
     longest = max(parts, key=lambda part: len(part.base), default=None)
     if longest is None or len(longest.base) < 64 or not float(np.ptp(longest.base)) > 0.0:
@@ -45,14 +48,17 @@ def transient(parts: Sequence[Stretch], begin: float) -> tuple[float, float | No
         start = 0.0 if n < 4 else float(starts[1])
         return start, start
     window = int(n * MEMORY_S / (last - first)) if last - first >= LONG_S else n // 3
+    highest = math.ceil(max(spectrum.HIGH, 2.0 * (natural or 0.0) * longest.step / frequency))
     found = list[tuple[int, bool]]()
     for name in ("mass", "base"):
         signals = [getattr(part, name) for part in parts]
         rows = np.concatenate([cycles.fold(s, c.start, c.end, 64) for s, c in zip(signals, cuts, strict=True)])
-        rows -= rows.mean()
+        lines = np.fft.rfft(rows - rows.mean(), axis=1)
+        lines[:, highest + 1 :] = 0.0
+        rows = np.fft.irfft(lines, axis=1)
         found.append(_settled(rows, window, white_noise(getattr(longest, name))))
     latest, seen = max(first for first, _ in found), all(seen for _, seen in found)
-    start = float(np.append(starts, math.inf)[latest]) if latest else 0.0
+    start = float(np.append(starts, math.inf)[latest]) if latest else max(first, 0.0)
     most = math.inf if seen and n - latest >= FEWEST else 0.5 * float(first + last)
     return min(most, start), start if seen else None
 
@@ -81,13 +87,14 @@ def driven(parts: Sequence[Stretch]) -> tuple[list[Stretch], list[str]]:
     pieces, said = list[Stretch](), list[str]()
     for part in parts:
         size = _size_of_drive(part.base, tone.frequency, stride, period)
+        few = SOFT * len(size)
         found = full_runs(size, least, 8 * period, pause=period, still=0.1 * least) if len(size) else [(0, 0)]
         for first, last in found:
             ends = stride * first, stride * (last - 1 + period) if last < len(size) else len(part.base)
             pieces.append(part.part(*ends))
             from_s, until_s = (part.time + end * part.step for end in ends)
-            said += [f"drive: it has its size from {from_s:.4g} s: the rest is left out"] * (first > 0)
-            said += [f"drive: it has its size until {until_s:.4g} s: the rest is left out"] * (last < len(size))
+            said += [f"drive: it has its size from {from_s:.4g} s: the rest is left out"] * (first > few)
+            said += [f"drive: it has its size until {until_s:.4g} s: the rest is left out"] * (last < len(size) - few)
         if not found:
             said.append(f"drive: the base does not follow it from {part.time:.4g} s on: that part is left out")
     if len(pieces) == 1:
@@ -97,6 +104,44 @@ def driven(parts: Sequence[Stretch]) -> tuple[list[Stretch], list[str]]:
         both = f"at {other / pieces[i].step:.4g} Hz, not at {tone.frequency / pieces[i].step:.4g} Hz"
         said.append(f"drive: from {pieces[i].time:.4g} s on it is {both}: that part is left out: measure it by itself")
     return [piece for i, piece in enumerate(pieces) if i not in others], said
+
+
+def steps(parts: Sequence[Stretch]) -> tuple[list[str], list[str]]:
+    """When the drive or the force on the contact changes suddenly and for good, and when the mass's motion does.
+
+    From cycle to cycle of the base, which leaves its mean upward: that needs no frequency.
+    """
+    causes, answers = list[str](), list[str]()
+    for part in (part for part in parts if not part.one_way):
+        about = part.base - part.base.mean()
+        level = OFF_ITS_MEAN * float(np.std(about))
+        away = np.flatnonzero(np.abs(about) > level)
+        rises = away[1:][np.diff(np.sign(about[away])) > 0.0]
+        if len(rises) < 12:
+            continue
+        at = rises - (about[rises] - level) / (about[rises] - about[rises - 1])
+        time, samples = part.time + at * part.step, np.diff(at)
+        swings = [np.maximum.reduceat(each, rises) - np.minimum.reduceat(each, rises) for each in (about, part.mass)]
+        base, mass = (500.0 * each[:-1] for each in swings)
+        force, mean = (
+            np.add.reduceat(each, rises)[:-1] / np.diff(rises)
+            for each in (part.channels.get("normal_force", np.zeros(len(about))), part.mass)
+        )
+        exact, size = 0.1 / float(np.median(samples)), float(np.median(mass))
+        for said, name, series, usual, unit, noise, least in (
+            (causes, "drive_frequency_hz: the drive's frequency", 1.0 / (samples * part.step), 0.0, "Hz", exact, STEP),
+            (causes, "base_amplitude_m: the base's amplitude", base, 0.0, "mm", exact, STEP),
+            (causes, "normal_force_n: the normal force", force, 0.0, "N", exact, STEP),
+            (answers, "response_amplitude: the amplitude of the response", mass, size, "mm", 0.0, JUMP),
+            (answers, "response_amplitude: the mean position of the response", 1e3 * mean, size, "mm", 0.0, JUMP),
+        ):
+            over = usual or abs(float(np.median(series)))
+            first = jumps(series / over, noise=noise, least=least).tolist() if over else []
+            if first:
+                levels = [float(np.median(series[a:b])) for a, b in pairwise([0, *first, len(series)])]
+                to = ", to ".join(f"{b:.3g} at {t:.4g} s" for b, t in zip(levels[1:], time[first], strict=True))
+                said.append(f"{name} goes from {levels[0]:.3g} to {to} ({unit}): cut the log there")
+    return causes, answers
 
 
 def _other_frequency(base: FloatArray, frequency: float) -> float | None:
@@ -199,7 +244,7 @@ def growth(series: FloatArray, *, least: float = 1e-3) -> float:
     return change if clear and abs(change) > least else 0.0
 
 
-def jumps(series: FloatArray, *, noise: float, width: int = 5, least: float = 0.05) -> IntArray:
+def jumps(series: FloatArray, *, noise: float, width: int = 5, least: float = JUMP) -> IntArray:
     """First cycles (m,) after sudden lasting changes in a per-cycle series (n,).
 
     A jump is a difference between the medians of ``width`` cycles on either side of more than ``least``, eight times
@@ -232,6 +277,11 @@ class Trend:
     low: float
     high: float
     level: float
+
+    @property
+    def jumps(self) -> FloatArray:
+        """When the quantity jumps [s]: over that a line says nothing."""
+        return self.time[jumps(self.value / self.level, noise=0.0)]
 
 
 def linear_trend(time: FloatArray, value: FloatArray) -> Trend | None:

@@ -11,6 +11,7 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import stdtr
 
 from frictionlab.campaign.joint_fit import FAULTS, JointFit
 from frictionlab.campaign.prediction import Model, elasticity, fundamental, loop_ratio, observe_row, predict
@@ -30,6 +31,7 @@ NOTHING = 1e-9  # energy or amplitude below which the mass does not move
 UNSETTLED = 0.01  # what may be left of the transient, by Coulomb's own memory
 KEPT = 0.999  # of a disturbance after a cycle: from so much on a motion is one of many
 SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement says it
+FEWEST_BESIDE, OUTLYING, LEAST_OFF = 5, 0.01, 0.02  # tests, chance and relative size from which one stands out
 FEW = 3  # tests more than one, below which they hardly show how friction scatters
 Setting = tuple[str, float]
 """Material and normal force [N]."""
@@ -360,7 +362,21 @@ def _notes(
         yield "no force: the scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency)"
     elif not any(math.isfinite(v.trial.base_amplitude_m) for v in used):
         yield "no force: no test gives its base amplitude"
+    yield from _outliers(used)
     off = sum((v.nrmse or 0.0) > EXPLAINED * (v.floor or 0.0) for v in missed)
     if off:
         which = "its test" if len(missed) == 1 else f"{off} of {len(missed)} tests"
         yield f"{model.law.name} leaves more than noise of {which} unexplained"
+
+
+def _outliers(used: Sequence[Verdict]) -> Iterator[str]:
+    """Say which test stands out of the others: residuals over their scatter, by Student's t, as Bonferroni has it."""
+    known = [(v, math.log(v.alone.value * y)) for v in used if v.alone.value and (y := v.trial.base_amplitude_m) > 0.0]
+    if (n := len(known)) >= FEWEST_BESIDE:
+        about = np.array([own for _, own in known]) - np.mean([own for _, own in known])
+        share = about**2 / max(float(np.sum(about**2)), 1e-300) * (n / (n - 1.0))
+        far = np.sqrt((n - 2.0) * share / np.maximum(1.0 - share, 1e-12))
+        for (verdict, _), off, times in zip(known, about * (n / (n - 1.0)), far, strict=True):
+            if abs(off) > LEAST_OFF and 2.0 * n * float(stdtr(n - 2.0, -times)) < OUTLYING:
+                by = f"{100.0 * math.expm1(off):+.2g} % off the other {n - 1}, {times:.2g} scatters of theirs"
+                yield f"{short_name(verdict.trial.source)} stands out: its friction is {by}"

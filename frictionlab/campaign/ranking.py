@@ -97,14 +97,17 @@ def drift_of(
     high: float | None = None
     value, error = (trial.row.get(f"energy_trend_per_hour{end}") for end in ("", "_se"))
     slope = NOT_KNOWN
-    if trend is not None:
+    jumped = [] if trend is None else trend.jumps.tolist()
+    if trend is not None and not jumped:
         slope, low, high = Estimate(trend.slope, trend.slope_se).scaled(HOUR), trend.low * HOUR, trend.high * HOUR
-    elif isinstance(value, (int, float)) and isinstance(error, (int, float)):
+    elif not jumped and isinstance(value, (int, float)) and isinstance(error, (int, float)):
         slope = Estimate(float(value), float(error))
         low, high = slope.low, slope.high
     friction = slope.over((trial.energy.value or 0.0) * _steepness(trial, model, fits, slope.value))
     note = "" if trend is not None else "its recording is not at hand: no points are drawn"
-    if not slope.known:
+    if jumped:
+        note = f"it jumps at {', '.join(f'{at:.4g} s' for at in jumped)}: cut the log there"
+    elif not slope.known:
         note = "no slope: its recording is not at hand and its measurement holds no energy_trend_per_hour"
     elif not friction.known:
         note = "the energy is near its largest over the friction force, so it does not show how that drifts"

@@ -29,13 +29,8 @@ PARAMETERS = {
     "lower": "lower 95 %",
     "upper": "upper 95 %",
 }
-PARTS = ("parameters", "nuisances")
 DRAWN = ("time", "measured", "fitted", "unit")  # of a tap: no part of its row
 MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
-
-
-def _each(value: Any) -> Sequence[Any]:
-    return value if isinstance(value, tuple | list) else ()
 
 
 def analyze(
@@ -127,8 +122,8 @@ def _print_parts(rows: Iterable[Row]) -> None:
     """Print the parameters of laws beyond Coulomb's, what a whole record moved beside them, and the ladder of laws."""
     for row in rows:
         found: Any = row
-        parameters, moved = (dict(found.get(key) or {}) for key in PARTS)
-        laws, law, required = _each(row.get("laws")), row["law"], row.get("cycle_law") or row["law"]
+        parameters, moved = (dict(found.get(key) or {}) for key in ("parameters", "nuisances"))
+        laws, law, required = screen.each_of(row.get("laws")), row["law"], row.get("cycle_law") or row["law"]
         if "lag_s" in moved:
             moved["lag [ms]"] = {key: 1e3 * value for key, value in moved.pop("lag_s").items()}
         values = [{"parameter": name, **each} for name, each in parameters.items()] * bool(laws or len(parameters) > 2)
@@ -137,7 +132,7 @@ def _print_parts(rows: Iterable[Row]) -> None:
             (f"{law}", values, PARAMETERS),
             ("what the fit moved beside the law (natural frequency and gain: relative)", beside, MOVED),
             (f"laws in the order tried; the recording requires {required}", laws, LAWS),
-            (f"laws tried on the whole record, which requires {law}", _each(row.get("record_laws")), LAWS),
+            (f"laws tried on the whole record, which requires {law}", screen.each_of(row.get("record_laws")), LAWS),
         )
         for title, lines, columns in parts:
             if lines:
@@ -157,7 +152,7 @@ def explain(recordings: list[Path], *, settings: AnalysisSettings, work: Judged)
     rows = work.rows(inputs, partial(_explained, scene=scene), "explain", places, force=work.force)
     work.write(rows, inputs, scene, COMPARISONS)
     for number, row in enumerate(() if work.as_json else rows):
-        text, short = _each(row.get("text")), _each(row.get("_short"))
+        text, short = screen.each_of(row.get("text")), screen.each_of(row.get("_short"))
         if not text:
             complain(f"{row['source']}: {row['reason']}")
             continue
@@ -190,9 +185,9 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     paths = files_of(inputs, recordings_in)
     places = work.places(paths, scene, FREE_VIBRATIONS, ("free_vibration",))
     rows = work.rows(paths, partial(_tapped, scene=scene), "free vibration", places, force=work.force, silent=True)
-    taps = [tap for row in rows for tap in _each(row.get("_taps"))]
+    taps = [tap for row in rows for tap in screen.each_of(row.get("_taps"))]
     means = averages(taps)  # before the first line of --json
-    warned: list[Any] = [row["warnings"] for row in rows for _ in _each(row.get("_taps"))]
+    warned: list[Any] = [row["warnings"] for row in rows for _ in screen.each_of(row.get("_taps"))]
     for number, sentence in taps_apart(taps):
         warned[number].append(sentence)
     if work.as_json:
@@ -259,9 +254,9 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
         return
     stiffness = row.get("stiffness_n_per_m")
     what = "mode" if "modes" in row else "tap"
-    for number, numbers in enumerate(_each(row[f"{what}s"]), 1):
+    for number, numbers in enumerate(screen.each_of(row[f"{what}s"]), 1):
         line = {"source": row["source"], "status": "ok", "reason": None, what: number, **numbers}
-        if taps := _each(row.get("_taps")):
+        if taps := screen.each_of(row.get("_taps")):
             line["_unit"] = taps[0].unit
             for key, length in (("friction_n", "friction_m"), ("_friction_n_se", "friction_m_se")):
                 known_m = isinstance(stiffness, float) and numbers[length] is not None

@@ -232,9 +232,8 @@ def _said(result: "Campaign") -> list[str]:
     orders = [", ".join(f"{r.rank} {r.material}" for r in placed if r.by == each) for each in criteria]
     slopes = [
         f"drift of {printable(Path(d.trial.source).stem)}: {with_error(d.relative.value, d.relative.error, 100.0)} %/h"
-        f" of the energy, {d.verdict}"
+        f" of the energy, {d.note if d.relative.value is None else d.verdict}"
         for d in result.drifts
-        if d.relative.value is not None
     ]
     notes = [(f"{fit.material} at {fit.normal_force_n:.4g} N", str(fit.note)) for fit in result.fits if fit.note]
     doubts = [note for note in result.notes if GRAVE.search(note)]

@@ -151,19 +151,20 @@ TAPPED = (
     known("F/k [deg]", "friction_m", 8, "se", lambda row: _in_um(row, "rad")),
     Shown("F [N]", lambda row: with_error(row.get("friction_n"), row.get("_friction_n_se")), 5),
     word("half-cycles", "half_cycles", 4),
-    Shown("shape", lambda row: _shape(row.get("shape")), 5),
+    Shown("shape", lambda row: " ".join(f"{mass:+.3f}" for mass in each_of(row.get("shape"))) or "-", 5),
 )
 """What a screen shows of measurements, comparisons, ingested logs, rows of ``friction.csv``, and taps."""
+
+
+def each_of(value: Any) -> Sequence[Any]:
+    """The members of a row's list, if it is one."""
+    return value if isinstance(value, tuple | list) else ()
 
 
 def _in_um(row: Row, unit: str) -> float | None:
     """What turns the friction of a tap into micrometres or, of an angle, into degrees; None: it has another unit."""
     known_in = row.get("_unit", "m")
     return None if known_in != unit else 1e6 if unit == "m" else math.degrees(1.0)
-
-
-def _shape(masses: object) -> str:
-    return " ".join(f"{mass:+.3f}" for mass in masses) if isinstance(masses, list | tuple) else "-"
 
 
 def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wide: Table | None = None) -> None:
@@ -270,8 +271,7 @@ def print_warnings(rows: Iterable[Row], *, verbose: bool = False, notes: Sequenc
 
 def warnings_of(row: Row) -> list[str]:
     """The warnings of a row."""
-    warnings = row.get("warnings")
-    return [str(warning) for warning in warnings] if isinstance(warnings, (list, tuple)) else []
+    return list(map(str, each_of(row.get("warnings"))))
 
 
 def headline(rows: Sequence[Row], noun: str) -> str:

@@ -1,8 +1,7 @@
 """A campaign's materials: friction over force, laws, energy over frequency, responses and drift over time."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import cycle
-from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -95,39 +94,26 @@ def energy(campaign: Campaign, material: str) -> Figure:
     Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit. Lines: the law,
     with one friction ratio β per normal force.
     """
-    fits = _by_force(campaign, material)
+    fits, over_r = _by_force(campaign, material), not over_force(campaign)
     with style.drawing(3.8) as figure:
         ax = figure.subplots()
-        ratios = ["no fit" if fit.friction_ratio is None else f"β = {fit.friction_ratio:.3f}" for fit in fits]
-        labels = [f"{fit.normal_force_n:.4g} N, {ratio}" for fit, ratio in zip(fits, ratios, strict=True)]
-        _draw_energies(ax, campaign, fits, labels, style.shades(len(fits)), cycle(style.MARKERS))
+        for fit, colour, marker in zip(fits, style.shades(len(fits)), cycle(style.MARKERS), strict=False):
+            ratio = "no fit" if fit.friction_ratio is None else f"β = {fit.friction_ratio:.3f}"
+            label = f"{fit.normal_force_n:.4g} N, {ratio}"
+            _draw_tests(ax, campaign, list(map(_energy, fit.verdicts)), colour, marker, label)
+            if not over_r:
+                known = [(fit.normal_force_n, v.predicted.energy_per_cycle or 0.0) for v in fit.used if v.predicted]
+                ax.plot(*np.reshape(known, (-1, 2)).T, "_", color=colour, markersize=14)
+            elif fit.setting in campaign.curves:
+                ax.plot(*campaign.curves[fit.setting], color=colour, linewidth=0.9)
+        energies = [v.energy.value or 0.0 for f in fits for v in f.verdicts if not v.trial.is_long]
+        if not over_r:  # near resonance, over r, predictions have no bound
+            energies += [v.predicted.energy_per_cycle or 0.0 for f in fits for v in f.used if v.predicted]
+        _set_across(ax, campaign)
+        ax.set(ylabel=ENERGY, ylim=(0, 1.12 * max(energies, default=1.0) or 1.0))
         ax.set_title(f"{material}{at_lag(campaign)}")
         figure.legend(title="normal force", loc="outside right upper")
     return figure
-
-
-def comparison(campaign: Campaign) -> Figure:
-    """Materials compared.
-
-    Energy per cycle at the normal forces that materials have in common; lines: the fitted law.
-    """
-    forces = common_forces(campaign)
-    with style.drawing(0.4 + 2.3 * ((len(forces) + 1) // 2)) as figure:
-        for ax, force in zip(style.panels(figure, len(forces), sharey=True), forces, strict=True):
-            fits = [f for f in campaign.fits if f.normal_force_n == force]
-            places = [campaign.materials.index(fit.material) % len(style.PALETTE) for fit in fits]
-            names = [fill(fit.material, 30) for fit in fits]
-            looks = zip(*((style.PALETTE[place], style.MARKERS[place]) for place in places), strict=True)
-            _draw_energies(ax, campaign, fits, names, *looks)
-            ax.set_title(f"{force:.4g} N")
-            ax.legend()
-    return figure
-
-
-def common_forces(campaign: Campaign) -> tuple[float, ...]:
-    """Normal forces under which at least two materials were measured."""
-    forces = [f.normal_force_n for f in campaign.fits]
-    return tuple(sorted({force for force in forces if forces.count(force) > 1}))
 
 
 def residuals(campaign: Campaign) -> Figure:
@@ -193,33 +179,6 @@ def _set_across(ax: Axes, campaign: Campaign) -> None:
         ax.set(xlabel="frequency ratio r", xlim=(0, 1.03 * max((t.r for t in tests), default=1.0)))
 
 
-def _draw_energies(
-    ax: Axes,
-    campaign: Campaign,
-    fits: Sequence[FrictionFit],
-    labels: Sequence[str],
-    colours: Sequence[str],
-    markers: Iterable[str],
-) -> None:
-    """Measured energies of some groups, and what the fitted law predicts of them.
-
-    The axes show all that was measured; over r, a prediction near resonance may leave them at the top.
-    """
-    for fit, label, colour, marker in zip(fits, labels, colours, markers, strict=False):
-        rows = list(map(_energy, fit.verdicts))
-        _draw_tests(ax, campaign, rows, colour, marker, label)
-        if over_force(campaign):
-            known = [(fit.normal_force_n, v.predicted.energy_per_cycle or 0.0) for v in fit.used if v.predicted]
-            ax.plot(*np.reshape(known, (-1, 2)).T, "_", color=colour, markersize=14)
-        elif fit.setting in campaign.curves:
-            ax.plot(*campaign.curves[fit.setting], color=colour, linewidth=0.9)
-    energies = [v.energy.value or 0.0 for f in fits for v in f.verdicts if not v.trial.is_long]
-    if over_force(campaign):  # near resonance, over r, predictions have no bound
-        energies += [v.predicted.energy_per_cycle or 0.0 for f in fits for v in f.used if v.predicted]
-    _set_across(ax, campaign)
-    ax.set(ylabel=ENERGY, ylim=(0, 1.12 * max(energies, default=1.0) or 1.0))
-
-
 def at_lag(campaign: Campaign) -> str:
     """At which lag energies are shown: the one that the tests find, if they do."""
     lag = campaign.lag_found_s
@@ -270,14 +229,17 @@ def drift_levels(campaign: Campaign) -> tuple[float, ...]:
 
 
 def _draw_trend(ax: Axes, test: Drift, trend: Trend, colour: str) -> None:
-    time = trend.time
-    about = time - time.mean()
-    line = trend.level + trend.slope * about
-    level_error = trend.slope_se * float(np.sqrt(np.mean(about**2)))
-    reach = 0.5 * (trend.high - trend.low) / max(trend.slope_se, 1e-300)
-    band = reach * np.hypot(level_error, trend.slope_se * about)
-    percent = 100 * (test.relative_slope_per_hour or 0.0)
-    label = f"{test.trial.material}, {test.trial.normal_force_n:.4g} N: {percent:+.1f} %/h, {test.verdict}"
-    ax.plot(time / 60, trend.value, ".", color=colour, markersize=2.5, alpha=0.6)
-    ax.plot(time / 60, line, ":", color=colour, linewidth=1.4, label=label)
-    ax.fill_between(time / 60, line - band, line + band, color=colour, alpha=0.25, linewidth=0)
+    time, said = trend.time, test.verdict
+    if len(trend.jumps):
+        said = f"jumps at {', '.join(f'{at:.3g}' for at in trend.jumps / 60)} min"
+    else:
+        about = time - time.mean()
+        line = trend.level + trend.slope * about
+        level_error = trend.slope_se * float(np.sqrt(np.mean(about**2)))
+        reach = 0.5 * (trend.high - trend.low) / max(trend.slope_se, 1e-300)
+        band = reach * np.hypot(level_error, trend.slope_se * about)
+        said = f"{100 * (test.relative_slope_per_hour or 0.0):+.1f} %/h, {said}"
+        ax.plot(time / 60, line, ":", color=colour, linewidth=1.4)
+        ax.fill_between(time / 60, line - band, line + band, color=colour, alpha=0.25, linewidth=0)
+    label = f"{test.trial.material}, {test.trial.normal_force_n:.4g} N: {said}"
+    ax.plot(time / 60, trend.value, ".", color=colour, markersize=2.5, alpha=0.6, label=label)

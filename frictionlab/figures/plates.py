@@ -64,7 +64,6 @@ KINDS: Mapping[str, tuple[Callable[..., Figure], Callable[[Campaign], Sequence[s
     "irregularity": (grids.irregularity, lambda c: WHOLE if grids.varies(c, lambda t: t.irregularity) else ()),
     "stops": (grids.stops, lambda c: WHOLE if grids.varies(c, lambda t: t.stops) else ()),
     "energy_": (materials.energy, lambda c: [m for m in c.materials if materials.count(c, m) > 1]),
-    "comparison": (materials.comparison, lambda c: WHOLE if materials.common_forces(c) else ()),
     "residuals": (materials.residuals, lambda c: WHOLE if materials.count(c) > 1 else ()),
     "drift_r": (materials.drift, materials.drift_levels),
 }

@@ -164,7 +164,6 @@ def over_time(
     colors: Sequence[str] = (MEASURED,),
     *,
     stops: Iterable[Sequence[float]] = (),
-    legend: bool = True,
     xlabel: str = "time [s]",
     **labels: str,
 ) -> Axes:
@@ -177,8 +176,7 @@ def over_time(
         ax.plot(time[shown], values[shown], label=label, **(known or {"color": next(rest)}))
     ax.set(xlim=(time[0], time[-1]), xlabel=xlabel, **labels)
     ax.margins(y=0.25)
-    if legend:
-        ax.legend(loc="upper right", ncols=4)
+    ax.legend(loc="upper right", ncols=4)
     return ax
 
 

@@ -46,6 +46,8 @@ TRIED = {
     "spring_cubic": [-0.4, 0.4],
     "play": [0.5, 2.0],
     "load_by_base": [-0.5, 0.5],
+    "mass_filter_s": [0.2, 0.8],
+    "filter_s": [0.2, 0.8],
 }
 """Coordinates at which each cause is tried."""
 USUAL_PLAY = 1e-5  # m to either side: what a bolted frame may have
@@ -73,7 +75,7 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
         return Diagnosis(found, strained, tuple(said))
     if strained or not explained:
         found, said = against_richer(found)
-    causes, enough = _causes(observation), ANSWERS
+    causes, enough = _causes(observation, misses=not explained), ANSWERS
     if explained and not strained and observation.r <= NEAR_RESONANCE:
         enough = BY_FAR
         if len(observation.data) >= FEW * len(found.unknowns):
@@ -134,16 +136,19 @@ def to_declare(name: str, value: float, u: float, scene: Scene) -> str:
         table, key, said = "rig", "natural_frequency_hz", f"{value:.4g} Hz"
     elif name == "frame_damping_ratio" and value >= 0.0:
         table, key, said = "rig", "damping_ratio", f"{value:.3g}"
+    elif name.endswith("filter_s") and value > 0.0:
+        key = name.replace("_s", "_hz")
+        return f"sensors.{key} = {0.5 / math.pi / value:.3g} Hz would fit"
     else:
         return ""
     return f"{table}.{key} = {said} would fit: {key} = {with_digits(value, u)} and {key}_u = {u:.2g}"
 
 
-def _causes(observation: CycleObservation) -> tuple[Unknown, ...]:
-    """What is tried free: each with a prior so wide that only the data hold it."""
+def _causes(observation: CycleObservation, *, misses: bool) -> tuple[Unknown, ...]:
+    """What is tried free, a filter where a law misses: each with a prior so wide that only the data hold it."""
     unit, lag = observation.unit, max(5.0 / observation.rate, 0.04 * math.pi / observation.turn)
     frequency = {"sd": WIDE, "low": -1.8, "high": 4.0, "key": "rig.natural_frequency_hz"}
-    causes = (
+    causes: tuple[Unknown, ...] = (
         Unknown("natural_frequency", "natural frequency", **frequency),  # type: ignore[arg-type]
         Unknown("frame_damping_ratio", "frame's damping", sd=0.05, low=0.0, folded=True, key="rig.damping_ratio"),
         Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s", unit=(1e3, "ms")),
@@ -151,7 +156,13 @@ def _causes(observation: CycleObservation) -> tuple[Unknown, ...]:
         Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True, unit=(1e6 * unit, "um either way")),
         Unknown("load_by_base", FOLLOWS, sd=0.2, unit=(100.0, "% where that is largest")),
     )
-    return causes if observation.wall == "fixed" and observation.single else causes[:3]
+    place, delay = "low-pass filter in {}".format, (1e3, "ms of delay")
+    filters = (
+        Unknown("mass_filter_s", place("the mass's channel"), sd=lag, low=0.0, folded=True, unit=delay),
+        Unknown("filter_s", place("both channels"), sd=lag, low=0.0, folded=True, unit=delay),
+    )
+    causes = causes if observation.wall == "fixed" and observation.single else causes[:3]
+    return (*causes, *filters) if misses and (observation.kept == 1.0).all() else causes
 
 
 def _other_causes(

@@ -243,16 +243,22 @@ class CycleObservation(OfCycles):
         return state, harmonics_of(mean_cycle(state, max(LEAST_POINTS, 4 * self.count)), self.count)
 
     def seen(self, motion: Motion, values: Values) -> FloatArray:
-        """Return harmonics as the sensors show them (2 K,): gain, lag, crosstalk, nonlinearity, filter."""
+        """Return harmonics as the sensors show them (2 K,): gain, lag, crosstalk, nonlinearity, filters."""
         lines = motion[1]
         gain, late = self.gain_and_phase(complex(lines[0]), values)
-        shown = gain * np.exp(1j * np.arange(1, self.count + 1) * late) * lines
+        order = np.arange(1, self.count + 1)
+        shown = gain * np.exp(1j * order * late) * lines
         shown[0] += values.get("base_in_mass", 0.0)
         for name, power in BENDS.items():
             if values.get(name):
                 points = max(LEAST_POINTS, 4 * self.count)
                 half = np.concatenate([[0.0], 0.5 * points * shown, np.zeros(points // 2 - self.count)])
                 shown = shown + values[name] * harmonics_of(bends(np.fft.irfft(half, points))[power - 1], self.count)
+        for name in {"mass_filter_s", "filter_s"} & values.keys():
+            passed = 1.0 / (1.0 + 1j * order * self.turn * values[name])
+            if name == "filter_s":  # the base, that all is over and timed by, is smaller and behind too
+                passed *= np.exp(-1j * order * np.angle(passed[0])) / abs(passed[0])
+            shown = shown * passed
         return parts(np.asarray(self.kept * shown))
 
     def solved(self, values: Values, solver: Solver = "auto") -> SteadyState:

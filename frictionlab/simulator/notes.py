@@ -96,8 +96,7 @@ def _not(truth: Any) -> Any:
 
 def sentences(state: "SteadyState") -> tuple[str, ...]:
     """Return the notes of a steady state as sentences, with its numbers."""
-    said = (sentence or f"{words}." for note, (words, sentence) in SAID.items() if note & state.notes)
-    return tuple(sentence if isinstance(sentence, str) else sentence(state) for sentence in said)
+    return tuple(MORE[note](state) if note in MORE else f"{WORDS[note]}." for note in Note if note & state.notes)
 
 
 def _parts(state: "SteadyState") -> str:
@@ -112,22 +111,6 @@ def _given_up(state: "SteadyState") -> str:
         "the search was given up after a second of work: this motion makes thousands of slides in a cycle, or is braked"
         f" so little that it takes too long to settle.{miss} {LAST_OF}; with more friction or damping, or a larger r,"
         " there is less to do."
-    )
-
-
-def _forgets_slowly(state: "SteadyState") -> str:
-    kept = abs(state.floquet_multiplier or 0.0)
-    lasts = f"{1.0 / (1.0 - kept):.1g}" if kept < 1.0 else "endlessly many"
-    return f"The motion forgets its start slowly: a disturbance lasts {lasts} periods."
-
-
-def _not_passive(state: "SteadyState") -> str:
-    contacts = (state.problem,) if state.structure is None else state.structure.contacts
-    p = next(contact.parameters for contact in contacts if contact.law.has("lugre"))
-    return (
-        "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r >"
-        f" bristle_damping (static_ratio - 1) = {p['bristle_damping'] * (p['static_ratio'] - 1.0):.3g} (term speed, or"
-        " a smaller bristle_damping)."
     )
 
 
@@ -146,67 +129,41 @@ def _fewer_digits(state: "SteadyState") -> str:
 
 
 LAST_OF = "--cycles N gives the last of N cycles"
-SAID: Mapping[Note, tuple[str, Callable[["SteadyState"], str] | str]] = {
-    Note.FAILED: ("could not be solved: `frictionlab simulate` says why", ""),
+WORDS: Mapping[Note, str] = {
+    Note.FAILED: "could not be solved: `frictionlab simulate` says why",
     Note.RUNS_AWAY: (
-        "the gradient is so steep that the mass runs away",
-        (
-            "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
-            "and the mass runs away; this is not computed: take a smaller gradient."
-        ),
+        "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force and the mass"
+        " runs away: take a smaller gradient"
     ),
     Note.PULLS: (
-        "friction would turn into a pull on the way",
-        (
-            "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
-            "which no contact does; no numbers are given: take a smaller gradient."
-        ),
+        "gradient: the mass goes where the friction force beta (1 + gradient z) is below 0, which no contact does:"
+        " take a smaller gradient"
     ),
-    Note.CHATTERS: (
-        "events without end",
-        "events without end: more phases in a cycle than any motion has; `frictionlab simulate` gives the last state.",
+    Note.CHATTERS: "events without end: more phases in a cycle than any motion has",
+    Note.PARTS: "the motion does not repeat (chaos)",
+    Note.GIVEN_UP: "the search was given up after its share of work",
+    Note.UNSETTLED: f"the motion from rest was not seen to settle on an orbit within the work allowed; {LAST_OF}",
+    Note.NOT_PASSIVE: (
+        "LuGre friction is not passive: it may give energy back; passive needs 2 contact_damping_ratio r >"
+        " bristle_damping (static_ratio - 1): term speed, or a smaller bristle_damping"
     ),
-    Note.PARTS: ("the motion does not repeat (chaos)", _parts),
-    Note.GIVEN_UP: ("the search was given up after its share of work", _given_up),
-    Note.UNSETTLED: (
-        "the motion from rest was not seen to settle on an orbit",
-        (
-            "the motion from rest was not seen to settle on an orbit within the work allowed; "
-            f"{LAST_OF}; with more friction or damping there is less to wait for."
-        ),
-    ),
-    Note.NOT_PASSIVE: ("LuGre friction is not passive: it may give energy back", _not_passive),
-    Note.UNDAMPED: (
-        "nothing damps: free vibration never dies out",
-        "Nothing damps this motion: free vibration never dies out; this is the motion without.",
-    ),
-    Note.CONTINUUM: (
-        "this is one of a continuum of motions",
-        lambda state: (
-            f"At r = 1/{2 * round(0.5 / state.problem.r)} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric"
-            " motions (3.3) has the same energy and amplitude: here is the symmetric one. Rest creeps to its edge."
-        ),
-    ),
-    Note.FORGETS_SLOWLY: ("the motion forgets its start slowly", _forgets_slowly),
+    Note.UNDAMPED: "nothing damps this motion: free vibration never dies out; this is the motion without",
+    Note.CONTINUUM: "this is one of a continuum of motions (3.3) of one energy, the symmetric; rest creeps to its edge",
+    Note.FORGETS_SLOWLY: f"the motion forgets its start slowly: a disturbance lasts {1 / SLOW:g} periods or more",
     Note.REST_STILL_FAR: (
-        "the run from rest was still far from this motion: rest may settle on another",
-        (
-            f"This motion is stable, but the run from rest was still far from it after {PATIENCE} cycles: rest may"
-            " settle on another."
-        ),
+        f"the run from rest was still far from this motion after {PATIENCE} cycles: rest may settle on another"
     ),
     Note.MAY_COEXIST: (
-        "other motions may coexist with this one",
-        (
-            "Friction that is larger at rest, falls with speed or varies along the path may have other motions beside"
-            " this one, which rest settles on: --all lists them with their shares."
-        ),
+        "friction that is larger at rest, falls with speed or varies along the path may have other motions beside this"
+        " one, which rest settles on: --all lists them with their shares"
     ),
-    Note.MAY_GO_ON: (
-        "the mass stays at rest, but a motion once begun might go on",
-        "A motion once begun might go on: kinetic friction alone does not hold the mass.",
-    ),
-    Note.FEWER_DIGITS: ("numbers are good to fewer digits than usual: energies in and out differ", _fewer_digits),
+    Note.MAY_GO_ON: "the mass rests, but a motion once begun might go on: kinetic friction alone does not hold it",
+    Note.FEWER_DIGITS: "numbers are good to fewer digits than usual: energies in and out differ",
 }
-"""What each note says of many points, in few words, and of one state; "": the same."""
-WORDS = {note: words for note, (words, _) in SAID.items()}
+"""What each note says, of many points as of one state ..."""
+MORE: Mapping[Note, Callable[["SteadyState"], str]] = {
+    Note.PARTS: _parts,
+    Note.GIVEN_UP: _given_up,
+    Note.FEWER_DIGITS: _fewer_digits,
+}
+"""... unless it has numbers of the state."""

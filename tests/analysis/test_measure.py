@@ -102,17 +102,6 @@ def test_a_transient_cut_too_short_is_said() -> None:
     )
 
 
-def test_jumps_between_motions_name_their_times() -> None:
-    t = np.arange(0.0, 300.0, 1 / 100)
-    side = np.where((t > 120) & (t < 210), -0.3, 0.3)
-    tau = 2 * math.pi * t
-    m = measure(Recording(t, 1e-3 * (np.sin(tau) + side), 1e-3 * np.cos(tau)), scene())
-    said = [warning for warning in m.warnings if "mean position of the response jumps" in warning]
-    assert len(said) == 1
-    times = [float(number) for number in re.findall(r"([\d.]+) s", said[0])]
-    assert times == pytest.approx([120, 210], abs=1.0)  # the start of the cycle in which it jumps
-
-
 def test_what_has_no_measurement_is_refused() -> None:
     t = np.arange(0.0, 30.0, 0.01)
     noise = np.random.default_rng(7).standard_normal(len(t))

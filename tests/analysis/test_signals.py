@@ -190,6 +190,20 @@ def test_a_law_is_compared_in_the_band_that_a_filter_leaves(r: float, cutoff: fl
     assert any("mass_filter_hz" in said and "stops_per_cycle" in said for said in measured.warnings)
 
 
+@pytest.mark.parametrize(
+    ("base", "where", "key"),
+    [(1e4, "the mass's channel", "mass_filter_hz"), (12.0, "both channels", "filter_hz")],
+)
+def test_a_filter_that_nobody_declared_is_named_with_its_key(base: float, where: str, key: str) -> None:
+    """Friction was 7 standard uncertainties off by the loop, and --law auto was advised, which found another law."""
+    log, _ = through(0.5, (12.0, 1), (base, 1))
+    found = compare(log, scene())
+    named = [said for said in found.warnings if f"low-pass filter in {where}" in said]
+    assert f"sensors.{key} = 12" in named[0]
+    assert found.verdict == "strained"
+    assert not any("--law auto" in said for said in found.warnings)
+
+
 @pytest.mark.parametrize("r", [0.1, 0.8])
 def test_a_wide_filter_costs_nothing_and_is_not_warned_of(r: float) -> None:
     recording, what = through(r, (40.0, 2), (40.0, 2))

@@ -90,7 +90,7 @@ def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> No
     ranks = [(r["criterion"], r["material"]) for r in read_rows(tmp_path / "out" / "ranking.csv")]
     assert [m for c, m in ranks if c == "energy"] == ["rubber", "steel", "aramid"]
     assert [m for c, m in ranks if c == "consistency"] == ["aramid", "rubber", "steel"]
-    assert (tmp_path / "out" / "figures" / "comparison.svg").exists()
+    assert (tmp_path / "out" / "figures" / "energy_rubber.svg").exists()
 
 
 def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> None:

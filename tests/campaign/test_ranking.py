@@ -44,6 +44,17 @@ def test_the_energys_drift_gives_back_the_frictions_of_its_own_test(own: float) 
     assert found.relative_slope_per_hour == pytest.approx((found.slope_per_hour or 0) / energy.mean())
 
 
+def test_a_jump_is_no_drift() -> None:
+    """A line over two plateaus, 25 % of friction apart, was "no drift shown: -50 +- 45 %/h"."""
+    time = np.arange(900.0, 1800.0, 10.0)
+    long = {**row("steel", 1.25, 0.3, 0.6, noise=0.0), "duration_s": 1800.0, "energy_trend_per_hour": -1.7}
+    trend = linear_trend(time, np.where(time < 1100.0, 3.54, 3.12) + 1e-3 * np.sin(time))
+    found = drift_of(replace(trial_of(long), trend=trend), None, Scene(), LAW, [])
+    assert found.verdict == "not known"
+    assert found.slope_per_hour is None
+    assert found.note == "it jumps at 1100 s: cut the log there"
+
+
 def test_an_energy_below_zero_tells_no_drift_of_friction() -> None:
     """Its power is a complex number, and a campaign ended in a TypeError."""
     long = {**row("steel", 1.25, 0.3, 0.6), "energy_per_cycle": -0.004, "energy_per_cycle_se": 0.002}
@@ -148,7 +159,7 @@ def test_without_long_tests_nobody_has_a_rank_in_drift(scene: Scene) -> None:
 
 def test_a_campaign_without_recordings_has_all_its_figures(campaign: Campaign) -> None:
     drawn = {plate.name: plate.draw() for plate in plates(campaign)}
-    every = ("friction", "irregularity", "stops", "comparison", "residuals")
+    every = ("friction", "irregularity", "stops", "residuals")
     assert set(drawn) == {*every, *(f"energy_{material}" for material in campaign.materials)}
     for figure in drawn.values():
         assert all(ax.has_data() or ax.texts for ax in figure.axes)
