@@ -40,10 +40,7 @@ SCATTERS = np.concatenate([[0.0], np.geomspace(0.05, 40.0, 22)])  # over its pri
 STEPS = np.diff(np.concatenate([[0.0], 0.5 * (SCATTERS[1:] + SCATTERS[:-1]), SCATTERS[-1:]]))
 LOG_PRIOR = -np.log1p(2.0 * SCATTERS) - 0.5 * (SCATTERS / 15.0) ** 2  # of a scatter of any size, for errors
 NOT_SEEN = 8.0  # scales: the scatter to count where no two tests show it
-NO_BOUND = (
-    ": near resonance the motion may have no bound; check the natural frequency (rig.natural_frequency_hz,"
-    " --natural-frequency)"
-)
+NO_BOUND = ": near resonance the motion may have no bound; check rig.natural_frequency_hz (--natural-frequency)"
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,12 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from frictionlab import __version__
 from frictionlab.arrays import FloatArray
+from frictionlab.tables.texts import encodable
 
 HERE = Path(__file__).parent
 TEMPLATES = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-"""Of the pages and charts; whatever stood in a log or a file name is escaped by them."""
+"""Of the pages and charts; whatever stood in a log or a file name is escaped by them, what steers a terminal too."""
+TEMPLATES.finalize = lambda value: encodable(value) if type(value) is str else value
 TEMPLATES.globals |= {"style": (HERE / "page.css").read_text(encoding="utf-8"), "version": __version__}
 WIDTH, HEIGHT, WIDE = 460.0, 270.0, 920.0
 LEFT, RIGHT, TOP, BOTTOM = 62.0, 12.0, 12.0, 44.0

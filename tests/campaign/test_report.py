@@ -246,8 +246,10 @@ def test_energies_are_shown_at_the_lag_found_and_a_gradient_of_both_signs_is_sai
 
 
 def test_what_stood_in_a_log_is_escaped_on_its_page(scene: Scene) -> None:
-    trial = trial_of({**row("steel", 1.5, 0.5, 0.6), "material": EVIL, "source": f"{EVIL}.h5", "warnings": [EVIL]})
+    facts = {"material": EVIL, "source": f"{EVIL}\x1b[31m.h5", "warnings": [f"\x9b {EVIL}"]}
+    trial = trial_of({**row("steel", 1.5, 0.5, 0.6), **facts})
     text = sheet_page(PageOfTest(trial, scene))
+    assert not set("\x1b\x9b") & set(text + page_of(evaluate([trial], scene)))  # a terminal that shows it would obey
     assert "<img" not in text
     assert text.count("&lt;img") >= 5
     assert "default-src 'none'" in text
