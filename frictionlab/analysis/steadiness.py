@@ -23,7 +23,7 @@ SMALL, FULL = 0.5, 0.97  # of the drive's usual size: less at an end is a start 
 OFF_ITS_MEAN, STEP, JUMP = 0.35, 0.02, 0.05  # of the base's rms; relative steps of drive and of response that are told
 OTHER = 0.05  # of the drive's frequency: so far off, a part is another test
 AS_A_DRIFT, CLEAR = 1.15, 5.0  # times the last part's change, and errors of it, from which a decay is seen
-LEFT = 5e-4  # of the motion: a decay that changes it by less is none
+LEFT, HUMS = 5e-4, 4.0  # of the motion: less is no decay; times the noise's power where no frame follows: more is hum
 FEWEST = 8  # cycles of which it can be seen when they settle, and that are worth to cut more than half for
 INTERVAL_S = 10.0  # one cycle so often gives the trend of a long test (thesis 4.4.3)
 
@@ -34,7 +34,7 @@ def transient(parts: Sequence[Stretch], begin: float, natural: float | None = No
     Mass and base repeat from cycle to cycle then, or drift: cycles of all parts are compared on a coarse grid with the
     mean of the last quarter, of a long test with their own drift; medians of five, so that single irregular cycles are
     no transient. Half is cut at most, or what leaves eight cycles; what the last third alone repeats has not settled.
-    Harmonics that no frame of this natural frequency [Hz] follows are left out: hum may drift past one.
+    Hum on harmonics that no frame of this natural frequency [Hz] follows is left out: it may drift past one.
     """
     longest = max(parts, key=lambda part: len(part.base), default=None)
     if longest is None or len(longest.base) < 64 or not float(np.ptp(longest.base)) > 0.0:
@@ -53,10 +53,13 @@ def transient(parts: Sequence[Stretch], begin: float, natural: float | None = No
     for name in ("mass", "base"):
         signals = [getattr(part, name) for part in parts]
         rows = np.concatenate([cycles.fold(s, c.start, c.end, 64) for s, c in zip(signals, cuts, strict=True)])
-        lines = np.fft.rfft(rows - rows.mean(), axis=1)
-        lines[:, highest + 1 :] = 0.0
-        rows = np.fft.irfft(lines, axis=1)
-        found.append(_settled(rows, window, white_noise(getattr(longest, name))))
+        rows -= rows.mean()
+        lines, rough = np.fft.rfft(rows, axis=1), white_noise(getattr(longest, name))
+        late = lines[-(n // 2) :, highest + 1 :]
+        if late.size and np.mean(np.abs(late - late.mean(axis=0)) ** 2) > HUMS * 64.0 * rough**2:
+            lines[:, highest + 1 :] = 0.0
+            rows = np.fft.irfft(lines, axis=1)
+        found.append(_settled(rows, window, rough))
     latest, seen = max(first for first, _ in found), all(seen for _, seen in found)
     start = float(np.append(starts, math.inf)[latest]) if latest else max(first, 0.0)
     most = math.inf if seen and n - latest >= FEWEST else 0.5 * float(first + last)

@@ -123,6 +123,7 @@ def test_a_problem_travels_and_compares() -> None:
         ({"law": "coulomb+stribeck+logarithm"}, "stribeck and logarithm exclude each other"),
         ({"parameters": {}}, r"gradient \(relative change of the friction force over a way of Y\); expected a finite"),
         ({"law": "coulomb+iwan", "parameters": {"stiffness_ratio": 9.0, "chi": -1.0}}, "chi; expected"),
+        ({"law": "coulomb+lugre", "parameters": {}}, "stiffness_ratio=1000 --parameter bristle_damping=1 --para"),
         ({"law": "coulomb"}, "'gradient' is none of its parameters; expected beta, frame_damping_ratio"),
         (
             {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 0.0}},

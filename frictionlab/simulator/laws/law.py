@@ -279,17 +279,14 @@ class Law:
         """
         for name in given:
             self.parameter(name)
-        numbers = []
-        for parameter in self.parameters:
-            value = given.get(parameter.name, parameter.default)
-            if value is None:
-                low, high = parameter.usual
-                raise ParameterError(
-                    f"law {self.name}: {parameter.name} ({parameter.words}); expected {parameter.domain}, usually"
-                    f" {low:g} to {high:g}; got none; do: give it, for example --parameter {parameter.name}={high:g}"
-                )
-            numbers.append(parameter.checked(value))
-        return tuple(numbers)
+        missing = [p for p in self.parameters if given.get(p.name, p.default) is None]
+        if missing:
+            asked = (
+                f"{p.name} ({p.words}); expected {p.domain}, usually {p.usual[0]:g} to {p.usual[1]:g}" for p in missing
+            )
+            do = " ".join(f"--parameter {p.name}={p.usual[1]:g}" for p in missing)
+            raise ParameterError(f"law {self.name}: {'; '.join(asked)}; got none; do: give them, for example {do}")
+        return tuple(p.checked(given.get(p.name, p.default or 0.0)) for p in self.parameters)
 
 
 class Friction:
