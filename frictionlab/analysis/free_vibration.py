@@ -277,30 +277,31 @@ LEAST_SWINGS = 6  # half-cycles
 def find_taps(time: FloatArray, displacement: FloatArray, noise: float = 0.0) -> tuple[FloatArray, ...]:
     """Find the taps of a record (n,) [s], [m], most of them decays, by their turning points: times and heights (2, k).
 
-    The first turning point of a tap and the last before a new one are left out: a hand may still have been there.
+    The first turning point of a tap, and the last before a new one if it did not rest, are left out: a hand was there.
     ``noise`` [m]: rms of what is no motion, where it is more than the record's white noise.
     """
     turnings = _turning_points(time, displacement, noise)
     swings, wait = _swings(turnings), np.diff(turnings[0])
-    begins, smallest = [0], math.inf  # of runs in which no swing rises and the mass never rests
+    begins, rested, smallest = [0], set[int](), math.inf  # of runs in which no swing rises and the mass never rests
     for number, swing in enumerate(swings.tolist()):
         rests = number > begins[-1] and wait[number] > 1.5 * wait[number - 1]  # it had come to rest
         if swing > 1.1 * smallest or rests:
             begins.append(number)
+            rested |= {number + 1} if rests else set()
             smallest = math.inf
         smallest = min(smallest, swing)
     long = []
     for begin, end in zip(begins, [*(b + 1 for b in begins[1:]), len(swings) + 1], strict=True):
         if end - begin > LEAST_SWINGS:
             first = begin + int(np.argmax(swings[begin : end - 1])) + 1
-            run = turnings[:, first : end - (end < turnings.shape[1])]
+            run = turnings[:, first : end - (end < turnings.shape[1] and end not in rested)]
             long += [run] if run.shape[1] > LEAST_SWINGS else []
     share = sum(run.shape[1] for run in long if _fades(run)) / max(1, len(swings))
     if share >= 0.5:
         return tuple(long)
     quarter = max(1, len(swings) // 4)
     if len(swings) <= 2 * LEAST_SWINGS and not long:
-        why = f"expected at least {LEAST_SWINGS} half-cycles above the noise; got {max(0, len(swings) - 1)}"
+        why = f"expected at least {LEAST_SWINGS} half-cycles above the noise; got {max(0, len(swings) - 1)}: pull more"
     elif float(np.median(swings[-quarter:])) > 1.3 * float(np.median(swings[:quarter])):
         why = "the motion grows as under a drive or negative damping, no free decay"
     else:

@@ -69,6 +69,8 @@ def test_several_taps_in_one_file_are_found() -> None:
     means = averages(taps)
     assert means["natural_frequency_hz"].mean == pytest.approx(HZ, rel=1e-5)
     assert 0.0 < means["damping_ratio"].se < 5e-5
+    x = seen(np.concatenate([decaying(0.006, 188e-6, 12.0, swing) for swing in (3.1e-3, 3.5e-3)]))  # 8 half-cycles each
+    assert [tap.friction_m for tap in free_vibrations(clock(x), x)] == pytest.approx([188e-6] * 2, rel=0.01)
 
 
 def test_a_tap_by_a_hammer_begins_with_a_velocity() -> None:
