@@ -13,11 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtr
 
-from frictionlab.campaign.joint_fit import FAULTS, JointFit
+from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.campaign.prediction import Model, elasticity, fundamental, loop_ratio, observe_row, predict
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial, short_name
 from frictionlab.errors import DOUBTED
 from frictionlab.inference.comparison import loop_energy
+from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, infer
 from frictionlab.inference.verdict import too_rough
@@ -326,7 +327,7 @@ def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: fl
     if i is None or observation is None:
         try:
             alone = infer([observe_row(trial, model.first, group.sources, own, group.units[source])]).parameters()
-        except FAULTS:
+        except NO_MOTION:
             return found
         return replace(found, alone=alone["beta"])
     residual = posterior.fit.residuals[i]

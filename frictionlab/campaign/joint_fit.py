@@ -17,10 +17,10 @@ from scipy.special import ndtr, stdtrit
 
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.campaign.trials import short_name
-from frictionlab.errors import FrictionlabError
 from frictionlab.inference.diagnose import OTHER_CAUSE, beside_the_law, strained_facts, to_declare
 from frictionlab.inference.fit import scattered, weighed
 from frictionlab.inference.ladder import SPENT, Ladder, climb
+from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of
 from frictionlab.inference.unknowns import STRAINED, carried
@@ -34,7 +34,6 @@ OUTLIER = 4.0  # robust standard deviations from which a test stands out ...
 FEWEST = 5  # ... among so many tests of its material
 SLIGHT = 1e-3  # relative: a friction ratio that differs by less does not stand out
 MOST_CLIMBED = 16  # tests of a material that climb the ladder: spread over r and force, they decide its law
-FAULTS = (FrictionlabError, ArithmeticError, np.linalg.LinAlgError)
 BY_TWO_NUMBERS = (
     "{}: friction from two numbers of each test (energy and amplitude), for no law could be fitted to their cycles: {}"
 )
@@ -270,7 +269,7 @@ def fit_together(
                 notes += [f"{material}: {said}" for said in not_tried(ladders[material]) if SPENT in said]
             under = [observation.under(law) for observation in own]
             infer(_spread_out(under)[:3])  # a material that cannot be fitted alone would end the fit of all
-        except FAULTS as error:
+        except NO_MOTION as error:
             notes.append(BY_TWO_NUMBERS.format(material, error))
             continue
         chosen += under
@@ -292,7 +291,7 @@ def fit_together(
             posterior, said = _against_richer_laws(posterior, do="" if find_law else DO_FIND)
             notes += said
         return JointFit(posterior, at_each_force(posterior), ladders, out, detuned), notes
-    except FAULTS as error:
+    except NO_MOTION as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
 
 
@@ -307,7 +306,7 @@ def _against_another_rig(posterior: Posterior, *, by_mass: bool) -> tuple[Poster
     detuned: Posterior | None = None
     if not explains(posterior.fit, range(len(posterior.tests))):
         free = [replace(o, sources=replace(o.sources, natural_frequency=ANY)) for o in posterior.observations]
-        with suppress(*FAULTS):  # no motion there: nothing that would explain the tests
+        with suppress(*NO_MOTION):  # no motion there: nothing that would explain the tests
             found = infer(free, near=posterior.values())
             detuned = found if found.fit.nrmse() <= BETTER * posterior.fit.nrmse() else None
     frequency = (detuned or posterior).nuisances().get("natural_frequency")
@@ -372,8 +371,7 @@ def at_each_force(posterior: Posterior) -> Posterior:
             point[m] = wide.unknowns[m].at(posterior.unknowns[k].value(float(posterior.fit.point[k])) * float(times))
     model = replace(wide, scatter=posterior.fit.model.scatter[old])
     fit = replace(posterior.fit, model=model, point=np.clip(point, *model.bounds))
-    bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, fit.point, strict=True)])
-    step = np.linalg.solve(fit.precision, fit.reduced.pull - bent * fit.strain)
+    step = np.linalg.solve(fit.precision, fit.reduced.pull - fit.point * model.holds(fit.point))
     there = np.clip(fit.point + step, *model.bounds)
     each = zip(fit.residuals, fit.slopes, model.tests, strict=True)
     left = tuple(r - slopes @ (there - fit.point)[test.index] for r, slopes, test in each)

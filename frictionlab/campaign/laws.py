@@ -16,11 +16,12 @@ from scipy.special import chdtrc
 
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import FrictionFit
-from frictionlab.campaign.joint_fit import FAULTS, JointFit
+from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.inference.compare import HELD, contact_of
 from frictionlab.inference.comparison import ContactForce, loop_energy
-from frictionlab.inference.fit import NOT_SEEN, Model, fit_from, scatter_scale
+from frictionlab.inference.fit import NOT_SEEN, Model, fit_from
 from frictionlab.inference.ladder import Ladder
+from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of, lines_of
 from frictionlab.inference.posterior import Posterior, of_several
 from frictionlab.inference.unknowns import Unknown
@@ -234,7 +235,7 @@ def left_out(posterior: Posterior, lag_s: float = 0.0) -> dict[str, dict[str, An
         try:
             test = _predicted(_expected(posterior, i, others), own["value"], own["u"])
             found[source] = {**found[source], "reason": None, **test, "lag_s": lag_s + own["value"]}
-        except FAULTS as error:
+        except NO_MOTION as error:
             found[source] = not_predicted(source, material, f"the other tests' law cannot be fitted: {error}")
     return found
 
@@ -249,7 +250,7 @@ def _expected(posterior: Posterior, i: int, others: int) -> _Expected:
     rest = replace(rest, shifts=posterior.shifts)  # of what the law misses the others know no more
     scatter = rest.scatter[index]
     if others == 1:
-        scatter = NOT_SEEN * np.array([scatter_scale(model.unknowns[k], float(rest.fit.point[k])) for k in index])
+        scatter = NOT_SEEN * np.array([model.unknowns[k].scatter_scale(float(rest.fit.point[k])) for k in index])
     covariance = rest.covariance[np.ix_(index, index)] + np.diag(scatter**2)
     return _Expected(model, i, rest.fit.point[index], covariance)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
-from frictionlab.inference.fit import Fit, Test, cost, fit_from, log_evidence, missed_shares, weighed
+from frictionlab.inference.fit import Fit, Test, cost, fit_from, weighed
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of, mean_cycle
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
@@ -253,10 +253,10 @@ def _strain(fit: Fit, cause: Unknown) -> float:
 
 def _gain(main: Fit, other: Fit) -> float:
     """Logarithm of the Bayes factor of a cause; what not even it explains is counted as misfit of both."""
-    shares = missed_shares(other)
+    shares = other.missed_shares
     if not shares.any():
-        return log_evidence(other) - log_evidence(main)
-    return log_evidence(weighed(other, shares)) - log_evidence(weighed(main, shares))
+        return other.log_evidence - main.log_evidence
+    return weighed(other, shares).log_evidence - weighed(main, shares).log_evidence
 
 
 def _freed(main: Fit, cause: Unknown) -> Fit:

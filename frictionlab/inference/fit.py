@@ -1,10 +1,10 @@
 """Least squares over any number of tests: Gauss-Newton with the tests eliminated one by one (Schur complement).
 
 The coordinates c of the unknowns hold for all tests; a test's own are ``e = c + S d``: S the scatter from test to test
-(zero for the rig's), d standard normal. With the whitened residual r and slopes J of a test, ``A = J^T J`` and
-``b = J^T r``, elimination of d leaves the test's say on c
+(zero for the rig's), d standard normal. With the whitened residual r and slopes ``J = Q R`` of a test, elimination of
+d leaves the test's say on c
 
-    W = A - A S (1 + S A S)^-1 S A,        v = b - A S (1 + S A S)^-1 (S b - d),
+    W = R^T (1 + R S S R^T)^-1 R,        v = R^T (1 + R S S R^T)^-1 (Q^T r + R S d),
 
 so that 457 tests cost 457 times one. Between two steps slopes are not computed again but corrected by what the step
 has shown (C. G. Broyden, Math. Comp. 19 (1965) 577); they are where a step disappoints, and at the end.
@@ -158,15 +158,10 @@ class Fit:
         return self.model.values(i, self.own(i))
 
     @cached_property
-    def strain(self) -> FloatArray:
-        """Residuals (m,) of the priors."""
-        return self.model.strains(self.point)
-
-    @cached_property
     def cost(self) -> float:
         """Sum of squares, priors counted: what is made least."""
         own = sum(float(r @ r) + float(d @ d) for r, d in zip(self.residuals, self.local, strict=True))
-        return own + float(self.strain @ self.strain)
+        return own + float(np.sum(self.model.strains(self.point) ** 2))
 
     @cached_property
     def chi_square(self) -> float:
@@ -196,21 +191,22 @@ class Fit:
         return counted
 
     @cached_property
+    def roots(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """Of each test the triangular root R (k, n) of its slopes, and the residual (k,) along their directions Q."""
+        made = (np.linalg.qr(slopes) for slopes in self.slopes)
+        return tuple((root, q.T @ residual) for (q, root), residual in zip(made, self.residuals, strict=True))
+
+    @cached_property
     def reduced(self) -> Reduced:
         """Normal equations of the unknowns."""
         m = len(self.model.unknowns)
         precision, pull, each, volume = np.zeros((m, m)), np.zeros(m), [], 0.0
-        parts = zip(self.model.tests, self.slopes, self.residuals, self.local, strict=True)
-        for test, slopes, residual, local in parts:
-            information, force, s = slopes.T @ slopes, slopes.T @ residual, self.model.scatter[test.index]
-            some = np.flatnonzero(s > 0.0)
-            if len(some):
-                scaled, own = information[:, some] * s[some], s[some] * force[some] - local[some]
-                inner = np.eye(len(some)) + s[some][:, None] * scaled[some]
-                back = np.linalg.solve(inner, np.column_stack([scaled.T, own]))
-                information = information - scaled @ back[:, :-1]
-                force = force - scaled @ back[:, -1]
-                volume += 0.5 * float(np.linalg.slogdet(inner)[1])
+        parts = zip(self.model.tests, self.roots, self.local, strict=True)
+        for test, (root, own), local in parts:
+            spread = root * self.model.scatter[test.index]
+            white, log_volume = beside_deviations(np.column_stack([root, own + spread @ local]), spread)
+            information, force = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
+            volume += float(log_volume)
             precision[np.ix_(test.index, test.index)] += information
             pull[test.index] += force
             each.append((information, force))
@@ -220,6 +216,68 @@ class Fit:
     def precision(self) -> FloatArray:
         """Inverse of the posterior covariance (m, m), by the curvature."""
         return np.asarray(self.reduced.precision + np.diag(self.model.holds(self.point)))
+
+    def freedom(self, i: int = 0) -> float:
+        """Degrees of freedom of test i: its data, less the unknowns it determines (half of those it shares)."""
+        determined = float((np.abs(self.slopes[i]).max(axis=0, initial=0.0) > 1.0).sum())
+        share = 1.0 if len(self.model.tests) == 1 else 0.5
+        return max(1.0, len(self.residuals[i]) - share * determined)
+
+    def excess(self, i: int = 0) -> float:
+        """Chi-square of test i per degree of freedom, at least 1."""
+        return max(1.0, self.model.tests[i].observation.chi_square(self.residuals[i]) / self.freedom(i))
+
+    @cached_property
+    def missed_shares(self) -> FloatArray:
+        """Share (n,) of each test's power that its law misses: one for all tests of a material.
+
+        With it chi-square of these tests is what their number of data lets expect.
+        """
+        tests, shares = self.model.tests, np.zeros(len(self.model.tests))
+        for material in {t.observation.material for t in tests}:
+            some = [i for i, t in enumerate(tests) if t.observation.material == material]
+            own = tests[some[0]].observation.share_missed(self.residuals[some[0]], self.values(some[0]))
+            if own is not None:
+                shares[some] = own
+                continue
+            wanted = sum(map(self.freedom, some))
+
+            def left(share: float, some: list[int] = some, wanted: float = wanted) -> float:
+                return sum(tests[i].observation.chi_square(self.residuals[i], share) for i in some) - wanted
+
+            if left(0.0) > 0.0:
+                low, high = -40.0, 5.0  # of the logarithm
+                while high - low > 1e-3:
+                    middle = 0.5 * (low + high)
+                    low, high = (middle, high) if left(math.exp(middle)) > 0.0 else (low, middle)
+                shares[some] = math.exp(high)
+        return shares
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Logarithm of the evidence: Laplace's approximation about a fit by the noise alone.
+
+        The scatter from test to test is marginalised by the deviations' determinants at its likeliest size. Unknowns at
+        a bound that they may only grow from have the normal distribution's peak beyond: with the slope g there it is at
+        ``point + P g``, and higher by ``g P g / 2``. The part inside all bounds counts, and each half of a prior twice.
+        """
+        model, reduced, precision, point = self.model, self.reduced, self.precision, self.point
+        total = -0.5 * self.cost - reduced.log_volume - 0.5 * float(np.linalg.slogdet(precision)[1])
+        for test in model.tests:
+            sd = test.observation.sd
+            total -= float(np.log(sd).sum()) + 0.5 * len(sd) * math.log(2.0 * math.pi)
+        total -= 0.5 * math.log(math.pi) * sum(bool(u.assumed) for u in model.unknowns)  # Cauchy's peak over normal's
+        folded = [k for k, u in enumerate(model.unknowns) if u.folded]
+        if not folded:
+            return total
+        slope = reduced.pull - point * model.holds(point)
+        covariance: FloatArray = np.asarray(np.linalg.inv(precision))
+        low, pushed = np.array([model.unknowns[k].low for k in folded]), np.zeros(len(point))
+        pushed[folded] = np.where(point[folded] - low < 1e-6, np.minimum(slope[folded], 0.0), 0.0)
+        beyond = covariance @ pushed
+        peak = (point + beyond)[folded] - low
+        inside_bounds = float(log_orthant(peak, covariance[np.ix_(folded, folded)]))
+        return total + 0.5 * float(pushed @ beyond) + inside_bounds + len(folded) * math.log(2)
 
     def find(self, name: str, i: int = 0) -> int | None:
         """Place of an unknown of test i among all unknowns; None where it has none of that name."""
@@ -300,29 +358,22 @@ def _corrected(here: Fit, there: Fit) -> Fit:
 
 def _step(here: Fit, reach: float) -> tuple[FloatArray, list[FloatArray], float]:
     """The step of the unknowns, those of each test's deviations, and by how much the sum of squares should fall."""
-    model, reduced = here.model, here.reduced
+    model, strains = here.model, here.model.strains(here.point)
     bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, here.point, strict=True)])
-    curvature = reduced.precision + np.diag(bent**2)
-    slope = bent * here.strain - reduced.pull
+    curvature, slope = here.reduced.precision + np.diag(bent**2), bent * strains - here.reduced.pull
     low, high = model.bounds
     step = inside(curvature, slope, np.maximum(low - here.point, -reach), np.minimum(high - here.point, reach))
-    moves, foretold = [], -float(2.0 * (bent * here.strain) @ step + (bent * step) @ (bent * step))
+    moves, foretold = [], -float(2.0 * (bent * strains) @ step + (bent * step) @ (bent * step))
     for i, test in enumerate(model.tests):
-        s, slopes = model.scatter[test.index], here.slopes[i]
-        left = here.residuals[i] - slopes @ step[test.index]
-        move = np.zeros(len(s))
-        some = np.flatnonzero(s > 0.0)
-        if len(some):
-            scaled = slopes[:, some] * s[some]
-            inner = np.eye(len(some)) + scaled.T @ scaled
-            move[some] = np.linalg.solve(inner, scaled.T @ left - here.local[i][some])
-            longest = float(np.abs(s * move).max())
-            move *= min(1.0, max(reach, 1e-3) / longest) if longest > 0.0 else 1.0
-            left = left - slopes @ (s * move)
-        after = here.local[i] + move
+        s = model.scatter[test.index]
+        left, scaled = here.residuals[i] - here.slopes[i] @ step[test.index], here.slopes[i] * s
+        move = np.linalg.solve(np.eye(len(s)) + scaled.T @ scaled, scaled.T @ left - here.local[i])
+        longest = float(np.abs(s * move).max(initial=0.0))
+        move *= min(1.0, max(reach, 1e-3) / longest) if longest > 0.0 else 1.0
+        left, after = left - scaled @ move, here.local[i] + move
         foretold += float(here.residuals[i] @ here.residuals[i] - left @ left)
         foretold += float(here.local[i] @ here.local[i] - after @ after)
-        moves.append(move)
+        moves.append(np.asarray(move))
     return step, moves, foretold
 
 
@@ -353,19 +404,6 @@ def inside(curvature: FloatArray, slope: FloatArray, low: FloatArray, high: Floa
     return x
 
 
-def told_of(fit: Fit, i: int = 0) -> float:
-    """Return how many unknowns test i determines: of several tests that share them, half."""
-    determined = float((np.abs(fit.slopes[i]).max(axis=0, initial=0.0) > 1.0).sum())
-    return determined if len(fit.model.tests) == 1 else 0.5 * determined
-
-
-def excess_of(fit: Fit, i: int = 0) -> float:
-    """Return chi-square of test i per degree of freedom, at least 1."""
-    residual = fit.residuals[i]
-    square = fit.model.tests[i].observation.chi_square(residual)
-    return max(1.0, square / max(1.0, len(residual) - told_of(fit, i)))
-
-
 def fit_from(
     model: Model, starts: Sequence[FloatArray], local: Sequence[FloatArray] | None = None, *, tempers: bool = True
 ) -> Fit:
@@ -390,37 +428,11 @@ def tempered(found: Fit, shares: FloatArray | None = None) -> Fit:
     """Return the fit whose weights count what its laws cannot explain; ``shares``: that they count already."""
     before = np.zeros(len(found.model.tests)) if shares is None else shares
     for _ in range(ROUNDS):
-        wanted = missed_shares(found)
+        wanted = found.missed_shares
         if np.allclose(wanted, before, rtol=SETTLED, atol=0.0):
             break
         found, before = weighed(found, wanted), wanted
     return found
-
-
-def missed_shares(found: Fit) -> FloatArray:
-    """Return the share (n,) of each test's power that its law misses: one for all tests of a material.
-
-    With it chi-square of these tests is what their number of data lets expect.
-    """
-    tests, shares = found.model.tests, np.zeros(len(found.model.tests))
-    for material in {t.observation.material for t in tests}:
-        some = [i for i, t in enumerate(tests) if t.observation.material == material]
-        own = tests[some[0]].observation.share_missed(found.residuals[some[0]], found.values(some[0]))
-        if own is not None:
-            shares[some] = own
-            continue
-        wanted = sum(max(1.0, len(found.residuals[i]) - told_of(found, i)) for i in some)
-
-        def left(share: float, some: list[int] = some, wanted: float = wanted) -> float:
-            return sum(tests[i].observation.chi_square(found.residuals[i], share) for i in some) - wanted
-
-        if left(0.0) > 0.0:
-            low, high = -40.0, 5.0  # of the logarithm
-            while high - low > 1e-3:
-                middle = 0.5 * (low + high)
-                low, high = (middle, high) if left(math.exp(middle)) > 0.0 else (low, middle)
-            shares[some] = math.exp(high)
-    return shares
 
 
 def weighed(found: Fit, shares: FloatArray, *, follows: bool = True) -> Fit:
@@ -453,7 +465,7 @@ def with_scatter(found: Fit, farthest: float = FARTHEST, *, lifts: bool = False)
     for _ in range(2):
         moved = scattered(found, farthest)
         found = descend(fit_at(moved.model, moved.point, moved.local))
-    bounds = [FARTHEST * scatter_scale(u, c) for u, c in zip(model.unknowns, found.point.tolist(), strict=True)]
+    bounds = [FARTHEST * u.scatter_scale(c) for u, c in zip(model.unknowns, found.point.tolist(), strict=True)]
     return with_scatter(found, math.inf) if lifts and (found.model.scatter > bounds).any() else found
 
 
@@ -477,16 +489,9 @@ def let_apart(found: Fit) -> Fit:
     model, scatter = found.model, found.model.scatter.copy()
     for k, unknown in enumerate(model.unknowns):
         if sum(k in t.index for t in model.tests) > 1:
-            scatter[k] = max(scatter[k], FARTHEST * scatter_scale(unknown, float(found.point[k])))
+            scatter[k] = max(scatter[k], FARTHEST * unknown.scatter_scale(float(found.point[k])))
     free = replace(found, model=replace(model, scatter=scatter), true=False)
     return weighed(free, np.zeros(len(model.tests)))
-
-
-def scatter_scale(unknown: Unknown, c: float) -> float:
-    """Return the scale of the prior of an unknown's scatter, in coordinates."""
-    if unknown.scatter <= 0.0 or unknown.level != "material" or unknown.scale == "log":
-        return unknown.scatter
-    return unknown.scatter * abs(unknown.value(c)) / unknown.sd
 
 
 def _scattering(found: Fit) -> Iterator[tuple[IntArray, FloatArray]]:
@@ -501,9 +506,19 @@ def _scattering(found: Fit) -> Iterator[tuple[IntArray, FloatArray]]:
             groups[test.observation.material if u.law else "", u.name].append(k)
     for tests in groups.values():
         group = np.unique(tests)
-        scales = np.array([scatter_scale(found.model.unknowns[k], float(found.point[k])) for k in group.tolist()])
+        scales = np.array([found.model.unknowns[k].scatter_scale(float(found.point[k])) for k in group.tolist()])
         if scales.min() > 0.0 and len(tests) > len(group):
             yield group, scales
+
+
+def beside_deviations(columns: FloatArray, spread: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return columns (..., k, m), white but for a test's n deviations, made white with these, and half the log volume.
+
+    ``spread`` (..., k, n): what each deviation does, by its scatter.
+    """
+    lower = np.linalg.cholesky(np.eye(columns.shape[-2]) + spread @ spread.mT)
+    log_volume = np.log(np.diagonal(lower, axis1=-2, axis2=-1)).sum(axis=-1)
+    return np.asarray(np.linalg.solve(lower, columns)), np.asarray(log_volume)
 
 
 def _over_scatter(
@@ -518,46 +533,19 @@ def _over_scatter(
     model, hold = found.model, found.model.holds(found.point)
     precision, pull = np.tile(np.diag(hold), (len(scatters), 1, 1)), np.tile(-hold * found.point, (len(scatters), 1))
     total = log_prior.copy()
-    for test, slopes, residual, local in zip(model.tests, found.slopes, found.residuals, found.local, strict=True):
-        information, s = slopes.T @ slopes, scatters[:, test.index]
-        force = slopes.T @ (residual + slopes @ (model.scatter[test.index] * local))  # as if no test deviated
-        scaled = information * s[:, None, :]
-        inner = np.eye(s.shape[1]) + s[:, :, None] * scaled
-        back = np.linalg.solve(inner, np.concatenate((scaled.mT, (s * force)[:, :, None]), axis=2))
-        precision[:, test.index[:, None], test.index] += information - scaled @ back[:, :, :-1]
-        pull[:, test.index] += force - (scaled @ back[:, :, -1:])[:, :, 0]
-        total += 0.5 * np.sum(s * force * back[:, :, -1], axis=1) - 0.5 * np.linalg.slogdet(inner)[1]
+    for test, (root, own), local in zip(model.tests, found.roots, found.local, strict=True):
+        spread = root * scatters[:, None, test.index]
+        as_one = own + root @ (model.scatter[test.index] * local)  # as if no test deviated
+        both, log_volume = beside_deviations(np.column_stack([root, as_one])[None], spread)
+        white, left = both[:, :, :-1], both[:, :, -1:]
+        precision[:, test.index[:, None], test.index] += white.mT @ white
+        pull[:, test.index] += (white.mT @ left)[:, :, 0]
+        total -= 0.5 * np.sum(left**2, axis=(1, 2)) + log_volume
     covariance: FloatArray = np.asarray(np.linalg.inv(precision))
     moved = (covariance @ pull[:, :, None])[:, :, 0]
     total += 0.5 * np.sum(pull * moved, axis=1) - 0.5 * np.linalg.slogdet(precision)[1]
     weight = np.exp(total - total.max()) * STEPS
     return weight / weight.sum(), moved[:, group], np.sqrt(covariance[:, group, group])
-
-
-def log_evidence(found: Fit) -> float:
-    """Return the logarithm of the evidence: Laplace's approximation about a fit by the noise alone.
-
-    The scatter from test to test is marginalised by the deviations' determinants at its likeliest size. Unknowns at a
-    bound that they may only grow from have the normal distribution's peak beyond: with the slope g there it is at
-    ``point + P g``, and higher by ``g P g / 2``. The part inside all bounds counts, and each half of a prior twice.
-    """
-    model, reduced, precision, point = found.model, found.reduced, found.precision, found.point
-    total = -0.5 * found.cost - reduced.log_volume - 0.5 * float(np.linalg.slogdet(precision)[1])
-    for test in model.tests:
-        sd = test.observation.sd
-        total -= float(np.log(sd).sum()) + 0.5 * len(sd) * math.log(2.0 * math.pi)
-    total -= 0.5 * math.log(math.pi) * sum(bool(u.assumed) for u in model.unknowns)  # Cauchy's peak over a normal one's
-    folded = [k for k, u in enumerate(model.unknowns) if u.folded]
-    if not folded:
-        return total
-    slope = reduced.pull - point * model.holds(point)
-    covariance: FloatArray = np.asarray(np.linalg.inv(precision))
-    low, pushed = np.array([model.unknowns[k].low for k in folded]), np.zeros(len(point))
-    pushed[folded] = np.where(point[folded] - low < 1e-6, np.minimum(slope[folded], 0.0), 0.0)
-    beyond = covariance @ pushed
-    peak = (point + beyond)[folded] - low
-    inside_bounds = float(log_orthant(peak, covariance[np.ix_(folded, folded)]))
-    return total + 0.5 * float(pushed @ beyond) + inside_bounds + len(folded) * math.log(2)
 
 
 def log_orthant(mean: FloatArray, covariance: FloatArray) -> FloatArray:

@@ -19,21 +19,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, ParameterError
-from frictionlab.inference.fit import (
-    Fit,
-    Model,
-    Test,
-    cost,
-    excess_of,
-    fit_from,
-    followed,
-    log_evidence,
-    missed_shares,
-    scatter_scale,
-    tempered,
-    weighed,
-    with_scatter,
-)
+from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, followed, tempered, weighed, with_scatter
 from frictionlab.inference.force import ForceObservation, of_parts
 from frictionlab.inference.observation import NO_MOTION, Observation
 from frictionlab.inference.observations import LEAST_POINTS, CycleObservation, OfCycles, cycle_of
@@ -66,7 +52,8 @@ LIKELY = 0.05  # times as likely as the law that is given: from there on another
 APART = 1.0  # ... and is named if its friction ratio is so many errors away
 SPENT = "the work of a ladder was used up"
 NOT_DISTINGUISHED = "laws that the data do not distinguish"
-FAULTS = (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError)
+
+Begun = tuple[Model, FloatArray, list[FloatArray]]  # model, point and deviations at which a fit begins
 
 
 @dataclass(frozen=True)
@@ -79,12 +66,16 @@ class Rung:
 
     law: Law
     fit: Fit | None = None
-    log_evidence: float = -math.inf
     held_out: FloatArray = field(default_factory=lambda: np.zeros(0))
     held_out_nrmse: float | None = None
     required: bool = False
     seconds: float = 0.0
     said: str = ""
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Logarithm of its evidence; minus infinity where it could not be fitted."""
+        return -math.inf if self.fit is None else self.fit.log_evidence
 
     @cached_property
     def nrmse(self) -> float | None:
@@ -94,9 +85,7 @@ class Rung:
     @cached_property
     def posterior(self) -> Posterior | None:
         """The posterior of the rung's own fit, weighed by what the law leaves."""
-        if self.fit is None:
-            return None
-        return posterior_of(weighed(self.fit, missed_shares(self.fit), follows=False))
+        return None if self.fit is None else posterior_of(weighed(self.fit, self.fit.missed_shares, follows=False))
 
 
 @dataclass(frozen=True)
@@ -128,10 +117,10 @@ def climb(
     cycles = not rigid and all(isinstance(observation, OfCycles) for observation in observations)
     first = CHEAP if rigid or accuracy == "fast" or whole else EXACT
     top = ladder.upward(bottom, first)
-    if whole and accuracy != "fast" and not ladder.is_noise(top):  # of a record every motion is dear
+    if whole and accuracy != "fast" and not _is_noise(top.fit):  # of a record every motion is dear
         top = max((top, *ladder.required(bottom, YIELDING, 1)), key=lambda rung: rung.log_evidence)
         top = ladder.upward(top, EXACT)
-    if accuracy == "exact" or (accuracy != "fast" and not ladder.is_noise(top)):
+    if accuracy == "exact" or (accuracy != "fast" and not _is_noise(top.fit)):
         if cycles:
             top = ladder.onto_numeric(bottom, top)
         else:
@@ -143,10 +132,8 @@ def climb(
         top = ladder.against_its_rival(top)
     rungs = tuple(ladder.rungs)
     ladder.left_out = {rung.law.name: rung.said for rung in rungs if rung.said} | ladder.left_out
-    if top.fit is not None and whole:
-        return Ladder(rungs, top, posterior_of(top.fit), ladder.left_out)
-    found = ladder.found_again(top)
-    return Ladder(rungs, top, told_apart(found, top, rungs), ladder.left_out)
+    as_it_is = posterior_of(top.fit) if top.fit is not None and whole else None
+    return Ladder(rungs, top, as_it_is or told_apart(ladder.found_again(top), top, rungs), ladder.left_out)
 
 
 class _Climb:
@@ -163,16 +150,12 @@ class _Climb:
         self.valleys: list[dict[str, float]] = []  # in which a contact rings as often: by the first law that yields
         self.left_out: dict[str, str] = {}
 
-    def is_noise(self, rung: Rung) -> bool:
-        """Whether a rung leaves nothing but noise."""
-        return rung.fit is not None and all(misfit_is_noise(rung.fit, i) for i in range(len(self.observations)))
-
     def upward(self, here: Rung, terms: tuple[str, ...]) -> Rung:
         """Climb from a rung, one term at a time (or two where no single one helps), as far as it is required."""
         while True:
-            worth = tuple(t for t in terms if t in CHEAP) if self.is_noise(here) else terms
+            worth = tuple(t for t in terms if t in CHEAP) if _is_noise(here.fit) else terms
             good = self.required(here, worth, 1)
-            pairs = self.accuracy == "exact" or (self.accuracy != "fast" and not self.is_noise(here))
+            pairs = self.accuracy == "exact" or (self.accuracy != "fast" and not _is_noise(here.fit))
             if not good and pairs:
                 good = self.required(here, worth, 2)
             below, good = self._confirmed(here, good) if good else (here, good)
@@ -184,7 +167,7 @@ class _Climb:
         """The best of the laws without exact slides: each alone, beside what the exact ones have, and what it takes."""
         best, tests = top, range(len(self.observations))
         for terms in (SMOOTH, INNER):
-            if best is not top and self.is_noise(best):
+            if best is not top and _is_noise(best.fit):
                 break
             for below, term in product((bottom, top), terms):
                 good = self.required(below, (term,), 1)
@@ -192,7 +175,7 @@ class _Climb:
                 fits = [rung for rung in good if rung.fit is not None and explains(rung.fit, tests)]
                 richer = [more for rung in fits for more in self.required(rung, CHEAP, 1)]
                 best = max((best, *good, *richer), key=lambda rung: rung.log_evidence)
-        if not self.is_noise(best):
+        if not _is_noise(best.fit):
             alone = self.required(bottom, DEAR, 1)
             worth = tuple(name for name in DEAR if any(rung.law.has(name) for rung in alone))
             both = self.required(top, worth, 1) if top is not bottom else []
@@ -200,7 +183,7 @@ class _Climb:
         for name in laws_above(bottom.law, (*NUMERIC, *DEAR), 1):
             if not any(rung.law.name == name for rung in self.rungs):
                 self.left_out[name] = f"not tried: a law that costs less, {best.law.name}, leaves nothing but noise"
-        return best if best is top or self.is_noise(best) else self.upward(best, CHEAP)
+        return best if best is top or _is_noise(best.fit) else self.upward(best, CHEAP)
 
     def against_its_rival(self, top: Rung) -> Rung:
         """The better of a law and of those with friction that falls with speed, beside its terms and alone.
@@ -223,9 +206,9 @@ class _Climb:
         again = [o.under(top.law).metered(Meter(RESERVE * len(self.observations))) for o in self.observations]
         try:
             found = infer(again)
-            if top.fit is not None and found.fit.chi_square > top.fit.chi_square + DEEPER * excess_of(top.fit):
+            if top.fit is not None and found.fit.chi_square > top.fit.chi_square + DEEPER * top.fit.excess():
                 found = infer(again, near=top.fit.values())
-        except FAULTS as fault:
+        except NO_MOTION as fault:
             own = top.posterior
             if own is None:
                 raise AnalysisError(f"law {top.law.name}: {fault}") from fault
@@ -272,18 +255,17 @@ class _Climb:
         if known is not None:
             tests = [o.missing(t.observation.missed) for o, t in zip(tests, known.model.tests, strict=True)]
         model = model_of(tests)
-        if self.accuracy == "fast" or (below is not None and not law.is_exact and self.is_noise(below)):
+        if self.accuracy == "fast" or (below is not None and not law.is_exact and _is_noise(below.fit)):
             model = replace(model, tolerance=1e3)
-        if known is not None:
-            fits = [followed(self._fitted(model, known, law))]
-        elif tests[0].shows_rig:
+        fits = [] if known is None else [followed(self._fitted(model, known, law))]
+        if not fits and tests[0].shows_rig:
             fits = [infer(tests, near=self.near).fit]
-        else:
-            fits = [fit_from(model, [start], tempers=False) for start in starting_points(model)]
+        elif not fits or (len(tests) > 1 and law.kind == "rigid" and not _is_noise(fits[0])):  # which misses: astray
+            fits += [fit_from(model, [start], tempers=False) for start in starting_points(model)]
         if tests[0].shows_rig:  # of samples so many, and autocorrelated, what a law misses counts from the first
             fits = [tempered(f, np.array([t.observation.missed for t in f.model.tests])) for f in fits]
-        found = _unmetered(with_scatter(min(fits, key=lambda f: f.cost)))
-        made = Rung(law, found, log_evidence(found), *held_out(found))
+        found = _unmetered(min(map(with_scatter, fits), key=lambda f: f.cost + 2.0 * f.reduced.log_volume))
+        made = Rung(law, found, *held_out(found))
         return replace(made, required=below is None or self._is_required(made, below))
 
     def _fitted(self, model: Model, below: Fit, law: Law) -> Fit:
@@ -302,7 +284,7 @@ class _Climb:
         spent: OverspentError | None = None
         missed = AnalysisError("no starting point has a steady state")
         for there, point, local in begun:
-            if best is not None and law.kind != "rigid" and (best.cost > enough or misfit_is_noise(best)):
+            if best is not None and law.kind != "rigid" and (best.cost > enough or _is_noise(best)):
                 break
             kept = 0.0 if law.is_exact else SHARE * self.work.left  # a start that finds no end is not the last
             try:
@@ -318,9 +300,30 @@ class _Climb:
                 best = found if best is None or found.cost < best.cost else best
         if best is None:
             raise spent or missed
-        return best
+        return self._no_worse(best, law)
 
-    def _in_valleys(self, model: Model, below: Fit) -> list[tuple[Model, FloatArray, list[FloatArray]]]:
+    def _no_worse(self, found: Fit, law: Law) -> Fit:
+        """The fit of a law, or a better one from where its new terms do nothing beside a simpler law's values.
+
+        A law that ends worse than one it contains is a failed fit, and no evidence: AnalysisError where it stays so.
+        """
+        missed, best, contained = found.model.tests[0].observation.missed, found, law
+        for rung in (rung for rung in self.rungs if set(rung.law.terms) < set(law.terms)):
+            rests = all(p.neutral != math.inf for p in law.own if p not in rung.law.own)  # of several weights none
+            if rung.fit is not None and rests and rung.fit.model.tests[0].observation.missed == missed:
+                best, contained = min((best, contained), (rung.fit, rung.law), key=lambda one: one[0].cost)
+        if best.cost > found.cost - DEEPER * found.excess():
+            return found
+        new = {p.name: p.neutral for p in law.own if p not in contained.own and p.neutral is not None}
+        at_rest = {u.name: u.at(new[u.name]) for u in found.model.unknowns if u.name in new}
+        model, point, local = _carried(found.model, best, at_rest, as_is=True)
+        try:
+            again = fit_from(model, [point], local, tempers=False)
+        except AnalysisError as fault:
+            raise AnalysisError(f"its fit is worse than that of {contained.name}, which it contains") from fault
+        return min(found, again, key=lambda fit: fit.cost)
+
+    def _in_valleys(self, model: Model, below: Fit) -> list[Begun]:
         """Where a contact that yields begins: in the valleys that the first such law has found."""
         known = below.values()
         values = {u.name: known[u.name] for u in model.unknowns if u.law and u.name in known}
@@ -345,13 +348,13 @@ class _Climb:
         model, point, local = _carried(here.fit.model, best.fit, {})
         try:
             again = with_scatter(fit_from(model, [point], local, tempers=False)) if model.unknowns else here.fit
-        except FAULTS:
+        except NO_MOTION:
             return here, good  # the simpler law has no steady state there, so no minimum either
         if again.cost > here.fit.cost - DEEPER:
             return here, good
         again = _unmetered(again)
         scores, nrmse = held_out(again)
-        deeper = replace(here, fit=again, log_evidence=log_evidence(again), held_out=scores, held_out_nrmse=nrmse)
+        deeper = replace(here, fit=again, held_out=scores, held_out_nrmse=nrmse)
         self.rungs = [deeper if rung.law is here.law else rung for rung in self.rungs]
         judged = {rung.law.name: replace(rung, required=self._is_required(rung, deeper)) for rung in good}
         self.rungs = [judged.get(rung.law.name, rung) for rung in self.rungs]
@@ -359,8 +362,7 @@ class _Climb:
 
     def _is_required(self, rung: Rung, below: Rung) -> bool:
         """Whether a law is required over the simpler ones: by its evidence, and by what was left out of the fit."""
-        terms = {t.name for t in rung.law.terms}
-        simpler = [r.log_evidence for r in self.rungs if {t.name for t in r.law.terms} < terms]
+        simpler = [r.log_evidence for r in self.rungs if set(r.law.terms) < set(rung.law.terms)]
         if not rung.log_evidence - max(simpler, default=below.log_evidence) > REQUIRED:
             return False
         if below.fit is None or rung.fit is None:
@@ -369,13 +371,18 @@ class _Climb:
         if starting and explains(below.fit, range(len(self.observations))):  # what is left of a start looks like a term
             return False
         scores = below.held_out, rung.held_out
-        shares = missed_shares(rung.fit)
+        shares = rung.fit.missed_shares
         if shares.any():  # what not even the richer law explains is no noise: with it counted the gain must stand
             both = [weighed(fit, shares) for fit in (below.fit, rung.fit)]
-            if not log_evidence(both[1]) - log_evidence(both[0]) > REQUIRED:
+            if not both[1].log_evidence - both[0].log_evidence > REQUIRED:
                 return False
             scores = held_out(both[0])[0], held_out(both[1])[0]
         return _is_better(*scores) and (not self.observations[0].shows_rig or _is_sure(rung, below.fit))
+
+
+def _is_noise(found: Fit | None) -> bool:
+    """Whether a fit leaves nothing but noise of its tests."""
+    return found is not None and all(misfit_is_noise(found, i) for i in range(len(found.model.tests)))
 
 
 def _unmetered(found: Fit) -> Fit:
@@ -398,20 +405,17 @@ def _is_sure(rung: Rung, below: Fit) -> bool:
     """Whether one of a term's parameters lies far enough from where it does nothing; many samples please any term."""
     found, known = rung.posterior, below.values()
     values = {} if found is None else found.parameters()
-    for p in rung.law.own if found is not None else ():
-        e = None if p.name in known else values[p.name]
-        if e is not None and (p.neutral is None or not math.isfinite(p.neutral)):
-            return True  # no value of it does nothing: its evidence alone decides
-        if e is not None and abs(e.value - (p.neutral or 0.0)) > SURE * (e.u or math.inf):
-            return True
-    return False
+    new = [(p.neutral, values[p.name]) for p in rung.law.own if p.name in values and p.name not in known]
+    # where no value of it does nothing its evidence alone decides
+    return any(at is None or math.isinf(at) or abs(e.value - at) > SURE * (e.u or math.inf) for at, e in new)
 
 
 def _trials(model: Model, below: Fit) -> list[dict[str, float]]:
     """Coordinates at which the parameters that a richer law adds are tried."""
     known = {u.name for u in below.model.unknowns}
     new = [u for u in model.unknowns if u.law and u.name not in known]
-    tried = SCALES if any(u.scale == "log" for u in new) else TRIALS[:1] if all(u.folded for u in new) else TRIALS
+    one_way = all(u.folded or (u.level == "test" and len(model.tests) > 1) for u in new)  # else both signs
+    tried = SCALES if any(u.scale == "log" for u in new) else TRIALS[:1] if one_way else TRIALS
 
     def begin(u: Unknown, trial: float) -> float:
         guess = 0.5 * abs(trial) if u.first is None else u.at(u.first)
@@ -420,11 +424,11 @@ def _trials(model: Model, below: Fit) -> list[dict[str, float]]:
     return [{u.name: begin(u, trial) for u in new} for trial in tried]
 
 
-def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model, FloatArray, list[FloatArray]]:
-    """A richer law's model, point and deviations at the values of a simpler one.
+def _carried(model: Model, below: Fit, new: Mapping[str, float], *, as_is: bool = False) -> Begun:
+    """A richer law's model, point and deviations at the values of a simpler one, and ``new`` coordinates.
 
     Sensors and rig that the simpler law had to push far begin as known. A new parameter of the test's level begins in
-    each test at the sign that fits it better.
+    each test at the sign that fits it better. Neither so of a motion that is to stay ``as_is``.
     """
     keys = {u.name: k for k, u in enumerate(below.model.unknowns)}
     point, scatter = np.zeros(len(model.unknowns)), np.zeros(len(model.unknowns))
@@ -432,12 +436,12 @@ def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model,
     for k, u in enumerate(model.unknowns):
         if u.name in keys:
             c = float(below.point[keys[u.name]])
-            point[k] = 0.0 if not u.law and abs(u.strain(c)) > PUSHED else c
+            point[k] = 0.0 if not as_is and not u.law and abs(u.strain(c)) > PUSHED else c
             scatter[k] = below.model.scatter[keys[u.name]]
         elif u.law:
             own = several and u.level == "test"
             point[k] = 0.0 if own else new.get(u.name, 0.0)
-            scatter[k] = scatter_scale(u, 0.0) if own else 0.0
+            scatter[k] = u.scatter_scale(0.0) if own else 0.0
     model = replace(model, scatter=scatter)
     point, local = np.clip(point, *model.bounds), []
     for i, test in enumerate(model.tests):
@@ -446,7 +450,7 @@ def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model,
         d = np.array([before.get(model.unknowns[k].name, 0.0) for k in test.index])
         free = [j for j, k in enumerate(test.index) if model.unknowns[k].name not in before and scatter[k] > 0.0]
         costs = []
-        for sign in (0.0, 0.6, -0.6) if free else ():
+        for sign in (0.0, 0.6, -0.6)[: 1 if as_is else 3] if free else ():
             d[free] = sign
             looked = model.look(i, model.own(i, point, d))
             costs.append((math.inf if looked is None else float(looked[0] @ looked[0]), sign))

@@ -17,7 +17,17 @@ from scipy.special import gammaincinv, ndtr, ndtri
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.fit import Fit, Model, Test, excess_of, fit_at, fit_from, let_apart, tempered, with_scatter
+from frictionlab.inference.fit import (
+    Fit,
+    Model,
+    Test,
+    beside_deviations,
+    fit_at,
+    fit_from,
+    let_apart,
+    tempered,
+    with_scatter,
+)
 from frictionlab.inference.observation import Observation, Reached, at_least
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
@@ -100,9 +110,10 @@ class Posterior:
         m = len(self.unknowns)
         total, each = np.zeros((m, m)), []
         for test, information in zip(self.tests, self.information, strict=True):
-            s = self.scatter[test.index]
-            inner = np.eye(len(s)) + s[:, None] * information * s
-            left = information - (information * s) @ np.linalg.solve(inner, s[:, None] * information)
+            size, axes = np.linalg.eigh(information)
+            root = np.sqrt(np.maximum(size, 0.0))[:, None] * axes.T
+            white, _ = beside_deviations(root, root * self.scatter[test.index])
+            left = white.T @ white
             total[np.ix_(test.index, test.index)] += left
             each.append(left)
         return total, tuple(each)
@@ -162,8 +173,6 @@ class Posterior:
         test = self.tests[i]
         s = self.fit.model.scatter[test.index]
         whole = self.covariance[np.ix_(test.index, test.index)]
-        if not s.any():
-            return whole
         inner = np.eye(len(s)) + (s[:, None] * self.information[i]) * s
         local = (s[:, None] * np.linalg.inv(inner)) * s  # of S d, the mean known
         share = np.eye(len(s)) - local @ self.information[i]  # how the mean's error goes into the test's own
@@ -337,7 +346,7 @@ def misfit_is_noise(fit: Fit, i: int = 0) -> bool:
     if share is not None:
         return share <= 0.0
     points = len(fit.residuals[i])
-    return excess_of(fit, i) <= 2.0 * float(gammaincinv(0.5 * points, 1.0 - NOISE_LEVEL)) / points
+    return fit.excess(i) <= 2.0 * float(gammaincinv(0.5 * points, 1.0 - NOISE_LEVEL)) / points
 
 
 def model_of(observations: Sequence[Observation], *, amontons: bool = True, rig: bool = True) -> Model:
@@ -562,7 +571,7 @@ def _with_rivals(found: Posterior, others: Sequence[Fit]) -> Posterior:
     if best.find("beta") is None:
         return found
     own = best.values()["beta"]
-    near = [f for f in others if (f.chi_square - best.chi_square) / excess_of(best) < RIVAL]
+    near = [f for f in others if (f.chi_square - best.chi_square) / best.excess() < RIVAL]
     near = [f for f in near if abs(f.values()["beta"] / own - 1.0) > 0.01]
     if not near:
         return found

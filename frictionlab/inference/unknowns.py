@@ -95,6 +95,12 @@ class Unknown:
         """
         return max(math.sqrt(self.hold(c)), self.hold(c) * FAR) if self.assumed else 1.0
 
+    def scatter_scale(self, c: float) -> float:
+        """Return the scale of the prior of its scatter, in coordinates."""
+        if self.scatter <= 0.0 or self.level != "material" or self.scale == "log":
+            return self.scatter
+        return self.scatter * abs(self.value(c)) / self.sd
+
 
 def of_parameter(parameter: Parameter) -> Unknown:
     """Return the unknown of a law's parameter: its prior is its usual range (95 %).

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.inference.diagnose import diagnose
-from frictionlab.inference.fit import followed, log_evidence
+from frictionlab.inference.fit import followed
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.inference.posterior import Posterior, infer
 from frictionlab.inference.verdict import friction_of
@@ -408,7 +408,7 @@ def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float:
         rival = infer([test.observation.under(law, {})], near=near, most=MOST_STEPS)
     except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
         return math.nan
-    return log_evidence(test.posterior.fit) - log_evidence(followed(rival.fit))
+    return test.posterior.fit.log_evidence - followed(rival.fit).log_evidence
 
 
 def _between(

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from frictionlab.analysis.measurement import measure
 from frictionlab.campaign import evaluate as evaluate_trials
@@ -229,14 +228,6 @@ def test_amontons_law_is_kept_or_broken_and_why_is_said(
     assert values is not FALLING or found.exponent == pytest.approx(-0.3, abs=1e-9)
     assert not holds or (found.coefficient, found.coefficient_se) == (0.6, 0.01)
     assert amontons_of("steel", [], {}, None).holds is None
-
-
-def test_p_is_that_of_chi_square() -> None:
-    values = [0.60, 0.62, 0.585, 0.61]
-    found = judged((1.0, 1.5, 2.0, 3.0), values)
-    square = np.sum((np.array(values) - np.mean(values)) ** 2) / 0.01**2
-    assert found.chi_square == pytest.approx(square)
-    assert found.p == pytest.approx(stats.chi2.sf(square, 3), rel=1e-9)
 
 
 def test_what_all_forces_share_does_not_count_against_the_law() -> None:

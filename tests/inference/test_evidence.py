@@ -12,7 +12,7 @@ from scipy.stats import cauchy, multivariate_normal, multivariate_t, norm
 
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.arrays import FloatArray
-from frictionlab.inference.fit import Fit, fit_from, log_evidence, log_orthant, with_scatter
+from frictionlab.inference.fit import Fit, fit_from, log_orthant, with_scatter
 from frictionlab.inference.ladder import held_out
 from frictionlab.inference.observation import Observation, Reached, Values
 from frictionlab.inference.observations import observe
@@ -87,7 +87,7 @@ def test_laplaces_evidence_is_the_integral(law: str, undeclared: Mapping[str, ob
     found = fitted(measurement, known, law)
     whole, worth = weighed(found, DRAWS, np.random.default_rng(1))
     assert worth > 200
-    assert log_evidence(found) == pytest.approx(whole, abs=0.2)
+    assert found.log_evidence == pytest.approx(whole, abs=0.2)
 
 
 def test_two_parameters_at_their_bounds_are_integrated_together() -> None:
@@ -97,7 +97,7 @@ def test_two_parameters_at_their_bounds_are_integrated_together() -> None:
     measurement = measure(recorded(truth, np.random.default_rng(13)), known)
     found = fitted(measurement, known, "coulomb+place+speed")
     whole, _ = weighed(found, 3 * DRAWS, np.random.default_rng(1))
-    assert log_evidence(found) == pytest.approx(whole, abs=0.3)
+    assert found.log_evidence == pytest.approx(whole, abs=0.3)
 
 
 @pytest.mark.parametrize(

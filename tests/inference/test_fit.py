@@ -11,10 +11,9 @@ from frictionlab import compare
 from frictionlab.analysis.measurement import measure
 from frictionlab.errors import UsageError
 from frictionlab.inference.comparison import contact_force, harmonics_of, loop_energy
-from frictionlab.inference.fit import inside, scatter_scale
+from frictionlab.inference.fit import inside
 from frictionlab.inference.observations import mean_cycle, observe, parts
-from frictionlab.inference.posterior import infer, model_of, shown_by_scores
-from frictionlab.inference.starts import starting_points
+from frictionlab.inference.posterior import infer
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
 from frictionlab.scene import Infer, scene_from_tables
 from frictionlab.simulator import Base, Problem, steady_state
@@ -37,7 +36,7 @@ def test_the_values_of_a_law_are_found_within_their_errors() -> None:
         assert told["told"]
         assert isinstance(told["u"], float)
         assert told["value"] == pytest.approx(value, abs=3.5 * told["u"])
-        assert told["u"] < 0.3 * abs(value)
+        assert present(told["se"]) <= told["u"] < 0.3 * abs(value)
         assert told["lower"] < told["value"] < told["upper"]
 
 
@@ -91,7 +90,7 @@ def test_a_declared_prior_keeps_the_bounds_of_a_parameter() -> None:
     assert [u.value(u.low) for u in dashpots] == pytest.approx([0.0, 0.0], abs=1e-15)
     assert (usual["gradient"].level, found["gradient"].level) == ("test", "material")
     assert found["beta"].scatter * found["beta"].slope(0.0) == pytest.approx(0.04 * 0.3, rel=1e-12)
-    assert scatter_scale(found["gradient"], found["gradient"].at(0.1)) * found["gradient"].sd == pytest.approx(0.02)
+    assert found["gradient"].scatter_scale(found["gradient"].at(0.1)) * found["gradient"].sd == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize(
@@ -137,16 +136,6 @@ def test_an_assumed_nuisance_names_the_key_that_nobody_has_declared() -> None:
     for tables, held, keys in (({}, {}, nobody), (said, {"frame_damping_ratio": 0.01}, ["", ""])):
         rig = of_rig(sources_of(scene_from_tables(tables), 250.0), held, amplitude=1.0, unit=1e-3, distorted=False)
         assert [u.assumed for u in rig if u.name in ("lag_s", "frame_damping_ratio")] == keys
-
-
-def test_a_fit_begins_at_the_lag_that_nobody_has_declared() -> None:
-    """A lag of 6.6 ms hid the minimum of Coulomb friction in a twin of the frame: place was climbed, 8 % were left."""
-    lag_s = -6.6e-3
-    measurement = measure(recorded(Problem(0.25, 0.24), np.random.default_rng(3), seconds=12.0, lag_s=lag_s), scene())
-    model = model_of([observe(measurement, scene(), "coulomb")])
-    start, *_ = starting_points(model)
-    at = [u.name for u in model.unknowns].index("lag_s")
-    assert model.unknowns[at].value(start[at]) == pytest.approx(lag_s, rel=0.4)
 
 
 def test_sensors_far_from_what_is_declared_widen_the_error_by_the_distance_that_they_bought() -> None:
@@ -226,21 +215,6 @@ def test_many_tests_know_a_friction_ratio_no_better_than_all_their_cycles_scatte
     assert value * observations[0].unit == pytest.approx(0.3 * BASE_M, abs=2.0 * u * observations[0].unit)
 
 
-def test_scores_of_few_tests_show_the_scatter_of_what_they_share_and_no_more() -> None:
-    """Eight tests of six unknowns each, in a linear model: the variance stated is that of the values found."""
-    generator, tests, m, draws = np.random.default_rng(8), 8, 6, 4000
-    informations = [half @ half.T + np.eye(m) for half in generator.standard_normal((tests, m, m))]
-    precision = np.sum(informations, axis=0)
-    found, stated = np.empty((draws, m)), np.empty((draws, m))
-    for k in range(draws):  # each test's own values scatter by as much as its data show of them
-        own = [np.linalg.solve(np.linalg.cholesky(i).T, generator.standard_normal(m)) for i in informations]
-        pulls = np.array([i @ x for i, x in zip(informations, own, strict=True)])
-        found[k] = np.linalg.solve(precision, pulls.sum(axis=0))
-        scores = np.array([p - i @ found[k] for i, p in zip(informations, pulls, strict=True)])
-        stated[k] = shown_by_scores(scores, precision)
-    assert stated.mean(axis=0) == pytest.approx(found.var(axis=0), rel=0.2)
-
-
 def test_a_prior_with_tails_is_a_density_and_its_strain_is_what_it_loses() -> None:
     """Cauchy's distribution by its definition: integral 1, strain by the logarithm, slope by a difference."""
     c = Unknown("lag_s", "", assumed="sensors.lag_s_u")
@@ -249,8 +223,8 @@ def test_a_prior_with_tails_is_a_density_and_its_strain_is_what_it_loses() -> No
     assert whole == pytest.approx(1.0, rel=1e-8)
     for at in (-7.0, 0.5, 3.0):
         assert 0.5 * c.strain(at) ** 2 == pytest.approx(math.log(1.0 + at**2 / 2.0), rel=1e-12)
-        difference = (c.strain(at + 1e-6) - c.strain(at - 1e-6)) / 2e-6
-        assert c.strain_slope(at) == pytest.approx(difference, rel=1e-7)
+        difference = (c.strain(at + 1e-6) ** 2 - c.strain(at - 1e-6) ** 2) / 4e-6
+        assert c.hold(at) * at == pytest.approx(difference, rel=1e-7)
 
 
 def test_a_step_far_beyond_all_doubles_is_a_value() -> None:
@@ -277,14 +251,6 @@ def test_a_step_inside_bounds_is_the_best_of_all_points_inside() -> None:
                 best = min(best, float(0.5 * x @ bowl @ x + slope @ x))
         found = inside(bowl, slope, low, high)
         assert float(0.5 * found @ bowl @ found + slope @ found) == pytest.approx(best, abs=1e-9)
-
-
-def test_what_is_known_of_the_rig_makes_no_value_surer_than_with_the_rig_held() -> None:
-    """A combined uncertainty holds the standard error: values, rig held as known, of a record with few cycles."""
-    truth = Problem(0.32, 0.6, law="coulomb+place+speed", parameters={"gradient": 0.05, "contact_damping_ratio": 0.03})
-    recording = recorded(truth, np.random.default_rng(4), scatter=0.03, seconds=12.0)
-    found = compare(recording, scene(sensors={"lag_s_u": 0.001}), law="coulomb+place+speed")
-    assert all(told["se"] is None or told["se"] <= told["u"] for told in found.parameters.values())
 
 
 @pytest.mark.parametrize("r", [0.3, 0.7])

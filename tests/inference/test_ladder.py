@@ -1,22 +1,25 @@
 """The ladder of laws climbs where the recording requires it, and not where it does not."""
 
 import re
+from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 
 from frictionlab import compare
-from frictionlab.errors import SimulationError
+from frictionlab.errors import AnalysisError, SimulationError
 from frictionlab.inference import ladder
 from frictionlab.inference.explain import explain_comparison
-from frictionlab.inference.fit import Fit
-from frictionlab.inference.observation import steady
+from frictionlab.inference.fit import Fit, Model, fit_at, fit_from
+from frictionlab.inference.ladder import climb
+from frictionlab.inference.observation import Observation, steady
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Meter
 from tests.desk import present
-from tests.inference.contacts import NATURAL_HZ, recorded, scene
+from tests.inference.contacts import NATURAL_HZ, observed, recorded, scene
 
 RUNG = {"law", "parameters", "log_evidence", "response_nrmse", "held_out_nrmse", "required", "seconds", "note"}
 
@@ -157,6 +160,46 @@ def test_a_steady_state_is_booked_by_the_evaluations_that_it_took() -> None:
         meter,
     )
     assert 50.0 < 1e6 - meter.left < 1e5
+
+
+def test_a_rung_of_several_base_amplitudes_is_not_led_astray_by_a_law_that_misses_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """From Coulomb's values the law that made the tests ended worse than Coulomb's, and a false one was required."""
+    monkeypatch.setattr(ladder, "EXACT", ("place", "breakaway"))
+    known, generator, tests = scene(rig={"damping_ratio": 0.006}), np.random.default_rng(5), list[Observation]()
+    for r, times in product((0.4, 1.3), (0.7, 1.0, 1.4)):
+        more = {"gradient": 0.12 * times}
+        truth = Problem(r, 0.5 / times, law="coulomb+place", parameters=more, frame_damping_ratio=0.006)
+        seen = observed(truth, known, generator, (r, times), newtons=2.0, scatter=0.0, seconds=8.0)
+        tests.append(replace(seen, unit=times * seen.unit))
+    found = climb(tests)
+    assert found.chosen.law.name == "coulomb+place"
+    left = {rung.law.name: present(rung.nrmse) for rung in found.rungs}
+    assert left["coulomb+place"] < 1e-3 < left["coulomb+breakaway"] <= left["coulomb"]
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_a_fit_worse_than_that_of_a_law_it_contains_is_none(moves: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, laws in {"EXACT": ("speed",), "SMOOTH": (), "INNER": (), "DEAR": ()}.items():
+        monkeypatch.setattr(ladder, name, laws)
+
+    def astray(model: Model, starts: Any, local: Any = None, **how: Any) -> Fit:
+        """No descent from where a dashpot does something; where it does nothing no motion unless it `moves`."""
+        damping = [c for u, c in zip(model.unknowns, starts[0], strict=True) if u.name == "contact_damping_ratio"]
+        if any(damping):
+            return fit_at(model, starts[0], local)
+        if damping and not moves:
+            raise AnalysisError("no motion")
+        return fit_from(model, starts, local, **how)
+
+    monkeypatch.setattr(ladder, "fit_from", astray)
+    monkeypatch.setattr(ladder, "followed", lambda found: found)
+    found = climb([observed(Problem(0.35, 0.4), scene(), np.random.default_rng(11), "a", seconds=12.0)])
+    plain, richer, *_ = found.rungs
+    assert richer.said == ("" if moves else "not compared: its fit is worse than that of coulomb, which it contains")
+    assert (richer.nrmse or 0.0) <= 1.001 * present(plain.nrmse)
+    assert np.isfinite(richer.log_evidence) == moves
 
 
 @pytest.mark.parametrize(

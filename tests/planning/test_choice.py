@@ -12,7 +12,6 @@ import pytest
 
 import frictionlab as fl
 from frictionlab.analysis.measurement import measure
-from frictionlab.inference.fit import log_evidence
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer
 from frictionlab.planning.candidates import laboratory, virtual_test
@@ -128,7 +127,7 @@ def test_a_law_inside_another_gains_only_what_its_simplicity_is_worth() -> None:
     assert 3.0 < present(test.log_bayes) < 30.0
     richer = Problem(test.frequency_ratio, test.values["beta"], law=PLACE, parameters={"gradient": 0.03})
     measured = measure(recorded(richer, np.random.default_rng(0)), scene())
-    place, coulomb = (log_evidence(infer([observe(measured, scene(), law)]).fit) for law in (PLACE, "coulomb"))
+    place, coulomb = (infer([observe(measured, scene(), law)]).fit.log_evidence for law in (PLACE, "coulomb"))
     assert test.log_bayes_against == pytest.approx(place - coulomb, rel=0.1)  # what a recording then gives
 
 
