@@ -96,6 +96,9 @@ def test_a_changed_log_redoes_its_chain_alone_and_a_broken_one_is_named(desk: Pa
     assert broken.returncode != 0
     assert f"{LOGS[0]}  failed: " in broken.stdout
     assert f"\n{stems[1]} " in broken.stdout, "a name of 17 letters is whole"
+    (desk / "logs" / LOGS[1]).unlink()
+    renamed = answer("batch", desk / "logs", "--scene", SCENE, "-o", desk / "out", "--workers", "1")
+    assert f"results of logs that are not given ({stems[1]})" in " ".join(renamed.stderr.split())
 
 
 @pytest.mark.timeout(180)

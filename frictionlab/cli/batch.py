@@ -62,6 +62,10 @@ def batch(
     work.note_not_read(logs, scene)
     for copy, log in () if work.quiet or work.as_json else todo.copies.items():
         complain(f"note: {copy.name} is the same as {log.name}, byte for byte: it is counted once")
+    others = sorted({stamp.stem for stamp in (output / "made").glob("*.json")} - {*todo.names.values()})
+    if others and not (work.quiet or work.as_json):
+        names = f"{', '.join(others[:3])}{' ...' * (len(others) > 3)}"
+        complain(f"note: {output} has results of logs that are not given ({names}): if they were renamed, remove these")
     _check(todo, campaign=campaign)
     made = _do(todo, work)
     rows = todo.rows()

@@ -162,6 +162,13 @@ class Drawn(Results):
         check_figures([file], force=self.force, inputs=inputs)
         return file
 
+    def draw(self, found: object, figure: Path | None) -> None:
+        """Draw a result into that file, if there is one."""
+        if figure is not None:
+            from frictionlab.figures import plot
+
+            plot(found, figure, force=self.force)
+
 
 def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = False) -> "Scene":
     """The scene of a command: the file given, else one found in the working folder or ``beside`` the first input.

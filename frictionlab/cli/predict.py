@@ -181,10 +181,7 @@ def predict(
             print_warnings(list(warned))
     if to.output is not None:
         write_rows(found.rows(), to.output, PREDICTIONS, force=to.force, inputs=read)
-    if figure is not None:
-        from frictionlab.figures import plot
-
-        plot(found, figure, force=to.force)
+    to.draw(found, figure)
 
 
 def _shown(test: "PredictedTest", name: str) -> Row:
@@ -251,9 +248,6 @@ def sweep(
             complain(f"warning: {sentence}")
         outcomes = ", ".join(f"{number} {outcome}" for outcome, number in found.outcomes.items())
         paragraph(f"{len(grid)} steady states ({outcomes}) are in {to.output}")
-    if figure is not None:
-        from frictionlab.figures import plot
-
-        plot(found, figure, force=to.force)
+    to.draw(found, figure)
     if found.outcomes[maps.FAILED]:
         raise typer.Exit(1)

@@ -105,7 +105,8 @@ def laws(
     known = None if name is None else law_of(f"coulomb+{name}" if name in TERMS and name != "coulomb" else name)
     if plot is not None and known is None:
         raise UsageError("--plot: expected the name of a law whose loop is drawn; got none")
-    figure = Drawn(plot=plot, force=force).figure("loop")
+    to = Drawn(plot=plot, force=force)
+    figure = to.figure("loop")
     if known is None and not as_json:
         print_table([{"term": t.name, "words": t.words} for t in TERMS.values()], {"term": "term", "words": ""})
         paragraph("A law is coulomb, or a sum: coulomb+place. More: frictionlab laws NAME")
@@ -121,12 +122,11 @@ def laws(
             usual = f"usually {p.usual[0]:g} to {p.usual[1]:g}"
             paragraph(f"    {p.name}: {p.words}; {p.domain}, {usual}", indent="        ")
     if figure is not None and known is not None:
-        from frictionlab.figures import plot as draw
         from frictionlab.simulator import Problem, steady_state
 
         own = {p.name: 0.5 * sum(p.usual) for p in known.parameters if p.name != "beta"}
         state = steady_state(Problem(*LOOP, law=known.name, parameters=own))
-        draw(state, figure, force=force)
+        to.draw(state, figure)
 
 
 def synthesize(

@@ -230,10 +230,7 @@ def _settle(
         _write_motion(states[0], rows[0], to.output, force=to.force)
     elif to.output is not None:
         write_rows(rows, to.output, MOTIONS, force=to.force)
-    if figure is not None:
-        from frictionlab.figures import plot
-
-        plot(states[0], figure, force=to.force)  # of all states the most visited
+    to.draw(states[0], figure)  # of all states the most visited
 
 
 def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) -> None:
@@ -319,7 +316,6 @@ def _follow(
 ) -> None:
     """Simulate the response to a file's base motion; print, write and draw it."""
     from frictionlab.cli.screen import exit_status, paragraph, print_turned, print_warnings, report_rows
-    from frictionlab.figures import plot
     from frictionlab.files import refuse_inputs
     from frictionlab.hdf5 import check_writable, write_recording
     from frictionlab.recording import Channel
@@ -345,8 +341,7 @@ def _follow(
             write_recording(
                 answer.recording.changed(channels=(*answer.recording.channels, channel)), to.output, force=to.force
             )
-        if figure is not None:
-            plot(answer, figure, force=to.force)
+        to.draw(answer, figure)
         return row
 
     rows = report_rows([row_of(responded, path, folder=None)], as_json=to.as_json)

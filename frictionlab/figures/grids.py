@@ -201,7 +201,7 @@ def state_map_figure(found: StateMap) -> Figure:
     with drawing(2.6, ", ".join([grid.law, f"wall {grid.wall}", *fixed]), found.warnings) as figure:
         for ax, (key, words) in zip(panels(figure, len(PANELS), across=3), PANELS.items(), strict=True):
             values = np.where(at_rest & (key == STOPS), AT_REST, columns[key]).reshape(shape)
-            ax.set(title=words, xlabel=name)
+            ax.set(title=f"{words}{', white: none' * bool(rest)}", xlabel=name)
             if rest:
                 classes = StopColours(values) if key == STOPS else None
                 known = values[np.isfinite(values)]

@@ -186,15 +186,15 @@ def _finite(values: FloatArray) -> FloatArray:
 
 _OVER_FREQUENCY = {
     "r": re.compile(r"r|frequency[ _]ratio", re.IGNORECASE),
-    "frequency": re.compile(r"(drive[ _])?(frequency|freq)|f|(erreger)?frequenz", re.IGNORECASE),
+    "frequency": re.compile(r"(drive[ _])?(frequency|freq)|f|omega|(erreger)?frequenz", re.IGNORECASE),
     "amplitude": re.compile(r"(response[ _])?(amplitude|amp)", re.IGNORECASE),
     "phase": re.compile(r"phase([ _](angle|lag))?|phi", re.IGNORECASE),
     "base amplitude": re.compile(r"base[ _](amplitude|amp)(_m)?|basisamplitude", re.IGNORECASE),
 }
-_HERTZ = {"hz": 1.0, "khz": 1e3}
+_HERTZ = {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / np.pi}
 _UNITS: dict[str, tuple[Collection[str], str]] = {
     "r": (("", "-", "1"), "r has no unit"),
-    "frequency": (_HERTZ, "[Hz]"),
+    "frequency": (_HERTZ, "[Hz] or [rad/s]"),
     "amplitude": (LENGTH, "[Y] (over the base's amplitude) or a length such as [mm]"),
     "phase": (QUANTITIES["angle"], "[deg] or [rad]"),
     "base amplitude": (LENGTH, "a length such as [mm]"),

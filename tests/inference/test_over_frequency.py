@@ -143,7 +143,7 @@ def test_phases_of_x_over_y_and_unused_columns_are_said(tmp_path: Path) -> None:
     [
         ("r,amplitude,phase [deg]", r"column 2 \('amplitude'\): expected \[Y\] .* or a length .*; got no unit"),
         ("r,amplitude [Y],phase [Hz]", r"expected \[deg\] or \[rad\]; got hz"),
-        ("frequency,amplitude [Y],phase [deg]", r"column 1 \('frequency'\): expected \[Hz\]; got no unit"),
+        ("frequency,amplitude [Y],phase [deg]", r"column 1 \('frequency'\): expected \[Hz\] or \[rad/s\]; got no unit"),
         ("r,phase [rad],phase [deg]", "are both phase: expected one"),
     ],
 )
@@ -157,7 +157,8 @@ def test_what_a_table_cannot_say_is_refused_by_name(tmp_path: Path) -> None:
         fl.compare(table(rows()), scene(), whole=True)
     with pytest.raises(AnalysisError, match="expected more numbers than the 1 unknowns; got 1"):
         fl.compare(table(np.array([[0.5, 1.2, np.nan]])), scene())
-    log = written(tmp_path / "t.csv", "frequency [Hz],phase [deg]", rows()[:, [0, 2]])
+    log = written(tmp_path / "t.csv", "omega [rad/s],phase [deg]", rows()[:, [0, 2]])
+    assert present(read_frequency_table(log)).drive == pytest.approx(rows()[:, 0] / (2.0 * np.pi))
     with pytest.raises(AnalysisError, match=r"frequency \[Hz\]: the natural frequency is not known"):
         fl.compare(log)
     assert read_frequency_table(written(tmp_path / "log.csv", "t [s],r,phase [deg]", rows())) is None
