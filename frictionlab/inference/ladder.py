@@ -367,9 +367,8 @@ class _Climb:
             return False
         if below.fit is None or rung.fit is None:
             return True
-        starting = any(o.settles_later_s is not None for o in self.observations)
-        if starting and explains(below.fit, range(len(self.observations))):  # what is left of a start looks like a term
-            return False
+        if any(o.starting for o in self.observations) and explains(below.fit, range(len(self.observations))):
+            return False  # what is left of a start looks like a term
         scores = below.held_out, rung.held_out
         shares = rung.fit.missed_shares
         if shares.any():  # what not even the richer law explains is no noise: with it counted the gain must stand

@@ -93,7 +93,7 @@ class Observation(ABC):
     missed of; ``missed``: share of the test's power that the law cannot explain, which counts beside the noise;
     ``floor``: the nrmse that noise alone leaves; ``guess``: about what the friction ratio is, None where the loop or a
     search says it; ``left_out_s``: transient; ``settles_later_s``: when its motion settled, where that is after it
-    (infinite: never); ``work``: what its motions may still cost.
+    (infinite: never); ``starting``: whether some of a start may be left; ``work``: what its motions may still cost.
     """
 
     source: str
@@ -117,6 +117,7 @@ class Observation(ABC):
     guess: float | None = None
     left_out_s: float = 0.0
     settles_later_s: float | None = None
+    starting: bool = False
     work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
     steps: ClassVar[tuple[float, ...]]
     """Of a prior's standard deviation, one after the other where there is no motion: differences of the simulation."""

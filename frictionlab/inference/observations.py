@@ -457,7 +457,8 @@ def observe(measurement: Measurement, scene: Scene, law: str | Law | None = None
 
 
 def of_test(measurement: Measurement) -> dict[str, Any]:
-    """Return what any observation of cycles takes from a measurement."""
+    """Return what any observation of cycles takes from a measurement: a start may be left where more was cut."""
+    used = measurement.series.used.sum() / measurement.drive_frequency_hz
     return {
         "source": measurement.source,
         "material": measurement.material,
@@ -468,12 +469,14 @@ def of_test(measurement: Measurement) -> dict[str, Any]:
         "rate": measurement.sampling_rate_hz,
         "left_out_s": measurement.transient_s,
         "settles_later_s": measurement.settles_later_s,
+        "starting": measurement.settles_later_s is not None or measurement.transient_s > used,
     }
 
 
 def of_measurement(measurement: Measurement, scene: Scene, masses: int = 1) -> dict[str, Any]:
     """Return what the observation of a cycle takes from a measurement, of the first so many masses of a frame."""
-    return of_test(measurement) | of_cycle(
+    test = of_test(measurement)
+    return test | of_cycle(
         *(measurement.cycle, measurement.energy, measurement.amplitude, measurement.regime),
         r=measurement.frequency_ratio or math.nan,
         samples=measurement.sampling_rate_hz / measurement.drive_frequency_hz,
@@ -483,7 +486,7 @@ def of_measurement(measurement: Measurement, scene: Scene, masses: int = 1) -> d
         unit_u=measurement.base_amplitude_m_se / measurement.base_amplitude_m,
         least=scene.model.base_harmonics,
         masses=masses,
-        settled=measurement.settles_later_s is None,
+        settled=not test["starting"],
     )
 
 

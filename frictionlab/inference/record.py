@@ -258,9 +258,8 @@ def observe_record(
     """
     natural = scene.rig.natural_frequency or math.nan
     part, said = sound_base(recording)
-    step = 1.0 / part.sampling_rate_hz
     mass, base = (
-        restored(channel, step, way)
+        restored(channel, 1.0 / part.sampling_rate_hz, way)
         for channel, way in zip((part.mass_displacement, part.base_displacement), channels_of(scene), strict=True)
     )
     time, rms = part.time - part.time[0], white_noise(base)

@@ -169,10 +169,8 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
         found += [(float(costs[j]), points[j]) for j in minima(costs)]
     found.sort(key=lambda pair: pair[0])
     begun = [point for _, point in found[:BEGUN]] or [point_at(model, known)]
-    if len(begun) > FOLLOWED:  # how deep a narrow valley is shows after a few steps down
-        stepped = [fit_from(replace(model, most=2), [point], tempers=False) for point in begun]
-        begun = [fit.point for fit in sorted(stepped, key=lambda fit: fit.cost)]
-    return begun[:FOLLOWED]
+    stepped = [fit_from(replace(model, most=2), [point], tempers=False) for point in begun]  # narrow valleys show so
+    return [fit.point for fit in sorted(stepped, key=lambda fit: fit.cost)[:FOLLOWED]]
 
 
 def _roots(r: float, harmonics: int) -> FloatArray:
