@@ -9,7 +9,7 @@ and crosstalk allow, and that is an unknown of the rig.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, cast
 
@@ -240,7 +240,19 @@ class CycleObservation(OfCycles):
         state = self.state(values, None if near is None else near[0])
         if state is None or (state.orbit is None and state.outcome != "stuck"):
             return None
+        state = self.as_measured(state)
         return state, harmonics_of(mean_cycle(state, max(LEAST_POINTS, 4 * self.count)), self.count)
+
+    def as_measured(self, state: SteadyState) -> SteadyState:
+        """Return a state whose motion is not its own mirror image as the twin of the two that the cycle shows.
+
+        A rig that starts the other way round runs on the other one: they have the even harmonics of opposite sign.
+        """
+        if state.symmetric is not False or state.orbit is None or not state.problem.has_mirror_image:
+            return state
+        even = harmonics_of(mean_cycle(state, max(LEAST_POINTS, 4 * self.count)), self.count)[1::2]
+        is_twin = np.vdot(lines_of(self.data)[1::2], even).real < 0.0
+        return replace(state, orbit=replace(state.orbit, twin=True)) if is_twin else state
 
     def seen(self, motion: Motion, values: Values) -> FloatArray:
         """Return harmonics as the sensors show them (2 K,): gain, lag, crosstalk, nonlinearity, filters."""
@@ -265,7 +277,7 @@ class CycleObservation(OfCycles):
         """Return the state predicted by a solver; one without a frame's dashpot leaves out one that was only fitted."""
         plain = solver in UNDAMPED and "frame_damping_ratio" not in self.held
         kept = {name: value for name, value in values.items() if not (plain and name == "frame_damping_ratio")}
-        return steady_state(self.problem(kept), solver=solver)
+        return self.as_measured(steady_state(self.problem(kept), solver=solver))
 
     def shown(self, state: SteadyState, values: Values) -> tuple[FloatArray | None, float | None, float | None]:
         """Return what the sensors show of a state: the cycle (p,) about its mean, energy and amplitude.

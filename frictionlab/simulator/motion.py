@@ -34,6 +34,8 @@ class Motion:
         Whether the mirrored half of a cycle follows.
     first : int
         The cycle that it begins with.
+    twin : bool
+        Whether it is the mirror image, half a cycle later, of what is recorded; rows and sums are of that.
     """
 
     problem: Problem
@@ -42,6 +44,7 @@ class Motion:
     periodic: bool
     mirror: bool = False
     first: int = 0
+    twin: bool = False
 
     @cached_property
     def rows(self) -> FloatArray:
@@ -96,7 +99,7 @@ class Motion:
 
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
-        return np.asarray(self.flow.stops_of(self, contact))
+        return np.asarray(self.flow.stops_of(self, contact)) - (np.pi if self.twin else 0.0)
 
     def place(
         self, tau: ArrayLike, cycle: ArrayLike | None = None
@@ -165,9 +168,15 @@ class Motion:
         >>> float(x[0]), float(v[0])
         (0.0, 0.0)
         """
-        shape, index, within = self.place(tau, cycle)
-        q, v, _ = self.flow.evaluate(self.rows, index, within)
+        shape, q, v, _ = self._evaluated(tau, cycle)
         return q[:, 0].reshape(shape), v[:, 0].reshape(shape)
+
+    def _evaluated(self, tau: ArrayLike, cycle: ArrayLike | None = None) -> tuple[Any, ...]:
+        """The shape of times; flat: displacements, velocities (k, n) of the masses, forces (k, c) of the contacts."""
+        later, sign = (np.pi, -1.0) if self.twin else (0.0, 1.0)
+        shape, index, within = self.place(np.asarray(tau, dtype=np.float64) + later, cycle)
+        q, v, force = self.flow.evaluate(self.rows, index, within)
+        return shape, sign * q, sign * v, sign * force
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
         """Return the force of the contact on the mass, against the motion, over k Y, at any times: see `at`.
@@ -178,22 +187,13 @@ class Motion:
         >>> steady_state(Problem(r=0.7, beta=0.5)).orbit.force([0.0, 3.0]).tolist()
         [0.5, -0.5]
         """
-        shape, index, within = self.place(tau, cycle)
-        force = self.flow.evaluate(self.rows, index, within)[2]
+        shape, _, _, force = self._evaluated(tau, cycle)
         return force[:, 0].reshape(shape) if force.shape[1] else np.zeros(shape)
 
     def all_at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return displacements and velocities (k, n) of the masses, over Y, and forces (k, c) of the contacts on them.
 
-        Parameters
-        ----------
-        tau : array_like of shape (k,)
-            Times, rad.
-
-        Raises
-        ------
-        SimulationError
-            A time lies outside the motion.
+        At times tau (k,): see `at`.
 
         Examples
         --------
@@ -202,6 +202,4 @@ class Motion:
         >>> [part.shape for part in state.orbit.all_at([0.0, 1.0])]
         [(2, 2), (2, 2), (2, 0)]
         """
-        _, index, within = self.place(np.atleast_1d(tau), None)
-        q, v, force = self.flow.evaluate(self.rows, index, within)
-        return q, v, force
+        return self._evaluated(np.atleast_1d(tau))[1:]

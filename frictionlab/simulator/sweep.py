@@ -249,14 +249,11 @@ def sweep(
     >>> [(row["gradient"], row["stops_per_cycle"]) for row in states.rows()]
     [(0.0, 2.0), (0.05, 1.0)]
     """
-    more = tuple((name, _numbers(values)) for name, values in (parameters or {}).items())
-    grid = Grid(_numbers(r), _numbers(beta), _numbers(mu), _numbers(zeta), wall, law, more, base)
+    more = tuple((name, tuple(map(float, values))) for name, values in (parameters or {}).items())
+    rs, betas, mus, zetas = (tuple(map(float, values)) for values in (r, beta, mu, zeta))
+    grid = Grid(rs, betas, mus, zetas, wall, law, more, base)
     chunks = [range(start, min(start + CHUNK, len(grid))) for start in range(0, len(grid), CHUNK)]
     return StateMap(grid, np.concatenate([sweep_points(grid.points(c), grid) for c in chunks]))
-
-
-def _numbers(values: Sequence[float]) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
 
 
 def warm_up(law: str) -> None:

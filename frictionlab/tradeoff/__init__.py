@@ -6,12 +6,11 @@ measured, by synthetic recordings of the exact orbit with the noise of an optoNC
 what was found and why the defaults are where they are.
 """
 
-import gc
 import math
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache, partial
+from timeit import timeit
 from types import MappingProxyType
 
 import numpy as np
@@ -93,22 +92,15 @@ def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Run]) 
     Going round keeps a slow minute of the machine from being one setting's bad luck; the collector of garbage waits.
     """
     shortest, spent, errors = ([start] * len(trials) for start in (math.inf, 0.0, math.nan))
+    results: list[object] = []
     for lap in range(LAPS):
         for i, trial in enumerate(trials):
             if spent[i] > (WORTH_REPEATING if lap > 1 else FIRST_TWICE):
                 continue
-            collects = gc.isenabled()
-            gc.disable()
-            start = time.perf_counter()
-            try:
-                result = trial.run()
-            finally:
-                if collects:
-                    gc.enable()
-            seconds = time.perf_counter() - start
+            seconds = timeit("results.append(run())", globals={"results": results, "run": trial.run}, number=1)
             shortest[i], spent[i] = min(shortest[i], seconds), spent[i] + seconds
             if math.isnan(errors[i]):
-                errors[i] = trial.error_of(result)
+                errors[i] = trial.error_of(results[-1])
     return marked(
         [
             Setting(knob, trial.setting, quantity, error, seconds, trial.default, reference=reference)

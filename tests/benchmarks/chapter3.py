@@ -85,18 +85,15 @@ def draw_non_stop() -> Figure:
     tau = tau[(tau >= orbit.start) & (tau <= orbit.end)]
     left.plot((tau - begin), (orbit.at(tau)[0] - orbit.at(begin)[0]) * 1e6, color=PREDICTED)
     left.axvspan(0.0, end - begin, color=GREY, alpha=0.3, linewidth=0)
-    left.set_xlabel(rf"time since the mass stopped, rad (cycle {WAITED})")
-    left.set_ylabel(r"displacement, $10^{-6}\,Y$")
-    left.set_ylim(-2.0, 2.0)
-    left.set_title(r"$r = 0.5$, $\beta = 0.2$: the flat peak is a stop")
+    left.set(ylabel=r"displacement, $10^{-6}\,Y$", title=r"$r = 0.5$, $\beta = 0.2$: the flat peak is a stop")
+    left.set(xlabel=f"time since the mass stopped, rad (cycle {WAITED})", ylim=(-2.0, 2.0))
     cycles, runs = np.array(WAITS, dtype=float), [simulate(Problem(0.5, 0.2), cycles=n + 1, keep=2) for n in WAITS]
     longest = [float(np.diff(run.stops).max()) for run in runs]
     right.loglog(cycles, longest, "o", color=PREDICTED, markersize=4, label="exact phases from rest")
     right.loglog(cycles, longest[-1] * np.sqrt(cycles[-1] / cycles), color=GREY, label=r"$\propto N^{-1/2}$")
-    right.set_xlabel("cycles from rest $N$")
-    right.set_ylabel("longest stop, rad")
+    title = "it shortens for ever: no 100 cycles settle it"
+    right.set(xlabel="cycles from rest $N$", ylabel="longest stop, rad", title=title)
     right.legend()
-    right.set_title("it shortens for ever: no 100 cycles settle it")
     return figure
 
 
@@ -108,13 +105,8 @@ def draw_loops() -> Figure:
         tau = np.linspace(0.0, TURN, 1500)
         x, y = orbit_of(state).at(tau)[0], np.cos(tau)
         ax.plot(x, y, color=PREDICTED)
-        for at in (200, 950):
-            ax.annotate(
-                "", (x[at + 15], y[at + 15]), (x[at], y[at]), arrowprops={"arrowstyle": "-|>", "color": PREDICTED}
-            )
         ax.set_title(rf"{name}: $r = {r:g}$, $\beta = {beta:g}$, area ${state.energy_per_cycle:.4f}\,kY^2$")
-        ax.set_xlabel("mass $x/Y$")
-        ax.set_ylabel("base $y/Y$")
+        ax.set(xlabel="mass $x/Y$", ylabel="base $y/Y$")
     return figure
 
 
@@ -130,11 +122,11 @@ def draw_family(
 ) -> Figure:
     """Energies over the frequency ratio, a colour for each line and the dots (r, energy) that belong to it."""
     figure = new_figure(PAGE, 3.4)
-    ax = figure.subplots(subplot_kw={"xlabel": "frequency ratio $r$", "ylabel": "energy per cycle, $kY^2$"})
+    labels = {"xlabel": "frequency ratio $r$", "ylabel": "energy per cycle, $kY^2$"}
+    ax = figure.subplots(subplot_kw={**labels, "ylim": (0.0, ceiling)})
     for (label, line), (r, marked), colour in zip(lines.items(), dots, shades(len(lines)), strict=True):
         ax.plot(RATIOS, line, color=colour, label=label)
         ax.plot(r, marked, "o", color=colour, markersize=2.3)
-    ax.set_ylim(0.0, ceiling)
     ax.legend(ncols=2, title=title)
     return figure
 
@@ -171,11 +163,8 @@ def draw_unconverged() -> Figure:
         error = np.abs(np.array(runs) / energy[:, j] - 1.0)
         ax.semilogy(RATIOS, error, ".", color=colour, markersize=3.5, label=rf"$\beta = {beta:g}$")
     ax.axhline(0.01, color=GREY, linewidth=0.8)
-    ax.text(0.02, 0.015, "1 %", fontsize=7)
-    ax.set_ylim(1e-16, 100.0)
-    ax.set_xlabel("frequency ratio $r$")
-    ax.set_ylabel("relative error of the energy")
-    ax.set_title(f"energy of cycle {WAITED} from rest against the steady state")
+    title = f"energy of cycle {WAITED} from rest against the steady state"
+    ax.set(xlabel="frequency ratio $r$", ylabel="relative error of the energy", title=title, ylim=(1e-16, 1e2))
     ax.legend(loc="upper right", ncols=3)
     return figure
 
@@ -213,8 +202,7 @@ def draw_all(folder: Path) -> None:
     """Write the chapter's figures (.pdf, and .png to look at) into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     with rc_context(LOOK):
-        for name, draw in FIGURES.items():
-            figure = draw()
+        for figure, name in [(draw(), name) for name, draw in FIGURES.items()]:
             for suffix in (".pdf", ".png"):
                 save(figure, folder / f"{name}{suffix}", force=True)
 

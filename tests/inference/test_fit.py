@@ -48,6 +48,18 @@ def test_the_harmonics_of_a_prediction_are_those_of_its_motion() -> None:
     np.testing.assert_allclose(present(observation.predict(values)), parts(exact), atol=3e-8)
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_of_two_mirror_twins_the_motion_is_that_which_was_measured(*, mirrored: bool) -> None:
+    """A rig runs on either: one was a misfit of 1100 under its own law, the same log with signs turned was none."""
+    truth = Problem(0.5, 0.28, law="coulomb+breakaway", parameters={"static_ratio_up": 2.5, "static_ratio_down": 2.5})
+    recording = recorded(truth, np.random.default_rng(3), seconds=30.0)
+    x, y = (-d if mirrored else d for d in (recording.mass_displacement, recording.base_displacement))
+    held = {"law": "coulomb+breakaway", "parameters": {n: v for n, v in truth.parameters.items() if "static" in n}}
+    found = compare(recording.changed(mass_displacement=x, base_displacement=y), scene(model=held))
+    assert (found.verdict, found.predicted_stops_per_cycle) == ("explained", 1.0)
+    assert abs(present(found.friction_ratio) - 0.28) < 2.5 * present(found.friction_ratio_u) < 0.01
+
+
 @pytest.mark.parametrize("noise", [0.02e-6, 0.2e-6])
 def test_the_error_holds_the_rounding_of_a_laser_quieter_than_its_step(noise: float) -> None:
     """Its noise alone was counted, and that its cycles show of rounding: up to 7 u off."""
