@@ -123,7 +123,7 @@ def steps(parts: Sequence[Stretch]) -> tuple[list[str], list[str]]:
         if len(rises) < 12:
             continue
         at = rises - (about[rises] - level) / (about[rises] - about[rises - 1])
-        time, samples = part.time + at * part.step, np.diff(at)
+        time, samples, rough = part.time + at * part.step, np.diff(at), 1e3 * white_noise(part.mass)
         swings = [np.maximum.reduceat(each, rises) - np.minimum.reduceat(each, rises) for each in (about, part.mass)]
         base, mass = (500.0 * each[:-1] for each in swings)
         force, mean = (
@@ -135,11 +135,11 @@ def steps(parts: Sequence[Stretch]) -> tuple[list[str], list[str]]:
             (causes, "drive_frequency_hz: the drive's frequency", 1.0 / (samples * part.step), 0.0, "Hz", exact, STEP),
             (causes, "base_amplitude_m: the base's amplitude", base, 0.0, "mm", exact, STEP),
             (causes, "normal_force_n: the normal force", force, 0.0, "N", exact, STEP),
-            (answers, "response_amplitude: the amplitude of the response", mass, size, "mm", 0.0, JUMP),
-            (answers, "response_amplitude: the mean position of the response", 1e3 * mean, size, "mm", 0.0, JUMP),
+            (answers, "response_amplitude: the amplitude of the response", mass, size, "mm", rough, JUMP),
+            (answers, "response_amplitude: the mean position of the response", 1e3 * mean, size, "mm", rough, JUMP),
         ):
             over = usual or abs(float(np.median(series)))
-            first = jumps(series / over, noise=noise, least=least).tolist() if over else []
+            first = jumps(series / over, noise=noise / (usual or 1.0), least=least).tolist() if over else []
             if first:
                 levels = [float(np.median(series[a:b])) for a, b in pairwise([0, *first, len(series)])]
                 to = ", to ".join(f"{b:.3g} at {t:.4g} s" for b, t in zip(levels[1:], time[first], strict=True))

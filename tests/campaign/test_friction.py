@@ -310,6 +310,5 @@ def test_a_test_that_stands_out_of_its_repeats_is_named() -> None:
     """One of six was 15 % higher, 7 times the scatter of the others, and only left_out.csv knew."""
     repeats = [row("felt", 2.5, 0.5, 0.4 + 0.008 * k, source=f"felt_{k}.h5") for k in (-1, 0, 0.5, 1, -0.5)]
     assert "stands out" not in fit([trial_of(each) for each in repeats]).note
-    other = row("felt", 2.5, 0.5, 0.46, source="felt_odd.h5")
-    said = fit([trial_of(each) for each in (*repeats, other)]).note
+    said = fit([trial_of(each) for each in (*repeats, row("felt", 2.5, 0.5, 0.46, source="felt_odd.h5"))]).note
     assert re.search(r"felt_odd stands out: its friction is \+15 % off the other 5", said)
