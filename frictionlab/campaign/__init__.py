@@ -58,8 +58,8 @@ NO_STIFFNESS = (
     " forces and coefficients are not."
 )
 NO_RECORDINGS = (
-    "The recordings are not at hand at the measurements' sources: friction rests on energy and amplitude by"
-    " Coulomb's law: nothing shows whether this law holds, and no error counts that it may not."
+    "The recordings are not at hand, or not read: friction rests on energy and amplitude by Coulomb's law: nothing"
+    " shows whether this law holds, and no error counts that it may not."
 )
 NOT_OPENED = (
     "{} tests name recordings outside the folders of their tables and the working folder (such as {}): these are not"

@@ -18,7 +18,7 @@ from scipy.special import ndtr, stdtrit
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.campaign.trials import short_name
 from frictionlab.inference.diagnose import OTHER_CAUSE, beside_the_law, strained_facts, to_declare
-from frictionlab.inference.fit import scattered, weighed
+from frictionlab.inference.fit import scattered, stepped, weighed
 from frictionlab.inference.ladder import SPENT, Ladder, climb
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation
@@ -370,14 +370,11 @@ def at_each_force(posterior: Posterior) -> Posterior:
         for k, m, times in zip(before.index, after.index, before.factors / after.factors, strict=True):
             point[m] = wide.unknowns[m].at(posterior.unknowns[k].value(float(posterior.fit.point[k])) * float(times))
     model = replace(wide, scatter=posterior.fit.model.scatter[old])
-    fit = replace(posterior.fit, model=model, point=np.clip(point, *model.bounds))
-    step = np.linalg.solve(fit.precision, fit.reduced.pull - fit.point * model.holds(fit.point))
-    there = np.clip(fit.point + step, *model.bounds)
-    each = zip(fit.residuals, fit.slopes, model.tests, strict=True)
-    left = tuple(r - slopes @ (there - fit.point)[test.index] for r, slopes, test in each)
-    stepped, counted = replace(fit, point=there, residuals=left), posterior.scatter[old]
+    found = stepped(replace(posterior.fit, model=model, point=np.clip(point, *model.bounds)))
+    counted = posterior.scatter[old]
     if len(posterior.unknowns) < len(old) and len(wide.tests) > sum(u.name == "beta" for u in wide.unknowns):
-        stepped = scattered(stepped)
-        counted = stepped.scatter_to_count
+        for _ in range(2):  # weighed as its scatter says: at the old one tests that agree would be held by their prior
+            found = stepped(scattered(found))
+        counted = found.scatter_to_count
     shifts = {name: shift[old] for name, shift in posterior.shifts.items()}
-    return Posterior(stepped, posterior.information, counted, shifts, posterior.warnings)
+    return Posterior(found, posterior.information, counted, shifts, posterior.warnings)

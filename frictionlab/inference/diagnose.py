@@ -254,9 +254,8 @@ def _strain(fit: Fit, cause: Unknown) -> float:
 def _gain(main: Fit, other: Fit) -> float:
     """Logarithm of the Bayes factor of a cause; what not even it explains is counted as misfit of both."""
     shares = other.missed_shares
-    if not shares.any():
-        return other.log_evidence - main.log_evidence
-    return weighed(other, shares).log_evidence - weighed(main, shares).log_evidence
+    freed, own = (weighed(fit, shares) if shares.any() else fit for fit in (other, main))
+    return freed.log_evidence - own.log_evidence
 
 
 def _freed(main: Fit, cause: Unknown) -> Fit:

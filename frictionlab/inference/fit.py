@@ -484,14 +484,22 @@ def scattered(found: Fit, farthest: float = FARTHEST) -> Fit:
     return replace(found, model=replace(found.model, scatter=scatter), local=local)
 
 
+def stepped(found: Fit) -> Fit:
+    """Return the fit with what tests share where linear slopes have their minimum; nothing is simulated."""
+    step = np.linalg.solve(found.precision, found.reduced.pull - found.point * found.model.holds(found.point))
+    there = np.clip(found.point + step, *found.model.bounds)
+    each = zip(found.residuals, found.slopes, found.model.tests, strict=True)
+    left = tuple(r - slopes @ (there - found.point)[test.index] for r, slopes, test in each)
+    return replace(found, point=there, residuals=left)
+
+
 def let_apart(found: Fit) -> Fit:
     """Return the fit whose tests may differ as far as any scatter goes, weighed by the noise alone."""
     model, scatter = found.model, found.model.scatter.copy()
     for k, unknown in enumerate(model.unknowns):
         if sum(k in t.index for t in model.tests) > 1:
             scatter[k] = max(scatter[k], FARTHEST * unknown.scatter_scale(float(found.point[k])))
-    free = replace(found, model=replace(model, scatter=scatter), true=False)
-    return weighed(free, np.zeros(len(model.tests)))
+    return weighed(replace(found, model=replace(model, scatter=scatter), true=False), np.zeros(len(model.tests)))
 
 
 def _scattering(found: Fit) -> Iterator[tuple[IntArray, FloatArray]]:

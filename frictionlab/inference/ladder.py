@@ -209,8 +209,7 @@ class _Climb:
             if top.fit is not None and found.fit.chi_square > top.fit.chi_square + DEEPER * top.fit.excess():
                 found = infer(again, near=top.fit.values())
         except NO_MOTION as fault:
-            own = top.posterior
-            if own is None:
+            if (own := top.posterior) is None:
                 raise AnalysisError(f"law {top.law.name}: {fault}") from fault
             self.left_out[top.law.name] = f"its values are those near the simpler laws': {fault}"
             return own
@@ -223,8 +222,7 @@ class _Climb:
 
     def tried(self, name: str, below: Rung | None) -> Rung:
         """The rung of a law fitted from the one below; whatever happens to it is said in its row."""
-        known = next((rung for rung in self.rungs if rung.law.name == name), None)
-        if known is not None:
+        if (known := next((rung for rung in self.rungs if rung.law.name == name), None)) is not None:
             return replace(known, required=False)
         law, begin, said = law_of(name), time.perf_counter(), ""
         made, kept = Rung(law), self.kept if law.kind == "elastic" else 0.0

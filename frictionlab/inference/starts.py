@@ -63,8 +63,7 @@ def point_at(model: Model, values: Mapping[str, float]) -> FloatArray:
     point = np.zeros(len(model.unknowns))
     factors = dict(zip(model.tests[0].index.tolist(), model.tests[0].factors.tolist(), strict=True))
     for k, u in enumerate(model.unknowns):
-        value = values.get(u.name, u.first)
-        if value is not None:
+        if (value := values.get(u.name, u.first)) is not None:
             point[k] = u.at(value / factors.get(k, 1.0))
     return np.clip(point, *model.bounds)
 
@@ -104,8 +103,7 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
         least = minima(left)
         most = max(HOPELESS * left[least[0]], LEFT * left[np.isfinite(left)].max())
         return [at({beta: SEARCH[j] * times}, int(np.argmin(costs[0, j]))) for j in least if left[j] <= most]
-    over = np.minimum(costs, 1e300).min(axis=1).sum(axis=0)  # of each lag, every test at its own friction ratio
-    best = int(np.argmin(over))
+    best = int(np.argmin(np.minimum(costs, 1e300).min(axis=1).sum(axis=0)))  # lag, each test at its own friction ratio
     found = {}
     for k in betas:
         mine = [i for i, t in enumerate(model.tests) if k in t.index]

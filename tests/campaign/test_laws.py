@@ -115,8 +115,7 @@ def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene
     measured = {**measure(steady_recording(), scene).row(), "source": "a.h5", "material": "steel"}
     found = evaluate([{**measured, "normal_force_n": 1.5}], scene, folders=[tmp_path], law="auto")
     assert [law["law"] for law in found.laws if law["required"]] == ["coulomb"]
-    law = present(present(found.joint).law("steel"))
-    assert law.name == "coulomb"
+    assert present(present(found.joint).law("steel")).name == "coulomb"
     assert len(found.laws) > 1
 
 
@@ -186,19 +185,20 @@ def test_a_law_with_open_parameters_needs_recordings(scene: Scene) -> None:
         evaluate([row("steel", 1.5, 0.5, 0.6)], scene, law="coulomb+place")
 
 
-def test_what_changes_with_the_normal_force_is_no_scatter_from_test_to_test() -> None:
+@pytest.mark.parametrize(("spread", "most"), [(0.01, 0.04), (0.0005, 0.003)])
+def test_what_changes_with_the_normal_force_is_no_scatter_from_test_to_test(spread: float, most: float) -> None:
     """Coefficients of 0.41, 0.32 and 0.25 to 1 % came out as 0.40 +- 0.07 ...: "may be the same", p = 0.12."""
     known = scene_with({"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": STIFFNESS, "damping_ratio": 0.0})
     draw, observations, true = np.random.default_rng(5), [], {1.0: 0.4, 2.0: 0.32, 4.0: 0.25}
     for newtons, coefficient in true.items():
         for r in (0.4, 0.5, 0.6):
-            beta = coefficient * (1.0 + 0.01 * draw.standard_normal()) * newtons / (STIFFNESS * BASE_M)
+            beta = coefficient * (1.0 + spread * draw.standard_normal()) * newtons / (STIFFNESS * BASE_M)
             named: dict[str, Any] = {"source": f"{newtons} {r}", "material": "nylon", "newtons": newtons}
             observations.append(observed(Problem(r, beta), known, draw, **named, seconds=20.0))
     joint, _ = fit_together({"nylon": observations}, find_law=False, accuracy="balanced")
     for newtons, coefficient in true.items():
         friction = present(joint).friction("nylon", newtons)
-        assert 0.003 < present(friction.u) / present(friction.value) < 0.04
+        assert 0.3 * spread < present(friction.u) / present(friction.value) < most
         beta = coefficient * newtons / (STIFFNESS * BASE_M)
         assert abs(present(friction.value) - beta) < 2.5 * present(friction.u)
 
