@@ -413,7 +413,7 @@ def by_load_cell(
     def over(size: FloatArray) -> Estimate:
         """Sum over sum: a cycle in which little moves counts little; its error by what each cycle is off."""
         usual = float(size[used].mean())
-        if is_torque or not usual > 0.0:
+        if not usual > 0.0:
             return NOT_KNOWN
         ratio = float(each[used].mean()) / usual
         return steadiness.mean_over(ratio + (each - ratio * size) / usual, used)
@@ -432,11 +432,11 @@ def by_load_cell(
         force_energy=energy.over(joules).widened(of_unit),
         force_energy_j=energy,
         measured_force=force,
-        measured_coefficient=coefficient,
+        measured_coefficient=NOT_KNOWN if is_torque else coefficient,
     )
     mean_force = at_contact(rows[used].mean(axis=0)) + (float(rows[used].mean()) if one_way else 0.0)
     single = at_contact(rows[some_cycles(len(rows))])
-    cell = LoadCell(single, pressed if math.isfinite(pressed) else None, is_measured)
+    cell = LoadCell(single, pressed if math.isfinite(pressed) and not is_torque else None, is_measured)
     if has_metres and not (is_torque or one_way):
         place, per_kg = np.roll(mean, -(points // 4)), unit * (2.0 * math.pi * layout.drive.frequency) ** 2
         more = heavier(cell, mean_force, place).over(per_kg)
@@ -445,4 +445,4 @@ def by_load_cell(
         if (more.value or 0.0) > max(CLEAR * (whole.u or math.inf), least):
             words = f"shows a mass that moves with the cell: force_inertia_kg = {whole} in [sensors] would take it off"
             said.append(f"{name}: it {words}")
-    return by_force, mean_force, None if is_torque else cell, said
+    return by_force, mean_force, cell, said

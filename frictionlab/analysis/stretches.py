@@ -214,7 +214,8 @@ def given_motion(
         motion, seen, said, edge = fold[0], fold[1], [fold[2]], 0
     if channels.is_angular(measured) and radius is None:
         lengths = "radians" if ROTATIONS.keys() & seen else "parts of the record"
-        said.append(f"base_amplitude_m: {lengths} stand for metres: [rig] radius_m makes metres of an angle")
+        forces = ", and newton metres for newtons" if "torque" in measured else ""
+        said.append(f"base_amplitude_m: {lengths} stand for metres{forces}: [rig] radius_m makes metres of an angle")
     elif radius is not None and channels.is_angular(measured):
         motion = motion * radius
         seen |= {"contact_force": seen.pop("torque") / radius} if "torque" in seen else {}

@@ -131,6 +131,10 @@ def test_a_turning_contact_shows_coulombs_friction_alone() -> None:
     )
     with pytest.raises(UsageError, match="slides one way at one speed"):
         compare(made, scene, law="coulomb+speed")
+    alone = compare(made, scene_from_tables(TABLES), law="auto")  # without a radius it was "not measured"
+    assert alone.friction_force_n == pytest.approx(0.1, abs=2.5 * present(alone.friction_force_n_u))
+    assert alone.friction_coefficient is None
+    assert any("and newton metres for newtons: [rig] radius_m" in w for w in alone.warnings)
     uneven = Channel("torque", 0.1 + 0.008 * np.sin(6.0 * t) + 0.1 * (seen["torque"] - 0.1))
     said = " ".join(compare(made.changed(channels=(uneven, channels[1])), scene).warnings)
     assert re.search(r"over the way friction varies by up to (7|8|9)(\.\d)? %", said)
