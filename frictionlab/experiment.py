@@ -151,7 +151,7 @@ def _sheet_rows(folder: Path, name: str) -> list[tuple[int, str, dict[str, str]]
     """Number, log and facts of each row of a sheet."""
     where = f"experiment.sheet: {name}"
     text = _sheet_text(folder, name)
-    reader = csv.reader(io.StringIO(text), delimiter=_separator_of(text.partition("\n")[0]))
+    reader = csv.reader(io.StringIO(text), delimiter=max(",;\t", key=text.partition("\n")[0].count))
     try:
         every = [(number, [cell.strip() for cell in row]) for number, row in enumerate(reader, start=1)]
     except csv.Error as error:
@@ -177,12 +177,7 @@ def is_sheet(path: Path) -> bool:
         return False
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         head = file.readline()
-    return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=_separator_of(head)), [])]
-
-
-def _separator_of(head: str) -> str:
-    """The separator of a sheet's cells, by its first line."""
-    return max(",;\t", key=head.count)
+    return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=max(",;\t", key=head.count)), [])]
 
 
 def _sheet_text(folder: Path, name: str) -> str:

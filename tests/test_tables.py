@@ -4,7 +4,6 @@ import ast
 import json
 import math
 import os
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -13,28 +12,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.analysis.free_vibration import FreeVibration
 from frictionlab.errors import UsageError
 from frictionlab.scene.text import template
 from frictionlab.schema import (
-    DRIFTS,
     ENERGY,
-    FREE_VIBRATIONS,
     FRICTION,
     MEASUREMENTS,
-    RANKING,
-    STEADY_STATES,
     TABLES,
-    TRADES,
     Table,
     Type,
     column_of,
     is_marked,
     table_of,
 )
-from frictionlab.simulator.state import KEYS
 from frictionlab.tables import SUFFIXES, Row, check_output, is_table, json_line, read_rows, write_rows
-from frictionlab.tradeoff import Setting
 from tests.documents import KEYS as KEYS_FILE
 
 TEXT_FILES = (".csv", ".jsonl")
@@ -250,15 +241,6 @@ def test_a_table_is_known_by_all_of_its_first_columns(table: Table) -> None:
 
 def test_the_list_of_keys_is_in_step() -> None:
     assert KEYS_FILE.read_text(encoding="utf-8") == template(), "run: python -m tests.documents"
-
-
-def test_results_have_a_column_for_each_of_their_keys() -> None:
-    assert STEADY_STATES.names == KEYS
-    assert TRADES.names == tuple(f.name for f in fields(Setting))
-    drawn = {"time", "measured", "fitted", "unit"}
-    assert {f.name for f in fields(FreeVibration)} - drawn <= set(FREE_VIBRATIONS.names)
-    assert RANKING.mark == ("criterion", "rank", "material", "value", "value_se")
-    assert "slope_per_hour" in DRIFTS.names
 
 
 def test_a_column_is_renamed_in_the_schema_alone() -> None:

@@ -179,9 +179,8 @@ def _taken_as(recording: Recording, scene: Scene) -> tuple[Recording, list[str]]
 def _some(sentences: Iterable[str]) -> list[str]:
     """The first few sentences, and how many more there are."""
     every = list(sentences)
-    if len(every) <= MOST_GAPS:
-        return every
-    return [*every[:MOST_GAPS], f"{every[0].partition(':')[0]}: {len(every) - MOST_GAPS} more such places"]
+    more = [f"{said.partition(':')[0]}: {len(every) - MOST_GAPS} more such places" for said in every[MOST_GAPS:]]
+    return [*every[:MOST_GAPS], *more[:1]]
 
 
 def channels_of(scene: Scene) -> tuple[channels.SensorChannel, channels.SensorChannel]:
@@ -288,7 +287,9 @@ def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, F
         said = "it turns one way: a cycle is a revolution" if turns else "it slides one way, in ten parts"
         return way, np.ones(1), turns, said
     tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(way, step))
-    if 0.5 * tone.amplitude**2 >= 0.2 * float(np.var(way)):  # of the power: it repeats
+    lag = round(1.0 / tone.frequency / step)  # joints and strokes are alike by 0.91 a period later, earthquakes by 0.33
+    alike = 1.0 if 2 * lag > len(way) else float(np.corrcoef(way[:-lag], way[lag:])[0, 1])
+    if alike >= 0.6 and 0.5 * tone.amplitude**2 >= 0.2 * float(np.var(way)):  # of the power: it repeats
         return None
     moves = np.diff(channels.denoised(way, signals.white_noise(way)), prepend=0.0)
     said = "it goes to and fro without repeating, its way in ten parts"

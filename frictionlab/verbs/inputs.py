@@ -98,7 +98,7 @@ def logs_in(folder: Path) -> list[Path]:
 def not_read_in(places: Iterable[Path]) -> dict[Path, str]:
     """Files in these folders that seem to hold numbers and cannot be read, and folders of logs, with what to do."""
     reason = "no log by its name: give the file itself, or save it as CSV, with columns of time, mass and base"
-    inner = "logs of a folder in the folder: give it as well"
+    inner = "logs of a folder in the folder: give that folder by itself"
     files = [path for place in places if place.is_dir() for path in sorted(place.iterdir())]
     found = {path: reason for path in files if path.suffix.lower() in OTHER_DATA}
     return found | {path: inner for path in files if path.name[0] != "." and path.is_dir() and _holds_logs(path)}

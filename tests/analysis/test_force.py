@@ -272,6 +272,17 @@ def test_friction_that_drifts_on_a_tribometer_is_said() -> None:
     assert not any("drifts" in w for w in none)
 
 
+def test_an_earthquake_is_no_motion_that_repeats() -> None:
+    """Published records of a damper were "2 cycles" of their strongest line: 962 N, without an error."""
+    rng, t = np.random.default_rng(2), np.arange(0.0, 30.0, 0.002)
+    lines = 2 * math.pi * rng.uniform(0.2, 3.0, 40)
+    place = np.cos(np.outer(t, lines) + rng.uniform(0.0, 6.0, 40)) @ (2e-3 * lines**-2.0)
+    place *= np.exp(-((t / 10.0 - 1.5) ** 2))
+    m = tribometer(t, mass_displacement=place, contact_force=3.0 * np.sign(np.gradient(place)))
+    assert m.measured_friction_force_n == pytest.approx(3.0, rel=0.01)
+    assert any("it goes to and fro without repeating" in w for w in m.warnings)
+
+
 @pytest.mark.parametrize(("start", "stop"), [(3.0, 40.0), (25.0, 40.0), (3.0, 30.0)])
 def test_a_force_without_a_motion_is_measured_while_it_is_there(start: float, stop: float) -> None:
     """Its rest counted: 2.3 +- 1.6 N for 3, after 10 s of 40."""
