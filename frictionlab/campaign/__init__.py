@@ -289,8 +289,7 @@ def _notes(campaign: Campaign) -> list[str]:
     failed, tests = len(campaign.failures), len(campaign.trials)
     left = sum(v.excluded is not None and not v.trial.is_long for v in campaign.verdicts.values())
     assumed = sources_of(campaign.scene, SLOWEST_HZ).assumed
-    names = sorted({fit.material for fit in campaign.fits})
-    alike = ", ".join(m for m in names if [n.casefold() for n in names].count(m.casefold()) > 1)
+    alike = ", ".join(m for m in campaign.materials if [*map(str.casefold, campaign.materials)].count(m.casefold()) > 1)
     said: tuple[tuple[object, str], ...] = (
         (alike, f"{alike}: names that differ in capitals only are other materials here; if wrong, write them alike."),
         (failed, f"{failed} of {tests} tests failed; each is listed with its reason."),

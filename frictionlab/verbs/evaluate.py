@@ -80,8 +80,9 @@ def evaluate(
             raise UsageError(f"evaluate: expected measurements, rows or files of them; got a {type(what).__name__}")
     refuse_comparisons(rows, "evaluate")
     trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in rows]
-    # the mean cycle of each short test that moves and whose recording is at hand
-    wanted = [t for t in trials if not t.failed and not t.is_long and t.regime != "stuck" and t.material]
+    # the mean cycle of each test that moves and whose recording is at hand: of a long one where its group has no short
+    short = {t.group for t in trials if not (t.failed or t.is_long)}
+    wanted = [t for t in trials if not (t.failed or t.regime == "stuck" or (t.is_long and t.group in short))]
     tests = {there: trial for trial in wanted if (there := recording_path(trial, sorted(places))) is not None}
     observed = rows_of(list(tests), partial(_observed, scene=known, tests=tests), workers=workers)
     found = [one for row in observed if isinstance(one := row.get("observation"), CycleObservation)]

@@ -111,8 +111,9 @@ def test_comparisons_are_no_measurements_and_a_column_law_may_be_the_users_own(s
 
 
 def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene: Scene, tmp_path: Path) -> None:
+    """A long test alone at its normal force was read by plain Coulomb friction, 12 % off, beside its material's law."""
     write_recording(steady_recording(), tmp_path / "a.h5")
-    measured = {**measure(steady_recording(), scene).row(), "source": "a.h5", "material": "steel"}
+    measured = {**measure(steady_recording(), scene).row(), "source": "a.h5", "material": "steel", "duration_s": 900.0}
     found = evaluate([{**measured, "normal_force_n": 1.5}], scene, folders=[tmp_path], law="auto")
     assert [law["law"] for law in found.laws if law["required"]] == ["coulomb"]
     assert present(present(found.joint).law("steel")).name == "coulomb"
