@@ -251,7 +251,7 @@ class CycleObservation(OfCycles):
         if state.symmetric is not False or state.orbit is None or not state.problem.has_mirror_image:
             return state
         even = harmonics_of(mean_cycle(state, max(LEAST_POINTS, 4 * self.count)), self.count)[1::2]
-        is_twin = np.vdot(lines_of(self.data)[1::2], even).real < 0.0
+        is_twin = np.vdot(lines_of(self.cycles.mean[: 2 * self.count])[1::2], even).real < 0.0
         return replace(state, orbit=replace(state.orbit, twin=True)) if is_twin else state
 
     def seen(self, motion: Motion, values: Values) -> FloatArray:

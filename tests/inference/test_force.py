@@ -188,10 +188,12 @@ def test_force_and_motion_give_one_friction_and_together_a_surer_one(r: float, b
 
 def test_a_force_without_a_known_stiffness_still_gives_newtons() -> None:
     tables = {"rig": {"natural_frequency_hz": 3.13}, "experiment": {"normal_force_n": NORMAL_N}}
-    seen, scene = channels_of(0.5, 0.4), scene_from_tables(tables)
-    found = compare(recording(seen, "mass_displacement", "base_displacement", "contact_force"), scene)
+    made = recording(channels_of(0.5, 0.4), "mass_displacement", "base_displacement", "contact_force")
+    found = compare(made, scene_from_tables(tables))
     assert found.friction_force_n == pytest.approx(0.4 * STIFFNESS * BASE_M, abs=2.0 * (found.friction_force_n_u or 0))
     assert (found.friction_force_n_u or 1.0) < 0.01 * (found.friction_force_n or 0.0)
+    sticky = {"law": "coulomb+breakaway", "parameters": {"static_ratio_up": 2.5, "static_ratio_down": 2.5}}
+    assert compare(made, scene_from_tables(tables | {"model": sticky})).verdict == "misfit"  # its motion has a twin
 
 
 def test_a_load_cell_that_says_something_else_than_the_motion_is_named() -> None:
