@@ -25,6 +25,7 @@ SLIDES = 0.1  # of its largest speed: slower, a contact may stand or turn
 FEWEST_POINTS = 32  # of a cycle where the contact slides, from which a mass between it and the cell is looked for
 BLUNT = 0.003  # of the acceleration, by which that of a smoothed motion may be off
 HEAVY = 0.01  # of the friction force: what a mass adds less is not said
+VARIES, FEWEST_PRESSED = 16.0, 4  # variances of a harmonic of the normal force, and cycles, from which it varies
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
 
 
@@ -245,6 +246,7 @@ class Cycle:
     ``force`` (p,) N (a torque: N m): at the contact, about its mean unless it slides one way, known inertia taken off;
     None: not measured;
     ``cell``: the same of single cycles;
+    ``pressed`` (n, p): the normal force in single cycles over its mean on the way, where it varies within them;
     ``others``: the masses from the second on, of a frame of several.
     """
 
@@ -259,6 +261,7 @@ class Cycle:
     kept: FloatArray
     force: FloatArray | None = None
     cell: LoadCell | None = None
+    pressed: FloatArray | None = None
     others: tuple[OtherMass, ...] = ()
 
 
@@ -269,7 +272,7 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
         how = smoother(layout.mass[used], layout.of_mass, layout.samples)
 
     def turned(cycle: FloatArray) -> FloatArray:
-        return np.asarray(np.roll(cycle, -(points // 4)))
+        return np.asarray(np.roll(cycle, -(points // 4), axis=-1))
 
     def mean_of(rows: FloatArray, wander: FloatArray | float) -> FloatArray:
         mean = turned(rows[used].mean(axis=0) - wander)
@@ -284,6 +287,7 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
         return np.asarray(slow_wander(means, points, layout.blocks)[0])
 
     smooth, velocity = map(turned, how.cycle(points))
+    normal = layout.more.get("normal_force")
     others = [layout.more[name] / layout.drive.amplitude for name in channels.other_masses(layout.more)]
     return Cycle(
         tau=2.0 * math.pi * np.arange(points) / points,
@@ -295,8 +299,24 @@ def mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: channels.
         base_sine=-layout.drive.harmonics.imag,
         each=single(layout.mass),
         others=tuple(OtherMass(mean_of(rows, wander_of(rows.mean(axis=1))), single(rows)) for rows in others),
+        pressed=None if normal is None else varying(turned(normal[some_cycles(len(normal))]), np.abs(velocity)),
         kept=channels.kept(layout.drive.frequency * np.arange(1, points // 2 + 1), of_mass),
     )
+
+
+def varying(normal: FloatArray, speed: FloatArray) -> FloatArray | None:
+    """Return a normal force in single cycles (n, p) over its mean on the way, of the harmonics that are no noise.
+
+    None: it is not seen to vary within the cycle.
+    """
+    lines = np.fft.rfft(normal, axis=1)
+    error = lines.var(axis=0) / max(len(lines) - 1, 1)
+    lines[:, np.abs(lines.mean(axis=0)) ** 2 <= VARIES * np.maximum(error, np.median(error))] = 0.0
+    if len(lines) < FEWEST_PRESSED or not lines[:, 1:].any():
+        return None
+    within = np.fft.irfft(lines, normal.shape[1])
+    within = within - within.mean(axis=1, keepdims=True) + normal.mean()
+    return np.asarray(within / np.average(within.mean(axis=0), weights=speed))
 
 
 # Energy --------------------------------------------------------------------------------------------------------------

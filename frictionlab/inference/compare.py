@@ -284,7 +284,8 @@ def compare_force(
     if force is None:
         raise AnalysisError(f"force: law {observation.law.name} has none at the values found")
     said = [*measurement.warnings, *observation.said, *found.warnings]
-    over = "friction" if observation.normal_force is None else "normal"
+    momentary = "" if observation.pressed is None else "momentary "
+    over = "friction" if observation.normal_force is None else f"{momentary}normal"
     stroke = f"Y = {1e3 * observation.unit:.4g} mm" if measurement.force_energy_j.known else "half the stroke"
     unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over {stroke}"
     velocity, shown = measurement.cycle.mass_velocity, force * (1.0 + values.get(GAIN, 0.0))

@@ -64,7 +64,7 @@ class ForceObservation(OfCycles):
     equal parts of the cycle are fitted; ``strangers``: cycles left out, for their force is not that of the others;
     ``unit_n``: force that all are over [N], known to ``unit_u``, relative;
     ``normal_force_u``: relative, of the normal force; ``rate``: of sampling, Hz; ``force`` (p,): as measured, over
-    `unit_n`.
+    `unit_n`; ``pressed`` (p,): the normal force over its mean, where it varies.
     """
 
     place: FloatArray
@@ -75,6 +75,7 @@ class ForceObservation(OfCycles):
     normal_force_u: float
     rate: float
     force: FloatArray
+    pressed: FloatArray | None
     strangers: int
     by_sensors: ClassVar = (GAIN, UNIT)
 
@@ -108,8 +109,9 @@ class ForceObservation(OfCycles):
         """Return the law's force (p,) under the measured motion; None where it has none."""
         gain, late = 1.0 + values.get("gain", 0.0), self.turn * values.get(LAG, 0.0)
         times = -(-POINTS // len(self.place))
+        pressed = None if self.pressed is None else shifted(self.pressed, times=times)
         try:
-            return force_under(self.problem(values), shifted(self.place, -late, times=times) / gain)[::times]
+            return force_under(self.problem(values), shifted(self.place, -late, times=times) / gain, pressed)[::times]
         except NO_MOTION:
             return None
 
@@ -204,12 +206,15 @@ def observe_force(
             f"force: the contact slides in {len(parts)} of {count} parts of its cycle; expected at least"
             f" {FEWEST_PARTS}: sample faster, or measure a larger motion"
         )
-    slid = of_parts(cell.each, count, parts)  # at its turns a force is any, for a sample more or less
+    each, pressed = cell.each, measurement.cycle.pressed if motion is None else None
+    if pressed is not None:  # what cycles differ by in their normal force they do in friction
+        each = each - measured * np.sign(shifted(place, order=1)) * (pressed - pressed.mean(axis=0))
+    slid = of_parts(each, count, parts)  # at its turns a force is any, for a sample more or less
     away = np.sqrt(np.mean((slid - np.median(slid, axis=0)) ** 2, axis=1))
     usual = np.flatnonzero(away <= STRANGE * max(float(np.median(away)), 1e-300))
-    strangers = len(cell.each) - len(usual)
-    whole = measurement.cycle.force if not strangers else cell.each[usual].mean(axis=0) + measurement.cycle.force.mean()
-    cycles = _cycles_of(measurement, whole / unit, cell.each[usual] / unit, count, parts)
+    strangers = len(each) - len(usual)
+    whole = measurement.cycle.force if not strangers else each[usual].mean(axis=0) + measurement.cycle.force.mean()
+    cycles = _cycles_of(measurement, whole / unit, each[usual] / unit, count, parts)
     known = of_test(measurement) | cycles.facts | {"normal_force": normal}
     return ForceObservation(
         law=chosen,
@@ -225,6 +230,7 @@ def observe_force(
         unit_u=unit_u,
         normal_force_u=sources.mass_gain if cell.normal_is_measured else sources.normal_force,
         force=whole / unit,
+        pressed=None if pressed is None else pressed.mean(axis=0),
         strangers=strangers,
         **known,
     )

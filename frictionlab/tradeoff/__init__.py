@@ -23,7 +23,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.schema import ENERGY
-from frictionlab.simulator import Base, Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
+from frictionlab.simulator import Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
 from frictionlab.simulator.numeric import RTOL, Integrated
 
 ROUNDING = 1e-14  # errors below this are all the same: rounding
@@ -168,25 +168,6 @@ def cycles_waited() -> tuple[Setting, ...]:
     return run_trials("cycles waited", ENERGY, DIGITS, trials)
 
 
-def physics() -> tuple[Setting, ...]:
-    """What each piece of physics costs, and what leaving it out does to a rig that has all of them (r = 0.5)."""
-    base = Base((1.0, 0.02, 0.03, 0.0, 0.01), (0.0, 0.01, 0.02, 0.01, 0.0))
-    full = Problem(0.5, 0.4, mu=1.2, zeta=0.02, base=base)
-    truth = steady_state(full, solver="exact").energy_per_cycle or float("nan")
-    settings = {
-        "Coulomb friction": Problem(0.5, 0.4),
-        "+ damping": Problem(0.5, 0.4, zeta=0.02),
-        "+ static ratio": Problem(0.5, 0.4, mu=1.2),
-        "+ 5 harmonics": Problem(0.5, 0.4, base=base),
-        "+ all three": full,
-    }
-    trials = [
-        Run(name, partial(steady_state, problem), _off(truth), default=name == "Coulomb friction")
-        for name, problem in settings.items()
-    ]
-    return run_trials("physics switched on", ENERGY, "a rig that has all three, exact orbit", trials)
-
-
 def tolerance_of(name: str) -> tuple[Setting, ...]:
     """The integrator's tolerance under a law without exact slides (r = 0.3, beta = 0.6)."""
     problem, truth = CONTACTS[name]
@@ -270,13 +251,6 @@ def _cycle_energies(one: Recording, scene: Scene = SCENE) -> FloatArray:
     return measure(one, scene).series.energy
 
 
-def sampling_rate() -> tuple[Setting, ...]:
-    """Samples per second of the sensor; the default is that of `synthesize`."""
-    rates = (25.0, 100.0, RATE_HZ, 1000.0, 4000.0)
-    settings: list[Measured] = [(f"{rate:g} Hz", _cycle_energies, rate == RATE_HZ, rate) for rate in rates]
-    return _each("sampling rate", f"{ENERGY} of one cycle", orbit()[1], *settings)
-
-
 def accuracy_of(command: str) -> tuple[Setting, ...]:
     """The three levels of ``--accuracy`` of ``analyze`` or ``compare-numeric``."""
 
@@ -297,11 +271,10 @@ FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
             partial(solver_of, "continuous motion", CONTINUOUS, CONTINUOUS_ENERGY, (1e-3,)),
             partial(solver_of, "stick-slip", STICK_SLIP, STICK_SLIP_ENERGY, (1e-3, 1e-6, 1e-10)),
             cycles_waited,
-            physics,
         ),
         "contacts": tuple(partial(tolerance_of, name) for name in CONTACTS),
         "frequency": (padding,),
-        "cycle": (cycles_averaged, sampling_rate),
+        "cycle": (cycles_averaged,),
         "levels": (partial(accuracy_of, "analyze"), partial(accuracy_of, "compare-numeric")),
     }
 )

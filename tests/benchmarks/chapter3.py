@@ -2,9 +2,7 @@
 
     python -m tests.benchmarks.chapter3 FOLDER
 
-The numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show what a hundred cycles from rest miss. The
-last one is of section 4.3.1: at r = 0.1 Coulomb friction makes several stops a cycle, and the thesis asks whether
-rate-and-state friction makes two.
+The numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show what a hundred cycles from rest miss.
 """
 
 import sys
@@ -28,13 +26,6 @@ RATIOS = np.array([round(0.02 + 0.01 * i, 2) for i in range(249)])
 REGIMES = ((0.9, 0.4, "continuous"), (0.5, 0.2, "asymmetric"), (0.5, 0.4, "two stops"), (0.1, 0.4, "six stops"))
 WAITS = (10, 20, 50, 100, 200, 500, 1000, 2000)
 WAITED = 100  # cycles the thesis waits
-SLOW: dict[str, dict[str, float]] = {
-    "coulomb": {},
-    "coulomb+rate-state": {
-        "stiffness_ratio": 50.0, "direct_effect": 0.06, "evolution_effect": 0.03, "slip_distance": 0.02,
-        "reference_speed": 0.1,
-    },
-}  # fmt: skip
 CEILING = 9.0  # k Y^2: where energies without bound at r = 1 leave the page
 
 
@@ -177,15 +168,6 @@ def draw_viscous() -> Figure:
     return draw_family(16.5, "line: formula (3.7); dots: loop area", lines, dots)
 
 
-def draw_slow() -> Figure:
-    """The question of section 4.3.1: displacement at r = 0.1 under two laws, stops shaded, the base's motion behind."""
-    figure = new_figure(PAGE, 2.6)
-    for ax, (law, values) in zip(figure.subplots(1, 2, sharey=True), SLOW.items(), strict=True):
-        state = steady_state(Problem(0.1, 0.4, law=law, parameters=values))
-        draw_motion(state, ax).set(xlim=(0.0, 2.0), title=f"{law}: {state.stops_per_cycle:g} stops")
-    return figure
-
-
 FIGURES = {
     "figure_3.2_regimes": draw_regimes,
     "figure_3.2x_non_stop": draw_non_stop,
@@ -194,7 +176,6 @@ FIGURES = {
     "figure_3.5_energy": draw_energy,
     "figure_3.5x_hundred_cycles": draw_unconverged,
     "figure_3.7_viscous": draw_viscous,
-    "section_4.3.1_slow": draw_slow,
 }
 
 

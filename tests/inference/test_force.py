@@ -101,6 +101,21 @@ def test_a_tribometer_gives_coulombs_force_and_the_dashpot() -> None:
     assert max(left.values()) < 3.0 * present(found.response_floor) * FRICTION / NORMAL
 
 
+def test_a_normal_force_that_follows_the_speed_is_no_dashpot() -> None:
+    """Friction is the coefficient times its momentary value; noise of its sensor is no variation."""
+    made, rng = tribometer(), np.random.default_rng(8)
+    v = STROKE * OMEGA * np.cos(OMEGA * made.time)
+    for share in (0.3, 0.0):
+        normal = NORMAL * (1.0 + share * np.abs(v) / (STROKE * OMEGA))
+        force = 0.17 * normal * np.sign(v) + 0.05 * rng.standard_normal(len(v))
+        noisy = normal + 0.1 * rng.standard_normal(len(v))
+        channels = (Channel("contact_force", force), Channel("normal_force", noisy))
+        found = compare(made.changed(channels=channels), scene_from_tables(TABLES), law="auto")
+        assert (found.law, found.verdict) == ("coulomb", "explained")
+        assert ("momentary" in found.model) == (share > 0.0)
+        assert within(found, "beta", 0.17)
+
+
 def test_a_mass_on_a_tribometer_is_found_and_a_contact_that_yields_is_none() -> None:
     made, scene = tribometer(), scene_from_tables(TABLES)
     assert not any(mass_said(measure(each, scene)) for each in (made, tribometer(3e4)))
