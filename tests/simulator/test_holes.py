@@ -179,7 +179,7 @@ def test_next_to_resonance_static_friction_leaves_the_motion_without_stops(
     few = max(1e-12, 3e-15 / away)  # next to resonance digits go as the distance does (design, "One engine")
     assert state.energy_per_cycle == pytest.approx(plain.energy_per_cycle, rel=few)
     assert state.response_amplitude == pytest.approx(plain.response_amplitude, rel=few)
-    assert any("the run from rest was still far from it after 4096 cycles" in said for said in state.warnings)
+    assert any("the run from rest was still far from this motion after 4096 cycles" in said for said in state.warnings)
 
 
 def test_the_motion_told_next_to_resonance_is_where_rest_goes_in_the_end() -> None:
