@@ -52,8 +52,8 @@ class ClusterError(FrictionlabError, ConnectionError):
 
 
 DOUBTED = "the unit looks wrong"
-NOT_KNOWN = (
+"""Stands in each warning that doubts a unit: a campaign leaves such a test out."""
+NO_FREQUENCY = (
     "the natural frequency is not known: give rig.natural_frequency_hz in the scene (--natural-frequency), or mass_kg"
     " and stiffness_n_per_m; `frictionlab free-vibration` measures it"
 )
-"""Stands in each warning that doubts a unit: a campaign leaves such a test out."""

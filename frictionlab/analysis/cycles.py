@@ -23,8 +23,8 @@ FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, wi
 MOST_SINGLE = 400  # cycles that show the scatter
 SHARP = 96  # samples a cycle: between fewer a cubic takes from the harmonics that a law is told by
 FINEST = 4  # times as many points as samples that a signal is laid on, at most
-_CHUNK = 1 << 16  # samples folded at a time: stays in the cache
 SLOWEST = 0.2  # of the drive, at least: what is slower is gone of a motion that was integrated
+_CHUNK = 1 << 16  # samples folded at a time: stays in the cache
 INTERPOLATED = 733.0 / 945.0
 """Mean variance that `interpolate` leaves of unit white noise, over all positions between samples."""
 
@@ -284,9 +284,7 @@ def smoother(rows: FloatArray, sensor: Sensor, samples: float) -> Smoother:
             power += np.sum(own.real**2 + own.imag**2, axis=0)
         power = power / (n - 1) / points**2
         top = power[int(0.375 * samples) : int(0.5 * samples)]
-        if (
-            sensor.second and sensor.second.penalty == math.inf
-        ):  # what is slower than the drive leaks into single cycles
+        if sensor.second and sensor.second.alone:  # what is slower than the drive leaks into single cycles
             slow = np.geomspace(SLOWEST, 1.0, 64)
             leak = np.sinc(slow - k[:, None]) ** 2 + np.sinc(slow + k[:, None]) ** 2
             own_floor *= sensor.left(samples, k) + np.trapezoid(leak * sensor.left(samples, slow), slow, axis=1)

@@ -17,7 +17,7 @@ from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.spectrum import LEAST, Line, mains_of
 from frictionlab.analysis.stops import TURN
 from frictionlab.arrays import FloatArray, shifted
-from frictionlab.errors import DOUBTED, NOT_KNOWN
+from frictionlab.errors import DOUBTED, NO_FREQUENCY
 from frictionlab.schema import ENERGY
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def warnings(
     said += _of_the_load_cell(m, taken)
     if isinstance(asked, float) and r is not None and abs(r - asked) > ASIDE * max(1.0, asked):
         said.append(f"frequency_ratio: {r:.3g} is driven, {asked:g} by its name, sheet or scene: is it another test?")
-    said += [f"frequency_ratio: {NOT_KNOWN}"] * (r is None and not prescribed)
+    said += [f"frequency_ratio: {NO_FREQUENCY}"] * (r is None and not prescribed)
     if cutoff is not None and cut >= 0.002 * m.size:
         said.append(
             f"response_amplitude: the mass's filter ({cutoff:.4g} Hz; mass_filter_hz in [sensors]) may cut away"

@@ -29,13 +29,15 @@ EVEN = 0.02  # of a step: stamps that stray no further from an even clock are ev
 
 
 class Second(NamedTuple):
-    """A second sensor of one place (`channels.by_two_sensors`): penalty of its noise, of which rate of displacement.
-
-    Without an end where it is the only one, integrated: its noise is then the slower, the larger.
-    """
+    """A second sensor of one place (`channels.by_two_sensors`): penalty of its noise, of which rate of displacement."""
 
     penalty: float
     times: int
+
+    @property
+    def alone(self) -> bool:
+        """Whether it is the only one, integrated (a penalty without end): slower noise is then larger."""
+        return self.penalty == math.inf
 
 
 @dataclass(frozen=True)
@@ -174,15 +176,14 @@ class Sensor:
         if self.second is None:
             return np.ones(len(order))
         angle = math.pi * order / samples
-        if self.second.penalty == math.inf:  # an offset is gone
+        if self.second.alone:  # an offset is gone
             return np.asarray((2.0 * np.where(order > 0.0, angle, math.pi / samples)) ** (-2 * self.second.times))
         bend = (2.0 * np.sin(np.minimum(angle, 0.5 * math.pi))) ** (2 * self.second.times)
         return np.asarray(1.0 / (1.0 + self.second.penalty * bend))
 
     def by_second(self, samples: float) -> float:
         """Share of the second sensor in what is shown at the drive."""
-        alone = self.second is not None and self.second.penalty == math.inf
-        return 1.0 if alone else 1.0 - float(self.left(samples, np.ones(1))[0])
+        return 1.0 if self.second and self.second.alone else 1.0 - float(self.left(samples, np.ones(1))[0])
 
     def slow(self, samples: float) -> float:
         """Rms of white noise that is as large as what is left at the drive."""
@@ -197,7 +198,7 @@ class Sensor:
         levels than it has samples, it is spread over fewer points and disturbs the low harmonics more.
         """
         noise, step = white_noise(signal), sensor_step(signal)
-        if second is not None and second.penalty == math.inf:
+        if second and second.alone:
             return cls(noise * INTEGRATED[second.times], 0.0, second=second)
         if not step > 0.0:
             return cls(noise, step, second=second)

@@ -22,7 +22,7 @@ from frictionlab.analysis.response import Cycle
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.analysis.steadiness import AS_A_DRIFT, CLEAR
 from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.errors import NOT_KNOWN, AnalysisError, UsageError
+from frictionlab.errors import NO_FREQUENCY, AnalysisError, UsageError
 from frictionlab.inference.comparison import AtContact, contact_force, harmonics_of, loop_energy
 from frictionlab.inference.observation import (
     BENDS,
@@ -459,7 +459,7 @@ def observe(measurement: Measurement, scene: Scene, law: str | Law | None = None
         The natural frequency is not known.
     """
     if not math.isfinite(measurement.frequency_ratio or math.nan):
-        raise AnalysisError(f"no frequency ratio: {NOT_KNOWN}")
+        raise AnalysisError(f"no frequency ratio: {NO_FREQUENCY}")
     if scene.rig.masses or scene.rig.contacts:
         from frictionlab.inference.storey_cycle import observe_storeys  # noqa: PLC0415 - for frames alone
 

@@ -21,7 +21,7 @@ from frictionlab.analysis.signals import student, variance_inflation, white_nois
 from frictionlab.analysis.stretches import channels_of
 from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import sound_base
-from frictionlab.errors import NOT_KNOWN, AnalysisError
+from frictionlab.errors import NO_FREQUENCY, AnalysisError
 from frictionlab.inference.comparison import WholeRecord
 from frictionlab.inference.observation import BENDS, NO_MOTION, SENSORS, Observation, Reached, Values, at_least, of_few
 from frictionlab.inference.unknowns import Unknown
@@ -329,7 +329,7 @@ def _largest(base: FloatArray, rms: float, penalty: float) -> tuple[float, float
 def _refuse(part: Recording, channels: dict[str, tuple[FloatArray, float]], natural_frequency: float) -> None:
     """Refuse a record without a cycle that is too short, or in which mass or base stand still."""
     if math.isnan(natural_frequency):
-        raise AnalysisError(f"record: {NOT_KNOWN}")
+        raise AnalysisError(f"record: {NO_FREQUENCY}")
     least = FEWEST_PERIODS / natural_frequency
     if len(part) < FEWEST or part.duration_s < least:
         raise AnalysisError(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.signals import student
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import NOT_KNOWN, AnalysisError
+from frictionlab.errors import NO_FREQUENCY, AnalysisError
 from frictionlab.inference.comparison import OverFrequency, harmonics_of
 from frictionlab.inference.observation import Observation, Reached, Values, simulated, steady
 from frictionlab.inference.observations import law_and_held, mean_cycle
@@ -143,7 +143,7 @@ def observe_table(table: FrequencyTable, scene: Scene, law: str | None, facts: M
     """Return a table as a fit sees it."""
     natural, lag = scene.rig.natural_frequency, scene.sensors.lag_s
     if natural is None and not table.is_ratio:
-        raise AnalysisError(f"frequency [Hz]: {NOT_KNOWN}; or give a column r")
+        raise AnalysisError(f"frequency [Hz]: {NO_FREQUENCY}; or give a column r")
     if lag and natural is None:
         raise AnalysisError("sensors.lag_s: what it does to a phase needs rig.natural_frequency_hz: give it")
     times = 1.0 if table.is_ratio or natural is None else 1.0 / natural
