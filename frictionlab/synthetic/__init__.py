@@ -6,19 +6,17 @@ Nothing here is measured, and every log says so in its first lines. Here logs, a
 """
 
 import json
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from frictionlab.arrays import FloatArray
 from frictionlab.errors import SceneError
 from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.schema import AMPLITUDE, ENERGY, REGIME, STOPS, value_of
 from frictionlab.simulator import steady_state
-from frictionlab.synthetic.virtual_motion import driven, motion
+from frictionlab.synthetic.virtual_motion import motion
 from frictionlab.synthetic.virtual_rig import SyntheticTest as SyntheticTest
 from frictionlab.synthetic.virtual_rig import virtual_tests as virtual_tests
 
@@ -61,9 +59,8 @@ def synthesize(scene: Scene, folder: Path) -> Iterator[SyntheticTest]:
         check_replaceable(folder / test.log, replace=is_synthetic)
     truths = []
     for test in tests:
-        text, more = log_of(test, scene)
-        write_whole(folder / test.log, text.encode(), replace=is_synthetic)
-        truths.append(json.dumps({**truth(test), **more}) + "\n")
+        write_whole(folder / test.log, log_of(test, scene).encode(), replace=is_synthetic)
+        truths.append(json.dumps(truth(test)) + "\n")
         yield test
     write_whole(folder / "truth.jsonl", "".join(truths).encode(), replace=is_truth)
 
@@ -85,44 +82,24 @@ def is_synthetic(log: Path) -> bool:
         return file.readline(len(MARK) + 1).startswith(MARK)
 
 
-def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
-    """The log of one test, time in s and displacements in mm, and what is true of it beyond `truth`."""
-    names, rate = scene.synthetic.channels, scene.synthetic.sampling_rate_hz
+def log_of(test: SyntheticTest, scene: Scene) -> str:
+    """The log of one test through its lasers: noise, then rounding to their step; time in s and displacements in mm."""
+    synthetic, rate = scene.synthetic, scene.synthetic.sampling_rate_hz
+    names, radius_m = synthetic.channels, scene.rig.radius_m
     if test.frame is not None and names:
         raise SceneError(f"synthetic.channels: expected none for a frame with [[rig.masses]]; got {', '.join(names)}")
+    if "angle" in names and radius_m is None:
+        raise SceneError("synthetic.channels: an angle needs [rig] radius_m: give it, or leave angle out")
     time = np.arange(round(test.duration_s * rate)) / rate
-    more: dict[str, FloatArray] = {}
-    beyond: dict[str, object] = {}
-    if names:
-        run = driven(test, scene)
-        mass, base = (test.base_amplitude_m * each[:: run.every] for each in (run.displacement, run.base))
-        more = run.channels([name for name in names if name != "angle"])
-        if "angle" in names:
-            if scene.rig.radius_m is None:
-                raise SceneError("synthetic.channels: an angle needs [rig] radius_m: give it, or leave angle out")
-            more = {"angle": mass / scene.rig.radius_m, **more}
-        beyond = {key: _twelve_digits(value) for key, value in run.totals().items()}
-    else:
-        base = np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
-        mass = motion(test, time, scene)
-    return _lines(test, scene, time, mass, base, more), beyond
-
-
-def _lines(
-    test: SyntheticTest,
-    scene: Scene,
-    time: FloatArray,
-    mass: FloatArray,
-    base: FloatArray,
-    more: Mapping[str, FloatArray],
-) -> str:
-    """The text of a log: ``time`` (n,) s, ``mass`` (n,) or (n, masses), ``base`` (n,) m and more, before any sensor."""
-    synthetic = scene.synthetic
-    noise, further = test.draws(scene, "noise"), test.draws(scene, "channels")
-    masses = [] if "angle" in more else [mass] if mass.ndim == 1 else list(mass.T)
+    moved = motion(test, time, scene)
+    masses, base = test.base_amplitude_m * moved.mass.T, test.base_amplitude_m * moved.base
     heads = ["mass [mm]"] if len(masses) == 1 else [f"mass {number} [mm]" for number in range(1, len(masses) + 1)]
+    more = moved.channels([name for name in names if name != "angle"])
+    if "angle" in names and radius_m is not None:
+        heads, more, masses = [], {"angle": masses[0] / radius_m, **more}, masses[:0]
+    noise, further = test.draws(scene, "noise"), test.draws(scene, "channels")
     seen = []
-    for signal in (*masses, base):  # through a laser: noise, then rounding to its step
+    for signal in (*masses, base):
         noisy = signal + synthetic.noise_m * noise.standard_normal(len(signal))
         step = synthetic.step_m
         seen.append(MILLIMETRES * (np.round(noisy / step) * step if step else noisy))

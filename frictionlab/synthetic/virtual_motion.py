@@ -1,21 +1,19 @@
 """How the mass of a virtual test moves: from rest or steadily, cycle by cycle; and what further sensors show of it."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SceneError
 from frictionlab.scene import Scene
-from frictionlab.simulator import simulate, steady_state
-from frictionlab.simulator.record import BaseRecord, Response, respond
+from frictionlab.simulator import Motion, simulate, steady_state
 from frictionlab.synthetic.virtual_rig import SyntheticTest
 
-FINE = 200  # points per period of the fastest part: a spline through them errs by 3e-9 of it
 HOUR_S = 3600.0
+TURN = 2.0 * math.pi
 
 
 def cycle_friction_ratios(test: SyntheticTest, scene: Scene) -> FloatArray:
@@ -30,106 +28,69 @@ def cycle_friction_ratios(test: SyntheticTest, scene: Scene) -> FloatArray:
     return test.friction_ratio * np.maximum(factor, 0.0)
 
 
-def motion(test: SyntheticTest, time: FloatArray, scene: Scene) -> FloatArray:
-    """Displacement of the mass (m) at the given times (s), before any sensor; (n, masses) of a frame of several."""
-    tau, x, v = 2 * math.pi * test.drive_frequency_hz * time, 0.0, 0.0
-    what, run = test.frame or test.problem(), None
-    if scene.synthetic.start == "steady":
-        settled = steady_state(what)
-        run, period = settled.orbit, settled.period_cycles
-        if run is None or period is None:
-            raise SceneError(
-                f"synthetic.tests: {test.log}: start = 'steady' needs a steady state; got {settled.outcome}"
-            )
-        tau = np.mod(tau, 2 * math.pi * period) if test.is_plain_coulomb else tau
-        x, v = (float(part[0, 0]) for part in run.all_at(np.zeros(1))[:2])
-    elif test.is_plain_coulomb:
-        run = simulate(what, cycles=test.cycles)
-    if run is not None and test.is_plain_coulomb:
-        moved = run.all_at(tau)[0]
-        return np.asarray(test.base_amplitude_m * (moved if test.frame is not None else moved[:, 0]))
-    displacement = np.empty_like(time)
-    for cycle, beta in enumerate(cycle_friction_ratios(test, scene)):
-        trajectory = simulate(test.problem(float(beta)), cycles=1, x0=x, v0=v)
-        inside = slice(*np.searchsorted(tau, [2 * math.pi * cycle, 2 * math.pi * (cycle + 1)]))
-        displacement[inside] = trajectory.at(tau[inside] - 2 * math.pi * cycle)[0]
-        x, v = (float(part[0]) for part in trajectory.at(np.array([2 * math.pi])))
-    return test.base_amplitude_m * displacement
-
-
 @dataclass(frozen=True)
-class Driven:
-    """A motion, over Y, at even times; its parts are those of one friction ratio each.
+class Moved:
+    """The true motion of a test at times (n,), before any sensor.
 
-    ``time`` (n,) tau = omega_n t; ``base`` and ``displacement`` (n,) over Y, ``velocity`` (n,) of the mass over
-    omega_n Y, ``force`` (n,) of the contact over k Y; ``every``: one of so many times is the log's.
+    ``tau`` (n,) rad; ``mass`` (n, masses) over Y, ``velocity`` (n, masses) its derivative by tau, ``force``
+    (n, contacts) of the contacts over k Y.
     """
 
     test: SyntheticTest
-    time: FloatArray
-    base: FloatArray
-    displacement: FloatArray
+    tau: FloatArray
+    mass: FloatArray
     velocity: FloatArray
     force: FloatArray
-    parts: Sequence[Response]
-    every: int
 
-    def totals(self) -> dict[str, object]:
-        """What is true of the whole motion."""
-        amplitude, energy = self.test.base_amplitude_m, sum(part.energy for part in self.parts)
-        base = np.concatenate([part.base.values for part in self.parts])
-        return {
-            "base_largest_m": amplitude * float(np.abs(base).max()),
-            "total_energy_j": energy * self.test.stiffness_n_per_m * amplitude**2,
-            "total_friction_energy": sum(part.friction_energy for part in self.parts),
-            "total_stops": sum(part.stops for part in self.parts),
-        }
+    @property
+    def base(self) -> FloatArray:
+        """Displacement of the base (n,) over Y; where it is 0 the spring is relaxed."""
+        return np.cos(self.tau)
 
     def channels(self, names: Sequence[str]) -> dict[str, FloatArray]:
-        """Further channels of the log, in SI, before any sensor.
+        """Further channels of the log (n,), in SI units, of a frame with one mass and one contact.
 
-        The mass's acceleration is that of its equation of motion, (2.9) in the frame's time:
-        ``x'' = y - x + 2 zeta (y' - x') - n``.
+        The mass's acceleration is that of its equation of motion (2.9), ``r^2 x'' = y - x + 2 zeta r (y' - x') - n``.
         """
-        test, amplitude = self.test, self.test.base_amplitude_m
-        omega, spline = 2 * math.pi * test.natural_frequency_hz, CubicSpline(self.time, self.base)
-        rate = spline(self.time, 1)
-        pull = self.base - self.displacement + 2.0 * test.damping_ratio * (rate - self.velocity)
+        test, amplitude, rate = self.test, self.test.base_amplitude_m, -np.sin(self.tau)
+        turn, natural = TURN * test.drive_frequency_hz, TURN * test.natural_frequency_hz
+        x, v, n = self.mass[:, 0], self.velocity[:, 0], self.force[:, 0]
+        pull = self.base - x + 2.0 * test.damping_ratio * test.frequency_ratio * (rate - v) - n
         known = {
-            "contact_force": test.stiffness_n_per_m * amplitude * self.force,
-            "normal_force": np.full(len(self.time), test.normal_force_n),
-            "mass_velocity": amplitude * omega * self.velocity,
-            "base_velocity": amplitude * omega * rate,
-            "mass_acceleration": amplitude * omega**2 * (pull - self.force),
-            "base_acceleration": amplitude * omega**2 * spline(self.time, 2),
+            "contact_force": test.stiffness_n_per_m * amplitude * n,
+            "normal_force": np.full(len(n), test.normal_force_n),
+            "mass_velocity": amplitude * turn * v,
+            "base_velocity": amplitude * turn * rate,
+            "mass_acceleration": amplitude * natural**2 * pull,
+            "base_acceleration": -amplitude * turn**2 * self.base,
         }
-        return {name: known[name][:: self.every] for name in names}
+        return {name: known[name] for name in names}
 
 
-def driven(test: SyntheticTest, scene: Scene) -> Driven:
-    """Return the motion from rest with what further channels show; where the base is 0 the spring is relaxed.
+def motion(test: SyntheticTest, time: FloatArray, scene: Scene) -> Moved:
+    """How base and mass move at the given times (n,) [s], ascending from 0."""
+    tau = TURN * test.drive_frequency_hz * time
+    moved = [run.all_at(some) for run, some in _runs(test, tau, scene)]
+    mass, velocity, force = (np.concatenate(parts) for parts in zip(*moved, strict=True))
+    return Moved(test, tau, mass, velocity, force)
 
-    Friction has one value for a cycle of the drive, then the next. A start from the steady state is refused.
-    """
+
+def _runs(test: SyntheticTest, tau: FloatArray, scene: Scene) -> Iterator[tuple[Motion, FloatArray]]:
+    """The motions of one friction ratio each, a cycle or all of them, and the times (rad) that each is asked for."""
+    what, orbit, x, v = test.frame or test.problem(), None, 0.0, 0.0
     if scene.synthetic.start == "steady":
-        got = ", ".join(scene.synthetic.channels)
-        raise SceneError(f"synthetic.tests: {test.log}: start = 'steady' has displacements alone; got channels {got}")
-    rate = scene.synthetic.sampling_rate_hz
-    every = max(1, math.ceil(FINE * max(test.drive_frequency_hz, test.natural_frequency_hz) / rate))
-    time = np.arange((round(test.duration_s * rate) - 1) * every + 1) / (rate * every)
-    tau = 2 * math.pi * test.natural_frequency_hz * time
-    base = np.cos(test.frequency_ratio * tau)
-    betas = [test.friction_ratio] if test.is_plain_coulomb else cycle_friction_ratios(test, scene).tolist()
-    length = 2 * math.pi * test.natural_frequency_hz / test.drive_frequency_hz
-    ends = np.searchsorted(tau, length * np.arange(1, len(betas))).tolist()
-    x, v, first = 0.0, 0.0, 0
-    moved, parts = np.zeros((3, len(tau))), []
-    for beta, end in zip(betas, [*ends, len(tau) - 1], strict=True):
-        if end - first < 1:
-            continue
-        some = slice(first, end + 1)
-        record = BaseRecord(tau[some], base[some], rest=0.0, scale=1.0)
-        parts.append(respond(test.problem(beta).in_frame_time(), record, x0=x, v0=v))
-        moved[:, some] = parts[-1].displacement, parts[-1].velocity, parts[-1].contact_force
-        x, v, first = float(parts[-1].displacement[-1]), float(parts[-1].velocity[-1]), end
-    return Driven(test, tau, base, moved[0], moved[1], moved[2], tuple(parts), every)
+        settled = steady_state(what)
+        orbit = settled.orbit
+        if orbit is None:
+            raise SceneError(
+                f"synthetic.tests: {test.log}: start = 'steady' needs a steady state; got {settled.outcome}"
+            )
+        x, v = (float(part[0, 0]) for part in orbit.all_at(np.zeros(1))[:2])
+    if test.is_plain_coulomb:
+        yield orbit or simulate(what, cycles=test.cycles), tau
+        return
+    edges = np.searchsorted(tau, TURN * np.arange(test.cycles + 1)).tolist()
+    for cycle, beta in enumerate(cycle_friction_ratios(test, scene).tolist()):
+        run = simulate(test.problem(beta), cycles=1, x0=x, v0=v)
+        yield run, tau[slice(*edges[cycle : cycle + 2])] - TURN * cycle
+        x, v = (float(part[0]) for part in run.at(np.array([TURN])))
