@@ -218,7 +218,7 @@ def test_the_trade_is_a_line_per_setting_with_the_contracts_keys(
             Setting("padding", "4", "frequency_ratio", 1e-8, 0.2, default=True),
         )
 
-    monkeypatch.setattr(tradeoff, "FAMILIES", {"analysis": (knob,)})
+    monkeypatch.setattr(tradeoff, "KNOBS", (knob,))
     rows = run_json("tradeoff", "-o", str(tmp_path / "new" / "folder"))
     kinds = {"knob": str, "setting": str, "quantity": str, "error": float, "seconds": float, "default": bool}
     for row in rows:

@@ -153,14 +153,14 @@ def tradeoff(to: Results) -> None:
 
     Example: frictionlab tradeoff -o build/tradeoff
     """
-    from frictionlab.tradeoff import FAMILIES, measure_trade
+    from frictionlab.tradeoff import KNOBS
 
     if to.output is not None:
         make_folder(to.output)
         check_output(to.output / "tradeoff.csv", TRADES, force=to.force)
-    total = sum(len(knobs) for knobs in FAMILIES.values())
     rows: list[Row] = []
-    for _, settings in track(measure_trade(), total=total, title="tradeoff", quiet=to.quiet or to.as_json):
+    measured = (knob() for knob in KNOBS)
+    for settings in track(measured, total=len(KNOBS), title="tradeoff", quiet=to.quiet or to.as_json):
         rows += [setting.row() for setting in settings]
         for setting in settings if to.as_json else ():
             typer.echo(json_line(setting.row()))

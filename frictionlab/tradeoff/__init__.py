@@ -1,17 +1,16 @@
 """What accuracy costs: error and time of every knob, measured together on this machine, with the truth that judges it.
 
-`measure_trade` yields the settings of one knob after the other; errors are the same each time, seconds are this
-machine's. Steady states are judged by orbits of 50 digits (`tests/extremes/reference`) or of another method; what is
-measured, by synthetic recordings of the exact orbit with the noise of an optoNCDT 1420. The README of this folder says
-what was found and why the defaults are where they are.
+Each of `KNOBS` measures the settings of one; errors are the same each time, seconds are this
+machine's. Steady states are judged by orbits of 50 digits (`tests/extremes/reference`); what is measured, by synthetic
+recordings of the exact orbit with the noise of an optoNCDT 1420. The README of this folder says what was found and why
+the defaults are where they are.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache, partial
 from timeit import timeit
-from types import MappingProxyType
 
 import numpy as np
 
@@ -23,8 +22,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.schema import ENERGY
-from frictionlab.simulator import Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
-from frictionlab.simulator.numeric import RTOL, Integrated
+from frictionlab.simulator import Motion, Problem, Solver, SteadyState, last_cycle, steady_state
 
 ROUNDING = 1e-14  # errors below this are all the same: rounding
 BETTER = 0.95  # an error is smaller if it is below this share of the other
@@ -110,26 +108,13 @@ def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Run]) 
 
 
 Knob = Callable[[], tuple[Setting, ...]]
-Measured = tuple[str, Callable[[Recording], float | FloatArray], bool, float]
+Measured = tuple[str, Callable[[Recording], float | FloatArray], bool]
+"""The name of a setting, what measures a recording with it, and whether it is the default."""
 # Energy per cycle (r, beta) from 50-digit orbits: tests/simulator/reference/make_reference.py, rounded to 25 digits.
 CONTINUOUS, CONTINUOUS_ENERGY = Problem(0.7, 0.5), 3.488507872497761966686743
 STICK_SLIP, STICK_SLIP_ENERGY = Problem(0.5, 0.4), 2.126042266393348841691811
 SLOW, SLOW_ENERGY = Problem(0.95, 0.1), 4.070974217426422039358113
 DIGITS = "50-digit orbit (tests/extremes/reference)"
-CURVE = {"static_ratio": 1.2, "stribeck_speed": 0.1}
-SOFT = {"stiffness_ratio": 100.0}
-AGE = {"direct_effect": 0.05, "evolution_effect": 0.03, "slip_distance": 0.01, "reference_speed": 0.1}
-CONTACTS: dict[str, tuple[Problem, float]] = {  # and its energy per cycle, by scipy's DOP853 on its own orbit
-    name: (Problem(0.3, 0.6, law=f"coulomb+{name}", parameters=parameters), truth)
-    for name, parameters, truth in (
-        ("stribeck", CURVE, 1.993360043181),
-        ("logarithm", {"rate_strength": 0.05, "rate_speed": 0.01}, 1.837739564223),
-        ("dahl", SOFT, 1.827898042556),
-        ("bouc-wen", SOFT | {"exponent": 2.5}, 1.832849267005),
-        ("lugre", SOFT | CURVE | {"bristle_damping": 0.1}, 1.888145795724),
-        ("rate-state", SOFT | AGE, 1.892207367962),
-    )
-}
 R, BETA, NATURAL_HZ, BASE_M = 0.3, 0.6, 3.13, 1.8e-3
 DRIVE_HZ = R * NATURAL_HZ  # 0.939 Hz
 NOISE = 4.4e-4  # rms over Y: 0.8 um on 1.8 mm
@@ -149,13 +134,11 @@ def _off(truth: float) -> Callable[[object], float]:
     return error
 
 
-def solver_of(name: str, problem: Problem, truth: float, tolerances: tuple[float, ...]) -> tuple[Setting, ...]:
-    """The exact orbit, and the thesis's RK45 over 100 cycles from rest."""
-    solvers: tuple[Solver, ...] = ("auto", "closed-form", "exact") if problem is CONTINUOUS else ("auto", "exact")
+def solver_of(name: str, problem: Problem, truth: float) -> tuple[Setting, ...]:
+    """What ``--solver`` takes: the exact orbit, and the thesis's RK45 over 100 cycles from rest."""
+    solvers: tuple[Solver, ...] = ("auto", "closed-form", "exact", "thesis")
+    solvers = solvers if problem is CONTINUOUS else ("auto", "exact", "thesis")
     trials = [Run(one, partial(steady_state, problem, solver=one), _off(truth), one == "auto") for one in solvers]
-    for rtol in tolerances:
-        run = partial(thesis_run, problem, rtol=rtol, atol=1e-3 * rtol)
-        trials.append(Run(f"thesis, rtol {rtol:.0e}", run, _off(truth)))
     return run_trials(f"solver, {name}", ENERGY, DIGITS, trials)
 
 
@@ -168,17 +151,6 @@ def cycles_waited() -> tuple[Setting, ...]:
     return run_trials("cycles waited", ENERGY, DIGITS, trials)
 
 
-def tolerance_of(name: str) -> tuple[Setting, ...]:
-    """The integrator's tolerance under a law without exact slides (r = 0.3, beta = 0.6)."""
-    problem, truth = CONTACTS[name]
-    steady_state(problem)  # what loading and compiling costs is no matter of the tolerance
-    trials = [
-        Run(f"rtol {rtol:.0e}", Integrated(problem, rtol).steady, _off(truth), default=rtol == RTOL)
-        for rtol in (1e-4, 1e-6, 1e-8, 1e-10)
-    ]
-    return run_trials(f"tolerance, {name}", ENERGY, "scipy's DOP853 at rtol 1e-13 on its own orbit", trials)
-
-
 @cache
 def orbit() -> tuple[Motion, float]:
     """The motion that all recordings are of, and its energy per cycle."""
@@ -189,21 +161,19 @@ def orbit() -> tuple[Motion, float]:
 
 
 @cache
-def recording(rate: float, seed: int) -> Recording:
+def recording(seed: int) -> Recording:
     """One recording of the orbit; noise (rms over Y) and phase its own, so that no sampling grid is favoured."""
-    time = np.arange(round(DURATION_S * rate)) / rate
-    tau = 2 * math.pi * (DRIVE_HZ * time + np.random.default_rng([seed, round(rate)]).uniform())
-    off = NOISE * np.random.default_rng([seed, round(rate), 1]).standard_normal((2, len(time)))
+    time = np.arange(round(DURATION_S * RATE_HZ)) / RATE_HZ
+    tau = 2 * math.pi * (DRIVE_HZ * time + np.random.default_rng([seed, round(RATE_HZ)]).uniform())
+    off = NOISE * np.random.default_rng([seed, round(RATE_HZ), 1]).standard_normal((2, len(time)))
     mass = orbit()[0].at(np.mod(tau, 2 * math.pi))[0]
     return Recording(time, BASE_M * (mass + off[0]), BASE_M * (np.cos(tau) + off[1]))
 
 
 def _each(knob: str, quantity: str, truth: float, *settings: Measured, count: int = FEW) -> tuple[Setting, ...]:
-    """Measure every recording with each setting: (name, what measures it, whether it is the default, sampling rate)."""
-    trials = []
-    for name, measured, default, rate in settings:
-        those = [recording(rate, seed) for seed in range(count)]
-        trials.append(Run(name, partial(_joined, measured, those), _off(truth), default))
+    """Measure every recording with each setting."""
+    those = [recording(seed) for seed in range(count)]
+    trials = [Run(name, partial(_joined, way, those), _off(truth), default) for name, way, default in settings]
     return tuple(replace(s, seconds=s.seconds / count) for s in run_trials(knob, quantity, TRUTH, trials))
 
 
@@ -212,26 +182,17 @@ def _joined(measured: Callable[[Recording], float | FloatArray], those: Sequence
 
 
 def padding() -> tuple[Setting, ...]:
-    """Padding of the FFT that finds the drive, its highest bin interpolated, and the phases that analyze adds."""
-    ways, many = {"interpolated": _interpolated, "phases": _phases}, (1, 4, 16)
-    settings: list[Measured] = [
-        (f"{n}x, {name}", partial(way, padding=n), (name, n) == ("phases", 4), RATE_HZ)
-        for name, way in ways.items()
-        for n in many
-    ]
+    """Padding of the FFT that finds the drive, whose highest bin is interpolated before phases say the rest."""
+    settings: list[Measured] = [(f"{n}x", partial(_drive, padding=n), n == 4) for n in (1, 4, 16)]
     n = round(DURATION_S * RATE_HZ)
     bound = math.sqrt(6.0 / (n * (n * n - 1.0))) * NOISE * RATE_HZ / math.pi / DRIVE_HZ  # [Rife and Boorstyn 1974]
     found = _each("fft padding", "drive_frequency_hz", DRIVE_HZ, *settings, count=RECORDINGS)
     return tuple(replace(s, over_bound=s.error / bound) for s in found)
 
 
-def _interpolated(one: Recording, *, padding: int) -> float:
+def _drive(one: Recording, *, padding: int) -> float:
     lines = spectrum.amplitude_spectrum(one.base_displacement, 1 / RATE_HZ, padding=padding)
-    return spectrum.strongest_tone(lines).frequency
-
-
-def _phases(one: Recording, *, padding: int) -> float:
-    guess = _interpolated(one, padding=padding)
+    guess = spectrum.strongest_tone(lines).frequency
     return cycles.cut(one.base_displacement, guess / RATE_HZ, noise=NOISE * BASE_M).frequency * RATE_HZ
 
 
@@ -243,12 +204,8 @@ def _energy(one: Recording, rule: str) -> float:
 def cycles_averaged() -> tuple[Setting, ...]:
     """Cycles that the energy is the mean of; the thesis takes the last."""
     rules = ("last", "window:15", "all")
-    settings: list[Measured] = [(rule, partial(_energy, rule=rule), rule == "all", RATE_HZ) for rule in rules]
+    settings: list[Measured] = [(rule, partial(_energy, rule=rule), rule == "all") for rule in rules]
     return _each("cycles averaged", ENERGY, orbit()[1], *settings)
-
-
-def _cycle_energies(one: Recording, scene: Scene = SCENE) -> FloatArray:
-    return measure(one, scene).series.energy
 
 
 def accuracy_of(command: str) -> tuple[Setting, ...]:
@@ -256,33 +213,21 @@ def accuracy_of(command: str) -> tuple[Setting, ...]:
 
     def run(one: Recording, level: str) -> float | FloatArray:
         scene = SCENE.with_accuracy(level)
-        if command == "analyze":
-            return _cycle_energies(one, scene)
-        return compare_measurement(measure(one, scene), scene).friction_ratio
+        measured = measure(one, scene)
+        return measured.series.energy if command == "analyze" else compare_measurement(measured, scene).friction_ratio
 
     quantity, truth = (f"{ENERGY} of one cycle", orbit()[1]) if command == "analyze" else ("friction_ratio", BETA)
-    settings: list[Measured] = [(name, partial(run, level=name), name == "balanced", RATE_HZ) for name in LEVELS]
+    settings: list[Measured] = [(name, partial(run, level=name), name == "balanced") for name in LEVELS]
     return _each(f"{command} --accuracy", quantity, truth, *settings)
 
 
-FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
-    {
-        "simulator": (
-            partial(solver_of, "continuous motion", CONTINUOUS, CONTINUOUS_ENERGY, (1e-3,)),
-            partial(solver_of, "stick-slip", STICK_SLIP, STICK_SLIP_ENERGY, (1e-3, 1e-6, 1e-10)),
-            cycles_waited,
-        ),
-        "contacts": tuple(partial(tolerance_of, name) for name in CONTACTS),
-        "frequency": (padding,),
-        "cycle": (cycles_averaged,),
-        "levels": (partial(accuracy_of, "analyze"), partial(accuracy_of, "compare-numeric")),
-    }
+KNOBS: tuple[Knob, ...] = (
+    partial(solver_of, "continuous motion", CONTINUOUS, CONTINUOUS_ENERGY),
+    partial(solver_of, "stick-slip", STICK_SLIP, STICK_SLIP_ENERGY),
+    cycles_waited,
+    padding,
+    cycles_averaged,
+    partial(accuracy_of, "analyze"),
+    partial(accuracy_of, "compare-numeric"),
 )
-"""Knobs by what they are about; one figure each."""
-
-
-def measure_trade() -> Iterator[tuple[str, tuple[Setting, ...]]]:
-    """Measure all knobs: yields (family, the settings of one knob) as they are done; about a minute in all."""
-    for family, knobs in FAMILIES.items():
-        for knob in knobs:
-            yield family, knob()
+"""What measures the settings of each; about a minute in all."""
