@@ -144,33 +144,29 @@ def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[st
         If it is no HDF5 file, or damaged. Links out of the file are not followed.
     """
 
-    def inside(group: h5py.Group) -> dict[str, Any]:
-        return {name: group[name] for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)}
+    def numbers_in(group: h5py.Group, take: Callable[[h5py.Dataset], Any], *, deep: bool = True) -> dict[str, Any]:
+        """What is taken of each dataset of numbers; groups without any are left out."""
+        found = dict[str, Any]()
+        for name in group:
+            if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                continue  # MATLAB's own, or elsewhere
+            node = group[name]
+            if _is_numeric(node):
+                found[name] = take(node)
+            elif deep and isinstance(node, h5py.Group) and (inner := numbers_in(node, take, deep=False)):
+                found[name] = inner
+        return found
 
+    sizes = list[int]()
     try:
         with opening.to_read(path) as file:
-            tree = {
-                name: inside(node) if isinstance(node, h5py.Group) else node
-                for name, node in inside(file).items()
-                if not name.startswith("#")  # MATLAB's own
-            }
-            numbers = [d for each in tree.values() for d in (each.values() if isinstance(each, dict) else [each])]
-            check_size(sum(int(d.size) for d in numbers if _is_numeric(d)), path.stat().st_size)
-            return _numbers(tree)
+            numbers_in(file, lambda dataset: sizes.append(int(dataset.size)))
+            check_size(sum(sizes), path.stat().st_size)
+            return numbers_in(file, lambda dataset: np.asarray(dataset[()], dtype=np.float64))
     except FrictionlabError:
         raise
     except opening.NO_FILE as error:
         raise RecordingError(f"an HDF5 file that cannot be read ({error}): save it again") from error
-
-
-def _numbers(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """The datasets of numbers in a tree, read; groups without any are left out."""
-    read = {
-        name: _numbers(node) if isinstance(node, dict) else np.asarray(node[()], dtype=np.float64)
-        for name, node in tree.items()
-        if isinstance(node, dict) or _is_numeric(node)
-    }
-    return {name: found for name, found in read.items() if isinstance(found, np.ndarray) or found}
 
 
 def _is_numeric(dataset: Any) -> bool:

@@ -9,7 +9,7 @@ import logging
 import warnings
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from pathlib import Path, PurePath
 from typing import Any
@@ -22,7 +22,6 @@ from frictionlab.errors import FrictionlabError, LogError
 from frictionlab.hdf5 import arrays_inside, fault_of, is_recording
 from frictionlab.log_options import LogOptions
 
-Facts = dict[str, float | str]
 FREE_BYTES = 1 << 28
 MOST_DEPTH = 20  # of JSON
 MOST_EXPANSION = 200
@@ -140,28 +139,24 @@ def _json(path: Path, options: LogOptions) -> Sheet:
     return sheet_of("JSON", content, options)
 
 
-def _parquet(path: Path, _options: LogOptions) -> Sheet:
+def _parquet(path: Path, options: LogOptions) -> Sheet:
     """The columns of numbers and of moments."""
     import pyarrow as pa  # noqa: PLC0415 - 0.1 s that other logs need not wait for
     import pyarrow.parquet as pq  # noqa: PLC0415
 
     file = pq.ParquetFile(path)
     _check_size(file.metadata.num_rows * file.metadata.num_columns, path.stat().st_size)
-    table = file.read()
-    chosen, moments = dict[str, FloatArray](), set[int]()
+    table, columns = file.read(), dict[str, NDArray[Any]]()
     for name in table.column_names:
         column, kind = table.column(name), table.schema.field(name).type
-        if pa.types.is_timestamp(kind):
-            moments.add(len(chosen))
-            chosen[name] = _doubles(column.cast(pa.timestamp("ns")).to_numpy())
-        elif pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_decimal(kind):
-            chosen[name] = _doubles(column.cast(pa.float64(), safe=False).to_numpy())
-    if not chosen:
-        raise LogError(f"no columns of numbers; got {', '.join(table.column_names) or 'none'}")
-    return Sheet("Parquet", tuple(chosen), tuple(chosen.values()), moments=frozenset(moments))
+        if pa.types.is_decimal(kind):
+            columns[name] = column.cast(pa.float64(), safe=False).to_numpy()
+        elif pa.types.is_timestamp(kind) or pa.types.is_floating(kind) or pa.types.is_integer(kind):
+            columns[name] = column.to_numpy()
+    return sheet_of("Parquet", columns, options, ", ".join(table.column_names))
 
 
-def _tdms(path: Path, _options: LogOptions) -> Sheet:
+def _tdms(path: Path, options: LogOptions) -> Sheet:
     """The channels of the length that most have, with their units; the waveform's interval and start."""
     if find_spec("nptdms") is None:
         raise LogError(
@@ -178,21 +173,16 @@ def _tdms(path: Path, _options: LogOptions) -> Sheet:
         _check_size(sum(len(c) for c in channels), path.stat().st_size)
         chosen = [c for c in channels if len(c) == _usual_length(channels)]
         names = [c.name for c in chosen]
-        units = (c.properties.get("unit_string") or c.properties.get("NI_UnitDescription") or "" for c in chosen)
-        facts: Facts = {}
+        names = names if len(set(names)) == len(names) else [f"{c.group_name} {c.name}" for c in chosen]
+        units = [c.properties.get("unit_string") or c.properties.get("NI_UnitDescription") or "" for c in chosen]
+        content: dict[str, Any] = {name: c[:] for name, c in zip(names, chosen, strict=True)}
+        content["units"] = dict(zip(names, units, strict=True))
         steps = {float(c.properties["wf_increment"]) for c in chosen if c.properties.get("wf_increment")}
+        sheet, start = sheet_of("TDMS", content, options), chosen[0].properties.get("wf_start_time")
         if len(steps) == 1 and (step := steps.pop()) > 0.0:
-            facts["interval_s"] = step
-            if (start := chosen[0].properties.get("wf_start_time")) is not None:
-                facts["start_s"] = float(np.datetime64(start, "ns").astype(np.int64)) / 1e9
-        return Sheet(
-            "TDMS",
-            tuple(names if len(set(names)) == len(names) else [f"{c.group_name} {c.name}" for c in chosen]),
-            tuple(_doubles(c[:]) for c in chosen),
-            tuple(map(str, units)),
-            frozenset(i for i, c in enumerate(chosen) if c.dtype.kind == "M"),
-            facts,
-        )
+            begin = {} if start is None else {"start_s": float(_doubles(np.array([start], "datetime64[ns]"))[0])}
+            sheet = replace(sheet, facts={"interval_s": step, **begin})
+        return sheet
 
 
 def _doubles(values: NDArray[Any]) -> FloatArray:
@@ -228,17 +218,16 @@ def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -
     if options.test is None and len(found) > 1:
         raise LogError(f"holds {len(found)} tests: which one? give --test 1 to --test {len(found)}")
     chosen = found[int(options.test or 1) - 1]
-    columns: dict[str, FloatArray] = {}
-    facts: Facts = {}
-    for name, value in _leaves("", chosen):
-        plain, number = name.rpartition(".")[2].lower(), float(value.ravel()[0])
-        flat = value.squeeze()
+    columns: dict[tuple[str, ...], NDArray[Any]] = {}
+    facts: dict[str, float] = {}
+    for path, value in _leaves((), chosen):
+        plain, flat = path[-1].lower(), value.squeeze()
         if flat.ndim == 1:
-            columns[name] = flat
+            columns[path] = flat
         elif flat.ndim == 2:
             tall = flat if flat.shape[0] >= flat.shape[1] else flat.T
-            columns |= {f"{name}{i + 1}": np.ascontiguousarray(tall[:, i]) for i in range(min(tall.shape[1], 64))}
-        elif value.size == 1 and plain in (*_RATES, *_STEPS) and 0.0 < number < np.inf:
+            columns |= {(*path[:-1], f"{path[-1]}{i + 1}"): tall[:, i] for i in range(min(tall.shape[1], 64))}
+        elif value.size == 1 and plain in (*_RATES, *_STEPS) and 0.0 < (number := float(flat)) < np.inf:
             facts["interval_s"] = 1.0 / number if plain in _RATES else number
     if not columns:
         raise LogError(
@@ -246,12 +235,13 @@ def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -
             "columns of tables and other objects as plain vectors (x = T.x; save log.mat t x y)"
         )
     usual = _usual_length([*columns.values()])
-    wanted = {name: column for name, column in columns.items() if len(column) == usual}
-    short = tuple(name.rpartition(".")[2] for name in wanted)
-    titles = short if len(set(short)) == len(short) else tuple(wanted)
+    wanted = {path: column for path, column in columns.items() if len(column) == usual}
+    short = tuple(path[-1] for path in wanted)
+    titles = short if len(set(short)) == len(short) else tuple(map(".".join, wanted))
     said = chosen.get("units", {}) if isinstance(chosen, Mapping) else {}
     units = tuple(str(said.get(title, "")) for title in titles) if isinstance(said, Mapping) else ()
-    return Sheet(layout, titles, tuple(wanted.values()), units, facts=facts)
+    moments = frozenset(i for i, column in enumerate(wanted.values()) if column.dtype.kind == "M")
+    return Sheet(layout, titles, tuple(map(_doubles, wanted.values())), units, moments, facts)
 
 
 def _part(content: Any, variable: str) -> Any:
@@ -304,23 +294,24 @@ def _cells(value: Any) -> bool:
     return len({np.size(each) for each in value}) > 1 and all(np.ndim(each) == 1 for each in value)
 
 
-def _leaves(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, FloatArray]]:
-    """The arrays of numbers below a part of a container, each with its path; no value is nan."""
+def _leaves(path: tuple[str, ...], value: Any) -> Iterator[tuple[tuple[str, ...], NDArray[Any]]]:
+    """The arrays of numbers and moments below a part of a container, each with its path; no value is nan."""
     if isinstance(value, Mapping):
-        for key, inner in value.items() if depth < 3 else ():
-            yield from _leaves(f"{name}.{key}" if name else str(key), inner, depth + 1)
+        for key, inner in value.items() if len(path) < 3 else ():
+            yield from _leaves((*path, str(key)), inner)
         return
     try:
         array = np.asarray(value)
         if array.dtype.names is not None:
-            yield from _leaves(name, {field: array[field] for field in array.dtype.names}, depth)
+            for field in array.dtype.names:
+                yield from _leaves((*path, field), array[field])
             return
         if array.dtype == object:
             array = np.array([np.nan if each is None else each for each in array.ravel()]).reshape(array.shape)
     except ValueError:  # rows of several lengths
         return
-    if array.dtype.kind in "fiu" and array.size:
-        yield name, array.astype(np.float64)
+    if array.dtype.kind in "fiuM" and array.size:
+        yield path, array
 
 
 def _usual_length(columns: Sequence[Any]) -> int:
