@@ -154,7 +154,7 @@ def _flag_holes(base: Clock, bridge_s: float) -> None:
 def clock_of(table: LogTable, options: LogOptions) -> Clock:
     """Make the clock of a log, of its stamps or by counting its samples."""
     facts = table.log.layout.facts
-    stated_s, start_s = (float(facts[name]) if name in facts else None for name in ("interval_s", "start_s"))
+    stated_s, start_s = facts.get("interval_s"), facts.get("start_s")
     if "time" not in table.values:
         return _counted(table, options, stated_s, start_s)
     values, column = table.values.pop("time"), table.columns["time"]
@@ -177,7 +177,7 @@ def clock_of(table: LogTable, options: LogOptions) -> Clock:
             evidence.append("stamps count from 1970: the first one is 0 in the recording")
         else:
             stamps, resolution = to_si(values, unit), 1e-3
-    clock = time_base(stamps, table.file.name, bridge_s=options.bridge_s, stated_s=stated_s)
+    clock = time_base(stamps, table.log.name, bridge_s=options.bridge_s, stated_s=stated_s)
     clock.warnings[:0] = warnings
     clock.evidence = tuple(evidence)
     clock.start_s, clock.facts, clock.resolution_s = start_s, {"time_unit": unit}, max(resolution, clock.resolution_s)
@@ -197,7 +197,7 @@ def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str
     step = float(np.median(steps)) or float(np.mean(steps))
     if column.unit:
         if column.unit not in TIME:
-            raise LogError(f"{table.file.name}: time column {column} is in {column.unit}: give --time, or --time-unit")
+            raise LogError(f"{table.log.name}: time column {column} is in {column.unit}: give --time, or --time-unit")
         # doubted where it makes a log far faster and shorter than one of a machine, and seconds would not
         rate, length = TIME[column.unit] / step if step > 0.0 else 0.0, float(values[-1] - values[0])
         if rate < _DOUBTED_HZ or length > TIME[column.unit] or not _LOW_HZ <= 1.0 / step < _HIGH_HZ:
@@ -213,7 +213,7 @@ def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str
             why = f"time: no unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
             return unit, [why], [] if unit == "s" else [why]
     raise LogError(
-        f"{table.file.name}: the unit of time column {column} is not said and its steps of {step:g} fit none: "
+        f"{table.log.name}: the unit of time column {column} is not said and its steps of {step:g} fit none: "
         "give --time-unit"
     )
 
@@ -224,7 +224,7 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start
     if rate is None and stated_s is None:
         in_hz = any(c.unit in ("hz", "khz") for c in table.log.layout.columns)
         of_drive = "; a table over frequency is for compare-numeric" if in_hz else ""
-        raise LogError(f"{table.file.name}: no time column found: give --time, or --sampling-rate" + of_drive)
+        raise LogError(f"{table.log.name}: no time column found: give --time, or --sampling-rate" + of_drive)
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
     said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
     warnings = list[str]()

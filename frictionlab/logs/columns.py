@@ -128,7 +128,7 @@ def assign(
     log: "OpenLog", options: LogOptions, roles: Sequence[str], *, further: bool = False
 ) -> tuple[dict[str, LogColumn], list[str]]:
     """Say which column is time, and which plays each role; with ``further`` also other channels; what is left out."""
-    layout, file = log.layout, log.path.name
+    layout, file = log.layout, log.name
     columns = _numeric(layout, options)
     found = {role: layout.columns[index] for role, index in layout.prefer.items() if role in ("time", *roles)}
     for role in ("time", *roles):
@@ -170,7 +170,7 @@ def _refuse_grouped(log: "OpenLog", columns: Sequence[LogColumn]) -> None:
         for column in columns:
             if _GROUPED.fullmatch(cells[column.index]):
                 raise LogError(
-                    f"{log.path.name}: column {column} has marks between thousands: expected plain numbers; got"
+                    f"{log.name}: column {column} has marks between thousands: expected plain numbers; got"
                     f" {cells[column.index].strip()!r}: write the log without them"
                 )
 
@@ -259,7 +259,7 @@ def possible(log: "OpenLog", options: LogOptions) -> list[LogColumn]:
     columns = _numeric(log.layout, options)
     times = {c.index for c in candidates(columns, "time")} | set(log.layout.time_of.values())
     if options.time is not None:
-        times.add(by_option(log.layout.columns, options.time, "time", log.path.name).index)
+        times.add(by_option(log.layout.columns, options.time, "time", log.name).index)
     elif not times and options.sampling_rate_hz is None and (time := _time_by_values(columns, log)):
         times.add(time.index)
     return [c for c in columns if c.index not in times and is_displacement(c)]
@@ -299,7 +299,7 @@ def _with_displacements(
     alone: bool,
 ) -> dict[str, LogColumn]:
     """The columns of these roles; ``alone``: one of them, or none, will do."""
-    file = log.path.name
+    file = log.name
     times = candidates(columns, "time")
     fits = [c for c in _left(columns, found) if is_displacement(c) and c not in times]
     for role in roles:

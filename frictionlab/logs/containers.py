@@ -47,7 +47,7 @@ class Sheet:
     values: tuple[FloatArray, ...]
     units: tuple[str, ...] = ()
     moments: frozenset[int] = frozenset()
-    facts: Mapping[str, float | str] = field(default_factory=dict)
+    facts: Mapping[str, float] = field(default_factory=dict)
 
 
 def read_binary(path: Path, options: LogOptions) -> Sheet | None:

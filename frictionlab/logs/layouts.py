@@ -27,7 +27,6 @@ from frictionlab.logs.dialect import Dialect, find_dialect, is_comment, kind_of,
 from frictionlab.logs.text import Text
 from frictionlab.units import TIME, known_unit
 
-Facts = dict[str, float | str]
 _CLOCK = re.compile(r"[\[({]?(?:[dmy]+[-/.][dmy]+[-/.][dmy]+\W)?hh?:mm:ss\W?\w*[])}]?", re.IGNORECASE)
 _BRACKETED = re.compile(r'\s*"?\([^()]*\)"?(\s*[,;\t]\s*"?\([^()]*\)"?)+\s*')
 _INTERVAL = re.compile(r"(samp\w*[ _-]*)?(time[ _-]*)?(interval|period)|delta_x|dt|abtastintervall", re.IGNORECASE)
@@ -55,7 +54,7 @@ class LogLayout:
     columns: tuple[LogColumn, ...]
     header: tuple[int, ...]
     body: int
-    facts: Mapping[str, float | str] = field(default_factory=dict)
+    facts: Mapping[str, float] = field(default_factory=dict)
     prefer: Mapping[str, int] = field(default_factory=dict)
     time_of: Mapping[int, int] = field(default_factory=dict)
     spare: int = 0
@@ -179,7 +178,7 @@ def _is_units_row(cells: Sequence[str]) -> bool:
     return bool(units) and all(units) and roles_named(cells) < 2
 
 
-def _stated_facts(lines: Sequence[str], decimal: str) -> Facts:
+def _stated_facts(lines: Sequence[str], decimal: str) -> dict[str, float]:
     """The interval where a line of the form "key <separator> value" states it: ``Sampling time interval(ms),0.5``."""
     for line in lines:
         key = re.split(r"[;\t:=]|,(?!\d)|(?<=\D),", line.lstrip("#%! "), maxsplit=1) if len(line) <= 500 else []
@@ -243,7 +242,7 @@ def labview(text: Text, options: LogOptions) -> LogLayout | None:
         for c in columns_of(titles, (), dialect.fields)
     ]
     times = [c.index for c in columns if c.title == "X_Value"]
-    facts: Facts = _first_interval(cells_of("Delta_X"), dialect.decimal)
+    facts = _first_interval(cells_of("Delta_X"), dialect.decimal)
     date, time = cells_of("Date")[:1], cells_of("Time")[:1]
     if date and time and (start := moment(f"{date[0]} {time[0]}")) is not None:
         facts["start_s"] = start
@@ -271,7 +270,7 @@ def _times_left_of(columns: Sequence[LogColumn], times: Sequence[int]) -> dict[i
     return {index: max(t for t in times if t < index) for index in channels}
 
 
-def _first_interval(cells: Sequence[str], decimal: str) -> Facts:
+def _first_interval(cells: Sequence[str], decimal: str) -> dict[str, float]:
     numbers = (number(cell, decimal) or 0.0 for cell in cells)
     found = next((step for step in numbers if _BELIEVABLE_S[0] < step < _BELIEVABLE_S[1]), None)
     return {} if found is None else {"interval_s": found}

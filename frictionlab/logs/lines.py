@@ -35,7 +35,7 @@ class Body:
 
     ``cut``: number of the last line where it was cut (no sign of a damaged log), 0: it was not; ``first``: number of
     the first line; ``others``: number and kind of the lines that hold no sample, increasing; ``texts``: of lines that
-    the clock may set aside, by their numbers.
+    the clock may set aside, by their numbers; ``above``: how many lines of which kind stand above the first.
     """
 
     first: int
@@ -44,11 +44,20 @@ class Body:
     cut: int = 0
     quarantined: list[tuple[int, str, str]] = field(default_factory=list)
     texts: dict[int, str] = field(default_factory=dict)
+    above: Counter[str] = field(default_factory=Counter)
 
     @property
     def counts(self) -> Counter[str]:
         """How many lines are of which kind."""
-        return Counter({"data": len(self.values[0]), **Counter(self.others.values())})
+        return self.above + Counter({"data": len(self.values[0]), **Counter(self.others.values())})
+
+    def set_aside(self, samples: NDArray[np.int64], reason: str) -> None:
+        """Quarantine the lines of these samples."""
+        lines = self.lines_of(samples).tolist()
+        more = [(n, self.texts.get(n, ""), reason) for n in lines[: max(0, KEEP - len(self.quarantined))]]
+        self.quarantined = sorted([*self.quarantined, *more])
+        self.others = dict(sorted((self.others | dict.fromkeys(lines, "quarantined")).items()))
+        self.values = [np.delete(column, samples) for column in self.values]
 
     def lines_of(self, samples: NDArray[np.int64]) -> NDArray[np.int64]:
         """Line numbers from 1 of these samples."""

@@ -14,7 +14,6 @@ from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, possible
-from frictionlab.logs.lines import KEEP
 from frictionlab.logs.sensor import Sensed, bridge, examine, flag_dead, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
 from frictionlab.logs.text import Progress
@@ -38,12 +37,10 @@ class SensorLog:
     @property
     def warnings(self) -> list[str]:
         """All sentences about this log."""
-        lines, said = self.table.file.lines, list(self.table.warnings)
-        if lines.quarantined:
-            first = self.table.quarantined[0]
-            said.append(
-                f"{lines.quarantined} of {lines.read} lines are quarantined; line {first.number}: {first.reason}"
-            )
+        counts, said = self.table.body.counts, list(self.table.warnings)
+        if counts["quarantined"]:
+            number, _, reason = self.table.body.quarantined[0]
+            said.append(f"{counts['quarantined']} of {counts.total()} lines are quarantined; line {number}: {reason}")
         restarts = self.table.body.restarts
         if len(restarts):
             where = ", ".join(str(n) for n in self.table.body.lines_of(restarts).tolist()[:5])
@@ -133,7 +130,7 @@ def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
     columns = log.layout.columns
     named = options.base_acceleration if options.base is None else options.base
     if named is not None:
-        column = by_option(columns, named, "base", log.path.name)
+        column = by_option(columns, named, "base", log.name)
         said = options.unit in ACCELERATION or options.base_acceleration is not None
         return column if said or _is_acceleration(column) else None
     alone = all(map(_is_acceleration, possible(log, options)))
@@ -169,26 +166,19 @@ def _read_own_times(table: LogTable, base_time: FloatArray, options: LogOptions)
     logs = []
     for role, (column, time) in stamps.items():
         columns = {"time": table.columns[column], role: table.columns[role]}
-        own = _examined(replace(table, columns=columns, values={"time": time, role: values[role]}), options)
-        logs.append(replace(own, table=replace(own.table, file=table.file)))  # one file, counted once
+        own = replace(table, columns=columns, values={"time": time, role: values[role]})
+        logs.append(_examined(own, options, is_whole=False))
     return _recording(logs, options, one_clock=True)
 
 
-def _examined(table: LogTable, options: LogOptions) -> SensorLog:
-    """Convert a log to SI units, and examine its clock and its values."""
+def _examined(table: LogTable, options: LogOptions, *, is_whole: bool = True) -> SensorLog:
+    """Convert a log to SI units, and examine its clock and its values; ``is_whole``: all that its lines hold."""
     clock = clock_of(table, options)
-    if len(clock.stray):  # lines whose stamps run backward are quarantined
-        numbers = table.body.lines_of(clock.stray).tolist()
-        kept, lines = numbers[: max(0, KEEP - len(table.quarantined))], table.file.lines
-        texts, why = table.body.texts, "the time stamp runs backward"
-        more = [QuarantinedLine(table.file.name, n, texts.get(n, ""), why) for n in kept]
-        lines = replace(lines, data=lines.data - len(numbers), quarantined=lines.quarantined + len(numbers))
-        table = replace(
-            table,
-            file=replace(table.file, lines=lines),
-            values={role: np.delete(values, clock.stray) for role, values in table.values.items()},
-            quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
-        )
+    if len(clock.stray):
+        for role, values in table.values.items():
+            table.values[role] = np.delete(values, clock.stray)
+        if is_whole:
+            table.body.set_aside(clock.stray, "the time stamp runs backward")
     channels = {role: _channel(table, role, options) for role in [*table.values]}
     flag_dead(clock.time, channels)
     for role, channel in channels.items():
@@ -199,7 +189,7 @@ def _examined(table: LogTable, options: LogOptions) -> SensorLog:
 def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     """A channel in SI units: by its calibration, its unit, or the step that shows which laser it is."""
     column, values, is_laser = table.columns[role], table.values.pop(role), role in LASERS
-    where = f"{table.file.name}: column {column}"
+    where = f"{table.log.name}: column {column}"
     quantity = "displacement" if is_laser else quantity_named(role)
     a = "a length" if quantity == "displacement" else f"a{'n' * (quantity[0] == 'a')} {quantity}"
     said, per_volt = options.unit_of(role)
@@ -232,7 +222,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
         known = UNIT[quantity]
         how = "--unit, such as --unit mm" if is_laser else f'--units {role}={known}, or [log.units] {role} = "{known}"'
         fault = "known" if unknown else "said"
-        raise LogError(f"{table.file.name}: the unit of column {column} is not {fault}: expected {a}: give {how}")
+        raise LogError(f"{table.log.name}: the unit of column {column} is not {fault}: expected {a}: give {how}")
     if per_volt is None and said and written and written != said:
         warnings.append(f"{role}: the log says {written}, the options say {said}: {said} is taken")
     elif per_volt is None and said and unknown:
@@ -296,12 +286,16 @@ def _recording(
         arrays, how, warnings = align(mass, base, options, one_clock=one_clock)
         of_base = sorted(_dialect_facts(logs[1], options).items(), key=lambda fact: fact[0].startswith("base_"))
         facts |= {key if key.startswith("base_") else f"base_log_{key}": value for key, value in of_base} | how
-    named = [(f"{log.table.file.name}: " if len(logs) > 1 else "", log) for log in logs]
+    named = [(f"{log.table.log.name}: " if len(logs) > 1 else "", log) for log in logs]
     source = Source(
         files=tuple(dict.fromkeys(log.table.file for log in logs)),
         dialect=facts,
         options=options.given(),
-        quarantined=tuple(dict.fromkeys(line for log in logs for line in log.table.quarantined)),
+        quarantined=tuple(
+            dict.fromkeys(
+                QuarantinedLine(log.table.log.name, *line) for log in logs for line in log.table.body.quarantined
+            )
+        ),
         warnings=(*dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.warnings), *warnings),
         evidence=tuple(dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.evidence)),
     )
@@ -312,7 +306,7 @@ def _recording(
     try:
         return Recording(time, x, y, quality, source, channels=tuple(channels))
     except RecordingError as error:
-        raise LogError(f"{' and '.join(log.table.file.name for log in logs)}: {error}") from error
+        raise LogError(f"{' and '.join(log.table.log.name for log in logs)}: {error}") from error
 
 
 def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:

@@ -21,7 +21,7 @@ from frictionlab.logs.dialect import Dialect, decimals, is_comment, number, spli
 from frictionlab.logs.layouts import LogLayout, find_layout
 from frictionlab.logs.lines import KEEP, Body, Reader
 from frictionlab.logs.text import Progress, Text, read_text
-from frictionlab.recording import FrequencyTable, LineCount, QuarantinedLine, SourceFile
+from frictionlab.recording import FrequencyTable, LineCount, SourceFile
 from frictionlab.units import LENGTH, QUANTITIES, known_unit, to_si
 
 _MOST_EMPTY = 0.25
@@ -30,10 +30,12 @@ _MOST_EMPTY = 0.25
 
 @dataclass(frozen=True)
 class OpenLog:
-    """A log, and where things stand in it: a text, or a sheet of numbers."""
+    """A log of ``size`` bytes with this digest, and where things stand in it: a text, or a sheet of numbers."""
 
-    path: Path
+    name: str
     layout: LogLayout
+    size: int
+    sha256: str
     text: Text | None = None
     sheet: Sheet | None = None
 
@@ -65,7 +67,7 @@ def open_log(path: Path, options: LogOptions) -> OpenLog:
     sheet = read_binary(path, options)
     if sheet is None:
         text = read_text(path, options.encoding)
-        return OpenLog(path, find_layout(text, options), text=text)
+        return OpenLog(path.name, find_layout(text, options), text.size, text.sha256, text=text)
     fields = len(sheet.titles)
     kinds = "".join("m" if i in sheet.moments else "n" for i in range(fields))
     layout = LogLayout(
@@ -77,7 +79,9 @@ def open_log(path: Path, options: LogOptions) -> OpenLog:
         facts=sheet.facts,
         evidence=(f"{fields} columns of {len(sheet.values[0])} numbers",),
     )
-    return OpenLog(path, layout, sheet=sheet)
+    with path.open("rb") as raw:
+        sha256 = hashlib.file_digest(raw, "sha256").hexdigest()
+    return OpenLog(path.name, layout, path.stat().st_size, sha256, sheet=sheet)
 
 
 @dataclass(frozen=True)
@@ -85,16 +89,20 @@ class LogTable:
     """A log's columns in the file's units, by role (``time``, ``mass``, ``base``, further channels).
 
     ``columns``: which they are; ``time`` is missing in a log without stamps. ``values``: (n,) each, nan where the log
-    has no value; whoever reads on takes them out. ``body``: which line each stands on; ``quarantined``: the first such.
+    has no value; whoever reads on takes them out. ``body``: which line each stands on.
     """
 
     log: OpenLog
-    file: SourceFile
     columns: dict[str, LogColumn]
     values: dict[str, FloatArray]
     body: Body
-    quarantined: tuple[QuarantinedLine, ...]
     warnings: tuple[str, ...] = ()
+
+    @property
+    def file(self) -> SourceFile:
+        """The log as a recording names it, with what became of its lines."""
+        counts = self.body.counts
+        return SourceFile(self.log.name, self.log.sha256, self.log.size, LineCount(read=counts.total(), **counts))
 
 
 def read_table(
@@ -103,10 +111,10 @@ def read_table(
     """Read the columns of these roles and time, if there is one; with ``further`` all channels. A log is read once."""
     columns, warnings = assign(log, options, roles, further=further)
     if log.text is not None:
-        body, file = _of_text(log, log.text, columns, options.test, progress)
+        body = _of_text(log, log.text, columns, options.test, progress)
     elif log.sheet is not None:
-        body, file = _of_sheet(log, log.sheet, columns)
-    name, data, bad = log.path.name, body.counts["data"], body.counts["quarantined"] - (body.cut > 0)
+        body = _of_sheet(log.sheet, columns)
+    name, data, bad = log.name, body.counts["data"], body.counts["quarantined"] - (body.cut > 0)
     first = "no line was quarantined"
     if body.quarantined:
         line, text, reason = body.quarantined[0]
@@ -122,14 +130,12 @@ def read_table(
     empty = sum(int(np.isnan(column).sum()) for column in body.values)
     if empty > _MOST_EMPTY * data * len(body.values):
         raise LogError(f"{name}: damaged beyond use: {empty} values in {data} lines are missing: expected most of them")
-    values = dict(zip(columns, body.values, strict=True))
-    quarantined = tuple(QuarantinedLine(name, *line) for line in body.quarantined)
-    return LogTable(log, file, columns, values, body, quarantined, tuple(warnings))
+    return LogTable(log, columns, dict(zip(columns, body.values, strict=True)), body, tuple(warnings))
 
 
 def _of_text(
     log: OpenLog, text: Text, columns: dict[str, LogColumn], test: str | int | None, progress: Progress | None
-) -> tuple[Body, SourceFile]:
+) -> Body:
     """The columns of a text; ``test``: of those that a repeated header parts, what stands above it is preamble."""
     layout, encoding, size = log.layout, text.content_encoding, len(text.content)
     # decimals of the last number of a line, if nearly all lines at hand agree: then one with fewer was cut. Where
@@ -146,35 +152,32 @@ def _of_text(
     if test is not None:
         starts, often = [body.first, *body.lines_of(body.restarts).tolist()], len(body.restarts) + 1
         if not 1 <= int(test) <= often:
-            raise LogError(f"--test {test}: expected 1 to {often}, as often as {log.path.name} has its header")
+            raise LogError(f"--test {test}: expected 1 to {often}, as often as {log.name} has its header")
         first, *following = starts[int(test) - 1 :]
         heads = (number for number, kind in body.others.items() if kind == "header" and number >= first)
         body = body.part(first, next(heads) if following else reader.next_line)
     if "time" in columns and (falls := np.flatnonzero(np.diff(body.values[0]) < 0.0)).size:
         body.texts = text.texts_of(body.lines_of(np.union1d(falls, falls + 1)[:KEEP]).tolist())
     text.content = b""  # as large as the log: not kept while its values are examined
-    counts = body.counts + Counter(header=len(layout.header), preamble=body.first - 1 - layout.body)
+    body.above = Counter(header=len(layout.header), preamble=body.first - 1 - layout.body)
     for i in set(range(min(layout.body, len(text.lines)))).difference(layout.header):
         line = text.lines[i]
-        counts["blank" if not line.strip() else "comment" if is_comment(line) else "preamble"] += 1
-    return body, SourceFile(log.path.name, text.sha256, text.size, LineCount(read=counts.total(), **counts))
+        body.above["blank" if not line.strip() else "comment" if is_comment(line) else "preamble"] += 1
+    return body
 
 
-def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tuple[Body, SourceFile]:
+def _of_sheet(sheet: Sheet, columns: dict[str, LogColumn]) -> Body:
     """The columns of a binary log; its rows are its lines."""
     values = {role: _finite(sheet.values[column.index]) for role, column in columns.items()}
     rows = len(sheet.values[0])
     stamped = np.isfinite(values["time"]) if "time" in values else np.ones(rows, bool)
     lost = (np.flatnonzero(~stamped) + 1).tolist()
-    body = Body(
+    return Body(
         first=1,
         values=[column[stamped] for column in values.values()],
         others=dict.fromkeys(lost, "quarantined"),
         quarantined=[(row, "", "no time stamp") for row in lost[:KEEP]],
     )
-    with log.path.open("rb") as raw:
-        sha256 = hashlib.file_digest(raw, "sha256").hexdigest()
-    return body, SourceFile(log.path.name, sha256, log.path.stat().st_size, LineCount(read=rows, **body.counts))
 
 
 def _finite(values: FloatArray) -> FloatArray:
