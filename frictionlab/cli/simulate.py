@@ -2,10 +2,10 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -88,17 +88,9 @@ def simulate(
             raise UsageError("expected --r R or --base-motion FILE; got both: a recorded base has its own times")
         if given:
             raise UsageError(f"{given[0]}: a recorded base is followed once, by its law's own solver: leave it out")
-        if known and _is_frame(known):
-            moves = _structure(rubbing, known, ())
-            _follow(lambda amplitude: moves(1.0, amplitude), base_motion, scene, settings, highpass, to)
-            return
-        by_force = rubbing.beta is None  # over k Y, which is known once the base is read
-
-        def contact(amplitude: float) -> "Problem":
-            return _posed(1.0, replace(rubbing, base_amplitude=amplitude), known, from_rest=not by_force)[0]
-
-        once = contact(1.0)  # a contradiction is refused before anything is read
-        _follow(contact if by_force else once, base_motion, scene, settings, highpass, to)
+        pose = _posed(rubbing, known, ())
+        pose(1.0, 1.0)  # a contradiction is refused before anything is read
+        _follow(partial(pose, 1.0), base_motion, scene, settings, highpass, to)
         return
     stray = [words.flags for key, (_, words) in SETTINGS.items() if key in settings]
     stray += ["--highpass"] if highpass is not None else []
@@ -108,24 +100,14 @@ def simulate(
         raise UsageError("expected --r R (a steady state) or --base-motion FILE (the response to it); got neither")
     if every and len(given) > 1:
         raise UsageError(f"--all: expected neither --cycles nor --solver; got {', '.join(given[:1] + given[2:])}")
-    if known and _is_frame(known):
-        amplitude = rubbing.base_amplitude or known.plan.base_amplitudes_m[0]
-        frame = _structure(rubbing, known, [option for option in given if option != "--all"])(r, amplitude)
-        _settle(frame, Units(amplitude, known.rig.stiffness), to, every=every, solver=solver, cycles=cycles)
-        return
-    _settle(*_posed(r, rubbing, known), to, every=every, solver=solver, cycles=cycles)
+    amplitude = 1.0 if known is None else rubbing.base_amplitude or known.plan.base_amplitudes_m[0]
+    problem = _posed(rubbing, known, [option for option in given if option != "--all"])(r, amplitude)
+    in_si = partial(_in_si, y=amplitude, k=None if known is None else known.rig.stiffness)
+    _settle(problem, None if known is None else in_si, to, every=every, solver=solver, cycles=cycles)
 
 
-class Units(NamedTuple):
-    """What turns a dimensionless answer into metres, joules and newtons, as far as the scene knows it."""
-
-    base_amplitude_m: float
-    stiffness_n_per_m: float | None
-
-
-def _in_si(row: Row, units: Units) -> Row:
-    """The contract's keys of a row in SI units; several contacts have no beta, and none of these."""
-    y, k = units
+def _in_si(row: Row, *, y: float, k: float | None) -> Row:
+    """The contract's keys of a row in SI units, by Y [m] and stiffness [N/m]; several contacts have none of them."""
     amplitude, energy, beta = (row.get(key) for key in (AMPLITUDE, ENERGY, "beta"))
     if not isinstance(beta, float):
         return {}
@@ -136,30 +118,25 @@ def _in_si(row: Row, units: Units) -> Row:
     return {**known, f"{ENERGY}_j": joules, "friction_force_n": beta * k * y}
 
 
-def _is_frame(scene: "Scene") -> bool:
-    return bool(scene.rig.masses or scene.rig.contacts)
-
-
-def _structure(rubs: Rubbing, scene: "Scene", given: Sequence[str]) -> "Callable[[float, float], Structure]":
-    """The frame of several masses or contacts that the scene has, by frequency ratio and base amplitude."""
-    from frictionlab.scene.physical import structure_of
-
-    named = ("beta", "law", "mu", "parameter", "wall", "zeta")
-    said = [f"--{name}" for name in named if getattr(rubs, name) is not None] + list(given)
-    if said:
-        raise UsageError(
-            f"{said[0]}: belongs to one mass with one contact; {scene.files[0]} has [[rig.masses]] or"
-            " [[rig.contacts]]: say it there"
-        )
-    return partial(structure_of, scene, coefficient=rubs.coefficient, normal_force_n=rubs.normal_force)
-
-
 def _posed(
-    r: float, rubs: Rubbing, scene: "Scene | None", *, from_rest: bool = False
-) -> "tuple[Problem, Units | None]":
-    """The problem that the options and the scene pose, and its units where a scene is given and a base amplitude."""
+    rubs: Rubbing, scene: "Scene | None", given: Sequence[str]
+) -> "Callable[[float, float], Problem | Structure]":
+    """What the options and the scene pose, by frequency ratio and base amplitude [m].
+
+    A frame of several masses or contacts is as its scene has it: ``given`` are further options that it does not take.
+    """
     from frictionlab.simulator import Problem
 
+    if scene is not None and (scene.rig.masses or scene.rig.contacts):
+        from frictionlab.scene.physical import structure_of
+
+        named = ("beta", "law", "mu", "parameter", "wall", "zeta")
+        if stray := [f"--{name}" for name in named if getattr(rubs, name) is not None] + list(given):
+            raise UsageError(
+                f"{stray[0]}: belongs to one mass with one contact; {scene.files[0]} has [[rig.masses]] or"
+                " [[rig.contacts]]: say it there"
+            )
+        return partial(structure_of, scene, coefficient=rubs.coefficient, normal_force_n=rubs.normal_force)
     if rubs.mu is not None and rubs.mu < 1.0:
         raise UsageError(
             f"--mu {rubs.mu:g}: mu is static over kinetic friction, 1 or more; the friction coefficient is"
@@ -167,23 +144,24 @@ def _posed(
         )
     said = named_values(rubs.parameter, {"mu": rubs.mu, "zeta": rubs.zeta})
     values = {name: number_of(text, f"--parameter {name}") for name, text in said.items()}
-    units, mu, law, wall = None, rubs.mu, rubs.law or "coulomb", rubs.wall or "fixed"
+    mu, law, wall = rubs.mu, rubs.law or "coulomb", rubs.wall or "fixed"
     if scene is not None:
         model = scene.model
-        if rubs.law in (None, model.law):
-            values = {**model.parameters, **values}
-        if not from_rest:
-            units = Units(rubs.base_amplitude or scene.plan.base_amplitudes_m[0], scene.rig.stiffness)
-            values = {"frame_damping_ratio": scene.frame_damping_ratio, **values}
+        held = model.parameters if rubs.law in (None, model.law) else {}
+        values = {"frame_damping_ratio": scene.frame_damping_ratio, **held, **values}
         mu = model.static_ratio if mu is None and model.static_ratio != 1.0 else mu
         law, wall = rubs.law or ("coulomb" if model.law == "auto" else model.law), rubs.wall or model.wall
-    try:
-        return Problem(r, _beta(rubs, scene, units), mu, rubs.zeta, wall, law=law, parameters=values), units
-    except SimulationError as error:
-        raise UsageError(str(error)) from error
+
+    def problem(r: float, amplitude: float) -> Problem:
+        try:
+            return Problem(r, _beta(rubs, scene, amplitude), mu, rubs.zeta, wall, law=law, parameters=values)
+        except SimulationError as error:
+            raise UsageError(str(error)) from error
+
+    return problem
 
 
-def _beta(rubs: Rubbing, scene: "Scene | None", units: Units | None) -> float:
+def _beta(rubs: Rubbing, scene: "Scene | None", amplitude: float) -> float:
     """The friction ratio: as given, or from coefficient, normal force, stiffness and base amplitude; eq. (2.8)."""
     if rubs.beta is not None:
         if rubs.coefficient is not None:
@@ -192,17 +170,23 @@ def _beta(rubs: Rubbing, scene: "Scene | None", units: Units | None) -> float:
     prior = scene.plan.friction_coefficient if scene is not None else None
     coefficient = rubs.coefficient if rubs.coefficient is not None or prior is None else prior[0]
     force = rubs.normal_force or (None if scene is None else scene.experiment.normal_force_n)
-    stiffness = None if units is None else units.stiffness_n_per_m
-    if coefficient is None or force is None or stiffness is None or units is None:
+    stiffness = None if scene is None else scene.rig.stiffness
+    if coefficient is None or force is None or stiffness is None:
         rig = "--scene TOML with stiffness_n_per_m (or mass_kg and natural_frequency_hz) in [rig]"
         asked = zip(("--coefficient MU", "--normal-force N", rig), (coefficient, force, stiffness), strict=True)
         missing = ", ".join(option for option, value in asked if value is None)
         raise UsageError(f"friction: expected --beta BETA (friction force over k Y), or, all of them: {missing}")
-    return coefficient * force / (stiffness * units.base_amplitude_m)
+    return coefficient * force / (stiffness * amplitude)
 
 
 def _settle(
-    problem: "Problem | Structure", units: Units | None, to: Drawn, *, every: bool, solver: Any, cycles: int | None
+    problem: "Problem | Structure",
+    in_si: Callable[[Row], Row] | None,
+    to: Drawn,
+    *,
+    every: bool,
+    solver: Any,
+    cycles: int | None,
 ) -> None:
     """Solve the steady state, run some cycles from rest, or find all states: one row each, the most visited first."""
     from frictionlab.simulator import coexisting
@@ -219,7 +203,7 @@ def _settle(
     states: list[SteadyState] = [each.state for each in found] or [simulate(problem, cycles=cycles, solver=solver)]
     seconds = time.perf_counter() - start
     rows: list[Row] = [{**dict.fromkeys(KEYS), "wall_s": seconds, **state.row()} for state in states]
-    rows = rows if units is None else [{**row, **_in_si(row, units)} for row in rows]
+    rows = rows if in_si is None else [{**row, **in_si(row)} for row in rows]
     if every:
         rows = [{**row, "basin_share": each.share} for row, each in zip(rows, found, strict=True)]
     for row in rows if to.as_json else ():
@@ -307,7 +291,7 @@ def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) 
 
 
 def _follow(
-    problem: "Problem | Callable[[float], Problem | Structure]",
+    problem: "Callable[[float], Problem | Structure]",
     path: Path,
     scene: Path | None,
     settings: Mapping[str, object],
