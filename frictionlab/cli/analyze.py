@@ -256,6 +256,8 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
     what = "mode" if "modes" in row else "tap"
     for number, numbers in enumerate(screen.each_of(row[f"{what}s"]), 1):
         line = {"source": row["source"], "status": "ok", "reason": None, what: number, **numbers}
+        if "shape" in numbers:
+            line["_shape"] = " ".join(f"{mass:+.3f}" for mass in numbers["shape"])
         if taps := screen.each_of(row.get("_taps")):
             line["_unit"] = taps[0].unit
             for key, length in (("friction_n", "friction_m"), ("_friction_n_se", "friction_m_se")):
@@ -270,6 +272,7 @@ def _print_taps(lines: Sequence[Row], means: "dict[str, Average]", unit: str, *,
     failed = sum(line["status"] != "ok" for line in lines)
     taps = screen.counted(sum("tap" in line for line in lines) + sum(line.get("mode") == 1 for line in lines), "tap")
     headline = f"{taps}, {failed} inputs failed" if failed else taps
+    lines = [{key.removeprefix("_"): value for key, value in line.items()} for line in lines]
     screen.print_tests(lines, screen.TAPPED, headline, FREE_VIBRATIONS if wide else None)
     if means:
         f, zeta, friction = (means[name] for name in ("natural_frequency_hz", "damping_ratio", "friction_m"))

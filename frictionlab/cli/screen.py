@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -55,55 +54,40 @@ def cell(value: object) -> str:
 
 @dataclass(frozen=True)
 class Shown:
-    """A column of the table of tests: its title, what stands in it, and how gladly it is kept in a narrow window.
+    """A column of a table on a screen: title, key of what stands in it, how gladly a narrow window keeps it.
 
-    ``key``: of the number or text that it shows as it is.
+    A number stands with its uncertainty, the row's KEY_error, or alone in its ``form``; ``times``: what turns it into
+    the title's unit; None: a dash.
     """
 
     title: str
-    text: Callable[[Row], str]
+    key: str
     keep: int = 9
-    key: str = ""
+    form: str = ".4g"
+    error: str = "u"
+    times: Callable[[Row], float | None] = lambda _: 1.0
 
-
-def word(title: str, key: str, keep: int, form: str = ".3g") -> Shown:
-    """A text or a plain number of a row."""
-
-    def text(row: Row) -> str:
-        value = row.get(key)
-        return "-" if value is None else format(value, form) if isinstance(value, float) else str(value)
-
-    return Shown(title, text, keep, key)
-
-
-def known(
-    title: str, key: str, keep: int, error: str = "u", times: Callable[[Row], float | None] | None = None
-) -> Shown:
-    """A number of a row with its uncertainty, times a factor; a dash where the factor is not known."""
-
-    def text(row: Row) -> str:
-        factor = 1.0 if times is None else times(row)
-        return "-" if factor is None else with_error(row.get(key), row.get(f"{key}_{error}"), factor)
-
-    return Shown(title, text, keep, key if times is None else "")
-
-
-def _plain(title: str, key: str, known_in_units: Callable[[Row], object]) -> Shown:
-    """A dimensionless number, where it is not known in physical units."""
-    return replace(known(title, key, 7, times=lambda row: 1.0 if known_in_units(row) is None else None), key=key)
-
-
-def _with_u(row: Row, key: str) -> str:
-    """What a row has of this key, with its combined uncertainty where that stands beside it."""
-    error = row.get(f"{key}_u")
-    return cell(row.get(key)) if error is None else with_error(row.get(key), error)
+    def text(self, row: Row) -> str:
+        """What stands in a row."""
+        value, factor, error = plain(row.get(self.key)), self.times(row), row.get(f"{self.key}_{self.error}")
+        if value is None or factor is None:
+            return "-"
+        if error is not None:
+            return with_error(value, error, factor)
+        return format(factor * value, self.form) if isinstance(value, float) else cell(value)
 
 
 def _further(table: Table, columns: Collection[Shown]) -> list[Shown]:
     """What a screen shows of a table beside these columns; an error as a column where it is no other's uncertainty."""
-    there = {column.key for column in columns} | {"source"}
-    names = [name for name in table.shown if name not in there and not name.endswith("_u")]
-    return [Shown(_head(name, table), partial(_with_u, key=name), 0, name) for name in names]
+    there = {column.key for column in columns if column.times is not _millimetres} | {"source"}
+    return [
+        replace(_column(name, table), keep=0) for name in table.shown if name not in there and not name.endswith("_u")
+    ]
+
+
+def _column(name: str, table: Table) -> Shown:
+    """A column of a table as `show` has it: six significant digits of a number without an uncertainty."""
+    return Shown(_head(name, table), name, form=".6g")
 
 
 def _is_large(row: Row) -> bool:
@@ -117,41 +101,46 @@ def _millimetres(row: Row) -> float | None:
     return 1e3 * base if isinstance(base, float) else None
 
 
+def _where_no(known: Callable[[Row], object]) -> Callable[[Row], float | None]:
+    """Lets a dimensionless number stand where it is not known in physical units."""
+    return lambda row: 1.0 if known(row) is None else None
+
+
 _FIRST = (
-    *(word("r", RATIO, 6, ".3f"), known("E [mJ]", f"{ENERGY}_j", 7, times=lambda _: 1e3)),
-    _plain("E [kY²]", ENERGY, lambda row: row.get(f"{ENERGY}_j")),
+    *(Shown("r", RATIO, 6, ".3f", error=""), Shown("E [mJ]", f"{ENERGY}_j", 7, times=lambda _: 1e3)),
+    Shown("E [kY²]", ENERGY, 7, times=_where_no(lambda row: row.get(f"{ENERGY}_j"))),
 )
 MEASURED = (
-    *(*_FIRST, known("X [mm]", AMPLITUDE, 7, times=_millimetres), _plain("X [Y]", AMPLITUDE, _millimetres)),
-    *(word("stops", STOPS, 4), word("regime", REGIME, 5)),
-    known("E force [mJ]", WORK, 6, times=lambda row: None if _is_large(row) else 1e3),
-    known("E force [J]", WORK, 6, times=lambda row: 1.0 if _is_large(row) else None),
-    *(known("F [N]", "measured_friction_force_n", 6), known("mu", "measured_friction_coefficient", 8)),
+    *(*_FIRST, Shown("X [mm]", AMPLITUDE, 7, times=_millimetres)),
+    Shown("X [Y]", AMPLITUDE, 7, times=_where_no(_millimetres)),
+    *(Shown("stops", STOPS, 4, ".3g"), Shown("regime", REGIME, 5)),
+    Shown("E force [mJ]", WORK, 6, times=lambda row: None if _is_large(row) else 1e3),
+    Shown("E force [J]", WORK, 6, times=lambda row: 1.0 if _is_large(row) else None),
+    *(Shown("F [N]", "measured_friction_force_n", 6), Shown("mu", "measured_friction_coefficient", 8)),
 )
 COMPARED = (
-    *(*_FIRST, known("beta", "friction_ratio", 4), known("F [N]", "friction_force_n", 8)),
-    *(known("mu", "friction_coefficient", 8), word("law", "law", 9), word("verdict", "verdict", 9)),
-    word("record nrmse", "record_nrmse", 7, ".2%"),
+    *(*_FIRST, Shown("beta", "friction_ratio", 4), Shown("F [N]", "friction_force_n", 8)),
+    *(Shown("mu", "friction_coefficient", 8), Shown("law", "law"), Shown("verdict", "verdict")),
+    Shown("record nrmse", "record_nrmse", 7, ".2%"),
 )
 FOUND = (
-    *(word("layout", "layout", 4), word("samples", "samples", 9)),
-    *(word("rate [Hz]", "sampling_rate_hz", 8, ".6g"), word("length [s]", "duration_s", 9, ".4g")),
-    Shown("flagged", lambda row: str(row["flagged"] or "-"), 6),
-    Shown("quarantined", lambda row: str(row["lines_quarantined"] or "-"), 5),
-    word("recording", "output", 3),
+    *(Shown("layout", "layout", 4), Shown("samples", "samples")),
+    *(Shown("rate [Hz]", "sampling_rate_hz", 8, ".6g"), Shown("length [s]", "duration_s")),
+    Shown("flagged", "flagged", 6, times=lambda row: 1.0 if row["flagged"] else None),
+    Shown("quarantined", "lines_quarantined", 5, times=lambda row: 1.0 if row["lines_quarantined"] else None),
+    Shown("recording", "output", 3),
 )
 FITTED = (
-    *(word("material", "material", 9), Shown("N [N]", lambda row: with_error(row.get("normal_force_n"), None))),
-    *(word("tests", "tests", 9), known("beta", "friction_ratio", 9), known("F [N]", "friction_force_n", 9)),
-    *(known("mu", "friction_coefficient", 9), word("law", "law", 9)),
+    *(Shown("material", "material"), Shown("N [N]", "normal_force_n"), Shown("tests", "tests")),
+    *(Shown("beta", "friction_ratio"), Shown("F [N]", "friction_force_n"), Shown("mu", "friction_coefficient")),
+    Shown("law", "law"),
 )
 TAPPED = (
-    *(word("tap", "tap", 7), word("mode", "mode", 9), known("f [Hz]", "natural_frequency_hz", 9, "se")),
-    *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", lambda row: _in_um(row, "m"))),
-    known("F/k [deg]", "friction_m", 8, "se", lambda row: _in_um(row, "rad")),
-    Shown("F [N]", lambda row: with_error(row.get("friction_n"), row.get("_friction_n_se")), 5),
-    word("half-cycles", "half_cycles", 4),
-    Shown("shape", lambda row: " ".join(f"{mass:+.3f}" for mass in each_of(row.get("shape"))) or "-", 5),
+    *(Shown("tap", "tap", 7), Shown("mode", "mode"), Shown("f [Hz]", "natural_frequency_hz", error="se")),
+    Shown("zeta", "damping_ratio", error="se"),
+    Shown("F/k [um]", "friction_m", 8, error="se", times=lambda row: _in_um(row, "m")),
+    Shown("F/k [deg]", "friction_m", 8, error="se", times=lambda row: _in_um(row, "rad")),
+    *(Shown("F [N]", "friction_n", 5, error="se"), Shown("half-cycles", "half_cycles", 4), Shown("shape", "shape", 5)),
 )
 """What a screen shows of measurements, comparisons, ingested logs, rows of ``friction.csv``, and taps."""
 
@@ -163,7 +152,7 @@ def each_of(value: Any) -> Sequence[Any]:
 
 def _in_um(row: Row, unit: str) -> float | None:
     """What turns the friction of a tap into micrometres or, of an angle, into degrees; None: it has another unit."""
-    known_in = row.get("_unit", "m")
+    known_in = row.get("unit", "m")
     return None if known_in != unit else 1e6 if unit == "m" else math.degrees(1.0)
 
 
@@ -303,9 +292,9 @@ def print_table(rows: Iterable[Row], columns: Table | Mapping[str, str] | Sequen
         names = [name for name in columns.shown if name in known and not name.endswith("_u")]
         own = {*columns.names, *(() if columns.kind in ("map", "motion") else known)}
         more = dict.fromkeys(key for row in every for key in row if key not in own)  # the parameters of a map's law
-        columns = {name: _head(name, columns) for name in (*more, *names)}
-    if isinstance(columns, Mapping):
-        columns = [Shown(printable(title), partial(_with_u, key=key)) for key, title in columns.items()]
+        columns = [_column(name, columns) for name in (*more, *names)]
+    elif isinstance(columns, Mapping):
+        columns = [Shown(printable(title), key, form=".6g") for key, title in columns.items()]
     _print_blocks([column.title for column in columns], [[column.text(row) for column in columns] for row in every])
 
 
