@@ -1,14 +1,11 @@
 """Numbers over two axes: of a campaign over frequency ratio x normal force, and of a map of steady states."""
 
-from collections import defaultdict
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
+from matplotlib.collections import PathCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -16,15 +13,15 @@ from matplotlib.ticker import MaxNLocator
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.friction import Verdict
-from frictionlab.campaign.trials import Trial, levels, nearest
+from frictionlab.campaign.trials import Trial, levels
 from frictionlab.errors import UsageError
-from frictionlab.figures.style import AT_REST, BLUE, MEASURED, VERMILION, StopColours, drawing, panels, plain_numbers
+from frictionlab.figures.style import AT_REST, BLUE, GREY, MEASURED, StopColours, drawing, panels, plain_numbers
 from frictionlab.schema import AMPLITUDE, ENERGY, STEADY_STATES, STOPS
 from frictionlab.simulator import StateMap
 from frictionlab.simulator.sweep import Grid, named
 
 CLIP = 0.1  # the colour scale ends this far below the maximum, as in Fig. 4.5
-GAP = 1.6  # a step over r = 1 this much wider than its neighbours is a band left out
+SQUARE = 6.0  # points: side of a test's square in a map
 FEW = 8  # classes of stops for which a low figure has space
 PANELS = {c.name: c.head for c in STEADY_STATES.columns if c.name in (ENERGY, AMPLITUDE, STOPS)}
 """Columns of a map of steady states -> what they are."""
@@ -33,47 +30,29 @@ PERCENTILE = 95.0  # percentile where the colours end: a few points at resonance
 Value = Callable[[Verdict], float | None]
 
 
-@dataclass(frozen=True)
-class _Map:
-    """Values (forces, levels) over frequency ratio; ``ratios`` (levels,), ``forces`` (forces,) N; nan: not measured."""
-
-    ratios: tuple[float, ...]
-    forces: tuple[float, ...]
-    values: FloatArray
-
-    @property
-    def is_line(self) -> bool:
-        """Whether only one of frequency ratio and normal force varies."""
-        return len(self.forces) < 2 or len(self.ratios) < 2
-
-
-def _map_of(campaign: Campaign, material: str, value: Value) -> _Map:
+def _tests(campaign: Campaign, material: str, value: Value) -> FloatArray:
+    """Frequency ratio, normal force [N] and a value (3, n) of the short tests of a material; NaN: not known."""
     fits = [f for f in campaign.fits if f.material == material]
-    tests = [(f.normal_force_n, v) for f in fits for v in f.verdicts if not v.trial.is_long]
-    ratios = levels([v.trial.r for _, v in tests])
-    forces = tuple(sorted({force for force, _ in tests}))
-    found: defaultdict[tuple[float, float], list[float]] = defaultdict(list)
-    for force, verdict in tests:
-        found[force, nearest(verdict.trial.r, ratios)] += [] if (number := value(verdict)) is None else [number]
-    values = np.array([[np.median(found[force, r] or [np.nan]) for r in ratios] for force in forces])
-    return _Map(ratios, forces, values)
+    tests = [(v.trial.r, f.normal_force_n, value(v)) for f in fits for v in f.verdicts if not v.trial.is_long]
+    return np.array(tests, dtype=np.float64).reshape(-1, 3).T
+
+
+def _is_map(tests: FloatArray) -> bool:
+    """Whether both frequency ratio and normal force vary: less is drawn as a line."""
+    return min(len(levels(tests[0].tolist())), len(set(tests[1].tolist()))) > 1
 
 
 def varies(campaign: Campaign, known: Callable[[Trial], float | None]) -> bool:
     """Whether a material has a number at two frequency ratios or two normal forces: less is no map."""
-    maps = [_map_of(campaign, material, lambda verdict: known(verdict.trial)) for material in campaign.materials]
-    return any(one.values.size > 1 and np.isfinite(one.values).any() for one in maps)
-
-
-def has_map(campaign: Campaign) -> bool:
-    """Whether a material varies in both frequency ratio and normal force: else there are lines in place of maps."""
-    return any(not _map_of(campaign, material, lambda _: 0.0).is_line for material in campaign.materials)
+    every = [_tests(campaign, material, lambda verdict: known(verdict.trial)) for material in campaign.materials]
+    settings = [max(len(levels(r.tolist())), len(set(force.tolist()))) for r, force, _ in every]
+    return any(count > 1 and np.isfinite(one[2]).any() for one, count in zip(every, settings, strict=True))
 
 
 def irregularity(campaign: Campaign) -> Figure:
     """Irregularity index of the short tests.
 
-    Equation (4.1), on one scale for all materials. Between dotted lines nothing was measured, near resonance.
+    Equation (4.1), a square for each test, on one scale for all materials.
     """
     return _grid(campaign, {"": lambda verdict: verdict.trial.irregularity}, "irregularity index")
 
@@ -81,8 +60,7 @@ def irregularity(campaign: Campaign) -> Figure:
 def stops(campaign: Campaign) -> Figure:
     """Stops per cycle.
 
-    Measured on the left; on the right as the fitted law predicts it. Blank: not measured,
-    or no steady state.
+    Measured on the left; on the right as the fitted law predicts it, where it has a steady state.
     """
 
     def measured(verdict: Verdict) -> float | None:
@@ -96,37 +74,37 @@ def stops(campaign: Campaign) -> Figure:
 
 
 def _grid(campaign: Campaign, columns: Mapping[str, Value], quantity: str) -> Figure:
-    """A row a material, with a map of each column; one colour scale for all."""
-    maps = [[_map_of(campaign, material, value) for value in columns.values()] for material in campaign.materials]
-    every = np.concatenate([one.values[np.isfinite(one.values)] for row in maps for one in row])
+    """A row a material, with the tests of each column; one colour scale for all."""
+    rows = [[_tests(campaign, material, value) for value in columns.values()] for material in campaign.materials]
+    every = np.concatenate([one[2][np.isfinite(one[2])] for row in rows for one in row])
     classes = StopColours(every) if quantity == "stops per cycle" else None
     limit = colour_limit(every)
     colours: dict[str, Any] = classes.mapped if classes else {"norm": Normalize(0.0, limit), "cmap": "viridis"}
-    high = len(classes.names) > FEW if classes else maps[0][0].is_line
-    with drawing(0.6 + 1.25 * max(len(maps), 2 if high else 1)) as figure:
-        axes = figure.subplots(len(maps), len(columns), sharex=True, squeeze=False)
-        mesh = None
-        for line, row, material in zip(axes, maps, campaign.materials, strict=True):
-            for ax, drawn, words in zip(line, row, columns, strict=True):
-                if drawn.is_line:
-                    _draw_line(ax, drawn, quantity, max(0.0, float(every.max(initial=0.0))), whole=classes is not None)
+    high = len(classes.names) > FEW if classes else not _is_map(rows[0][0])
+    with drawing(0.6 + 1.25 * max(len(rows), 2 if high else 1)) as figure:
+        axes = figure.subplots(len(rows), len(columns), sharex=True, squeeze=False)
+        squares = None
+        for line, row, material in zip(axes, rows, campaign.materials, strict=True):
+            for ax, tests, words in zip(line, row, columns, strict=True):
+                if _is_map(tests):
+                    squares = _draw_map(ax, tests, colours)
                 else:
-                    mesh = _draw_map(ax, drawn, colours)
+                    _draw_line(ax, tests, quantity, max(0.0, float(every.max(initial=0.0))), whole=classes is not None)
                 ax.set_title(f"{material}{words}")
                 ax.label_outer()
-        if mesh is not None and classes is not None:
-            classes.bar(figure, mesh, axes).set_label(quantity)
-        elif mesh is not None:
+        if squares is not None and classes is not None:
+            classes.bar(figure, squares, axes).set_label(quantity)
+        elif squares is not None:
             extend = "max" if limit < every.max() else "neither"
-            figure.colorbar(mesh, ax=axes, label=quantity, aspect=30, extend=extend)
+            figure.colorbar(squares, ax=axes, label=quantity, aspect=30, extend=extend)
     return figure
 
 
-def _draw_line(ax: Axes, drawn: _Map, quantity: str, most: float, *, whole: bool) -> None:
+def _draw_line(ax: Axes, tests: FloatArray, quantity: str, most: float, *, whole: bool) -> None:
     """Values over force or frequency ratio, up to the largest of all materials."""
-    over_force = len(drawn.ratios) < 2
-    along = drawn.forces if over_force else drawn.ratios
-    values = np.where(drawn.values == AT_REST, 0.0, drawn.values).ravel()
+    over_force = len(levels(tests[0].tolist())) < 2
+    along, values = tests[:, np.argsort(tests[int(over_force)])][[int(over_force), 2]]
+    values = np.where(values == AT_REST, 0.0, values)
     ax.plot(along, values, "o" if over_force else "o-", color=MEASURED, markersize=3.0, linewidth=0.6)
     top = most or 1.0
     ax.set(xlabel="normal force [N]" if over_force else "frequency ratio r", ylabel=quantity)
@@ -134,40 +112,14 @@ def _draw_line(ax: Axes, drawn: _Map, quantity: str, most: float, *, whole: bool
     ax.yaxis.set_major_locator(MaxNLocator(4, integer=whole))
 
 
-def _draw_map(ax: Axes, drawn: _Map, colours: Mapping[str, Any]) -> QuadMesh:
-    """Cells over both axes; a band that was left out over resonance is blank between dotted lines."""
-    band, values = resonance_band(drawn.ratios), drawn.values
-    cut = len(drawn.ratios) if band is None else drawn.ratios.index(band[1])
-    stretches = [np.array(stretch) for stretch in (drawn.ratios[:cut], drawn.ratios[cut:]) if stretch]
-    edges = np.concatenate([_edges(stretch) for stretch in stretches])
-    if band is not None:
-        values = np.insert(values, cut, np.nan, axis=1)
-        for edge in edges[cut : cut + 2]:
-            ax.axvline(edge, color=VERMILION, linestyle=":", linewidth=1.2)
-    rows = np.arange(len(drawn.forces) + 1) - 0.5
-    mesh = ax.pcolormesh(edges, rows, values, edgecolors="white", linewidth=0.3, **colours)
-    ax.grid(visible=False)
-    ax.set_xlim(left=0)
-    ax.set_yticks(range(len(drawn.forces)), [f"{force:.4g}" for force in drawn.forces])
-    ax.set(ylabel="normal force [N]", xlabel="frequency ratio r")
-    return mesh
-
-
-def resonance_band(ratios: Sequence[float]) -> tuple[float, float] | None:
-    """The band over r = 1 that a campaign left out: between its neighbours, if they are further apart than usual."""
-    below, above = [r for r in ratios if r < 1], [r for r in ratios if r > 1]
-    if not below or not above or 1.0 in ratios:
-        return None
-    low, high = max(below), min(above)
-    steps = [b - a for a, b in pairwise(sorted(ratios)) if not a < 1 < b and b > a]
-    return (low, high) if steps and high - low > GAP * float(np.median(steps)) else None
-
-
-def _edges(centres: FloatArray) -> FloatArray:
-    if len(centres) == 1:
-        return np.array([centres[0] - 0.025, centres[0] + 0.025])
-    middle = 0.5 * (centres[1:] + centres[:-1])
-    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
+def _draw_map(ax: Axes, tests: FloatArray, colours: Mapping[str, Any]) -> PathCollection:
+    """A square for each test over frequency ratio and normal force."""
+    r, force, value = tests
+    forces, places = np.unique(force, return_inverse=True)
+    squares = ax.scatter(r, places, c=value, s=SQUARE**2, marker="s", linewidths=0.3, edgecolors=GREY, **colours)
+    ax.set_yticks(range(len(forces)), [f"{each:.4g}" for each in forces])
+    ax.set(ylabel="normal force [N]", xlabel="frequency ratio r", xlim=(0.0, None), ylim=(-0.6, len(forces) - 0.4))
+    return squares
 
 
 def colour_limit(values: FloatArray) -> float:

@@ -74,8 +74,6 @@ The first line of what draws it is the figure's title, the rest its caption.
 LAST: Mapping[str, tuple[str, Callable[[Campaign], bool]]] = {
     "friction": ("Right:", materials.has_several_forces),
     "law_": ("Right:", lambda c: bool(c.laws)),
-    "irregularity": ("Between", grids.has_map),
-    "stops": ("Blank:", grids.has_map),
     "residuals": ("Open:", materials.has_open_points),
 }
 """Figures whose caption ends, from this word on, with what is there for some campaigns only."""

@@ -6,9 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from matplotlib.collections import QuadMesh
+from matplotlib.collections import PathCollection as Points
 
 from frictionlab.analysis.steadiness import linear_trend
 from frictionlab.campaign import Campaign, evaluate
@@ -16,7 +14,6 @@ from frictionlab.campaign.prediction import Model
 from frictionlab.campaign.ranking import Rank, drift_of
 from frictionlab.campaign.trials import trial_of
 from frictionlab.figures import grids
-from frictionlab.figures.grids import resonance_band
 from frictionlab.figures.plates import plates
 from frictionlab.figures.style import AT_REST, StopColours
 from frictionlab.report import page
@@ -165,23 +162,13 @@ def test_a_campaign_without_recordings_has_all_its_figures(campaign: Campaign) -
         assert any(ax.get_xlabel() for ax in figure.axes)
 
 
-def test_the_irregularity_maps_share_one_scale_and_leave_resonance_blank(campaign: Campaign) -> None:
-    figure = grids.irregularity(campaign)
-    meshes = [mesh for ax in figure.axes for mesh in ax.collections if isinstance(mesh, QuadMesh)][:3]
-    assert len({mesh.get_clim() for mesh in meshes}) == 1
-    for mesh in meshes:
-        edges = np.asarray(mesh.get_coordinates())[0, :, 0]
-        blank = np.isnan(np.asarray(mesh.get_array(), dtype=float))
-        (place,) = np.flatnonzero(blank.all(axis=0))
-        assert edges[place] < 1.0 < edges[place + 1]
-
-
-@given(st.lists(st.floats(0.05, 0.8), min_size=2, max_size=8, unique=True))
-def test_a_band_is_left_blank_only_over_resonance(below: list[float]) -> None:
-    assert resonance_band(below) is None
-    assert resonance_band([*below, 1.0, 1.5]) is None
-    band = resonance_band([*sorted(below), 9.0])
-    assert band is None or band == (max(below), 9.0)
+def test_the_irregularity_maps_share_one_scale_and_have_a_square_where_each_test_was(campaign: Campaign) -> None:
+    squares = [one for ax in grids.irregularity(campaign).axes for one in ax.collections if isinstance(one, Points)]
+    assert len({one.get_clim() for one in squares}) == 1
+    for one, material in zip(squares, campaign.materials, strict=True):
+        tests = [t for t in campaign.trials if t.material == material and not t.is_long]
+        assert np.asarray(one.get_array()).tolist() == [t.irregularity for t in tests]
+        assert np.asarray(one.get_offsets())[:, 0].tolist() == [t.r for t in tests]
 
 
 def test_stops_are_whole_numbers_of_distinct_colours_over_their_full_range() -> None:
