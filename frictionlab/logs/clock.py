@@ -56,16 +56,16 @@ class Clock:
     evidence: tuple[str, ...] = ()
 
 
-def time_base(stamps: FloatArray, name: str, *, bridge_s: float, stated_s: float | None = None) -> Clock:
+def time_base(stamps: FloatArray, *, bridge_s: float, stated_s: float | None = None) -> Clock:
     """Make a time base of stamps (n,) [s]; ``stated_s``: the sampling interval that the log states, to be checked.
 
     Refused are stamps that do not increase, or are beyond all time.
     """
     if len(stamps) and not max(-stamps.min(), stamps.max()) < LATEST_S:
-        raise LogError(f"{name}: time: expected seconds; got {np.abs(stamps).max():g}: damaged, or in another unit")
+        raise LogError(f"time: expected seconds; got {np.abs(stamps).max():g}: damaged, or in another unit")
     base = Clock(stamps, np.zeros(len(stamps), np.uint8), np.zeros(0, np.int64))
     if len(stamps) > 1 and step_range(stamps)[0] < 0.0:
-        stray, restarts = _backward(stamps, name)
+        stray, restarts = _backward(stamps)
         time = np.delete(stamps, stray)
         base = Clock(time, np.zeros(len(time), np.uint8), stray)
         if len(restarts):  # each part of a clock that restarted follows on the one before, one step later
@@ -81,7 +81,7 @@ def time_base(stamps: FloatArray, name: str, *, bridge_s: float, stated_s: float
                 "long the interruption was is not known, and no cycle is cut across it"
             )
     if len(base.time) < 2 or not base.time[-1] > base.time[0]:
-        raise LogError(f"{name}: the time stamps do not increase: give --time, or --sampling-rate")
+        raise LogError("the time stamps do not increase: give --time, or --sampling-rate")
     _flag_holes(base, bridge_s)
     if stated_s is not None and abs(stated_s / base.interval - 1.0) > _STATED_TOLERANCE:
         base.warnings.append(
@@ -91,13 +91,13 @@ def time_base(stamps: FloatArray, name: str, *, bridge_s: float, stated_s: float
     return base
 
 
-def _backward(stamps: FloatArray, name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _backward(stamps: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Find stray stamps and restarts of the clock, as indices."""
     stray, restarts = list[int](), list[int]()
     falls = np.flatnonzero(np.diff(stamps) < 0.0) + 1
     if len(falls) > max(5.0, _MOST_STRAY * len(stamps)):
         raise LogError(
-            f"{name}: the time stamps run backward {len(falls)} times in {len(stamps)} samples: expected increasing "
+            f"the time stamps run backward {len(falls)} times in {len(stamps)} samples: expected increasing "
             "stamps; give --time, or --sampling-rate"
         )
     last = len(stamps) - 1
@@ -177,7 +177,7 @@ def clock_of(table: LogTable, options: LogOptions) -> Clock:
             evidence.append("stamps count from 1970: the first one is 0 in the recording")
         else:
             stamps, resolution = to_si(values, unit), 1e-3
-    clock = time_base(stamps, table.log.name, bridge_s=options.bridge_s, stated_s=stated_s)
+    clock = time_base(stamps, bridge_s=options.bridge_s, stated_s=stated_s)
     clock.warnings[:0] = warnings
     clock.evidence = tuple(evidence)
     clock.start_s, clock.facts, clock.resolution_s = start_s, {"time_unit": unit}, max(resolution, clock.resolution_s)
@@ -197,7 +197,7 @@ def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str
     step = float(np.median(steps)) or float(np.mean(steps))
     if column.unit:
         if column.unit not in TIME:
-            raise LogError(f"{table.log.name}: time column {column} is in {column.unit}: give --time, or --time-unit")
+            raise LogError(f"time column {column} is in {column.unit}: give --time, or --time-unit")
         # doubted where it makes a log far faster and shorter than one of a machine, and seconds would not
         rate, length = TIME[column.unit] / step if step > 0.0 else 0.0, float(values[-1] - values[0])
         if rate < _DOUBTED_HZ or length > TIME[column.unit] or not _LOW_HZ <= 1.0 / step < _HIGH_HZ:
@@ -212,10 +212,7 @@ def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str
         if step > 0.0 and _LOW_HZ <= TIME[unit] / step < _HIGH_HZ:
             why = f"time: no unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
             return unit, [why], [] if unit == "s" else [why]
-    raise LogError(
-        f"{table.log.name}: the unit of time column {column} is not said and its steps of {step:g} fit none: "
-        "give --time-unit"
-    )
+    raise LogError(f"the unit of time column {column} is not said and its steps of {step:g} fit none: give --time-unit")
 
 
 def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start_s: float | None) -> Clock:
@@ -224,7 +221,7 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start
     if rate is None and stated_s is None:
         in_hz = any(c.unit in ("hz", "khz") for c in table.log.layout.columns)
         of_drive = "; a table over frequency is for compare-numeric" if in_hz else ""
-        raise LogError(f"{table.log.name}: no time column found: give --time, or --sampling-rate" + of_drive)
+        raise LogError("no time column found: give --time, or --sampling-rate" + of_drive)
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
     said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
     warnings = list[str]()

@@ -77,7 +77,7 @@ def roles_named(titles: Sequence[str]) -> int:
     return sum(any(p.fullmatch(split_unit(t)[0]) for p in (_TIME, _MASS, _BASE)) for t in titles if t)
 
 
-def by_option(columns: Sequence[LogColumn], said: str | int, role: str, file: str) -> LogColumn:
+def by_option(columns: Sequence[LogColumn], said: str | int, role: str) -> LogColumn:
     """Find the column that a user named, by title, by name without unit, or by number from 1."""
     text = str(said).strip()
     folded, name = text.casefold(), split_unit(text)[0].casefold()
@@ -86,12 +86,10 @@ def by_option(columns: Sequence[LogColumn], said: str | int, role: str, file: st
     if len(matches) == 1:
         return matches[0]
     if matches:
-        raise LogError(
-            f"{file}: {_flag(role)} {text!r}: several columns are called so: {_list(matches)}: give a number"
-        )
+        raise LogError(f"{_flag(role)} {text!r}: several columns are called so: {_list(matches)}: give a number")
     if text.isascii() and text.isdecimal() and 1 <= int(text) <= len(columns):
         return columns[int(text) - 1]
-    raise LogError(f"{file}: {_flag(role)} {text!r}: no such column; the log has {_list(columns)}")
+    raise LogError(f"{_flag(role)} {text!r}: no such column; the log has {_list(columns)}")
 
 
 def candidates(columns: Sequence[LogColumn], role: str) -> list[LogColumn]:
@@ -116,11 +114,11 @@ def _list(columns: Sequence[LogColumn]) -> str:
     return ", ".join(map(str, columns))
 
 
-def _pick(columns: Sequence[LogColumn], role: str, file: str) -> LogColumn | None:
+def _pick(columns: Sequence[LogColumn], role: str) -> LogColumn | None:
     """Give the one column of this role; ``None`` if none says so; an error if several do."""
     found = candidates(columns, role)
     if len(found) > 1:
-        raise LogError(f"{file}: which column is the {role}? {_list(found)} fit equally well: give --{role}")
+        raise LogError(f"which column is the {role}? {_list(found)} fit equally well: give --{role}")
     return found[0] if found else None
 
 
@@ -128,20 +126,20 @@ def assign(
     log: "OpenLog", options: LogOptions, roles: Sequence[str], *, further: bool = False
 ) -> tuple[dict[str, LogColumn], list[str]]:
     """Say which column is time, and which plays each role; with ``further`` also other channels; what is left out."""
-    layout, file = log.layout, log.name
+    layout = log.layout
     columns = _numeric(layout, options)
     found = {role: layout.columns[index] for role, index in layout.prefer.items() if role in ("time", *roles)}
     for role in ("time", *roles):
         if (said := getattr(options, role)) is not None:
-            found[role] = by_option(layout.columns, said, role, file)
-    more, warnings = _further(layout, columns, found, options, file) if further else ({}, [])
+            found[role] = by_option(layout.columns, said, role)
+    more, warnings = _further(layout, columns, found, options) if further else ({}, [])
     columns = _left(columns, more)
     if options.sampling_rate_hz is not None and options.time is None:
         stamps = found.pop("time", None) or next(iter(candidates(_left(columns, found), "time")), None)
         warnings += _contradicted(log, stamps, options.sampling_rate_hz)
     elif "time" not in found and not layout.time_of:
         free = _left(columns, found)
-        time = _pick(free, "time", file) or ("interval_s" not in layout.facts and _time_by_values(free, log)) or None
+        time = _pick(free, "time") or ("interval_s" not in layout.facts and _time_by_values(free, log)) or None
         found |= {"time": time} if time else {}
     if layout.time_of:
         times = set(layout.time_of.values())
@@ -170,7 +168,7 @@ def _refuse_grouped(log: "OpenLog", columns: Sequence[LogColumn]) -> None:
         for column in columns:
             if _GROUPED.fullmatch(cells[column.index]):
                 raise LogError(
-                    f"{log.name}: column {column} has marks between thousands: expected plain numbers; got"
+                    f"column {column} has marks between thousands: expected plain numbers; got"
                     f" {cells[column.index].strip()!r}: write the log without them"
                 )
 
@@ -203,11 +201,11 @@ def _contradicted(log: "OpenLog", time: LogColumn | None, rate: float) -> list[s
 
 
 def _further(
-    layout: "LogLayout", columns: Sequence[LogColumn], found: dict[str, LogColumn], options: LogOptions, file: str
+    layout: "LogLayout", columns: Sequence[LogColumn], found: dict[str, LogColumn], options: LogOptions
 ) -> tuple[dict[str, LogColumn], list[str]]:
     """The columns of further channels: named by an option, or by name and unit; what fits twice is left out."""
     said = {role: getattr(options, role) for role in FURTHER}
-    more = {role: by_option(layout.columns, name, role, file) for role, name in said.items() if name is not None}
+    more = {role: by_option(layout.columns, name, role) for role, name in said.items() if name is not None}
     fitting: dict[str, list[LogColumn]] = {}
     left = _left(columns, found | more)
     masses = candidates(left, "mass")  # "mass" beside "mass 2" is the first
@@ -259,7 +257,7 @@ def possible(log: "OpenLog", options: LogOptions) -> list[LogColumn]:
     columns = _numeric(log.layout, options)
     times = {c.index for c in candidates(columns, "time")} | set(log.layout.time_of.values())
     if options.time is not None:
-        times.add(by_option(log.layout.columns, options.time, "time", log.name).index)
+        times.add(by_option(log.layout.columns, options.time, "time").index)
     elif not times and options.sampling_rate_hz is None and (time := _time_by_values(columns, log)):
         times.add(time.index)
     return [c for c in columns if c.index not in times and is_displacement(c)]
@@ -299,11 +297,10 @@ def _with_displacements(
     alone: bool,
 ) -> dict[str, LogColumn]:
     """The columns of these roles; ``alone``: one of them, or none, will do."""
-    file = log.name
     times = candidates(columns, "time")
     fits = [c for c in _left(columns, found) if is_displacement(c) and c not in times]
     for role in roles:
-        if role not in found and len(roles) > 1 and (named := _pick(_left(fits, found), role, file)):
+        if role not in found and len(roles) > 1 and (named := _pick(_left(fits, found), role)):
             found[role] = named
     missing = [role for role in roles if role not in found]
     left = _left(fits, found)
@@ -312,10 +309,10 @@ def _with_displacements(
     elif missing and (left or not alone):
         _refuse_grouped(log, log.layout.columns)
         if left:
-            raise _unassigned(left, file, found.get("time"))
+            raise _unassigned(left, found.get("time"))
         others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
         raise LogError(
-            f"{file}: no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
+            f"no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
             "correct the units in the log's head, or give --mass-log and --base-log if there is one file per sensor"
             + (_CALIBRATE if any(c.unit in VOLTS for c in columns) else "")
         )
@@ -323,16 +320,16 @@ def _with_displacements(
     is_relative = mass is not None and _RELATIVE.fullmatch(mass.name) and "time" not in mass.name.lower()
     if mass is not None and options.mass is None and is_relative:
         raise LogError(
-            f"{file}: column {mass} is a relative displacement by its name: if it is mass minus base, give --relative "
+            f"column {mass} is a relative displacement by its name: if it is mass minus base, give --relative "
             f"{mass.index + 1}; if it is the mass's own, --mass {mass.index + 1}"
         )
     order = [role for role in ("time", *roles) if role in found]
     if len({found[r].index for r in order}) < len(order):
-        raise LogError(f"{file}: one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
+        raise LogError(f"one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
     return {role: found[role] for role in order}
 
 
-def _unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None) -> LogError:
+def _unassigned(columns: Sequence[LogColumn], time: LogColumn | None) -> LogError:
     """Mass and base cannot be distinguished: all that has to be given."""
     one, two = columns[0].index + 1, columns[-1].index + 1
     order = f"--mass {one} --base {two}, or --mass {two} --base {one}" if len(columns) == 2 else "--mass and --base"
@@ -345,6 +342,6 @@ def _unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None)
     rest = f"; and {', '.join(more)}" if more else ""
     known = f" (time is {time})" if time is not None else ""
     return LogError(
-        f"{file}: which column is the mass, which the base? {_list(columns)} could be either{known}: give {order}, "
+        f"which column is the mass, which the base? {_list(columns)} could be either{known}: give {order}, "
         f"a name or a number from 1{rest}"
     )

@@ -62,14 +62,10 @@ def read_binary(path: Path, options: LogOptions) -> Sheet | None:
     kind = _kind_of(first, path)
     try:
         return READERS[kind](path, options) if kind else None
-    except FrictionlabError as error:
-        raise LogError(f"{path.name}: {error}") from error
-    except MemoryError:
+    except (FrictionlabError, MemoryError):
         raise
     except Exception as error:
-        raise LogError(
-            f"{path.name}: a damaged {kind} file ({type(error).__name__}: {error}): save it again"
-        ) from error
+        raise LogError(f"a damaged {kind} file ({type(error).__name__}: {error}): save it again") from error
 
 
 def _kind_of(first: bytes, path: Path) -> str:
@@ -345,7 +341,7 @@ _SUFFIXES = {
 def refuse_by_name(first: bytes, name: str) -> None:
     r"""Raise for a file whose first bytes are those of a kind that is not read."""
     if (kind := _SUFFIXES.get(PurePath(name).suffix.lower())) is not None:
-        raise LogError(f"{name}: {kind}, not a log")
+        raise LogError(f"{kind}, not a log")
     for magic, words in _KINDS:
         if first.startswith(magic):
-            raise LogError(f"{name}: {words}")
+            raise LogError(words)

@@ -158,7 +158,7 @@ def is_comment(line: str) -> bool:
 
 
 @lru_cache(maxsize=4)
-def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dialect:
+def find_dialect(lines: tuple[str, ...], options: LogOptions) -> Dialect:
     """Find the dialect of a log from its first lines; refused if none holds numbers, or two fit equally well."""
     pairs = [
         (separator, decimal)
@@ -170,7 +170,7 @@ def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dial
     if not readings:
         quoted = any(_QUOTED_COMMAS.search(line) for line in lines)
         hint = '; cells like "0,12" have a decimal comma in quotes, between commas: save it with semicolons' * quoted
-        raise LogError(f"{name}: no lines of numbers found in its first {len(lines)}: expected a log of numbers{hint}")
+        raise LogError(f"no lines of numbers found in its first {len(lines)}: expected a log of numbers{hint}")
     best = max(readings, key=lambda r: (r.share, r.run))
     rivals: list[_Reading] = []
     for reading in sorted(readings, key=lambda r: -r.share):
@@ -187,7 +187,7 @@ def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dial
             f"(line {r.dialect.first + 1}: {' | '.join(r.values[0])})"
             for r in rivals[:3]
         )
-        raise LogError(f"{name}: can be read in more than one way: {shown}: say which by --separator and --decimal")
+        raise LogError(f"can be read in more than one way: {shown}: say which by --separator and --decimal")
     return rivals[0].dialect
 
 

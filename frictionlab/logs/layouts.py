@@ -70,7 +70,7 @@ def find_layout(text: Text, options: LogOptions) -> LogLayout:
 
 def columns_of_text(text: Text, options: LogOptions) -> LogLayout:
     """Read any log that has lines of numbers; the last resort, so it raises where nothing is found."""
-    dialect = find_dialect(text.lines, options, text.path.name)
+    dialect = find_dialect(text.lines, options)
     name, why = _maker(text, dialect)
     titles, units, header, body = _header(text.lines, dialect, deep=name == "catman ASCII")
     name = name or ("units-row" if units else "plain")
@@ -80,7 +80,7 @@ def columns_of_text(text: Text, options: LogOptions) -> LogLayout:
         names = split(above[-1][1], dialect.separator) if above else []
         if roles_named(names) > 1 and len(names) != dialect.fields:
             raise LogError(
-                f"{text.path.name}: line {above[-1][0] + 1} names {len(names)} columns, the lines below have"
+                f"line {above[-1][0] + 1} names {len(names)} columns, the lines below have"
                 f" {dialect.fields} fields: are these decimal commas separated by commas? Export it otherwise, or give"
                 " --time, --mass and --base by number"
             )
@@ -229,7 +229,7 @@ def labview(text: Text, options: LogOptions) -> LogLayout | None:
     mark = said.get("Decimal_Separator", "").removeprefix("Decimal_Separator").strip("\t ")
     mark = options.decimal or (mark if mark in (".", ",") else "")
     options = options.but(separator=options.separator or separator, decimal=mark or None)
-    found = find_dialect(text.lines[names + 1 :], options, text.path.name)
+    found = find_dialect(text.lines[names + 1 :], options)
     dialect = replace(found, first=found.first + names + 1)
 
     def cells_of(key: str) -> list[str]:
@@ -284,7 +284,7 @@ def ni(text: Text, options: LogOptions) -> LogLayout | None:
     first = [plain(line.split(",")[0].split(";")[0].split("\t")[0]).lower() for line in text.lines[:60]]
     if "channel name" not in first or "interval" not in first:
         return None
-    dialect = find_dialect(text.lines, options, text.path.name)
+    dialect = find_dialect(text.lines, options)
     lines = {label: i for i, label in enumerate(first) if label in _LABELS and i < dialect.first}
     if "channel name" not in lines or "interval" not in lines:
         return None

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import DOUBTED, LogError, RecordingError
+from frictionlab.errors import DOUBTED, LogError
 from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, possible
 from frictionlab.logs.sensor import Sensed, bridge, examine, flag_dead, unit_by_step
-from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
+from frictionlab.logs.table import LogTable, OpenLog, naming, open_log, read_table
 from frictionlab.logs.text import Progress
-from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Source, quantity_named
+from frictionlab.recording import Channel, Fact, Quality, Recording, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
 _ACCELERATION = re.compile(
@@ -78,7 +78,8 @@ def read_log(path: Path, options: LogOptions | None = None, *, progress: Progres
     (50, 0.0015, ',')
     """
     options = options or LogOptions()
-    return _read(open_log(path, options), options, progress)
+    with naming(path):
+        return _read(open_log(path, options), options, progress)
 
 
 def _read(log: OpenLog, options: LogOptions, progress: Progress | None = None) -> Recording:
@@ -99,11 +100,12 @@ def _read(log: OpenLog, options: LogOptions, progress: Progress | None = None) -
 def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
     """Read a log of a free vibration, as `read_log`: all channels, or the mass alone, whose base then stands at 0."""
     options = options or LogOptions()
-    log = open_log(path, options)
-    if len(possible(log, options)) != 1 or any(getattr(options, role) is not None for role in FURTHER):
-        return _read(log, options)
-    sensors = _examined(read_table(log, options.but(base=None), ("mass",)), options)
-    return _recording([sensors], options, still="base")
+    with naming(path):
+        log = open_log(path, options)
+        if len(possible(log, options)) != 1 or any(getattr(options, role) is not None for role in FURTHER):
+            return _read(log, options)
+        sensors = _examined(read_table(log, options.but(base=None), ("mass",)), options)
+        return _recording([sensors], options, still="base")
 
 
 def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -112,17 +114,18 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
     Where it is an acceleration, it is the channel ``base_acceleration``, and no displacement of the base is there.
     """
     options = options or LogOptions()
-    log = open_log(path, options)
-    column = _acceleration_in(log, options)
-    if column is not None:
-        units = f"base_acceleration={options.unit}" if options.unit else options.units
-        alone = options.but(base=None, base_acceleration=column.index + 1, unit=None, units=units)
-        sensors = _examined(read_table(log, alone, (), further=True), alone)
-    elif options.base is None and len(possible(log, options)) > 1:
-        return _read(log, options)
-    else:
-        sensors = _examined(read_table(log, options, ("base",)), options)
-    return _recording([sensors], options, still="mass")
+    with naming(path):
+        log = open_log(path, options)
+        column = _acceleration_in(log, options)
+        if column is not None:
+            units = f"base_acceleration={options.unit}" if options.unit else options.units
+            alone = options.but(base=None, base_acceleration=column.index + 1, unit=None, units=units)
+            sensors = _examined(read_table(log, alone, (), further=True), alone)
+        elif options.base is None and len(possible(log, options)) > 1:
+            return _read(log, options)
+        else:
+            sensors = _examined(read_table(log, options, ("base",)), options)
+        return _recording([sensors], options, still="mass")
 
 
 def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
@@ -130,7 +133,7 @@ def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
     columns = log.layout.columns
     named = options.base_acceleration if options.base is None else options.base
     if named is not None:
-        column = by_option(columns, named, "base", log.name)
+        column = by_option(columns, named, "base")
         said = options.unit in ACCELERATION or options.base_acceleration is not None
         return column if said or _is_acceleration(column) else None
     alone = all(map(_is_acceleration, possible(log, options)))
@@ -150,12 +153,12 @@ def read_two_logs(
     how they were aligned, how sure that is, what was trimmed. Refused as by `read_log`, and if they do not overlap.
     """
     options = options or LogOptions()
-    only = {"mass": options.but(base=None), "base": options.but(mass=None)}
-    logs = [
-        _examined(read_table(open_log(path, only[role]), only[role], (role,), progress), only[role])
-        for path, role in ((mass_log, "mass"), (base_log, "base"))
-    ]
-    return _recording(logs, options)
+    logs = []
+    for path, role, own in ((mass_log, "mass", options.but(base=None)), (base_log, "base", options.but(mass=None))):
+        with naming(path):
+            logs.append(_examined(read_table(open_log(path, own), own, (role,), progress), own))
+    with naming(mass_log, base_log):
+        return _recording(logs, options)
 
 
 def _read_own_times(table: LogTable, base_time: FloatArray, options: LogOptions) -> Recording:
@@ -189,7 +192,6 @@ def _examined(table: LogTable, options: LogOptions, *, is_whole: bool = True) ->
 def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     """A channel in SI units: by its calibration, its unit, or the step that shows which laser it is."""
     column, values, is_laser = table.columns[role], table.values.pop(role), role in LASERS
-    where = f"{table.log.name}: column {column}"
     quantity = "displacement" if is_laser else quantity_named(role)
     a = "a length" if quantity == "displacement" else f"a{'n' * (quantity[0] == 'a')} {quantity}"
     said, per_volt = options.unit_of(role)
@@ -199,8 +201,8 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     if per_volt is not None:
         if written and written not in VOLTS:
             raise LogError(
-                f"{where} is in {_named(written)}: expected volts, for which the units of {role} say {per_volt:g}"
-                f" {unit} each: leave that out"
+                f"column {column} is in {_named(written)}: expected volts, for which the units of {role} say"
+                f" {per_volt:g} {unit} each: leave that out"
             )
         values = values * (per_volt / VOLTS.get(written, 1.0))
     # whoever names volts, or the grams of a load, in another unit knows their sensor
@@ -209,8 +211,8 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     if wrong:
         example = f'{role} = "{"5 mm" if is_laser else f"50 {UNIT[quantity]}"}/V"'
         raise LogError(
-            f"{where} is in {_named(wrong)}: expected {a}, one of {', '.join(QUANTITIES[quantity])}: take another by"
-            f" --{role.replace('_', '-')}, or correct the unit in the log's head"
+            f"column {column} is in {_named(wrong)}: expected {a}, one of {', '.join(QUANTITIES[quantity])}: take"
+            f" another by --{role.replace('_', '-')}, or correct the unit in the log's head"
             + (f", or give what a volt is, such as {example} in [log.units]" if wrong in VOLTS else "")
             + (f", or if the grams are a load say --units {role}=gf" if wrong == "g" and quantity == "force" else "")
         )
@@ -222,7 +224,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
         known = UNIT[quantity]
         how = "--unit, such as --unit mm" if is_laser else f'--units {role}={known}, or [log.units] {role} = "{known}"'
         fault = "known" if unknown else "said"
-        raise LogError(f"{table.log.name}: the unit of column {column} is not {fault}: expected {a}: give {how}")
+        raise LogError(f"the unit of column {column} is not {fault}: expected {a}: give {how}")
     if per_volt is None and said and written and written != said:
         warnings.append(f"{role}: the log says {written}, the options say {said}: {said} is taken")
     elif per_volt is None and said and unknown:
@@ -291,11 +293,7 @@ def _recording(
         files=tuple(dict.fromkeys(log.table.file for log in logs)),
         dialect=facts,
         options=options.given(),
-        quarantined=tuple(
-            dict.fromkeys(
-                QuarantinedLine(log.table.log.name, *line) for log in logs for line in log.table.body.quarantined
-            )
-        ),
+        quarantined=tuple(dict.fromkeys(line for log in logs for line in log.table.quarantined)),
         warnings=(*dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.warnings), *warnings),
         evidence=tuple(dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.evidence)),
     )
@@ -303,10 +301,7 @@ def _recording(
         if array is not None:
             array.flags.writeable = False  # handed over: none of them is copied
     time, x, y, quality = arrays
-    try:
-        return Recording(time, x, y, quality, source, channels=tuple(channels))
-    except RecordingError as error:
-        raise LogError(f"{' and '.join(log.table.log.name for log in logs)}: {error}") from error
+    return Recording(time, x, y, quality, source, channels=tuple(channels))
 
 
 def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:

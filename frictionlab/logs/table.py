@@ -7,13 +7,14 @@ import hashlib
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import LogError
+from frictionlab.errors import FrictionlabError, LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.columns import LogColumn, assign, candidates, columns_of
 from frictionlab.logs.containers import Sheet, read_binary
@@ -21,11 +22,20 @@ from frictionlab.logs.dialect import Dialect, decimals, is_comment, number, spli
 from frictionlab.logs.layouts import LogLayout, find_layout
 from frictionlab.logs.lines import KEEP, Body, Reader
 from frictionlab.logs.text import Progress, Text, read_text
-from frictionlab.recording import FrequencyTable, LineCount, SourceFile
+from frictionlab.recording import FrequencyTable, LineCount, QuarantinedLine, SourceFile
 from frictionlab.units import LENGTH, QUANTITIES, known_unit, to_si
 
 _MOST_EMPTY = 0.25
 """Share of all values (time, mass and base) that may be missing: not much more than half of one channel."""
+
+
+@contextmanager
+def naming(*logs: Path) -> Iterator[None]:
+    """Of whatever is wrong with logs their names are said first."""
+    try:
+        yield
+    except FrictionlabError as error:
+        raise LogError(f"{' and '.join(log.name for log in logs)}: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -104,6 +114,11 @@ class LogTable:
         counts = self.body.counts
         return SourceFile(self.log.name, self.log.sha256, self.log.size, LineCount(read=counts.total(), **counts))
 
+    @property
+    def quarantined(self) -> Iterator[QuarantinedLine]:
+        """The first lines that are quarantined."""
+        return (QuarantinedLine(self.log.name, *line) for line in self.body.quarantined)
+
 
 def read_table(
     log: OpenLog, options: LogOptions, roles: Sequence[str], progress: Progress | None = None, *, further: bool = False
@@ -114,22 +129,22 @@ def read_table(
         body = _of_text(log, log.text, columns, options.test, progress)
     elif log.sheet is not None:
         body = _of_sheet(log.sheet, columns)
-    name, data, bad = log.name, body.counts["data"], body.counts["quarantined"] - (body.cut > 0)
+    data, bad = body.counts["data"], body.counts["quarantined"] - (body.cut > 0)
     first = "no line was quarantined"
     if body.quarantined:
         line, text, reason = body.quarantined[0]
         first = f"first: line {line}: {reason}: {text[:80]!r}"
     if data < 2:
-        raise LogError(f"{name}: {data} lines of data: expected at least 2; {first}")
+        raise LogError(f"{data} lines of data: expected at least 2; {first}")
     share = bad / (data + bad)
     if share > options.most_damage:
         raise LogError(
-            f"{name}: damaged beyond use: {bad} of {data + bad} lines cannot be read ({share:.0%}; accepted are "
+            f"damaged beyond use: {bad} of {data + bad} lines cannot be read ({share:.0%}; accepted are "
             f"{options.most_damage:.0%}); {first}"
         )
     empty = sum(int(np.isnan(column).sum()) for column in body.values)
     if empty > _MOST_EMPTY * data * len(body.values):
-        raise LogError(f"{name}: damaged beyond use: {empty} values in {data} lines are missing: expected most of them")
+        raise LogError(f"damaged beyond use: {empty} values in {data} lines are missing: expected most of them")
     return LogTable(log, columns, dict(zip(columns, body.values, strict=True)), body, tuple(warnings))
 
 
@@ -152,7 +167,7 @@ def _of_text(
     if test is not None:
         starts, often = [body.first, *body.lines_of(body.restarts).tolist()], len(body.restarts) + 1
         if not 1 <= int(test) <= often:
-            raise LogError(f"--test {test}: expected 1 to {often}, as often as {log.name} has its header")
+            raise LogError(f"--test {test}: expected 1 to {often}, as often as the log has its header")
         first, *following = starts[int(test) - 1 :]
         heads = (number for number, kind in body.others.items() if kind == "header" and number >= first)
         body = body.part(first, next(heads) if following else reader.next_line)
@@ -192,7 +207,7 @@ _OVER_FREQUENCY = {
     "frequency": re.compile(r"(drive[ _])?(frequency|freq)|f|omega|(erreger)?frequenz", re.IGNORECASE),
     "amplitude": re.compile(r"(response[ _])?(amplitude|amp)", re.IGNORECASE),
     "phase": re.compile(r"phase([ _](angle|lag))?|phi", re.IGNORECASE),
-    "base amplitude": re.compile(r"base[ _](amplitude|amp)(_m)?|basisamplitude", re.IGNORECASE),
+    "base_amplitude": re.compile(r"base[ _](amplitude|amp)(_m)?|basisamplitude", re.IGNORECASE),
 }
 _HERTZ = {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / np.pi}
 _UNITS: dict[str, tuple[Collection[str], str]] = {
@@ -200,7 +215,7 @@ _UNITS: dict[str, tuple[Collection[str], str]] = {
     "frequency": (_HERTZ, "[Hz] or [rad/s]"),
     "amplitude": (LENGTH, "[Y] (over the base's amplitude) or a length such as [mm]"),
     "phase": (QUANTITIES["angle"], "[deg] or [rad]"),
-    "base amplitude": (LENGTH, "a length such as [mm]"),
+    "base_amplitude": (LENGTH, "a length such as [mm]"),
 }
 """Units of each column, and what is expected in words."""
 _PART_OF_Y = re.compile(r"[\[({<]\s*(Y|-|1|x/y)\s*[\])}>]", re.IGNORECASE)
@@ -230,49 +245,49 @@ def read_frequency_table(path: Path, options: LogOptions | None = None) -> Frequ
         log = open_log(path, options or LogOptions())
     except LogError:
         return None  # whoever reads it as a log says why
+    with naming(path):
+        return _over_frequency(log)
+
+
+def _over_frequency(log: OpenLog) -> FrequencyTable | None:
     columns = log.layout.columns
-    found = _by_name(columns, path.name)
+    found = _by_name(columns)
     drives = [name for name in ("r", "frequency") if name in found]
     if not drives or not {"amplitude", "phase"} & set(found) or candidates(columns, "time"):
         return None
     if log.text is not None and not log.text.whole:
-        raise LogError(f"{path.name}: a table over frequency of more than 256 kB: expected some hundred rows")
+        raise LogError("a table over frequency of more than 256 kB: expected some hundred rows")
     numbers = log.numbers()
     used = {c.index for c in found.values()}
     said = [f"column {c} is not used" for c in columns if c.index not in used]
     said += ["r is taken, frequency [Hz] is not used"] if len(drives) > 1 else []
-    absent = np.full(len(numbers), np.nan)
-
-    def values(name: str) -> FloatArray:
-        column = found.get(name)
-        return absent.copy() if column is None else _in_si(numbers[:, column.index], column, name, path.name)
-
-    drive = values(drives[0])
-    kept = np.isfinite(drive) & (np.isfinite(values("amplitude")) | np.isfinite(values("phase")))
+    of_drive = {"drive": drives[0], "drive_u": f"{drives[0]}_u"}
+    others = ("amplitude", "amplitude_u", "phase", "phase_u", "base_amplitude")
+    values = {
+        key: _in_si(numbers[:, found[name].index], found[name], name)
+        if name in found
+        else np.full(len(numbers), np.nan)
+        for key, name in (of_drive | dict(zip(others, others, strict=True))).items()
+    }
+    phase = values["phase"]
+    kept = np.isfinite(values["drive"]) & (np.isfinite(values["amplitude"]) | np.isfinite(phase))
     if not kept.any():
-        raise LogError(f"{path.name}: a table over frequency: no row has numbers of {drives[0]} and a response")
+        raise LogError(f"a table over frequency: no row has numbers of {drives[0]} and a response")
     said += [f"{np.count_nonzero(~kept)} of {len(kept)} rows lack a number"] if not kept.all() else []
-    phase = values("phase")
     if (phase[kept & np.isfinite(phase)] < 0.0).all() and np.isfinite(phase[kept]).any():
-        phase = -phase
+        values["phase"] = -phase
         said.append("phase: every one is below 0: taken as those of x over y, whose mass is behind by minus them")
     column = found.get("amplitude")
     return FrequencyTable(
-        source=path.name,
+        source=log.name,
         is_ratio=drives[0] == "r",
         in_metres=column is not None and column.unit in LENGTH,
-        drive=drive[kept],
-        drive_u=values(f"{drives[0]}_u")[kept],
-        amplitude=values("amplitude")[kept],
-        amplitude_u=values("amplitude_u")[kept],
-        phase=phase[kept],
-        phase_u=values("phase_u")[kept],
-        base_amplitude=values("base amplitude")[kept],
         said=tuple(said),
+        **{key: column[kept] for key, column in values.items()},
     )
 
 
-def _by_name(columns: tuple[LogColumn, ...], file: str) -> dict[str, LogColumn]:
+def _by_name(columns: tuple[LogColumn, ...]) -> dict[str, LogColumn]:
     """The columns of a table over frequency by name, their uncertainties as ``NAME_u``."""
     found: dict[str, LogColumn] = {}
     for column in columns:
@@ -283,12 +298,12 @@ def _by_name(columns: tuple[LogColumn, ...], file: str) -> dict[str, LogColumn]:
                 continue
             key = f"{name}_u" if of_error else name
             if key in found:
-                raise LogError(f"{file}: columns {found[key]} and {column} are both {key}: expected one")
+                raise LogError(f"columns {found[key]} and {column} are both {key}: expected one")
             found[key] = column
     return found
 
 
-def _in_si(values: FloatArray, column: LogColumn, name: str, file: str) -> FloatArray:
+def _in_si(values: FloatArray, column: LogColumn, name: str) -> FloatArray:
     """The numbers of a column in r, Hz, Y or m, and rad."""
     name = name.removesuffix("_u")
     if name == "amplitude" and _PART_OF_Y.search(column.title):
@@ -296,7 +311,7 @@ def _in_si(values: FloatArray, column: LogColumn, name: str, file: str) -> Float
     known, expected = _UNITS[name]
     if column.unit not in known:
         got = column.unit or "no unit"
-        raise LogError(f"{file}: column {column}: expected {expected}; got {got}: name the unit in the head")
+        raise LogError(f"column {column}: expected {expected}; got {got}: name the unit in the head")
     if name in ("r", "frequency"):
         return values * _HERTZ.get(column.unit, 1.0)
     return to_si(values.copy(), column.unit)

@@ -54,7 +54,6 @@ class Text:
     in, or "".
     """
 
-    path: Path
     size: int
     sha256: str
     content: bytes
@@ -78,7 +77,7 @@ class Text:
             stop = self.content.rfind(b"\n", start, start + _BLOCK) + 1
             stop = stop or self.content.find(b"\n", start + _BLOCK) + 1 or size
             if stop - start > _LONGEST_LINE:
-                raise LogError(f"{self.path.name}: a line longer than {_LONGEST_LINE} bytes: expected a log of lines")
+                raise LogError(f"a line longer than {_LONGEST_LINE} bytes: expected a log of lines")
             yield self.content[start:stop]
             start = stop
             if progress is not None:
@@ -95,21 +94,18 @@ class Text:
 def read_text(path: Path, encoding: str | None = None) -> Text:
     """Read a log; refused if it cannot be read, is empty, or is not text."""
     raw = _read(path)
-    try:
-        package, unpacked = _unpacked(raw, path.name)
-    except LogError as error:
-        raise LogError(f"{path.name}: {error}") from error
+    package, unpacked = _unpacked(raw, path.name)
     size, sha256 = len(raw), hashlib.sha256(raw).hexdigest()
     del raw  # of a packed log both would be in memory
     head = unpacked[:_HEAD]
     if not head.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
-        raise LogError(f"{path.name}: empty: expected lines of numbers; got {size} bytes without any")
+        raise LogError(f"empty: expected lines of numbers; got {size} bytes without any")
     name, why = (encoding, "as given") if encoding else _encoding_of(head)
     decoder = codecs.getincrementaldecoder(name)("replace" if name == "cp1252" else "strict")
     try:
         text = decoder.decode(head)
     except UnicodeError as error:
-        raise LogError(f"{path.name}: not {name} text ({error}): give --encoding") from error
+        raise LogError(f"not {name} text ({error}): give --encoding") from error
     whole = len(unpacked) < _HEAD
     if whole and decoder.getstate()[0]:
         text += "\ufffd"  # part of a character at the end of the file
@@ -122,7 +118,7 @@ def read_text(path: Path, encoding: str | None = None) -> Text:
         content = unpacked.decode(name, "replace").encode("utf-8", "replace")
     if newline == "\r":
         content = content.replace(b"\r", b"\n")
-    return Text(path, size, sha256, content, tuple(lines), whole, name, package, (f"encoding {name}: {why}",))
+    return Text(size, sha256, content, tuple(lines), whole, name, package, (f"encoding {name}: {why}",))
 
 
 def _read(path: Path) -> bytes:
@@ -130,15 +126,15 @@ def _read(path: Path) -> bytes:
         if not path.is_file():
             other = "it is a pipe or a device" if path.exists() else "no such file"
             what = "it is a folder" if path.is_dir() else other
-            raise LogError(f"{path}: cannot be read ({what}): give the path of a log")
+            raise LogError(f"cannot be read ({what}): give the path of a log")
         with path.open("rb") as file:
             before = os.fstat(file.fileno())
             raw = file.read()
             after = os.fstat(file.fileno())
     except OSError as error:
-        raise LogError(f"{path}: cannot be read ({error.strerror})") from error
+        raise LogError(f"cannot be read ({error.strerror})") from error
     if before.st_mtime_ns != after.st_mtime_ns or not before.st_size == after.st_size == len(raw):
-        raise LogError(f"{path.name}: changed while it was read: wait until it is written, ingest again")
+        raise LogError("changed while it was read: wait until it is written, ingest again")
     return raw
 
 

@@ -102,7 +102,7 @@ def clipped(values: FloatArray, share: float) -> FloatArray:
 
 def as_read(recording: Recording) -> Recording:
     """A recording with the flags and the clock that reading its log would give it."""
-    clock = time_base(np.array(recording.time), "test", bridge_s=0.02)
+    clock = time_base(np.array(recording.time), bridge_s=0.02)
     columns = {"mass": recording.mass_displacement, "base": recording.base_displacement}
     channels = [examine(np.array(values), role) for role, values in columns.items()]
     said = (*clock.warnings, *channels[0].warnings, *channels[1].warnings)

@@ -174,7 +174,7 @@ def test_one_of_several_tests_below_repeated_headers_is_read(read: Callable[...,
     assert not first.quality.any()
     assert first.source.lines == LineCount(read=1002, header=1, data=1000, blank=1)
     assert not first.source.warnings
-    with pytest.raises(LogError, match=r"--test 3: expected 1 to 2, as often as log\.csv has its header"):
+    with pytest.raises(LogError, match=r"log\.csv: --test 3: expected 1 to 2, as often as the log has its header"):
         read(lines, options=LogOptions(test=3))
 
 
