@@ -1,7 +1,7 @@
 """What accuracy costs: error and time of every knob, measured together on this machine, with the truth that judges it.
 
-Each of `KNOBS` measures the settings of one; errors are the same each time, seconds are this
-machine's. Steady states are judged by orbits of 50 digits (`tests/extremes/reference`); what is measured, by synthetic
+Each of `KNOBS` measures the settings of one; errors are the same each time, seconds are this machine's. Steady states
+are judged by orbits of 50 digits (`tests/extremes/reference`) or of another method; what is measured, by synthetic
 recordings of the exact orbit with the noise of an optoNCDT 1420. The README of this folder says what was found and why
 the defaults are where they are.
 """
@@ -22,7 +22,8 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.schema import ENERGY
-from frictionlab.simulator import Motion, Problem, Solver, SteadyState, last_cycle, steady_state
+from frictionlab.simulator import Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
+from frictionlab.simulator.numeric import RTOL, Integrated
 
 ROUNDING = 1e-14  # errors below this are all the same: rounding
 BETTER = 0.95  # an error is smaller if it is below this share of the other
@@ -115,6 +116,17 @@ CONTINUOUS, CONTINUOUS_ENERGY = Problem(0.7, 0.5), 3.488507872497761966686743
 STICK_SLIP, STICK_SLIP_ENERGY = Problem(0.5, 0.4), 2.126042266393348841691811
 SLOW, SLOW_ENERGY = Problem(0.95, 0.1), 4.070974217426422039358113
 DIGITS = "50-digit orbit (tests/extremes/reference)"
+SOFT = {"stiffness_ratio": 100.0}
+CURVE = {"static_ratio": 1.2, "stribeck_speed": 0.1}
+AGE = {"direct_effect": 0.05, "evolution_effect": 0.03, "slip_distance": 0.01, "reference_speed": 0.1}
+CONTACTS: dict[str, tuple[Problem, float]] = {  # and its energy per cycle, by scipy's DOP853 on its own orbit
+    name: (Problem(0.3, 0.6, law=f"coulomb+{name}", parameters=parameters), truth)
+    for name, parameters, truth in (
+        ("stribeck", CURVE, 1.993360043181),
+        ("lugre", SOFT | CURVE | {"bristle_damping": 0.1}, 1.888145795724),
+        ("rate-state", SOFT | AGE, 1.892207367962),
+    )
+}
 R, BETA, NATURAL_HZ, BASE_M = 0.3, 0.6, 3.13, 1.8e-3
 DRIVE_HZ = R * NATURAL_HZ  # 0.939 Hz
 NOISE = 4.4e-4  # rms over Y: 0.8 um on 1.8 mm
@@ -134,11 +146,13 @@ def _off(truth: float) -> Callable[[object], float]:
     return error
 
 
-def solver_of(name: str, problem: Problem, truth: float) -> tuple[Setting, ...]:
-    """What ``--solver`` takes: the exact orbit, and the thesis's RK45 over 100 cycles from rest."""
-    solvers: tuple[Solver, ...] = ("auto", "closed-form", "exact", "thesis")
-    solvers = solvers if problem is CONTINUOUS else ("auto", "exact", "thesis")
+def solver_of(name: str, problem: Problem, truth: float, *tolerances: float) -> tuple[Setting, ...]:
+    """The exact orbit, and the thesis's RK45 over 100 cycles from rest at relative tolerances."""
+    solvers: tuple[Solver, ...] = ("auto", "closed-form", "exact") if problem is CONTINUOUS else ("auto", "exact")
     trials = [Run(one, partial(steady_state, problem, solver=one), _off(truth), one == "auto") for one in solvers]
+    for rtol in tolerances:
+        run = partial(thesis_run, problem, rtol=rtol, atol=1e-3 * rtol)
+        trials.append(Run(f"thesis, rtol {rtol:.0e}", run, _off(truth)))
     return run_trials(f"solver, {name}", ENERGY, DIGITS, trials)
 
 
@@ -149,6 +163,17 @@ def cycles_waited() -> tuple[Setting, ...]:
     solved = partial(steady_state, SLOW, solver="exact")
     trials.append(Run("orbit solved for", solved, _off(SLOW_ENERGY), default=True))
     return run_trials("cycles waited", ENERGY, DIGITS, trials)
+
+
+def tolerance_of(name: str) -> tuple[Setting, ...]:
+    """The integrator's tolerance under a law without exact slides (r = 0.3, beta = 0.6)."""
+    problem, truth = CONTACTS[name]
+    steady_state(problem)  # what loading and compiling costs is no matter of the tolerance
+    trials = [
+        Run(f"rtol {rtol:.0e}", Integrated(problem, rtol).steady, _off(truth), default=rtol == RTOL)
+        for rtol in (1e-4, 1e-6, 1e-8, 1e-10)
+    ]
+    return run_trials(f"tolerance, {name}", ENERGY, "scipy's DOP853 at rtol 1e-13 on its own orbit", trials)
 
 
 @cache
@@ -182,17 +207,26 @@ def _joined(measured: Callable[[Recording], float | FloatArray], those: Sequence
 
 
 def padding() -> tuple[Setting, ...]:
-    """Padding of the FFT that finds the drive, whose highest bin is interpolated before phases say the rest."""
-    settings: list[Measured] = [(f"{n}x", partial(_drive, padding=n), n == 4) for n in (1, 4, 16)]
+    """Padding of the FFT that finds the drive, its highest bin interpolated, and the phases that analyze adds."""
+    ways, many = {"interpolated": _interpolated, "phases": _phases}, (1, 4, 16)
+    settings: list[Measured] = [
+        (f"{n}x, {name}", partial(way, padding=n), (name, n) == ("phases", 4))
+        for name, way in ways.items()
+        for n in many
+    ]
     n = round(DURATION_S * RATE_HZ)
     bound = math.sqrt(6.0 / (n * (n * n - 1.0))) * NOISE * RATE_HZ / math.pi / DRIVE_HZ  # [Rife and Boorstyn 1974]
     found = _each("fft padding", "drive_frequency_hz", DRIVE_HZ, *settings, count=RECORDINGS)
     return tuple(replace(s, over_bound=s.error / bound) for s in found)
 
 
-def _drive(one: Recording, *, padding: int) -> float:
+def _interpolated(one: Recording, *, padding: int) -> float:
     lines = spectrum.amplitude_spectrum(one.base_displacement, 1 / RATE_HZ, padding=padding)
-    guess = spectrum.strongest_tone(lines).frequency
+    return spectrum.strongest_tone(lines).frequency
+
+
+def _phases(one: Recording, *, padding: int) -> float:
+    guess = _interpolated(one, padding=padding)
     return cycles.cut(one.base_displacement, guess / RATE_HZ, noise=NOISE * BASE_M).frequency * RATE_HZ
 
 
@@ -222,9 +256,10 @@ def accuracy_of(command: str) -> tuple[Setting, ...]:
 
 
 KNOBS: tuple[Knob, ...] = (
-    partial(solver_of, "continuous motion", CONTINUOUS, CONTINUOUS_ENERGY),
-    partial(solver_of, "stick-slip", STICK_SLIP, STICK_SLIP_ENERGY),
+    partial(solver_of, "continuous motion", CONTINUOUS, CONTINUOUS_ENERGY, 1e-3),
+    partial(solver_of, "stick-slip", STICK_SLIP, STICK_SLIP_ENERGY, 1e-3, 1e-6, 1e-10),
     cycles_waited,
+    *(partial(tolerance_of, name) for name in CONTACTS),
     padding,
     cycles_averaged,
     partial(accuracy_of, "analyze"),

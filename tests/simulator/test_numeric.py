@@ -55,16 +55,6 @@ def test_scipy_carries_the_orbit_back_to_its_start(law: str) -> None:
     assert twin.friction + twin.viscous == pytest.approx(found.energy_taken, rel=1e-8)
 
 
-@pytest.mark.parametrize("law", ["coulomb+stribeck", "coulomb+lugre", "coulomb+rate-state"])
-def test_at_a_sharp_tolerance_the_orbit_is_that_of_dop853(law: str) -> None:
-    asked = problem(law, 0.3, 0.6)
-    found, twin = steady(asked, rtol=1e-12), Twin(asked, method="DOP853")
-    start = start_of(present(found.orbit))
-    assert found.solver == "numeric"
-    assert twin.run([0.0, TURN], start) == pytest.approx(start, abs=2e-11)
-    assert twin.friction + twin.viscous == pytest.approx(found.energy_taken, rel=2e-11)
-
-
 @settings(max_examples=10, deadline=None)
 @given(law=st.sampled_from(list(LAWS)), r=st.floats(0.3, 2.0), beta=st.floats(0.1, 0.8))
 def test_whatever_the_drive_energy_in_is_energy_out(law: str, r: float, beta: float) -> None:
