@@ -1,5 +1,6 @@
 """Elastic contacts: the slow twin, where rest settles, what never slips, work of a search, and honest refusals."""
 
+import re
 from math import pi, sqrt
 
 import numpy as np
@@ -154,107 +155,47 @@ def test_a_slider_too_weak_to_be_relaxed_at_the_section_is_not_forced_to_be() ->
     assert state.energy_per_cycle == pytest.approx(late.energy_per_cycle, rel=1e-8)
 
 
-SETTLING = {  # problem, displacement that the motion begins at (at rest on the wall), cycles, period
-    # a phase of no length was taken for the begin of a cycle
-    "sliders that give way at once do not begin a cycle": (
-        problem_of(
-            *(0.3569030607078718, 0.13358106257405972),
-            stiffness_ratio=13.927174899438791,
-            sliders=5.0,
-            chi=-0.08327430956159687,
-        ),
-        *(0.0, 60, 1),
-    ),
-    "nor do they along a path": (
-        problem_of(
-            *(0.5011922540640246, 0.0612888329833582),
-            stiffness_ratio=22.523110916949356,
-            sliders=6.0,
-            chi=-0.2683429033506971,
-            gradient=0.0964722648370136,
-        ),
-        *(0.0, 60, 1),
-    ),
-    # Newton's orbit has a slider that only just touches its limit: it is not the one that rest comes to
-    "with a gradient what never slips holds what rest leaves": (
-        problem_of(
-            *(1.322143446588725, 1.1493546184824242),
-            stiffness_ratio=0.8034819640601791,
-            sliders=3,
-            chi=-0.38365531963430444,
-            gradient=-0.133942357463257,
-            frame_damping_ratio=0.07379479418479876,
-        ),
-        *(0.0, 150, 1),
-    ),
-    "on a moving wall the search begins at rest on the wall": (
-        problem_of(
-            *(1.5, 0.9, "base"),
-            stiffness_ratio=1.0,
-            sliders=3,
-            chi=-0.4,
-            gradient=0.1,
-            frame_damping_ratio=0.05,
-        ),
-        *(1.0, 100, 1),
-    ),
-    # a search that carried the motion on from Newton's trials came to another one, of energy 0.36815
-    "with break-away the orbit is the one that rest settles on": (
-        problem_of(
-            *(0.06341084881420596, 0.09842763921765396, "fixed"),
-            Base((1.0, 0.0014414262567462033, 0.0), (0.0, 0.0, -0.07219565353094892)),
-            stiffness_ratio=174.6358790914,
-            static_ratio_up=1.2638205197503,
-            static_ratio_down=1.326786918658,
-        ),
-        *(0.0, 80, 1),
-    ),
-    # a search that took the first orbit close by told the energy 4e-5 off
-    "with break-away and gradient the orbit holds what rest leaves": (
-        problem_of(
-            *(1.9966684304040216, 0.21153953529101732, "base"),
-            stiffness_ratio=0.19122238263780167,
-            sliders=4.0,
-            chi=-0.7834686064859966,
-            gradient=-0.18135282385048504,
-            contact_damping_ratio=0.01473978378323338,
-            static_ratio_up=1.4491830523903007,
-            static_ratio_down=1.0418150844224923,
-        ),
-        *(1.0, 600, 1),
-    ),
-    "an orbit of seven cycles is not taken for one of two beside it": (
-        problem_of(
-            *(0.19145588878011086, 0.5061793110697208, "fixed"),
-            Base((1.0, 0.17982654807900456, 0.0), (0.0, 0.0, -0.03174933091937436)),
-            static_ratio_up=1.2749633156028937,
-            static_ratio_down=1.244413424921524,
-            stiffness_ratio=18.899445520381267,
-        ),
-        *(0.0, 607, 7),
-    ),
-    "uneven break-away may hold, yet rest settles on a motion that slips": (
-        problem_of(0.5986, 0.735, static_ratio_up=1.29, static_ratio_down=1.47, stiffness_ratio=87.2),
-        *(0.0, 500, 1),
-    ),
-    "an orbit of many cycles is found": (
-        problem_of(
-            *(3.51, 1.0735),
-            static_ratio_up=1.434,
-            static_ratio_down=1.383,
-            stiffness_ratio=209.5,
-            sliders=2,
-            chi=-0.56,
-        ),
-        *(0.0, 126, 18),
-    ),
-}
+SETTLING = """
+sliders that give way at once do not begin a cycle: a phase of no length was taken for the begin of one
+    0.3569030607078718 0.13358106257405972 fixed, 0.0 60 1, stiffness_ratio=13.927174899438791 sliders=5
+    chi=-0.08327430956159687
+nor do they along a path
+    0.5011922540640246 0.0612888329833582 fixed, 0.0 60 1, stiffness_ratio=22.523110916949356 sliders=6
+    chi=-0.2683429033506971 gradient=0.0964722648370136
+with a gradient what never slips holds what rest leaves: Newton's orbit has a slider that only just touches its limit
+    1.322143446588725 1.1493546184824242 fixed, 0.0 150 1, stiffness_ratio=0.8034819640601791 sliders=3
+    chi=-0.38365531963430444 gradient=-0.133942357463257 frame_damping_ratio=0.07379479418479876
+on a moving wall the search begins at rest on the wall
+    1.5 0.9 base, 1.0 100 1, stiffness_ratio=1.0 sliders=3 chi=-0.4 gradient=0.1 frame_damping_ratio=0.05
+with break-away the orbit is the one that rest settles on: carried on from Newton's trials another had energy 0.36815
+    0.06341084881420596 0.09842763921765396 fixed 0.0014414262567462033 -0.07219565353094892, 0.0 80 1,
+    stiffness_ratio=174.6358790914 static_ratio_up=1.2638205197503 static_ratio_down=1.326786918658
+with break-away and gradient the orbit holds what rest leaves: the first orbit close by told the energy 4e-5 off
+    1.9966684304040216 0.21153953529101732 base, 1.0 600 1, stiffness_ratio=0.19122238263780167 sliders=4
+    chi=-0.7834686064859966 gradient=-0.18135282385048504 contact_damping_ratio=0.01473978378323338
+    static_ratio_up=1.4491830523903007 static_ratio_down=1.0418150844224923
+an orbit of seven cycles is not taken for one of two beside it
+    0.19145588878011086 0.5061793110697208 fixed 0.17982654807900456 -0.03174933091937436, 0.0 607 7,
+    static_ratio_up=1.2749633156028937 static_ratio_down=1.244413424921524 stiffness_ratio=18.899445520381267
+uneven break-away may hold, yet rest settles on a motion that slips
+    0.5986 0.735 fixed, 0.0 500 1, static_ratio_up=1.29 static_ratio_down=1.47 stiffness_ratio=87.2
+an orbit of many cycles is found
+    3.51 1.0735 fixed, 0.0 126 18, static_ratio_up=1.434 static_ratio_down=1.383 stiffness_ratio=209.5
+    sliders=2 chi=-0.56
+"""
+"""Why, then: r, beta, wall, the base's second cosine and third sine, if any; the place (at rest on the wall) that the
+motion begins at, cycles and period; numbers of the law."""
+CASES = [case.split("\n", 1) for case in re.split(r"\n(?! )", SETTLING.strip())]
 
 
-@pytest.mark.parametrize("why", SETTLING)
-def test_the_steady_state_is_where_the_motion_from_rest_comes(why: str) -> None:
-    problem, x0, cycles, period = SETTLING[why]
-    state = steady_state(problem)
+@pytest.mark.parametrize("case", [numbers for _, numbers in CASES], ids=[why for why, _ in CASES])
+def test_the_steady_state_is_where_the_motion_from_rest_comes(case: str) -> None:
+    point, begin, numbers = case.split(",")
+    (r, beta), (x0, cycles, period) = map(float, point.split()[:2]), map(float, begin.split())
+    more = [float(word) for word in point.split()[3:]]
+    base = Base((1.0, more[0], 0.0), (0.0, 0.0, more[1])) if more else Base()
+    law = {name: float(value) for name, value in re.findall(r"(\w+)=(\S+)", numbers)}
+    state = steady_state(problem_of(r, beta, "base" if "base" in point else "fixed", base, **law))
     assert state.period_cycles == period
     assert present(state.orbit).end - present(state.orbit).start == pytest.approx(TURN * period, abs=1e-11)
-    assert settles_on(state, cycles, 1e-9, x0)
+    assert settles_on(state, int(cycles), 1e-9, x0)
