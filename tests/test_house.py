@@ -45,7 +45,7 @@ figures: analysis base_motion campaign errors files inference recording schema s
 verbs: __init__ analysis base_motion campaign errors experiment figures files hdf5 inference logs planning
   recording report scene schema simulator synthetic tables uncertainty workers
 __main__: cli
-report: __init__ analysis campaign figures files inference scene schema simulator tables uncertainty
+report: __init__ analysis campaign errors figures files inference scene schema simulator tables uncertainty
 """
 MAY_IMPORT = {
     own: set(allowed.split())

@@ -1,6 +1,5 @@
 """Measurements -> what a whole campaign says -> its tables, figures and report."""
 
-import contextlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -11,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.campaign import Campaign, Watch
 from frictionlab.campaign import evaluate as evaluate_trials
-from frictionlab.campaign.files import read_measurements, recording_of, recording_path, refuse_comparisons
+from frictionlab.campaign.files import read_measurements, recording_path, refuse_comparisons
 from frictionlab.campaign.trials import Trial, trial_of
-from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.errors import UsageError
 from frictionlab.experiment import facts_of
-from frictionlab.files import make_folder
 from frictionlab.hdf5 import read_recording
 from frictionlab.inference.compare import AUTO
 from frictionlab.inference.force import with_force
@@ -140,6 +138,7 @@ def publish(
     from frictionlab.figures import check_figures
     from frictionlab.figures.plates import plates
     from frictionlab.report import write_report
+    from frictionlab.report.page_of_test import write_sheets
 
     place = Path(folder)
     check_folder(place, force=force)
@@ -149,19 +148,5 @@ def publish(
     for plate in watch(drawn):
         plate.save(place / "figures", force=force)
     write_report(campaign, drawn, place)
-    _write_sheets(campaign, place / "tests", force=force)
+    write_sheets(campaign, place / "tests", force=force)
     return place / REPORT
-
-
-def _write_sheets(campaign: Campaign, folder: Path, *, force: bool) -> None:
-    """A page per test, with what its recording shows where that is at hand."""
-    from frictionlab.report.page_of_test import sheet_name, sheets_of, write_sheet
-
-    make_folder(folder)
-    for number, sheet in enumerate(sheets_of(campaign), 1):
-        recording, page = None if sheet.trial.failed else recording_of(sheet.trial, campaign.folders), sheet
-        if recording is not None:
-            # measured under another scene, it was possible: the page says that nothing is drawn
-            with contextlib.suppress(AnalysisError):
-                page = replace(sheet, measurement=measure(recording, campaign.scene))
-        write_sheet(page, folder / sheet_name(number, sheet.trial), back="../report.html#tests", force=force)

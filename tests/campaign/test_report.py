@@ -26,7 +26,7 @@ from frictionlab.hdf5 import write_recording
 from frictionlab.inference.compare import compare_record
 from frictionlab.report import page
 from frictionlab.report.charts import ChartLine, chart
-from frictionlab.report.page_of_test import PageOfTest, sheet_name, sheet_page, sheets_of, write_sheet
+from frictionlab.report.page_of_test import sheet_name, sheet_page, write_sheets
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.tables import write_rows
@@ -206,18 +206,18 @@ def test_heads_of_a_long_table_are_printed_on_each_page() -> None:
 
 
 def test_a_page_without_a_recording_tells_numbers_and_joules(campaign: Campaign) -> None:
-    pages = sheets_of(campaign)
-    known = replace(pages[0].trial, energy_joules=Estimate(4.4712e-3, None, 1.9e-5))
-    text = sheet_page(replace(pages[0], trial=known), back="../report.html")
+    first, scene, verdicts = campaign.trials[0], campaign.scene, campaign.verdicts
+    pages = [sheet_page(trial, scene, verdicts.get(trial.source)) for trial in campaign.trials]
+    known = replace(first, energy_joules=Estimate(4.4712e-3, None, 1.9e-5))
+    text = sheet_page(known, scene, verdicts[first.source], back="../report.html")
     assert "4.471 ± 0.019 mJ" in text, "as the measurement has them: with the stiffness's error"
-    assert "mJ" not in sheet_page(pages[0])
+    assert "mJ" not in pages[0]
     assert "The recording is not at hand" in text
     assert "in the fit of its group" in text
-    assert any(">1 standard error<" in sheet_page(one) for one in pages)
-    assert not any(">1 standard errors<" in sheet_page(one) for one in pages)
+    assert any(">1 standard error<" in one for one in pages)
+    assert not any(">1 standard errors<" in one for one in pages)
     assert 'href="../report.html"' in text
-    failed = sheet_page(pages[-1])
-    assert "<b>Failed:</b> no drive &amp; &lt;b&gt;nothing" in failed
+    assert "<b>Failed:</b> no drive &amp; &lt;b&gt;nothing" in pages[-1]
 
 
 def test_energies_are_shown_at_the_lag_found_and_a_gradient_of_both_signs_is_said(tmp_path: Path) -> None:
@@ -232,6 +232,7 @@ def test_energies_are_shown_at_the_lag_found_and_a_gradient_of_both_signs_is_sai
         rows.append({**measure(seen, scene).row(), "source": str(tmp_path / f"{number}.h5")})
         truth.append(steady_state(problem).energy_per_cycle)
     campaign = evaluate_all(rows, scene, folders=[tmp_path])
+    write_sheets(campaign, tmp_path / "tests")
     assert campaign.lag_found_s == pytest.approx(late, abs=5e-4)
     shown = [campaign.verdicts[str(r["source"])].energy.value for r in rows]
     assert shown == pytest.approx(truth, rel=0.01)
@@ -241,14 +242,14 @@ def test_energies_are_shown_at_the_lag_found_and_a_gradient_of_both_signs_is_sai
         assert ratio - 1.0 == pytest.approx(one["energy_residual"], abs=1e-12)
     assert abs(float(str(rows[0]["energy_per_cycle"])) / (truth[0] or 0.0) - 1.0) > 0.1
     assert any("the gradient changes its sign from test to test (-0.06" in note for note in campaign.notes)
-    assert "measured, at the lag found (+7.99 ms" in sheet_page(sheets_of(campaign)[0])
+    assert "measured, at the lag found (+7.99 ms" in next((tmp_path / "tests").glob("*-0001-*")).read_text("utf-8")
     assert "at the lag found (+7.99 ms" in energy(campaign, "brass").axes[0].get_title(loc="left")
 
 
 def test_what_stood_in_a_log_is_escaped_on_its_page(scene: Scene) -> None:
     facts = {"material": EVIL, "source": f"{EVIL}\x1b[31m.h5", "warnings": [f"\x9b {EVIL}"]}
     trial = trial_of({**row("steel", 1.5, 0.5, 0.6), **facts})
-    text = sheet_page(PageOfTest(trial, scene))
+    text = sheet_page(trial, scene)
     assert not set("\x1b\x9b") & set(text + page_of(evaluate([trial], scene)))  # a terminal that shows it would obey
     assert "<img" not in text
     assert text.count("&lt;img") >= 5
@@ -257,12 +258,13 @@ def test_what_stood_in_a_log_is_escaped_on_its_page(scene: Scene) -> None:
 
 
 def test_a_page_replaces_its_own_kind_alone(scene: Scene, tmp_path: Path) -> None:
-    sheet = PageOfTest(trial_of(row("steel", 1.5, 0.5, 0.6)), scene)
-    write_sheet(sheet, tmp_path / "a.html")
-    write_sheet(sheet, tmp_path / "a.html")
-    (tmp_path / "b.html").write_text("mine")
-    with pytest.raises(OSError, match=r"b\.html"):
-        write_sheet(sheet, tmp_path / "b.html")
+    campaign = evaluate([trial_of(row("steel", 1.5, 0.5, 0.6))], scene)
+    for _ in range(2):
+        write_sheets(campaign, tmp_path)
+    (page,) = tmp_path.iterdir()
+    page.write_text("mine")
+    with pytest.raises(OSError, match=page.name):
+        write_sheets(campaign, tmp_path)
 
 
 def test_a_chart_shows_its_lines_between_round_ticks() -> None:
@@ -282,7 +284,7 @@ def test_the_recording_is_drawn(scene: Scene) -> None:
     measured = measure(recording, scene)
     trial = trial_of({**measured.row(), "material": "steel", "normal_force_n": 1.5})
     verdict = evaluate([trial], scene).verdicts[trial.source]
-    text = sheet_page(PageOfTest(trial, scene, verdict, measurement=measured))
+    text = sheet_page(trial, scene, verdict, measurement=measured)
     assert text.count("<svg") == 5
     for words in (
         "Time response",
@@ -300,6 +302,6 @@ def test_the_page_of_a_vibrometers_test_shows_its_displacement() -> None:
     seen, facts = cell.recording(cell.channels_of(0.4, 0.3), "mass_velocity", "base_displacement"), cell.scene()
     measured = measure(seen, facts)
     trial = trial_of({**measured.row(), "source": "vibro.h5"})
-    assert sheet_page(PageOfTest(trial, facts, measurement=measured)).count("<svg") > 4
+    assert sheet_page(trial, facts, measurement=measured).count("<svg") > 4
     with pytest.raises(UsageError, match=r"whole record .* needs displacements, .* the recording has no mass_displace"):
         compare_record(seen, facts)
