@@ -184,8 +184,8 @@ def _examined(table: LogTable, options: LogOptions, *, is_whole: bool = True) ->
             table.body.set_aside(clock.stray, "the time stamp runs backward")
     channels = {role: _channel(table, role, options) for role in [*table.values]}
     flag_dead(clock.time, channels)
-    for role, channel in channels.items():
-        bridge(clock.time, channel, clock.bridge, role)
+    for channel in channels.values():
+        bridge(clock.time, channel, clock.bridge)
     return SensorLog(table, clock, channels)
 
 
@@ -232,7 +232,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     values = to_si(values, unit)
     if not is_laser:
         quality = np.where(np.isnan(values), np.uint8(Quality.NO_VALUE), np.uint8(0))
-        return Sensed(values, quality, warnings=warnings)
+        return Sensed(role, values, quality, warnings=warnings)
     sensed = examine(values, role, options.measuring_range_m)
     sensed.warnings[:0] = warnings
     if per_volt is None and sensed.range is None and unit in ("m", "mm", "um"):

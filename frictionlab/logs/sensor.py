@@ -34,8 +34,9 @@ _DEAD_NOISE = 0.5  # of a step, from which no sensor that lives shows one number
 
 @dataclass
 class Sensed:
-    """Displacement of one sensor [m], its flags, and what its step says."""
+    """Values (n,) of one sensor in SI units, of the channel ``role``, their flags, and what their step says."""
 
+    role: str
     values: NDArray[np.float64]
     quality: NDArray[np.uint8]
     step: float | None = None
@@ -43,14 +44,24 @@ class Sensed:
     warnings: list[str] = field(default_factory=list)
     evidence: list[str] = field(default_factory=list)
 
+    def flag(self, where: NDArray[np.generic] | slice, fault: Quality, why: str = "") -> None:
+        """Mark some samples, and say why."""
+        self.quality[where] |= np.uint8(fault)
+        self.warnings += [f"{self.role}: {why}"] if why else []
+
+    @property
+    def sound(self) -> NDArray[np.bool_]:
+        """Which samples (n,) have a value that the sensor measured."""
+        return np.asarray((self.quality & np.uint8(Quality.NO_VALUE | Quality.ERROR_CODE)) == 0)
+
 
 def examine(values: NDArray[np.float64], role: str, measuring_range: float | None = None) -> Sensed:
     """Flag what is wrong with the values [m] of one sensor; nan where the log has no value. No value is changed."""
-    channel = Sensed(values, np.zeros(len(values), np.uint8))
+    channel = Sensed(role, values, np.zeros(len(values), np.uint8))
     some = values
     if np.isnan(values.min()):  # one pass where all is well
         none = np.isnan(values)
-        channel.quality[none] |= np.uint8(Quality.NO_VALUE)
+        channel.flag(none, Quality.NO_VALUE)
         some = values[~none]
     if len(some) == 0:
         return channel
@@ -62,11 +73,11 @@ def examine(values: NDArray[np.float64], role: str, measuring_range: float | Non
     channel.range = measuring_range or channel.range
     ends = float(some.min()), float(some.max())
     if max(-ends[0], ends[1]) > 4.0 * RANGES_M[0]:
-        _flag_error_codes(channel, role)
+        _flag_error_codes(channel)
     if channel.range is not None and not -0.01 * channel.range <= ends[0] < ends[1] <= 1.01 * channel.range:
-        _flag_out_of_range(channel, role, channel.range)
-    _flag_spikes(channel, role)
-    _flag_held(channel, role)
+        _flag_out_of_range(channel, channel.range)
+    _flag_spikes(channel)
+    _flag_held(channel)
     return channel
 
 
@@ -111,7 +122,7 @@ def unit_by_step(values: NDArray[np.float64], per_unit: float = 1.0) -> tuple[st
     return None
 
 
-def _flag_error_codes(channel: Sensed, role: str) -> None:
+def _flag_error_codes(channel: Sensed) -> None:
     size = np.abs(channel.values)
     wrong = np.zeros(len(size), bool)
     slack = 0.02 if channel.range else 2e-4
@@ -122,27 +133,23 @@ def _flag_error_codes(channel: Sensed, role: str) -> None:
     rest = size[~wrong & ~np.isnan(size)]
     if not wrong.any() or (len(rest) and np.quantile(rest, 0.999) > 0.5 * size[wrong].min()):
         return
-    channel.quality[wrong] |= np.uint8(Quality.ERROR_CODE)
-    code = float(channel.values[wrong][0])
-    channel.warnings.append(
-        f"{role}: {np.count_nonzero(wrong)} values near {code * 1e3:.2f} mm are error codes of the sensor"
-    )
+    near = f"near {1e3 * float(channel.values[wrong][0]):.2f} mm"
+    channel.flag(wrong, Quality.ERROR_CODE, f"{np.count_nonzero(wrong)} values {near} are error codes of the sensor")
 
 
-def _flag_out_of_range(channel: Sensed, role: str, measuring_range: float) -> None:
+def _flag_out_of_range(channel: Sensed, measuring_range: float) -> None:
     """Flag values outside the range; a sensor set to zero inside its range has an unknown offset and is left alone."""
-    sound = _sound(channel)
-    values = channel.values
+    sound, values = channel.sound, channel.values
     some = values[sound][:: max(1, len(values) // _SAMPLE)]
     if len(some) == 0 or np.median(some) < 0.05 * measuring_range or np.quantile(some, 0.005) < 0.0:
         return
     wrong = sound & ((values < -0.01 * measuring_range) | (values > 1.01 * measuring_range))
     if wrong.any():
-        channel.quality[wrong] |= np.uint8(Quality.OUT_OF_RANGE)
-        channel.warnings.append(f"{role}: {np.count_nonzero(wrong)} values lie outside the sensor's range")
+        why = f"{np.count_nonzero(wrong)} values lie outside the sensor's range"
+        channel.flag(wrong, Quality.OUT_OF_RANGE, why)
 
 
-def _flag_spikes(channel: Sensed, role: str) -> None:
+def _flag_spikes(channel: Sensed) -> None:
     """Flag single samples that both neighbours, which agree, contradict by far more than the motion ever changes."""
     if channel.step is None:
         return
@@ -153,11 +160,8 @@ def _flag_spikes(channel: Sensed, role: str) -> None:
     wrong = np.intersect1d(jumps + 1, jumps)  # a jump before the sample, and one behind it
     wrong = wrong[np.abs(values[wrong + 1] - values[wrong - 1]) < size[wrong] / _FAR]
     if 0 < len(wrong) < _MOST_SPIKES * len(values):
-        channel.quality[wrong] |= np.uint8(Quality.ERROR_CODE)
-        channel.warnings.append(
-            f"{role}: {len(wrong)} values jump for one sample (spikes), the first by {1e3 * size[wrong[0]]:.3g} mm:"
-            " look at plugs and cables"
-        )
+        by = f"the first by {1e3 * size[wrong[0]]:.3g} mm: look at plugs and cables"
+        channel.flag(wrong, Quality.ERROR_CODE, f"{len(wrong)} values jump for one sample (spikes), {by}")
 
 
 def flag_dead(time: NDArray[np.float64], channels: Mapping[str, Sensed]) -> None:
@@ -173,24 +177,18 @@ def flag_dead(time: NDArray[np.float64], channels: Mapping[str, Sensed]) -> None
             rest = max(channel.values[:start], channel.values[stop + 1 :], key=len)[:_SAMPLE]
             noise = np.median(np.abs(np.diff(rest, 6))) / 20.5 if len(rest) > _NEAR else 0.0  # 0.6745 sqrt(924)
             if channel.step is not None and noise > _DEAD_NOISE * channel.step:
-                channel.quality[start : stop + 1] |= np.uint8(Quality.HELD)
-                channel.warnings.append(
-                    f"{role}: the value does not change from {time[start]:.4g} to {time[stop]:.4g} s while the {other}"
-                    " moves: dead or disconnected? That part is left out"
-                )
-
-
-def _sound(channel: Sensed) -> NDArray[np.bool_]:
-    return np.asarray((channel.quality & np.uint8(Quality.NO_VALUE | Quality.ERROR_CODE)) == 0)
+                still_s = f"from {time[start]:.4g} to {time[stop]:.4g} s while the {other} moves"
+                why = f"the value does not change {still_s}: dead or disconnected? That part is left out"
+                channel.flag(slice(start, stop + 1), Quality.HELD, why)
 
 
 def _sound_values(channel: Sensed) -> NDArray[np.float64]:
-    return np.where(_sound(channel), channel.values, np.nan) if channel.quality.any() else channel.values
+    return np.where(channel.sound, channel.values, np.nan) if channel.quality.any() else channel.values
 
 
-def _flag_held(channel: Sensed, role: str) -> None:
+def _flag_held(channel: Sensed) -> None:
     """Flag runs of one value at the channel's extremes that the motion enters and leaves at speed; the most decide."""
-    values, held = _sound_values(channel), 0
+    values, held = _sound_values(channel), np.zeros(len(channel.values), bool)
     if np.isnan(values).all():
         return
     for end in (np.nanmax(values), np.nanmin(values)):
@@ -199,13 +197,10 @@ def _flag_held(channel: Sensed, role: str) -> None:
         if 2 * sum(_cut_off(values, run[0], run[1], channel.step or 0.0) for run in some) <= len(some):
             continue
         for start, stop in long:
-            channel.quality[start:stop] |= np.uint8(Quality.HELD)
-            held += stop - start
-    if held:
-        channel.warnings.append(
-            f"{role}: {held} values are held at the end of the range: no stops, and no cycle is cut across them:"
-            " enlarge the sensor's range or move it"
-        )
+            held[start:stop] = True
+    if held.any():
+        why = "no stops, and no cycle is cut across them: enlarge the sensor's range or move it"
+        channel.flag(held, Quality.HELD, f"{np.count_nonzero(held)} values are held at the end of the range: {why}")
 
 
 def _cut_off(values: NDArray[np.float64], start: int, stop: int, step: float) -> bool:
@@ -235,25 +230,23 @@ def _is_corner(depth: NDArray[np.float64], step: float) -> bool | None:
     return passed[2] - passed[1] > _SHARPEST * (passed[1] - passed[0])
 
 
-def bridge(time: NDArray[np.float64], channel: Sensed, longest: float, role: str) -> None:
+def bridge(time: NDArray[np.float64], channel: Sensed, longest: float) -> None:
     """Draw straight lines across values that are none, up to ``longest`` [s]; longer holes become nan, not bridged."""
     if not channel.quality.any():
         return
-    bad, lost = ~_sound(channel), 0
+    bad = ~channel.sound
+    lost = np.zeros(len(bad), bool)
     channel.values = channel.values.copy()
     for start, stop in np.transpose(runs(bad)).tolist():
         if start > 0 and stop < len(time) and time[stop] - time[start - 1] <= longest:
             ends = [start - 1, stop]
             channel.values[start:stop] = np.interp(time[start:stop], time[ends], channel.values[ends])
-            channel.quality[start:stop] |= np.uint8(Quality.INTERPOLATED)
-            continue
-        channel.values[start:stop] = np.nan
-        channel.quality[start:stop] |= np.uint8(Quality.NOT_BRIDGED)
-        lost += stop - start
-    if bridged := int(np.count_nonzero(bad)) - lost:
-        channel.warnings.append(f"{role}: {bridged} values without measurement are bridged (interpolated)")
-    if lost:
-        channel.warnings.append(
-            f"{role}: {lost} values without measurement lie in holes longer than {longest:.3g} s: left empty, and no "
-            "cycle is cut across them"
-        )
+        else:
+            channel.values[start:stop], lost[start:stop] = np.nan, True
+    bridged = bad & ~lost
+    if bridged.any():
+        why = f"{np.count_nonzero(bridged)} values without measurement are bridged (interpolated)"
+        channel.flag(bridged, Quality.INTERPOLATED, why)
+    if lost.any():
+        left = f"lie in holes longer than {longest:.3g} s: left empty, and no cycle is cut across them"
+        channel.flag(lost, Quality.NOT_BRIDGED, f"{np.count_nonzero(lost)} values without measurement {left}")
