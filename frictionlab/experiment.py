@@ -5,7 +5,7 @@ import io
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -150,12 +150,10 @@ def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict
 def _sheet_rows(folder: Path, name: str) -> list[tuple[int, str, dict[str, str]]]:
     """Number, log and facts of each row of a sheet."""
     where = f"experiment.sheet: {name}"
-    text = _sheet_text(folder, name)
-    reader = csv.reader(io.StringIO(text), delimiter=max(",;\t", key=text.partition("\n")[0].count))
     try:
-        every = [(number, [cell.strip() for cell in row]) for number, row in enumerate(reader, start=1)]
+        every = [*enumerate(_cells(_sheet_text(folder, name)), start=1)]
     except csv.Error as error:
-        raise SceneError(f"{where}: line {reader.line_num}: {error}") from error
+        raise SceneError(f"{where}: {error}") from error
     (_, keys), *rows = [(number, row) for number, row in every if any(row)] or [(1, [])]
     if "log" not in keys or len(set(keys)) < len(keys):
         raise SceneError(f"{where}: expected a `log` column and each column once; got {keys}")
@@ -171,13 +169,18 @@ def _sheet_rows(folder: Path, name: str) -> list[tuple[int, str, dict[str, str]]
     return found
 
 
+def _cells(text: str) -> Iterator[list[str]]:
+    """The cells of each row of a sheet, parted by the sign that its head has most of."""
+    rows = csv.reader(io.StringIO(text), delimiter=max(",;\t", key=text.partition("\n")[0].count))
+    return ([cell.strip() for cell in row] for row in rows)
+
+
 def is_sheet(path: Path) -> bool:
     """Whether a file is a sheet of facts: a small CSV whose head has a `log` column."""
     if path.suffix.lower() not in (".csv", ".txt", ".tsv") or path.stat().st_size > 1 << 20:
         return False
     with path.open(encoding="utf-8-sig", errors="replace") as file:
-        head = file.readline()
-    return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=max(",;\t", key=head.count)), [])]
+        return "log" in next(_cells(file.readline()), [])
 
 
 def _sheet_text(folder: Path, name: str) -> str:
@@ -213,8 +216,8 @@ def _sheet_fact(key: str, text: str, where: str) -> Fact:
         return text
     try:
         number = _number(text)
-    except ValueError as error:
-        raise SceneError(f"{where}: {key}: expected a number; got {text!r}") from error
-    if not (math.isfinite(number) and number > 0.0):
+    except ValueError:
+        number = math.nan
+    if not 0.0 < number < math.inf:
         raise SceneError(f"{where}: {key}: expected a number above 0; got {text!r}")
     return number

@@ -214,7 +214,7 @@ def test_a_sheet_as_excel_saves_it_is_read_and_a_workbook_is_named(tmp_path: Pat
         ("name,material\na,steel\n", "expected a `log` column"),
         ("log,material\na\n", "row 2: expected 2 cells; got 1"),
         ("log,material\na,x\na.csv,y\n", "2 rows for a.csv: expected one"),
-        ("log,normal_force_n\na,heavy\n", "row 2: normal_force_n: expected a number; got 'heavy'"),
+        ("log,normal_force_n\na,heavy\n", "row 2: normal_force_n: expected a number above 0; got 'heavy'"),
         ("log,normal_force_n\n,\n\nb,10\na,-3\n", "row 5: normal_force_n: expected a number above 0; got '-3'"),
         ("log,normal_force_n\na,inf\n", "row 2: normal_force_n: expected a number above 0; got 'inf'"),
         ("log,material\n../../etc/passwd,steel\n", "leaves the sheet's folder"),
