@@ -75,6 +75,21 @@ Column = Annotated[
     str | int | None,
     _checked(lambda said: said if isinstance(said, str) else said >= 1, "a column by its name or by its number from 1"),
 ]
+Separator = Annotated[
+    Word,
+    _checked(SEPARATORS.get, "one of comma, semicolon, tab, pipe, space, or the sign itself", SEPARATORS.__getitem__),
+]
+Decimal = Annotated[Word, _checked({".", ","}.__contains__, "a decimal mark, '.' or ','")]
+Codec = Annotated[Word, _checked(_is_codec, "a codec such as utf-8, cp1252")]
+_NAMED_UNITS = "the options that name columns, each with its unit, such as force=kN or mass=5 mm/V"
+Units = Annotated[
+    dict[str, str] | str | None,
+    _checked(_are_units, _NAMED_UNITS, lambda said: ", ".join(f"{name}={unit}" for name, unit in _pairs(said))),
+]
+Ordinal = Annotated[
+    str | int | None,
+    _checked(lambda said: str(said).isascii() and str(said).isdecimal() and int(said) > 0, "a number from 1", int),
+]
 Number = Annotated[float | None, Field(allow_inf_nan=False)]
 Positive = Annotated[float | None, Field(gt=0, allow_inf_nan=False)]
 
@@ -95,19 +110,9 @@ class LogOptions(BaseModel, frozen=True, extra="forbid", strict=True, defer_buil
     {'separator': '|', 'mass': 'Laser 2', 'unit': 'um', 'units': 'force=kN, torque=0.5 Nm/V'}
     """
 
-    separator: Annotated[
-        Word,
-        _checked(
-            *(SEPARATORS.__contains__, "one of comma, semicolon, tab, pipe, space, or the sign itself"),
-            SEPARATORS.__getitem__,
-        ),
-    ] = _key("What parts the columns: comma, semicolon, tab, pipe, space, or the sign.", "NAME")
-    decimal: Annotated[Word, _checked({".", ","}.__contains__, "a decimal mark, '.' or ','")] = _key(
-        "Decimal mark: . or ,", "MARK"
-    )
-    encoding: Annotated[Word, _checked(_is_codec, "a codec such as utf-8, cp1252")] = _key(
-        "Encoding of the text, such as utf-8, cp1252, utf-16.", "NAME"
-    )
+    separator: Separator = _key("What parts the columns: comma, semicolon, tab, pipe, space, or the sign.", "NAME")
+    decimal: Decimal = _key("Decimal mark: . or ,", "MARK")
+    encoding: Codec = _key("Encoding of the text, such as utf-8, cp1252, utf-16.", "NAME")
     time: Column = _key("Column of the time, by name or by number from 1.")
     mass: Column = _key("Column of the mass, by name or by number from 1.")
     base: Column = _key("Column of the base, by name or by number from 1.")
@@ -123,23 +128,14 @@ class LogOptions(BaseModel, frozen=True, extra="forbid", strict=True, defer_buil
     unit: Annotated[Word, _unit("displacement", LENGTH, ACCELERATION)] = _key(
         "Unit of the displacements: m mm um nm cm in mil.", "UNIT"
     )
-    units: Annotated[
-        dict[str, str] | str | None,
-        _checked(
-            *(_are_units, "the options that name columns, each with its unit, such as force=kN or mass=5 mm/V"),
-            lambda said: ", ".join(f"{name}={unit}" for name, unit in _pairs(said)),
-        ),
-    ] = _key("Units of columns, also of a volt: contact_force=kN,torque=0.5 Nm/V,mass=5 mm/V.", "NAME=UNIT,...")
+    units: Units = _key(
+        "Units of columns, also of a volt: contact_force=kN,torque=0.5 Nm/V,mass=5 mm/V.", "NAME=UNIT,..."
+    )
     time_unit: Annotated[Word, _unit("time", TIME)] = _key("Unit of the time column: s ms us ns min h.", "UNIT")
     variable: Annotated[Word, _checked(bool, "the name of a variable")] = _key(
         "MATLAB, JSON, NumPy: the variable that holds the log.", "NAME"
     )
-    test: Annotated[
-        str | int | None,
-        _checked(
-            *(lambda said: str(said).isascii() and str(said).isdecimal() and int(said) > 0, "a number from 1", int),
-        ),
-    ] = _key("A file of several tests: which one, by its number from 1.", "N")
+    test: Ordinal = _key("A file of several tests: which one, by its number from 1.", "N")
     sampling_rate_hz: Positive = _key("Samples per second: the time is counted instead of read.", "HZ")
     measuring_range_m: Positive = _key(
         "Measuring range of the laser, where its step in the data does not show it.", "M"
