@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import pytest
 from typer.testing import CliRunner, Result
@@ -108,12 +108,26 @@ def told_by(code: str, *words: str, cwd: Path | None = None, **environment: str)
     return done.stdout
 
 
-def invoke(*words: object, **how: Any) -> Result:
-    """What a command says and returns, run in this process: a second sooner than as one of its own."""
-    return CliRunner().invoke(app, [str(word) for word in words], **how)
+def invoke(*words: object, status: int | None = None, **how: Any) -> Result:
+    """What a command says and returns, run in this process: a second sooner than as one of its own.
+
+    ``status``: what it must end with.
+    """
+    done = CliRunner().invoke(app, [str(word) for word in words], **how)
+    assert status in (None, done.exit_code), done.output
+    return done
 
 
-def answer(*words: str | Path) -> Answer:
-    """The same as a finished process has it."""
-    done = invoke(*words)
+def rows_of(told: Result | Answer) -> list[dict[str, Any]]:
+    """The lines of JSON that a command printed, and nothing else; NaN and Infinity are none."""
+
+    def refuse(constant: str) -> NoReturn:
+        raise ValueError(f"{constant} is no JSON")
+
+    return [json.loads(line, parse_constant=refuse) for line in told.stdout.splitlines()]
+
+
+def answer(*words: str | Path, status: int | None = None) -> Answer:
+    """What a command says, as a finished process has it."""
+    done = invoke(*words, status=status)
     return subprocess.CompletedProcess(words, done.exit_code, done.stdout, done.stderr)

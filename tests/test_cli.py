@@ -12,15 +12,13 @@ import pytest
 import frictionlab as fl
 from frictionlab.cli.options import ANALYSIS, LOG, Settings
 from frictionlab.simulator.laws import TERMS
-from tests.desk import BIN, SAMPLE, Run, invoke
+from tests.desk import BIN, SAMPLE, Run, invoke, rows_of
 
 FRICTIONLAB = BIN / "frictionlab"
 
 
 def test_a_misspelt_command_is_told_what_was_meant_and_completion_knows_all(run: Run) -> None:
-    done = run("analize")
-    assert done.returncode == 2
-    assert "Did you mean 'analyze'?" in done.stderr
+    assert "Did you mean 'analyze'?" in run("analize", status=2).stderr
     for words, found in (("frictionlab fre", "free-vibration"), ("frictionlab analyze --nat", "--natural-frequency")):
         asked = {"_FRICTIONLAB_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
         told = subprocess.run([FRICTIONLAB], env={**os.environ, **asked}, capture_output=True, text=True, check=False)
@@ -122,9 +120,7 @@ def log(tmp_path: Path) -> Path:
 
 
 def ingested(log: Path, *words: str) -> dict[str, object]:
-    done = invoke("ingest", log, "--dry-run", "--json", *words)
-    assert done.exit_code == 0, done.output
-    row: dict[str, object] = json.loads(done.stdout)
+    row: dict[str, object] = json.loads(invoke("ingest", log, "--dry-run", "--json", *words, status=0).stdout)
     return row
 
 
@@ -161,7 +157,7 @@ def test_every_key_of_a_table_is_an_option_with_its_words(command: str, settings
 
 
 def test_laws_are_listed_with_parameters_and_one_is_drawn(tmp_path: Path) -> None:
-    every = [json.loads(line) for line in invoke("laws", "--json").stdout.splitlines()]
+    every = rows_of(invoke("laws", "--json"))
     assert [row["law"] for row in every] == list(TERMS)
     assert all(
         set(parameter) > {"words", "low", "high", "usual"} for row in every for parameter in row["parameters"].values()

@@ -1,6 +1,5 @@
 """The ingest command: exit status, one line per fault, outputs whole, JSON Lines and nothing else."""
 
-import json
 import re
 from functools import partial
 from pathlib import Path
@@ -8,12 +7,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from typer.testing import Result
 
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import read_recording
 from frictionlab.verbs.one_test import ingest
-from tests.desk import invoke
+from tests.desk import invoke, rows_of
 from tests.logs.samples import sensortool, table, truth, write
 
 DATA = truth(300)
@@ -23,18 +21,13 @@ HEADER = "time [s],mass [mm],base [mm]"
 run = partial(invoke, "ingest")
 
 
-def rows(result: Result) -> list[dict[str, object]]:
-    return [json.loads(line) for line in result.stdout.splitlines()]
-
-
 @pytest.fixture
 def log(tmp_path: Path) -> Path:
     return write(tmp_path / "steel_N10_r0.5.csv", table(DATA, HEADER, ","))
 
 
 def test_without_output_the_recording_stands_beside_its_log(log: Path) -> None:
-    result = run(log)
-    assert result.exit_code == 0, result.output
+    result = run(log, status=0)
     found = read_recording(log.with_suffix(".h5"))
     np.testing.assert_array_equal(found.mass_displacement, DATA.mass)
     assert "plain" in result.stdout
@@ -43,15 +36,13 @@ def test_without_output_the_recording_stands_beside_its_log(log: Path) -> None:
 @pytest.mark.parametrize("output", ["out/", "out", "made/of/folders/"])
 def test_into_a_folder(output: str, log: Path, tmp_path: Path) -> None:
     other = write(tmp_path / "b.csv.gz", table(DATA, HEADER, ","))
-    result = run(log, other, "-o", f"{tmp_path}/{output}")
-    assert result.exit_code == 0, result.output
+    run(log, other, "-o", f"{tmp_path}/{output}", status=0)
     assert sorted(p.name for p in (tmp_path / output).iterdir()) == ["b.h5", "steel_N10_r0.5.h5"]
 
 
 def test_one_that_fails_is_told_and_the_others_go_on(log: Path, tmp_path: Path) -> None:
     bad = write(tmp_path / "bad.csv", "not a log\n")
-    result = run(bad, log, tmp_path / "none.csv", "-o", tmp_path / "out")
-    assert result.exit_code == 1
+    result = run(bad, log, tmp_path / "none.csv", "-o", tmp_path / "out", status=1)
     assert (tmp_path / "out" / "steel_N10_r0.5.h5").exists()
     assert not (tmp_path / "out" / "bad.h5").exists()
     said = [line.split() for line in result.stdout.splitlines()]
@@ -59,9 +50,8 @@ def test_one_that_fails_is_told_and_the_others_go_on(log: Path, tmp_path: Path) 
     assert [line[0] for line in said[1:] if "failed:" in line] == ["bad.csv", "none.csv"]
     assert said[2][1:5] == ["failed:", "no", "lines", "of"]  # its name once, not twice
     assert "Traceback" not in result.output
-    result = run(log, bad, "--json", "-o", tmp_path / "out")
-    assert result.exit_code == 1
-    good, failed = rows(result)
+    result = run(log, bad, "--json", "-o", tmp_path / "out", status=1)
+    good, failed = rows_of(result)
     assert (good["source"], good["status"], failed["status"]) == (str(log), "ok", "failed")
     assert good["samples"] == good["lines_data"] == 300
     kinds = ("preamble", "header", "data", "blank", "comment", "quarantined")
@@ -71,10 +61,8 @@ def test_one_that_fails_is_told_and_the_others_go_on(log: Path, tmp_path: Path) 
 
 def test_a_dry_run_reports_and_writes_nothing(log: Path) -> None:
     before = sorted(log.parent.iterdir())
-    text = run(log, "--dry-run")
-    assert text.exit_code == 0
-    assert "separator comma, decimal mark '.'" in text.stdout
-    (found,) = rows(run(log, "--dry-run", "--json"))
+    assert "separator comma, decimal mark '.'" in run(log, "--dry-run", status=0).stdout
+    (found,) = rows_of(run(log, "--dry-run", "--json"))
     assert found["output"] is None
     assert found["evidence"]
     assert sorted(log.parent.iterdir()) == before
@@ -87,8 +75,7 @@ def test_the_scene_and_its_overrides(log: Path, tmp_path: Path) -> None:
         '[log]\ntime = "a"\nmass = "b"\nbase = 3\nunit = "um"\n'
         '[experiment]\nname_pattern = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"\n'
     )
-    result = run(log, "--scene", scene, "--unit", "mm")
-    assert result.exit_code == 0, result.output
+    run(log, "--scene", scene, "--unit", "mm", status=0)
     found = read_recording(log.with_suffix(".h5"))
     np.testing.assert_array_equal(found.base_displacement, DATA.base)
     assert dict(found.experiment) == {"material": "steel", "normal_force_n": 10.0, "nominal_frequency_ratio": 0.5}
@@ -100,13 +87,11 @@ def test_the_scene_and_its_overrides(log: Path, tmp_path: Path) -> None:
 def test_one_file_per_sensor(tmp_path: Path) -> None:
     mass = write(tmp_path / "mass.csv", sensortool(DATA, 1, ";"))
     base = write(tmp_path / "base.csv", sensortool(DATA, 2, ";", late_ms=100))
-    result = run("--mass-log", mass, "--base-log", base, "-o", tmp_path / "both.h5", "--json")
-    assert result.exit_code == 0, result.output
-    (row,) = rows(result)
+    result = run("--mass-log", mass, "--base-log", base, "-o", tmp_path / "both.h5", "--json", status=0)
+    (row,) = rows_of(result)
     assert (row["alignment"], row["lag_s"], row["trimmed_mass_samples"]) == ("absolute time", -0.1, 25)
     assert len(read_recording(tmp_path / "both.h5").source.files) == 2
-    again = run(tmp_path / "both.h5", "-o", tmp_path / "again" / "both.h5")
-    assert again.exit_code == 0, "a batch takes recordings too"
+    run(tmp_path / "both.h5", "-o", tmp_path / "again" / "both.h5", status=0)
     assert invoke("init", tmp_path / "pair").exit_code == 0
     for log in (mass, base):
         log.rename(tmp_path / "pair" / log.name)
@@ -137,8 +122,7 @@ def test_a_wrong_command_line_is_status_2(
     words: list[str], reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    result = run(*words)
-    assert result.exit_code == 2
+    result = run(*words, status=2)
     assert re.search(re.escape(reason), result.stderr), result.stderr
     assert len(result.stderr.splitlines()) == 1
 
@@ -152,9 +136,7 @@ def test_the_recording_of_another_log_is_not_replaced_without_force(
     other.parent.mkdir(exist_ok=True)
     other.write_bytes(log.read_bytes() + more)
     assert [run(log, "-o", place).exit_code for _ in range(2)] == [0, 0]
-    refused = run(other, "-o", place)
-    assert refused.exit_code == 1
-    assert f"holds the recording of {log.name}" in refused.stderr
+    assert f"holds the recording of {log.name}" in run(other, "-o", place, status=1).stderr
     assert run(other, "-o", place, "--force").exit_code == 0
 
 
@@ -163,8 +145,7 @@ def test_text_from_logs_is_escaped_and_warnings_name_their_log(log: Path) -> Non
     lines[50] = "\x1b[31mred\x1b[0m\x07"
     del lines[100:150]
     log.write_text("\n".join(lines) + "\n")
-    result = run(log, "--dry-run")
-    assert result.exit_code == 0
+    result = run(log, "--dry-run", status=0)
     assert "\x1b" not in result.output
     assert r"\x1b[31mred" in result.output
     assert re.search(r"warning \(steel_N10_r0\.5\): a gap of 0\.204 s after", result.stderr)
@@ -181,8 +162,7 @@ def test_no_input_is_ever_replaced(tmp_path: Path) -> None:
     soft.symlink_to(mass)
     before = mass.read_bytes(), base.read_bytes()
     for output in (base, link, soft):
-        result = run("--mass-log", mass, "--base-log", base, "-o", output, "--force")
-        assert result.exit_code == 2
+        result = run("--mass-log", mass, "--base-log", base, "-o", output, "--force", status=2)
         assert "never replaces an input" in result.stderr
     assert (mass.read_bytes(), base.read_bytes()) == before
     with pytest.raises(UsageError, match="never replaces an input"):
@@ -196,7 +176,7 @@ def test_like_named_logs_have_recordings_of_their_own(tmp_path: Path) -> None:
         path.parent.mkdir()
         write(path, text)
     result = run(*logs, "-o", tmp_path / "both", "--json")
-    assert [Path(str(row["output"])).name for row in rows(result)] == ["a.csv.h5", "a.csv~2.h5"]
+    assert [Path(str(row["output"])).name for row in rows_of(result)] == ["a.csv.h5", "a.csv~2.h5"]
     assert run(*logs).exit_code == 0
     assert all(path.with_suffix(".h5").exists() for path in logs)
 
@@ -205,7 +185,6 @@ def test_files_that_are_no_logs_and_rows_of_the_sheet_without_one_are_named(log:
     write(log.with_name("more.json"), "{}")
     write(log.with_name("sheet.csv"), f"log,material\n{log.name},steel\nrun9.csv,steel\n")
     write(log.with_name("scene.toml"), "[experiment]\nsheet = 'sheet.csv'\n")
-    noted = run(log.parent, "--dry-run", "--scene", log.with_name("scene.toml"))
-    assert noted.exit_code == 0
+    noted = run(log.parent, "--dry-run", "--scene", log.with_name("scene.toml"), status=0)
     assert "note: passed over: more.json: no log by its name: give the file itself, or save it as CSV" in noted.stderr
     assert "note: rows of sheet.csv without a log, 1 in all: run9.csv" in noted.stderr

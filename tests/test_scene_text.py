@@ -59,15 +59,11 @@ def test_show_prints_a_scene_that_can_be_pasted(run: Run) -> None:
 
 
 def test_init_writes_a_scene_once(run: Run, tmp_path: Path) -> None:
-    first = run("init", "my tests")
-    assert first.returncode == 0, first.stderr
-    assert 'next: frictionlab batch "my tests"' in first.stdout
+    assert 'next: frictionlab batch "my tests"' in run("init", "my tests", status=0).stdout
     path = tmp_path / "my tests" / "frictionlab.toml"
     assert read_scene(path) == Scene()
     path.write_text("[rig]\nmass_kg = 2.0\n")
-    refused = run("init", "my tests")
-    assert refused.returncode == 2
-    assert "give --force" in refused.stderr
+    assert "give --force" in run("init", "my tests", status=2).stderr
     assert run("init", "my tests", "--force", "--all", "--quiet").stdout == ""
     assert path.read_text(encoding="utf-8") == template()
     with pytest.raises(UsageError, match="exists: fill it in"):
@@ -91,8 +87,7 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     (logs / "plan.csv").write_text("log,material\n09_steel_N1.25_r0.3,steel\n")  # of tests to come
     (logs / "results").mkdir()  # of a campaign: no logs, whatever their suffix
     (logs / "results" / "measurements.csv").write_text("source\n")
-    done = run("init", "logs")
-    assert done.returncode == 0, done.stderr
+    done = run("init", "logs", status=0)
     assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 3 not read"
     assert "not read: more: logs of a folder in the folder" in done.stdout
     assert "not read: plan.csv: a sheet none of whose logs is here" in done.stdout
@@ -175,14 +170,12 @@ def test_commands_use_the_scene_they_find_and_say_so(run: Run, tmp_path: Path) -
     (tmp_path / "logs" / sample.name).write_bytes(sample.read_bytes())
     assert "natural frequency is not known" in run("analyze", f"logs/{sample.name}").stderr
     (tmp_path / "logs" / "frictionlab.toml").write_text("[rig]\nnatural_frequency_hz = 3.13\n")
-    done = run("analyze", f"logs/{sample.name}")
-    assert done.returncode == 0, done.stderr
+    done = run("analyze", f"logs/{sample.name}", status=0)
     assert done.stderr.splitlines()[0].startswith("frictionlab: scene: logs/frictionlab.toml is used")
     assert "natural frequency" not in done.stderr
     assert run("analyze", f"logs/{sample.name}", "--quiet").stderr == ""
     (tmp_path / "frictionlab.toml").write_text("[rig]\nmass = 1\n[analysis]\ncycle = 1\n")
-    refused = run("ingest", f"logs/{sample.name}")
-    assert refused.returncode == 2
+    refused = run("ingest", f"logs/{sample.name}", status=2)
     first, second = refused.stderr.splitlines()[1:]
     assert "scene frictionlab.toml, line 2: rig.mass: unknown key; did you mean mass_kg? expected one of" in first
     assert "scene frictionlab.toml, line 4: analysis.cycle: unknown key; did you mean cycles? expected" in second

@@ -15,7 +15,7 @@ from frictionlab.schema import MEASUREMENTS
 from tests.analysis.seen import NATURAL_HZ, motion, seen, steady
 from tests.analysis.test_free_vibration import HZ as TAP_HZ
 from tests.analysis.test_free_vibration import RATE, decaying
-from tests.desk import invoke
+from tests.desk import invoke, rows_of
 from tests.logs.samples import log
 
 HZ = ["--natural-frequency", str(NATURAL_HZ)]
@@ -69,7 +69,7 @@ def decays(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 def test_each_decay_and_the_average_as_json(decays: list[str]) -> None:
     result = invoke("free-vibration", *decays, "--json")
-    rows = [json.loads(line) for line in result.stdout.splitlines()]
+    rows = rows_of(result)
     assert result.exit_code == 0
     assert [row["source"] for row in rows] == decays
     assert [row["damping_ratio"] for row in rows] == pytest.approx([0.0055, 0.0065, 0.0065], rel=0.01)
@@ -78,8 +78,7 @@ def test_each_decay_and_the_average_as_json(decays: list[str]) -> None:
 
 
 def test_what_it_prints_to_paste_is_a_scene(decays: list[str], tmp_path: Path) -> None:
-    result = invoke("free-vibration", *decays)
-    assert result.exit_code == 0
+    result = invoke("free-vibration", *decays, status=0)
     shown = result.stdout
     assert "[rig]\nnatural_frequency_hz = 3.12" in shown
     assert "average of 3 taps" in shown
@@ -106,9 +105,7 @@ def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text("[rig]\nmass_kg = 3.0\n[experiment]\nnormal_force_n = 2.0\n")
     files = ("--plot", tmp_path / "figures", "-o", tmp_path / "taps.jsonl", "--scene", scene)
-    result = invoke("free-vibration", taps, "--json", *files)
-    assert result.exit_code == 0, result.output
-    row = json.loads(result.stdout)
+    row = json.loads(invoke("free-vibration", taps, "--json", *files, status=0).stdout)
     assert [tap["damping_ratio"] for tap in row["taps"]] == pytest.approx([0.0055] * 2, rel=0.01)
     assert not {"measured", "fitted", "time"} & row["taps"][0].keys()
     assert row["damping_ratio"] == row["mean_damping_ratio"] == pytest.approx(0.0055, rel=0.005)

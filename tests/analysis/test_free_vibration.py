@@ -18,7 +18,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, RecordingError
 from frictionlab.recording import Channel, Recording
 from tests.analysis.seen import STEP_M, through_laser
-from tests.desk import invoke, present, published
+from tests.desk import invoke, present, published, rows_of
 from tests.logs.samples import log
 
 RATE, HZ = 500.0, 3.126
@@ -178,7 +178,7 @@ def test_a_pendulum_that_others_have_published(tmp_path: Path) -> None:
     assert present(invoke("ingest", *logs, *known, "-o", tmp_path)).exit_code == 0
     swings = sorted(tmp_path.glob("*.h5"))
     done = present(invoke("free-vibration", *swings, "--scene", tmp_path / "scene.toml", "--json", "--plot", tmp_path))
-    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    rows = rows_of(done)
     for row in rows:
         for name, value in (("natural_frequency_hz", 1.7458), ("damping_ratio", 0.0104), ("friction_m", 0.0169)):
             assert abs(row[name] - value) < 2.0 * row[f"{name}_se"]

@@ -225,8 +225,7 @@ def test_a_campaign_keeps_foreign_files_and_says_so_before_it_writes(name: str, 
 
 def test_a_batch_refuses_a_foreign_table_before_the_work(tmp_path: Path) -> None:
     (tmp_path / "comparisons.jsonl").write_text('{"log": "mine"}\n')
-    done = run("batch", SAMPLE, "--scene", SCENE, "-o", tmp_path)
-    assert done.exit_code == 2, done.output
+    run("batch", SAMPLE, "--scene", SCENE, "-o", tmp_path, status=2)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["comparisons.jsonl"]
 
 

@@ -26,8 +26,7 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     write_rows(rows[20:], tmp_path / "b.jsonl")
     (tmp_path / "c.jsonl").write_text("{damaged\n")
     (tmp_path / "scene.toml").write_text(NAMED)
-    done = run("campaign", "a.csv", "b.jsonl", "c.jsonl", "--scene", "scene.toml", "-o", "out")
-    assert done.returncode == 1
+    done = run("campaign", "a.csv", "b.jsonl", "c.jsonl", "--scene", "scene.toml", "-o", "out", status=1)
     assert "c.jsonl: c.jsonl" not in done.stderr
     assert "c.jsonl, line 1: expected a JSON object" in done.stderr
     told = read_rows(tmp_path / "out" / "measurements.csv")
@@ -96,8 +95,7 @@ def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> No
 def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> None:
     for name in ("a.h5", "b.h5", "c.h5"):
         write_tree({}, tmp_path / name, kind="frictionlab recording")
-    done = run("campaign", "a.h5", "b.h5", "c.h5", "-o", "out")
-    assert done.returncode == 2
+    done = run("campaign", "a.h5", "b.h5", "c.h5", "-o", "out", status=2)
     assert "a.h5 and 2 others: a recording; campaign evaluates measurements: `frictionlab analyze" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
 

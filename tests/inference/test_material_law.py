@@ -1,7 +1,6 @@
 """The law of a material: what it poses, how it is written and read, what it predicts and how wide its bands are."""
 
 import csv
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +27,7 @@ from frictionlab.inference.predictive import predict_tests
 from frictionlab.schema import PREDICTIONS
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS, law_of
-from tests.desk import SAMPLE, SCENE, Answer, answer, present
+from tests.desk import SAMPLE, SCENE, Answer, answer, present, rows_of
 from tests.inference import contacts
 
 K, F = 1955.0, 3.13
@@ -225,7 +224,7 @@ def test_the_command_gives_the_contracts_keys(tmp_path: Path) -> None:
     test = ("--law-file", law, "--normal-force", "4", "--base-amplitude", "1.8e-3", "--r", "0.3:0.5:0.1")
     done = command(*test, "--json", "--plot", figure, "-o", table)
     assert done.returncode == 0, done.stderr
-    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    rows = rows_of(done)
     assert [row["frequency_ratio"] for row in rows] == [0.3, 0.4, 0.5]
     for row in rows:
         assert set(CONTRACT) <= set(row) == set(PREDICTIONS.names)

@@ -18,6 +18,7 @@ from frictionlab.simulator.state import KEYS
 from frictionlab.simulator.sweep import sweep_points
 from frictionlab.tables import read_rows
 from tests.desk import invoke as run
+from tests.desk import rows_of
 from tests.test_cli import PLACE
 
 
@@ -32,18 +33,14 @@ def test_a_scene_gives_newtons_millimetres_and_millijoules(tmp_path: Path) -> No
     assert row["energy_per_cycle_j"] == pytest.approx(row["energy_per_cycle"] * 800.0 * 4e-6, rel=1e-12)
     assert row["response_amplitude_m"] == pytest.approx(row["response_amplitude"] * 2e-3, rel=1e-12)
     assert "F 0.64 N" in run(*words, "--coefficient", "0.32").stdout
-    refused = run(*words)
-    assert refused.exit_code == 2
-    assert "or, all of them: --coefficient MU" in refused.stderr
+    assert "or, all of them: --coefficient MU" in run(*words, status=2).stderr
 
 
 def test_the_map_of_a_sweep_is_not_replaced_by_one_state(tmp_path: Path) -> None:
     path = tmp_path / "map.csv"
     assert run("sweep", "--r", "0.5,0.6", "--beta", "0.4", "-o", path).exit_code == 0
     state = ("simulate", "--r", "0.5", "--beta", "0.4", "-o", path)
-    refused = run(*state)
-    assert refused.exit_code == 2
-    assert "exists and is no table of motion" in refused.stderr
+    assert "exists and is no table of motion" in run(*state, status=2).stderr
     assert [run(*state, "--force").exit_code, run(*state).exit_code] == [0, 0]
 
 
@@ -63,8 +60,7 @@ def test_a_law_and_its_parameters_are_said_and_told() -> None:
 
 def test_all_steady_states_are_told_with_their_shares(tmp_path: Path) -> None:
     path = tmp_path / "all.csv"
-    done = run("simulate", "--r", "0.3", "--beta", "0.9", "--mu", "1.3", "--all", "--json", "-o", path)
-    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    rows = rows_of(run("simulate", "--r", "0.3", "--beta", "0.9", "--mu", "1.3", "--all", "--json", "-o", path))
     assert [row["outcome"] for row in rows] == ["periodic", "stuck"]
     assert sum(row["basin_share"] for row in rows) == pytest.approx(1.0)
     assert len(path.read_text().splitlines()) == 3
@@ -88,15 +84,13 @@ def test_a_motion_is_written(tmp_path: Path) -> None:
 
 
 def test_the_closed_form_alone_refuses_stops_with_status_one() -> None:
-    done = run("simulate", "--r", "0.5", "--beta", "0.4", "--solver", "closed-form")
-    assert done.exit_code == 1
+    done = run("simulate", "--r", "0.5", "--beta", "0.4", "--solver", "closed-form", status=1)
     assert re.search(r"closed form at r = 0\.5.*use solver 'exact'", done.stderr)
 
 
 def test_a_range_may_go_by_a_factor(tmp_path: Path) -> None:
     grid = ("sweep", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+compliance", "-o", str(tmp_path / "map.csv"))
-    ran = run(*grid, "--parameter", "stiffness_ratio=1:1e3:x10", "--plot", str(tmp_path / "map.svg"))
-    assert ran.exit_code == 0
+    run(*grid, "--parameter", "stiffness_ratio=1:1e3:x10", "--plot", str(tmp_path / "map.svg"), status=0)
     assert [row["stiffness_ratio"] for row in read_rows(tmp_path / "map.csv")] == [1.0, 10.0, 100.0, 1000.0]
     wrong = "0:1:x10 1:10:x1 1:10:xy 10:1:x2 1:inf:x2 1:10:xNaN 5:1:1 a 1:2:0 1:2"
     for said in (*wrong.split(), f"1:9.{'9' * 28}e999999:x10"):

@@ -23,7 +23,7 @@ from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import from_numbers
 from frictionlab.simulator.sweep import warm_up
 from frictionlab.tables import read_rows
-from tests.desk import invoke
+from tests.desk import invoke, rows_of
 
 WALLS: tuple[Wall, Wall] = ("fixed", "base")
 CONTRACT = """
@@ -247,7 +247,7 @@ def test_a_sweep_tells_each_kind_of_warning_once_with_its_place(tmp_path: Path) 
     assert "warning: at 2 of 4 points this is one of a continuum of motions (3.3)" in ran.stderr
     assert "(the first: r = 0.5, beta = 0.1" in ran.stderr
     assert "continuum" not in invoke(*grid, "--quiet").stderr
-    rows = [json.loads(line) for line in invoke(*grid, "--json").stdout.splitlines()]
+    rows = rows_of(invoke(*grid, "--json"))
     assert [len(row["warnings"]) for row in rows] == [1, 1, 0, 0]
     assert [row["warnings"] for row in read_rows(tmp_path / "map.csv")] == [row["warnings"] for row in rows]
     shown = invoke("show", str(tmp_path / "map.csv")).stderr
