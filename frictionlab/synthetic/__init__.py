@@ -2,7 +2,7 @@
 
 A virtual rig runs each test of ``[[synthetic.tests]]``; two virtual optoNCDT sensors add noise and round to their step.
 Nothing here is measured, and every log says so in its first lines. Here logs, and what is true of them, go into files;
-``virtual_rig`` says what each test is, ``virtual_motion`` how base and mass move, and what changes while a test runs.
+``virtual_rig`` says what each test is, how base and mass move, and what changes while a test runs.
 """
 
 import json
@@ -16,8 +16,8 @@ from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.schema import AMPLITUDE, ENERGY, REGIME, STOPS, value_of
 from frictionlab.simulator import steady_state
-from frictionlab.synthetic.virtual_motion import motion
 from frictionlab.synthetic.virtual_rig import SyntheticTest as SyntheticTest
+from frictionlab.synthetic.virtual_rig import motion
 from frictionlab.synthetic.virtual_rig import virtual_tests as virtual_tests
 
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
