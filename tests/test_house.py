@@ -37,7 +37,7 @@ analysis: errors recording scene schema uncertainty
 uncertainty: scene schema
 planning: analysis errors inference scene schema simulator uncertainty
 inference: analysis base_motion errors files recording scene schema simulator uncertainty
-synthetic: errors files scene schema simulator
+synthetic: errors files recording scene schema simulator units
 campaign: analysis errors files hdf5 inference recording scene schema simulator tables uncertainty
 tradeoff: analysis inference recording scene schema simulator
 base_motion: analysis errors recording simulator

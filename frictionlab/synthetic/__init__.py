@@ -13,12 +13,14 @@ import numpy as np
 
 from frictionlab.errors import SceneError
 from frictionlab.files import check_replaceable, make_folder, write_whole
+from frictionlab.recording import quantity_named
 from frictionlab.scene import Scene
 from frictionlab.schema import AMPLITUDE, ENERGY, REGIME, STOPS, value_of
 from frictionlab.simulator import steady_state
 from frictionlab.synthetic.virtual_rig import SyntheticTest as SyntheticTest
 from frictionlab.synthetic.virtual_rig import motion
 from frictionlab.synthetic.virtual_rig import virtual_tests as virtual_tests
+from frictionlab.units import UNIT
 
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
 MARK = b"# SYNTHETIC: "
@@ -34,16 +36,6 @@ PREAMBLE = (
     " in truth.jsonl\n"
     "{columns}\n"
 )
-HEADS = {
-    "angle": "angle [rad]",
-    "contact_force": "friction force [N]",
-    "normal_force": "normal force [N]",
-    "mass_velocity": "mass velocity [m/s]",
-    "base_velocity": "base velocity [m/s]",
-    "mass_acceleration": "mass acceleration [m/s^2]",
-    "base_acceleration": "base acceleration [m/s^2]",
-}
-"""Channel -> the head of its column."""
 
 
 def synthesize(scene: Scene, folder: Path) -> Iterator[SyntheticTest]:
@@ -107,8 +99,8 @@ def log_of(test: SyntheticTest, scene: Scene) -> str:
     for values in more.values():
         rms = synthetic.channel_noise * float(np.sqrt(np.mean(values**2)))
         seen.append(values + rms * further.standard_normal(len(values)))
-    columns = ",".join(["time [s]", *heads, "base [mm]", *(HEADS[name] for name in more)])
-    head = PREAMBLE.format(test=test, columns=columns)
+    further_heads = [f"{name.replace('_', ' ')} [{UNIT[quantity_named(name)]}]" for name in more]
+    head = PREAMBLE.format(test=test, columns=",".join(["time [s]", *heads, "base [mm]", *further_heads]))
     return head + (line * len(time)) % tuple(np.column_stack([time, *seen]).ravel().tolist())
 
 
