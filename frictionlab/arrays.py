@@ -12,6 +12,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.intp]
 
+_LONGEST = 20.0  # times its samples that a record may last before it has a jump
 _ODD = 0.1  # of a step that a clock may pass too much or too little before it counts as set
 _CLEARLY, _FEW_BREAKS, _BREAKS_SHARE = 8.0, 20, 1e-4  # times the usual; more breaks than that are a clock that jitters
 
@@ -127,6 +128,16 @@ def step_range(time: FloatArray) -> tuple[float, float]:
     with np.errstate(invalid="ignore"):  # two infinite stamps: no step
         steps = np.diff(time)
     return float(steps.min()), float(steps.max())
+
+
+def jump_in(time: FloatArray, interval: float) -> str:
+    """What to say of stamps (n,) [s] that jump so far that even steps would fill the memory; "" of all others."""
+    count = float(time[-1] - time[0]) / interval
+    if count <= max(1e6, _LONGEST * len(time)):
+        return ""
+    at = int(np.argmax(np.diff(time)))
+    jump = f"the stamps jump from {time[at]:.6g} to {time[at + 1]:.6g} s"
+    return f"{jump}: {len(time)} samples would become {count:.3g}, one every {interval:.3g} s"
 
 
 def _is_even(steps: FloatArray, usual: float) -> bool:

@@ -21,7 +21,7 @@ from frictionlab.errors import AnalysisError
 
 FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
 MOST_SINGLE = 400  # cycles that show the scatter
-SHARP = 96  # samples a cycle: between fewer a cubic takes from the harmonics that a law is told by
+SHARP = 96  # samples a cycle: between fewer a cubic takes from the harmonics by which laws differ
 FINEST = 4  # times as many points as samples that a signal is laid on, at most
 SLOWEST = 0.2  # of the drive, at least: what is slower is gone of a motion that was integrated
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache

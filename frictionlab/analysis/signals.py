@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, jump_in
 from frictionlab.errors import AnalysisError
 
 BY_TWO = "_by_two"
@@ -93,15 +93,8 @@ def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> 
     off = stray(time, step)
     if off < EVEN or (off < 1.0 and len(np.unique(np.rint(np.diff(time) / (1e-3 * step)))) <= 4):
         return signals, 0.0
-    count, most = float(time[-1] - time[0]) / step, max(1e6, 20.0 * len(time))
-    if count > most:
-        at = int(np.argmax(np.diff(time)))
-        jump = (
-            f"the stamps jump from {time[at]:.6g} to {time[at + 1]:.6g} s, unflagged: {len(time)} samples would become"
-        )
-        raise AnalysisError(
-            f"{jump} {count:.3g}, over {most:.3g}: ingest the log again, which flags it, or cut it there"
-        )
+    if jump := jump_in(time, step):
+        raise AnalysisError(f"{jump}: ingest the log again, which flags it, or cut it there")
     even, passed = np.arange(time[0], time[-1] + 1e-9 * step, step), time - time[0]
     strays = float(np.max(np.abs(passed - step * np.rint(passed / step)))) / step
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415 - half a second that only stray stamps need

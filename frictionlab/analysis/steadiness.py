@@ -20,7 +20,7 @@ LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 MEMORY_S = 60.0  # no frame of a laboratory remembers its start for longer
 SOFT = 0.05  # of a record: a soft start or stop that takes no more is part of the transient, and needs no word
 SMALL, FULL = 0.5, 0.97  # of the drive's usual size: less at an end is a start or a stop, cut up to the second
-OFF_ITS_MEAN, STEP, JUMP = 0.35, 0.02, 0.05  # of the base's rms; relative steps of drive and of response that are told
+OFF_ITS_MEAN, STEP, JUMP = 0.35, 0.02, 0.05  # of the base's rms; relative steps of drive and response that count
 OTHER = 0.05  # of the drive's frequency: so far off, a part is another test
 AS_A_DRIFT, CLEAR = 1.15, 5.0  # times the last part's change, and errors of it, from which a decay is seen
 LEFT, HUMS = 5e-4, 4.0  # of the motion: less is no decay; times the noise's power where no frame follows: more is hum
@@ -43,11 +43,12 @@ def transient(parts: Sequence[Stretch], begin: float, natural: float | None = No
     frequency, noise = spectrum.strongest_tone(later).frequency, white_noise(longest.base)
     cuts = [cycles.cut(part.base, frequency, noise=noise) for part in parts]
     starts = np.concatenate([p.time + c.start * p.step for p, c in zip(parts, cuts, strict=True)]) - begin
-    n, first, last = len(starts), parts[0].time - begin, parts[-1].time + len(parts[-1].base) * parts[-1].step - begin
+    n, from_s = len(starts), parts[0].time - begin
+    until_s = parts[-1].time + len(parts[-1].base) * parts[-1].step - begin
     if n < FEWEST:
         start = 0.0 if n < 4 else float(starts[1])
         return start, start
-    window = int(n * MEMORY_S / (last - first)) if last - first >= LONG_S else n // 3
+    window = int(n * MEMORY_S / (until_s - from_s)) if until_s - from_s >= LONG_S else n // 3
     highest = math.ceil(max(spectrum.HIGH, 2.0 * (natural or 0.0) * longest.step / frequency))
     found = list[tuple[int, bool]]()
     for name in ("mass", "base"):
@@ -61,8 +62,8 @@ def transient(parts: Sequence[Stretch], begin: float, natural: float | None = No
             rows = np.fft.irfft(lines, axis=1)
         found.append(_settled(rows, window, rough))
     latest, seen = max(first for first, _ in found), all(seen for _, seen in found)
-    start = float(np.append(starts, math.inf)[latest]) if latest else max(first, 0.0)
-    most = math.inf if seen and n - latest >= FEWEST else 0.5 * float(first + last)
+    start = float(np.append(starts, math.inf)[latest]) if latest else max(from_s, 0.0)
+    most = math.inf if seen and n - latest >= FEWEST else 0.5 * float(from_s + until_s)
     return min(most, start), start if seen else None
 
 

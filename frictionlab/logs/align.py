@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, jump_in
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.clock import Clock
@@ -28,7 +28,6 @@ _MOST_DRIFT = 5e-3
 _MOST_OF_CLOCKS = 3e-4
 """Between clocks that both show absolute time: quartz does not drift more; a phase that moves faster is mechanical."""
 _CERTAIN = 5.0  # standard errors
-_LONGEST = 20  # times its samples that a record may last before it has a jump
 _MOST_LAG_S = 10.0
 _SAME = 1e-4
 """Stamps that differ by less than this share of a step are one moment."""
@@ -111,13 +110,8 @@ def _likeness(mass: Sensor, base: Sensor) -> tuple[float, float]:
 
 def _evenly(time: FloatArray, values: FloatArray, step: float) -> FloatArray:
     """Resample by straight lines at even steps, mean removed; for finding lag and drift only."""
-    count = (time[-1] - time[0]) / step
-    if count > max(1e6, _LONGEST * len(time)):
-        at = int(np.argmax(np.diff(time)))
-        raise LogError(
-            f"the stamps jump from {time[at]:.6g} to {time[at + 1]:.6g} s: {len(time)} samples would stand among "
-            f"{count:.3g} steps of {step:.3g} s: cut the log at the jump, or correct its clock"
-        )
+    if jump := jump_in(time, step):
+        raise LogError(f"{jump}: cut the log at the jump, or correct its clock")
     sound = np.isfinite(values)
     resampled = np.interp(np.arange(time[0], time[-1], step), time[sound], values[sound])
     return np.asarray(resampled - resampled.mean())
