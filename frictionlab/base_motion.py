@@ -103,7 +103,6 @@ def respond_to(
     natural_frequency_hz: float,
     stiffness_n_per_m: float | None = None,
     source: str = "",
-    is_acceleration: bool = False,
     highpass_hz: float | None = None,
 ) -> RecordResponse:
     """Simulate one mass, or a frame of several, from rest, under the motion of a recording's base.
@@ -115,7 +114,7 @@ def respond_to(
     Parameters
     ----------
     recording : Recording
-        Its base drives; its mass is not looked at.
+        Its base drives, by its displacement or, where that is absent, its acceleration; its mass is not looked at.
     what : Problem or callable
         What moves, with r = 1; beta is over k times the largest displacement of the base from its first value, Y.
         Friction that is known in newtons, or a frame of several masses, is given as a function of Y [m].
@@ -125,8 +124,6 @@ def respond_to(
         Gives newtons and joules.
     source : str
         What the result calls its base.
-    is_acceleration : bool
-        ``base_displacement`` holds an acceleration, m/s^2.
     highpass_hz : float, optional
         Needed by an acceleration with a fixed wall.
 
@@ -139,8 +136,9 @@ def respond_to(
     """
     sketch = what if isinstance(what, Problem) else what(1.0)
     follows = sketch.wall == "base" if isinstance(sketch, Problem) else sketch.follows_base
-    part, warnings = sound_base(recording, jumps=is_acceleration)
-    omega, y, u = 2.0 * math.pi * natural_frequency_hz, part.base_displacement, None
+    (part, warnings), is_acceleration = sound_base(recording), "base_displacement" not in recording.measured()
+    y, u = part.base_acceleration if is_acceleration else part.base_displacement, None
+    omega = 2.0 * math.pi * natural_frequency_hz
     tau = omega * (part.time - part.time[0])
     if is_acceleration and follows:
         warnings.append(
@@ -190,7 +188,7 @@ def respond_to(
 
 def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str]) -> tuple[FloatArray, float]:
     """The base's displacement (n,) from its acceleration, and the rms that the sensor's noise makes of it [m]."""
-    a, rate = part.base_displacement, part.sampling_rate_hz
+    a, rate = part.base_acceleration, part.sampling_rate_hz
     if highpass_hz is None or not 0.0 < highpass_hz < 0.25 * rate:
         raise RecordingError(
             "base: an acceleration; for a fixed wall it is integrated twice; expected --highpass HZ, the slowest motion"
@@ -201,15 +199,13 @@ def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str])
     return y, u
 
 
-def sound_base(recording: Recording, *, jumps: bool = False) -> tuple[Recording, list[str]]:
+def sound_base(recording: Recording) -> tuple[Recording, list[str]]:
     """Return a recording whose base can drive a simulation from its first sample to its last, and what to say of it.
-
-    `jumps`: whether it may jump, as an acceleration may.
 
     Raises
     ------
     RecordingError
-        It has a gap, held values, or a jump: named by time.
+        It has a gap, held values, or, unless it is an acceleration, a jump: named by time.
     """
     gaps, parts = recording.gaps, recording.stretches()
     if not parts:
@@ -224,7 +220,7 @@ def sound_base(recording: Recording, *, jumps: bool = False) -> tuple[Recording,
             f"base: no samples from {gaps[0][0]:.6g} s to {gaps[0][1]:.6g} s: nothing is simulated across a gap;"
             " do: cut the record there, or bridge longer holes when it is read (bridge_s in [log])"
         )
-    if not jumps:
+    if "base_displacement" in part.measured():
         _refuse_jumps(part.time, part.base_displacement)
     said = list(part.source.warnings)
     bridged = int(np.count_nonzero(part.quality & np.uint8(Quality.INTERPOLATED)))

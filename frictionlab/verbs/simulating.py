@@ -108,20 +108,16 @@ def respond(
     damping = known.rig.damping
     if not callable(problem) and damping is not None and problem.frame_damping_ratio == 0.0:
         problem = problem.with_parameters({"frame_damping_ratio": damping})
-    recording, made_of = recording_given(what, known, read_base_log), not isinstance(what, Recording)
-    is_acceleration = made_of and "base_displacement" not in recording.measured()
-    if is_acceleration:
-        recording = recording.changed(base_displacement=recording.base_acceleration, channels=())
-    elif made_of and highpass_hz is not None:
+    recording, source = recording_given(what, known, read_base_log), "" if isinstance(what, Recording) else str(what)
+    if highpass_hz is not None and "base_displacement" in recording.measured():
         raise UsageError(f"{what}: --highpass belongs to a base that is an acceleration; got a displacement")
     return respond_to(
         recording,
         problem,
         natural_frequency_hz=frequency,
         stiffness_n_per_m=known.rig.stiffness,
-        source=str(what) if made_of else "",
-        is_acceleration=is_acceleration,
-        highpass_hz=highpass_hz if is_acceleration else None,
+        source=source,
+        highpass_hz=highpass_hz,
     )
 
 
