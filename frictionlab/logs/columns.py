@@ -13,7 +13,7 @@ import numpy as np
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import FURTHER, LASERS, LogOptions
-from frictionlab.units import LENGTH, TIME, UNIT, VOLTS, known_unit, quantity_of, split_unit
+from frictionlab.units import ACCELERATION, LENGTH, TIME, UNIT, VOLTS, known_unit, quantity_of, split_unit
 
 if TYPE_CHECKING:
     from frictionlab.logs.layouts import LogLayout
@@ -39,7 +39,7 @@ _NORMAL = re.compile(r"fn|fz|n|.*(normal|load|clamp|preload|anpress).*", re.IGNO
 _FRICTION = re.compile(r"f|ft|fx|fr|.*(friction|tangential|lateral|force|kraft|reib).*", re.IGNORECASE)
 _SAYS = re.compile(  # what a column holds, by the words of its name
     r"(?P<force>force|kraft|reib|friction|tangential|\bnormal|\bload\b)|(?P<torque>torque|dreh?moment|\bmoment\b)"
-    r"|(?P<acceleration>accel|\bacc\b|beschleunig)|(?P<velocity>velocity|geschwindig)|(?P<angle>\bangle|winkel)",
+    r"|(?P<acceleration>accel|(?<![^\W_])acc(?![^\W\d_])|beschleunig)|(?P<velocity>velocity|geschwindig)|(?P<angle>\bangle|winkel)",
     re.IGNORECASE,
 )
 _GROUPED = re.compile(r"\s*[-+]?\d{1,3}(?:(?:\.\d{3})+,|(?:,\d{3})+\.)\d+\s*", re.ASCII)
@@ -104,6 +104,12 @@ def candidates(columns: Sequence[LogColumn], role: str) -> list[LogColumn]:
 def is_displacement(column: LogColumn) -> bool:
     """Whether a column may hold a displacement: its unit is a length or is not said."""
     return column.unit in LENGTH or not column.unit
+
+
+def is_acceleration(column: LogColumn) -> bool:
+    """Whether a column holds an acceleration, by its unit or, where none is said, by its name."""
+    word = None if column.unit else _SAYS.search(column.name)
+    return column.unit in ACCELERATION or (word is not None and word.lastgroup == "acceleration")
 
 
 def _flag(role: str) -> str:

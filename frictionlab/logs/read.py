@@ -1,6 +1,5 @@
 """From one log, or one log per sensor, to a recording: what was read is examined, converted to SI, put together."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,16 +12,13 @@ from frictionlab.errors import DOUBTED, LogError
 from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
-from frictionlab.logs.columns import LogColumn, by_option, possible
+from frictionlab.logs.columns import LogColumn, by_option, is_acceleration, possible
 from frictionlab.logs.sensor import Sensed, bridge, examine, flag_dead, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, naming, open_log, read_table
 from frictionlab.logs.text import Progress
 from frictionlab.recording import Channel, Fact, Quality, Recording, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
-_ACCELERATION = re.compile(
-    r"(.*[\W_])?(acc|accel|acceleration|accelerometer|beschleunigung)([\W_\d].*)?", re.IGNORECASE
-)
 _SENTINELS = (9999.0, 99999.0, 999999.0, 9999.9, 9999.99, 999.99)
 
 
@@ -104,7 +100,7 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
         log = open_log(path, options)
         if len(possible(log, options)) != 1 or any(getattr(options, role) is not None for role in FURTHER):
             return _read(log, options)
-        sensors = _examined(read_table(log, options.but(base=None), ("mass",)), options)
+        sensors = _examined(read_table(log, options, ("mass",)), options)
         return _recording([sensors], options, still="base")
 
 
@@ -135,13 +131,9 @@ def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
     if named is not None:
         column = by_option(columns, named, "base")
         said = options.unit in ACCELERATION or options.base_acceleration is not None
-        return column if said or _is_acceleration(column) else None
-    alone = all(map(_is_acceleration, possible(log, options)))
-    return next((column for column in columns if alone and _is_acceleration(column)), None)
-
-
-def _is_acceleration(column: LogColumn) -> bool:
-    return column.unit in ACCELERATION or (not column.unit and _ACCELERATION.fullmatch(column.name) is not None)
+        return column if said or is_acceleration(column) else None
+    alone = all(map(is_acceleration, possible(log, options)))
+    return next((column for column in columns if alone and is_acceleration(column)), None)
 
 
 def read_two_logs(
@@ -154,9 +146,9 @@ def read_two_logs(
     """
     options = options or LogOptions()
     logs = []
-    for path, role, own in ((mass_log, "mass", options.but(base=None)), (base_log, "base", options.but(mass=None))):
+    for path, role in ((mass_log, "mass"), (base_log, "base")):
         with naming(path):
-            logs.append(_examined(read_table(open_log(path, own), own, (role,), progress), own))
+            logs.append(_examined(read_table(open_log(path, options), options, (role,), progress), options))
     with naming(mass_log, base_log):
         return _recording(logs, options)
 
