@@ -211,6 +211,13 @@ def test_the_law_is_that_of_the_other_commands(quake: Path) -> None:
     }
 
 
+def test_a_scene_without_damping_has_none_under_a_record_too(quake: Path) -> None:
+    """`[model] damping = false` held for steady states alone: a record was damped as the rig is."""
+    rig = fl.scene_from_tables({"rig": {"natural_frequency_hz": FN, "damping_ratio": 0.05}})
+    both = (fl.respond(quake, PLAIN, one).response.problem for one in (rig, rig.changed(model={"damping": False})))
+    assert [problem.parameters["frame_damping_ratio"] for problem in both] == [0.05, 0.0]
+
+
 def test_friction_in_newtons_is_over_the_largest_excursion_of_the_base(quake: Path, tmp_path: Path) -> None:
     """It was refused, and beta over an excursion asked for that nobody has in hand."""
     scene = tmp_path / "rig.toml"

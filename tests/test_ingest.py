@@ -156,14 +156,11 @@ def test_text_from_logs_is_escaped_and_warnings_name_their_log(log: Path) -> Non
 def test_no_input_is_ever_replaced(tmp_path: Path) -> None:
     mass = write(tmp_path / "m.csv", sensortool(DATA, 1, ";"))
     base = write(tmp_path / "b.h5", sensortool(DATA, 2, ";"))
-    link = tmp_path / "link.h5"
-    link.hardlink_to(base)
-    soft = tmp_path / "soft.h5"
-    soft.symlink_to(mass)
-    before = mass.read_bytes(), base.read_bytes()
+    (link := tmp_path / "link.h5").hardlink_to(base)
+    (soft := tmp_path / "soft.h5").symlink_to(mass)
+    before, pair = (mass.read_bytes(), base.read_bytes()), ("--mass-log", mass, "--base-log", base)
     for output in (base, link, soft):
-        result = run("--mass-log", mass, "--base-log", base, "-o", output, "--force", status=2)
-        assert "never replaces an input" in result.stderr
+        assert "never replaces an input" in run(*pair, "-o", output, "--force", status=2).stderr
     assert (mass.read_bytes(), base.read_bytes()) == before
     with pytest.raises(UsageError, match="never replaces an input"):
         ingest(mass, base_log=base, output=link, force=True)

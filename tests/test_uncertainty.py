@@ -166,24 +166,17 @@ DECLARED: dict[str, dict[str, object]] = {
     },
     "experiment": {"material": "steel", "normal_force_n": 1.25, "normal_force_n_u": 0.0125},
 }
+LENGTHS = ("energy_per_cycle", "response_amplitude", "base_amplitude_m")
 SHARES: dict[tuple[str, str], dict[str, tuple[str, ...]]] = {
     ("sensors", "gain_error"): {
-        "energy_per_cycle": ("gain of the mass sensor", "gain of the base sensor"),
-        "response_amplitude": ("gain of the mass sensor", "gain of the base sensor"),
+        **dict.fromkeys(LENGTHS[:2], ("gain of the mass sensor", "gain of the base sensor")),
         "base_amplitude_m": ("gain of the base sensor",),
         "friction_ratio": ("gain",),
     },
-    ("sensors", "linearity"): {
-        "energy_per_cycle": ("linearity of the sensors",),
-        "response_amplitude": ("linearity of the sensors",),
-        "base_amplitude_m": ("linearity of the sensors",),
-        "friction_ratio": ("cubic",),
-    },
+    ("sensors", "linearity"): {**dict.fromkeys(LENGTHS, ("linearity of the sensors",)), "friction_ratio": ("cubic",)},
     ("sensors", "lag_s_u"): {"energy_per_cycle": ("lag between the channels",), "friction_ratio": ("lag_s",)},
     ("sensors", "crosstalk"): {
-        "energy_per_cycle": ("crosstalk",),
-        "response_amplitude": ("crosstalk",),
-        "base_amplitude_m": ("crosstalk",),
+        **dict.fromkeys(LENGTHS, ("crosstalk",)),
         "friction_ratio": ("base_in_mass", "mass_in_base"),
     },
     ("rig", "natural_frequency_hz_u"): {
@@ -191,7 +184,7 @@ SHARES: dict[tuple[str, str], dict[str, tuple[str, ...]]] = {
         "friction_ratio": ("natural_frequency",),
     },
     ("rig", "damping_ratio_u"): {"friction_ratio": ("frame_damping_ratio",)},
-    ("rig", "stiffness_n_per_m_u"): {"friction_force_n": ("stiffness",), "friction_coefficient": ("stiffness",)},
+    ("rig", "stiffness_n_per_m_u"): dict.fromkeys(("friction_force_n", "friction_coefficient"), ("stiffness",)),
     ("experiment", "normal_force_n_u"): {"friction_coefficient": ("normal force",)},
 }
 

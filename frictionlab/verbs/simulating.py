@@ -105,9 +105,8 @@ def respond(
     frequency = known.rig.natural_frequency
     if frequency is None:
         raise UsageError("rig.natural_frequency_hz: expected the frame's; got none: give --natural-frequency HZ")
-    damping = known.rig.damping
-    if not callable(problem) and damping is not None and problem.frame_damping_ratio == 0.0:
-        problem = problem.with_parameters({"frame_damping_ratio": damping})
+    if not callable(problem) and problem.frame_damping_ratio == 0.0:
+        problem = problem.with_parameters({"frame_damping_ratio": known.frame_damping_ratio})
     recording, source = recording_given(what, known, read_base_log), "" if isinstance(what, Recording) else str(what)
     if highpass_hz is not None and "base_displacement" in recording.measured():
         raise UsageError(f"{what}: --highpass belongs to a base that is an acceleration; got a displacement")
