@@ -16,7 +16,7 @@ from frictionlab.arrays import FloatArray, jump_in
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.clock import Clock
-from frictionlab.logs.sensor import Sensed
+from frictionlab.logs.sensor import Sensed, cubic
 from frictionlab.recording import Fact, Quality
 
 Sensor = tuple[Clock, Sensed]
@@ -223,16 +223,4 @@ def _interpolated(stamps: FloatArray, time: FloatArray, values: FloatArray) -> t
     at = np.clip(np.searchsorted(time, stamps - close), 0, len(time) - 1)
     if np.abs(time[at] - stamps).max() <= close:
         return values[at], True
-    keep = np.concatenate([[True], np.diff(time) > 0.0])
-    time, values = time[keep], values[keep]
-    first = np.clip(np.searchsorted(time, stamps, side="right") - 2, 0, max(len(time) - 4, 0))
-    nodes = first[:, None] + np.arange(min(4, len(time)))
-    t, v = time[nodes], values[nodes]
-    result = np.zeros(len(stamps))
-    for j in range(nodes.shape[1]):
-        weight = np.ones(len(stamps))
-        for k in range(nodes.shape[1]):
-            if k != j:
-                weight *= (stamps - t[:, k]) / (t[:, j] - t[:, k])
-        result += weight * v[:, j]
-    return result, False
+    return cubic(stamps, time, values), False

@@ -26,8 +26,10 @@ _NEAR = 2000
 _DEPTHS = (1, 4, 16)
 _EARLY = 3
 _SHARPEST = 2.7
-_FAR = 5.0  # times the motion's own change, and ten times as many steps, from which one sample alone is a spike
-_MOST_SPIKES = 0.005  # of the samples
+_BLOCK = 256  # samples, of which the median says how the motion usually bends
+_FAR = 10.0  # times that, and as many steps, from which a sample may be a spike
+_SHARP = 4.0  # of what is farthest off: a part that counts as being on the curve
+_REACHES = (2, 2, 2, 4, 8, 16)  # samples on either side of what may be a spike
 _DEAD_S = 1.0
 _DEAD_NOISE = 0.5  # of a step, from which no sensor that lives shows one number for long
 
@@ -76,8 +78,8 @@ def examine(values: NDArray[np.float64], role: str, measuring_range: float | Non
         _flag_error_codes(channel)
     if channel.range is not None and not -0.01 * channel.range <= ends[0] < ends[1] <= 1.01 * channel.range:
         _flag_out_of_range(channel, channel.range)
-    _flag_spikes(channel)
     _flag_held(channel)
+    _flag_spikes(channel)
     return channel
 
 
@@ -150,18 +152,69 @@ def _flag_out_of_range(channel: Sensed, measuring_range: float) -> None:
 
 
 def _flag_spikes(channel: Sensed) -> None:
-    """Flag single samples that both neighbours, which agree, contradict by far more than the motion ever changes."""
-    if channel.step is None:
+    """Flag runs of samples that leave the curve through those around them, and come back to it, within one sample.
+
+    A motion bends and has corners, but does not jump. Reaching farther and farther around, longer runs are found.
+    """
+    values, n = np.where(channel.quality == 0, channel.values, np.nan), len(channel.values)
+    if channel.step is None or n < _BLOCK:
         return
-    values = _sound_values(channel)
-    size = np.abs(np.diff(values))
-    usual = float(np.nanquantile(size[:: max(1, len(size) // _SAMPLE)], 0.99))
-    jumps = np.flatnonzero(size > _FAR * (usual + 10.0 * channel.step))
-    wrong = np.intersect1d(jumps + 1, jumps)  # a jump before the sample, and one behind it
-    wrong = wrong[np.abs(values[wrong + 1] - values[wrong - 1]) < size[wrong] / _FAR]
-    if 0 < len(wrong) < _MOST_SPIKES * len(values):
-        by = f"the first by {1e3 * size[wrong[0]]:.3g} mm: look at plugs and cables"
-        channel.flag(wrong, Quality.ERROR_CODE, f"{len(wrong)} values jump for one sample (spikes), {by}")
+    bends, wrong, whole = _bends(values), np.zeros(n, bool), n - n % _BLOCK
+    usual = np.median(bends[:whole].reshape(-1, _BLOCK)[:, ::4], axis=1)
+    around = np.max([usual, np.append(usual[1:], 0.0), np.append(0.0, usual[:-1])], axis=0)
+    most = np.pad(np.repeat(_FAR * (around + channel.step), _BLOCK), (0, n - whole), "edge")
+    for reach in _REACHES:
+        if not (far := bends > most).any():
+            break
+        wide = np.convolve(far, np.ones(2 * reach + 1), "same") > 0.5
+        known = np.flatnonzero(~wide & np.isfinite(values))
+        if len(known) < n // 2:
+            break
+        off = np.zeros(n)
+        off[wide] = values[wide] - cubic(np.flatnonzero(wide).astype(float), known.astype(float), values[known])
+        new = np.zeros(n, bool)
+        for start, stop in np.transpose(runs(wide)).tolist():
+            new[start:stop] = _jumps(off[start:stop])
+        values, wrong = np.where(new, values - off, values), wrong | new
+        bends = _bends(values)
+    if wrong.any():
+        share, largest = 100.0 * np.mean(wrong), 1e3 * np.nanmax(np.abs(values - channel.values))
+        why = f"{np.count_nonzero(wrong)} values ({share:.2g} %) jump off the motion and back (spikes), by up to"
+        look = "set aside as missing; look at plugs, cables and what crosses the beam"
+        channel.flag(wrong, Quality.ERROR_CODE, f"{why} {largest:.3g} mm: {look}")
+
+
+def _bends(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far each sample (n,) is off the cubic through two on either side; 0 where these are not known."""
+    return np.pad(np.nan_to_num(np.abs(np.diff(values, 4)) / 6.0, copy=False), 2)
+
+
+def _jumps(off: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which of some samples, given how far each is off a curve, jump off it; none where it is the motion that bends."""
+    size = np.abs(off)
+    far = size > size.max() / _SHARP
+    is_motion = far[[0, 1, -2, -1]].any() or 2 * np.count_nonzero(far) > len(far) + 1
+    for first, last in [] if is_motion else np.transpose(runs(far)).tolist():
+        steps = np.abs(np.diff(off[first - 1 : last + 1]))
+        is_motion |= 2.0 * min(steps[0], steps[-1]) < size[first:last].max()
+    return np.asarray(far & (not is_motion))
+
+
+def cubic(at: NDArray[np.float64], time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values at other times, by the cubic through four neighbours; of repeated times the first counts."""
+    apart = np.diff(time, prepend=-np.inf) > 0.0
+    time, values = time[apart], values[apart]
+    first = np.clip(np.searchsorted(time, at, side="right") - 2, 0, max(len(time) - 4, 0))
+    nodes = first[:, None] + np.arange(min(4, len(time)))
+    t, v = time[nodes], values[nodes]
+    result = np.zeros(len(at))
+    for j in range(nodes.shape[1]):
+        weight = np.ones(len(at))
+        for k in range(nodes.shape[1]):
+            if k != j:
+                weight *= (at - t[:, k]) / (t[:, j] - t[:, k])
+        result += weight * v[:, j]
+    return result
 
 
 def flag_dead(time: NDArray[np.float64], channels: Mapping[str, Sensed]) -> None:
@@ -231,22 +284,20 @@ def _is_corner(depth: NDArray[np.float64], step: float) -> bool | None:
 
 
 def bridge(time: NDArray[np.float64], channel: Sensed, longest: float) -> None:
-    """Draw straight lines across values that are none, up to ``longest`` [s]; longer holes become nan, not bridged."""
-    if not channel.quality.any():
-        return
+    """Draw cubics across values that are none, up to ``longest`` [s]; longer holes become nan, not bridged."""
     bad = ~channel.sound
-    lost = np.zeros(len(bad), bool)
-    channel.values = channel.values.copy()
-    for start, stop in np.transpose(runs(bad)).tolist():
-        if start > 0 and stop < len(time) and time[stop] - time[start - 1] <= longest:
-            ends = [start - 1, stop]
-            channel.values[start:stop] = np.interp(time[start:stop], time[ends], channel.values[ends])
-        else:
-            channel.values[start:stop], lost[start:stop] = np.nan, True
-    bridged = bad & ~lost
+    if not bad.any():
+        return
+    start, stop = runs(bad)
+    inside = (start > 0) & (stop < len(time))
+    is_short = inside & (time[stop.clip(max=len(time) - 1)] - time[start - 1] <= longest)
+    bridged, values = np.zeros(len(time), bool), channel.values
+    bridged[bad] = np.repeat(is_short, stop - start)
+    channel.values = np.where(bad, np.nan, values)
+    channel.values[bridged] = cubic(time[bridged], time[~bad], values[~bad])
     if bridged.any():
         why = f"{np.count_nonzero(bridged)} values without measurement are bridged (interpolated)"
         channel.flag(bridged, Quality.INTERPOLATED, why)
-    if lost.any():
+    if (lost := bad & ~bridged).any():
         left = f"lie in holes longer than {longest:.3g} s: left empty, and no cycle is cut across them"
         channel.flag(lost, Quality.NOT_BRIDGED, f"{np.count_nonzero(lost)} values without measurement {left}")

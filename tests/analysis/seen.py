@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.logs.clock import time_base
-from frictionlab.logs.sensor import examine
+from frictionlab.logs.sensor import bridge, examine
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Base, Problem, SteadyState, steady_state
@@ -104,14 +104,12 @@ def as_read(recording: Recording) -> Recording:
     """A recording with the flags and the clock that reading its log would give it."""
     clock = time_base(np.array(recording.time), bridge_s=0.02)
     columns = {"mass": recording.mass_displacement, "base": recording.base_displacement}
-    channels = [examine(np.array(values), role) for role, values in columns.items()]
-    said = (*clock.warnings, *channels[0].warnings, *channels[1].warnings)
-    return replace(
-        recording,
-        time=clock.time,
-        quality=clock.quality | channels[0].quality | channels[1].quality,
-        source=replace(recording.source, warnings=said),
-    )
+    mass, base = (examine(np.array(values), role) for role, values in columns.items())
+    for channel in (mass, base):
+        bridge(clock.time, channel, clock.bridge)
+    said = (*clock.warnings, *mass.warnings, *base.warnings)
+    quality, source = clock.quality | mass.quality | base.quality, replace(recording.source, warnings=said)
+    return Recording(clock.time, mass.values, base.values, quality, source)
 
 
 def scene(cycles: str = "all", transient: float = 20.0, **rig: Any) -> Scene:

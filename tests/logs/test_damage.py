@@ -3,18 +3,20 @@
 import errno
 import hashlib
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import holes_of
 from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.logs.sensor import examine, flag_dead, step_and_range
 from frictionlab.recording import LineCount, Quality, Recording
-from tests.analysis.seen import STEP_M, clipped, motion, seen
+from tests.analysis.seen import STEP_M, as_read, clipped, motion, scene, seen, through_laser
 from tests.logs.fuzz import case, check
 from tests.logs.samples import Truth, table, truth, write
 
@@ -91,7 +93,8 @@ def test_a_cell_without_value_is_bridged_and_flagged(cell: str, read: Callable[.
     recording = read(with_mass(cell, 49))
     assert flags(recording, Quality.NO_VALUE) == flags(recording, Quality.INTERPOLATED) == [49]
     assert recording.source.lines == LineCount(read=1001, header=1, data=1000)
-    np.testing.assert_allclose(recording.mass_displacement[49], (DATA.mass[48] + DATA.mass[50]) / 2, rtol=1e-12)
+    by_cubic = DATA.mass[[47, 48, 50, 51]] @ [-1.0, 4.0, 4.0, -1.0] / 6.0
+    assert recording.mass_displacement[49] == pytest.approx(by_cubic, rel=1e-12)
     np.testing.assert_array_equal(np.delete(recording.mass_displacement, 49), np.delete(DATA.mass, 49))
     np.testing.assert_array_equal(recording.base_displacement, DATA.base)
 
@@ -322,6 +325,38 @@ def test_a_sensor_that_dies_and_single_jumps_are_flagged() -> None:
     assert [channel.quality.any() for channel in channels.values()] == [True, False]
     for flag, places in ((Quality.ERROR_CODE, [500, 3000]), (Quality.HELD, list(range(5000, len(x))))):
         assert np.flatnonzero(channels["mass"].quality & np.uint8(flag)).tolist() == places
+
+
+@pytest.mark.parametrize(("r", "rate"), [(0.3, 250.0), (1.4, 1000.0)])
+@pytest.mark.parametrize(("size", "longest"), [(1e-3, 1), (1e-4, 1), (5e-4, 5)])
+def test_spikes_in_a_hundredth_of_the_samples_are_set_aside(r: float, rate: float, size: float, longest: int) -> None:
+    """They made one stop in four of two stops, the amplitude seven errors large, and were not said."""
+    of, generator = motion(r, 0.4), np.random.default_rng(6)
+    made = seen(of, rate=rate, seconds=60.0)
+    values, hit = np.array(made.mass_displacement), np.zeros(len(made), bool)
+    for first in generator.choice(len(values) - longest, len(values) // (100 * longest), replace=False):
+        values[first : first + longest] += size * generator.choice([-1.0, 1.0])
+        hit[first : first + longest] = True
+    read = as_read(made.changed(mass_displacement=values))
+    found = (read.quality & np.uint8(Quality.ERROR_CODE)) != 0
+    assert np.count_nonzero(hit & ~found) < 0.02 * np.count_nonzero(hit)
+    assert np.count_nonzero(found & ~hit) < 1e-4 * len(hit)
+    assert re.search(
+        r"mass: \d+ values \((1|0.9\d*) %\) jump off the motion and back \(spikes\)", read.source.warnings[0]
+    )
+    sound, m = measure(made, scene()), measure(read, scene())
+    assert m.stops_per_cycle == pytest.approx(sound.stops_per_cycle, abs=0.01)
+    assert m.energy_per_cycle == pytest.approx(sound.energy_per_cycle, abs=sound.energy_per_cycle_se)
+    assert m.response_amplitude == pytest.approx(sound.response_amplitude, abs=2.0 * sound.response_amplitude_se)
+
+
+def test_corners_and_steps_of_a_motion_are_no_spikes() -> None:
+    t, generator = np.arange(0.0, 60.0, 0.002), np.random.default_rng(1)
+    for hz in (0.5, 2.3, 7.1):
+        turn = np.sin(2.0 * np.pi * hz * t)
+        tap = np.exp(-0.5 * (t % 15.0)) * np.sin(2.0 * np.pi * hz * (t % 15.0))
+        for signal in (np.arcsin(turn), np.sign(turn), np.abs(turn), np.floor(0.4 * t), tap):
+            assert not examine(through_laser(1e-3 * signal, generator), "mass").quality.any()
 
 
 @pytest.mark.parametrize(("measuring_range", "spikes"), [(0.010, 3), (0.050, 0), (0.050, 20), (0.200, 3)])
