@@ -267,7 +267,13 @@ def _tests(content: Any) -> list[Any]:
     if not isinstance(content, Mapping):
         return [{"column": content}]
     if {"columns", "data"} <= set(content) and np.ndim(content["data"]) == 2:
-        return [dict(zip(map(str, content["columns"]), np.asarray(content["data"], dtype=object).T, strict=False))]
+        names, data = [str(name) for name in content["columns"]], np.asarray(content["data"], dtype=object)
+        data = data if len(data) == len(names) != data.shape[1] else data.T
+        said = content.get("units", {})
+        if len(data) != len(names) or (isinstance(said, list) and len(said) != len(names)):
+            raise LogError(f"columns: {len(names)} names for {len(data)} columns of data, units {said}: name each")
+        units = dict(zip(names, said, strict=True)) if isinstance(said, list) else said
+        return [dict(zip(names, data, strict=True)) | {"units": units}]
     groups = [each for each in content.values() if isinstance(each, Mapping)]
     if len(groups) > 1 and len({tuple(each) for each in groups}) == 1:
         return groups

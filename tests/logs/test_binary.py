@@ -185,13 +185,11 @@ LISTS = {name: np.asarray(values).tolist() for name, values in CONTENT.items()}
         (ROWS, LogOptions()),
         ({"data": ROWS}, LogOptions()),
         ({"columns": list(LISTS), "data": np.column_stack(list(CONTENT.values())).tolist()}, LogOptions()),  # type: ignore[arg-type]
+        ({"columns": ["t", "x", "y"], "units": ["s", "mm", "mm"], "data": list(LISTS.values())}, LogOptions()),
         ({"run": LISTS, "note": "x"}, LogOptions(variable="run")),
         ([LISTS, LISTS], LogOptions(test=2)),
         ({"a": LISTS, "b": LISTS}, LogOptions(test="1")),
-        (
-            {"t": LISTS["t"], "x": LISTS["mass [mm]"], "y": LISTS["base [mm]"], "units": {"x": "mm", "y": "mm"}},
-            LogOptions(),
-        ),
+        (dict(zip("txy", LISTS.values(), strict=True)) | {"units": {"x": "mm", "y": "mm"}}, LogOptions()),
     ],
 )
 def test_json_of_any_shape_is_the_log(content: object, options: LogOptions, tmp_path: Path) -> None:
