@@ -19,6 +19,7 @@ from frictionlab.base_motion import respond_to
 from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference import ladder
+from frictionlab.inference.comparison import LIKELY
 from frictionlab.inference.observation import SENSORS
 from frictionlab.inference.record import observe_record
 from frictionlab.recording import Quality, Recording
@@ -226,15 +227,27 @@ def never_repeating(kind: str, t: FloatArray, rng: np.random.Generator) -> Float
     return np.asarray(np.sin(2 * math.pi * turns))
 
 
-def unsteady(kind: str, law: Problem, seconds: float = 20.0, detuned: float = 0.0) -> tuple[Recording, float]:
+def unsteady(
+    kind: str, law: Problem, seconds: float = 20.0, detuned: float = 0.0, soft: float = 2.0
+) -> tuple[Recording, float]:
     """A base that never repeats, from rest; and its largest displacement from there, m."""
     rng = np.random.default_rng(5)
     t = np.arange(int(200 * seconds)) / 200.0
-    ramp = np.clip(t / 2.0, 0.0, 1.0)
+    ramp = np.clip(t / soft, 0.0, 1.0)
     y = Y * ramp**3 * (10.0 - 15.0 * ramp + 6.0 * ramp**2) * never_repeating(kind, t, rng)
     tau = 2 * math.pi * FN * (1.0 + detuned) * t
     x = respond(law, BaseRecord(tau, y, rest=0.0, scale=Y)).displacement * Y
     return seen_by_lasers(t, x, y, rng), float(np.abs(y).max())
+
+
+@pytest.mark.parametrize("soft", [3.0, 14.0])
+def test_a_mass_that_rests_at_first_has_no_speed_and_no_friction_that_wanders(soft: float) -> None:
+    """Its first speed, of which its rest says nothing, was any, and friction was found to go from 0.52 to 0.99."""
+    recording, _ = unsteady("sweep", Problem(1.0, 0.6, frame_damping_ratio=0.01), soft=soft)
+    record = present(fl.compare(recording, SCENE, law="coulomb", fit="whole").record)
+    assert record.nrmse < 1e-3
+    assert record.warnings == ()
+    assert record.wanders < LIKELY
 
 
 @pytest.mark.parametrize(("kind", "seconds"), [("sweep", 20.0), ("random", 20.0), ("start-up", 6.0)])

@@ -22,7 +22,7 @@ from frictionlab.analysis.stretches import channels_of
 from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import NO_FREQUENCY, AnalysisError
-from frictionlab.inference.comparison import WholeRecord
+from frictionlab.inference.comparison import MATTERS, WholeRecord
 from frictionlab.inference.observation import BENDS, NO_MOTION, SENSORS, Observation, Reached, Values, at_least, of_few
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.recording import Recording
@@ -57,6 +57,9 @@ ABOVE_NOISE = 3.0  # times the sensor's noise, at least
 FEW_SHOWN = 3  # periods, at most, that show no usual one
 CALM = 3  # periods below that end such a stretch
 Periods = NDArray[np.intp]
+
+
+SPEEDS = 3.0  # times what a mass is seen to move at first, and how fast: what its first velocity may be
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +117,11 @@ class RecordObservation(Observation):
             "start_velocity": "velocity of the mass at the first sample, over omega_n Y",
             "offset": "zero of the mass's sensor, over Y",
         }
-        return (*super().rig_unknowns, *(Unknown(name, said, "test", sd=width) for name, said in words.items()))
+        first = self.data[self.time * self.natural_frequency < 1.0]  # a mass that is seen to rest begins without speed
+        widths = dict.fromkeys(words, width) | {
+            "start_velocity": SPEEDS * (abs(self.start["start_velocity"]) + float(np.std(first)))
+        }
+        return (*super().rig_unknowns, *(Unknown(name, said, "test", sd=widths[name]) for name, said in words.items()))
 
     def tried(self, near: Values) -> list[dict[str, float]]:
         """Return values to begin at: friction about that of a cycle, or any, with a frame that is a little off."""
@@ -393,7 +400,7 @@ def follow(observation: RecordObservation, values: Mapping[str, float], *, fits_
     each = np.sqrt(np.diff(np.interp(edges, time, power)) / np.diff(edges)) / observation.rms
     limit = math.inf
     if len(each) > FEW_SHOWN:
-        limit = max(LEAVES * float(np.median(each)), ABOVE_NOISE * observation.noise / observation.rms)
+        limit = max(LEAVES * float(np.median(each)), ABOVE_NOISE * observation.noise / observation.rms, MATTERS)
     out, starts = np.flatnonzero(each > limit), observation.begin + edges
     apart = [p for p in np.split(out, np.flatnonzero(np.diff(out) > CALM) + 1) if len(p)]  # a short calm ends none
     return WholeRecord(
