@@ -424,14 +424,14 @@ def followed(found: Fit) -> Fit:
     return replace(descend(replace(found, model=further)), model=found.model)
 
 
-def tempered(found: Fit, shares: FloatArray | None = None) -> Fit:
-    """Return the fit whose weights count what its laws cannot explain; ``shares``: that they count already."""
-    before = np.zeros(len(found.model.tests)) if shares is None else shares
+def tempered(found: Fit) -> Fit:
+    """Return the fit whose weights count what its laws cannot explain, and no more."""
     for _ in range(ROUNDS):
+        before = np.array([test.observation.missed for test in found.model.tests])
         wanted = found.missed_shares
         if np.allclose(wanted, before, rtol=SETTLED, atol=0.0):
             break
-        found, before = weighed(found, wanted), wanted
+        found = weighed(found, wanted)
     return found
 
 

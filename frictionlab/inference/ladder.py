@@ -261,7 +261,7 @@ class _Climb:
         elif not fits or (len(tests) > 1 and law.kind == "rigid" and not _is_noise(fits[0])):  # which misses: astray
             fits += [fit_from(model, [start], tempers=False) for start in starting_points(model)]
         if tests[0].shows_rig:  # of samples so many, and autocorrelated, what a law misses counts from the first
-            fits = [tempered(f, np.array([t.observation.missed for t in f.model.tests])) for f in fits]
+            fits = [tempered(f) for f in fits]
         found = _unmetered(min(map(with_scatter, fits), key=lambda f: f.cost + 2.0 * f.reduced.log_volume))
         made = Rung(law, found, *held_out(found))
         return replace(made, required=below is None or self._is_required(made, below))

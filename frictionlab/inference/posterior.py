@@ -479,7 +479,7 @@ def infer(
                 if any((np.abs(fit.point - end) < SAME * np.maximum(np.abs(end), 1.0)).all() for end in ends):
                     continue
                 ends.append(fit.point)
-                fit = tempered(fit, np.array([begun.tests[0].observation.missed]))
+                fit = tempered(fit)
         except AnalysisError as fault:
             missed = fault  # no steady state there; another start may have one
             continue
