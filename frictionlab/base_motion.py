@@ -145,10 +145,10 @@ def respond_to(
             f"base: an acceleration, up to {np.abs(y).max():.4g} m/s^2, drives the wall as it is: Y is that over"
             " omega_n^2, and the mass's displacement is that from the base"
         )
-        base, part = BaseRecord(tau, y / omega**2, quantity="acceleration"), part.changed(base_displacement=0.0 * y)
+        base, base_m = BaseRecord(tau, y / omega**2, quantity="acceleration"), 0.0 * y
     elif is_acceleration:
         y, u = _integrated(part, highpass_hz, warnings)
-        base, part = BaseRecord(tau, y), part.changed(base_displacement=y)
+        base, base_m = BaseRecord(tau, y), y
     else:
         noise = white_noise(y) if follows and len(y) >= 16 else 0.0
         if noise > QUIET * float(np.ptp(y)):
@@ -157,7 +157,7 @@ def respond_to(
                 " the base's acceleration, and noise would drown it"
             )
             y = denoised(y, noise)
-        base = BaseRecord(tau, y)
+        base, base_m = BaseRecord(tau, y), part.base_displacement
     moves = what if isinstance(what, Problem) else what(base.scale)
     response, error = respond(moves, base), 0.0
     if len(base.time) >= 9:  # by the response under every other sample
@@ -181,8 +181,8 @@ def respond_to(
         warnings=tuple(warnings),
     )
     mass, *more = response.displacements.T * base.scale
-    channels = tuple(Channel(f"mass_{number}_displacement", x) for number, x in enumerate(more, 2))
-    made = part.changed(mass_displacement=mass, channels=channels, source=origin)
+    others = (Channel(f"mass_{number}_displacement", x) for number, x in enumerate(more, 2))
+    made = Recording(part.time, mass, base_m, part.quality, origin, part.experiment, others)
     return RecordResponse(source, response, made, natural_frequency_hz, stiffness_n_per_m, error, tuple(warnings), u)
 
 

@@ -6,8 +6,8 @@ dialect, lines that could not be read) travels with it. One sample stands for on
 
 import enum
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -136,12 +136,13 @@ def quantity_named(name: str) -> str:
 
 @dataclass(frozen=True)
 class Channel:
-    """A further channel of a recording, beside the displacements of mass and base.
+    """A channel of a recording.
 
-    ``name``: place and quantity, ``mass_2_displacement``, ``mass_velocity``, ``base_acceleration``, ``contact_force``,
-    ``normal_force``, ``torque``, ``angle``, ``angular_velocity``, ``temperature``; ``values`` (n,) float64 in ``unit``,
-    that of the quantity in `frictionlab.units.UNIT` ("m" for a contact's force over the stiffness), finite except at
-    samples flagged ``NOT_BRIDGED``, which hold nan; ``sensor``: what measured it, such as the column of the log.
+    ``name``: place and quantity, ``mass_displacement``, ``mass_2_displacement``, ``mass_velocity``,
+    ``base_acceleration``, ``contact_force``, ``normal_force``, ``torque``, ``angle``, ``angular_velocity``,
+    ``temperature``; ``values`` (n,) float64 in ``unit``, that of the quantity in `frictionlab.units.UNIT` ("m" for a
+    contact's force over the stiffness), finite except at samples flagged ``NOT_BRIDGED``, which hold nan; ``sensor``:
+    what measured it, such as the column of the log.
 
     Raises
     ------
@@ -173,7 +174,7 @@ class Channel:
         return quantity_named(self.name)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Recording:
     """Channels over time: the displacements of mass and base, and whatever else was measured.
 
@@ -193,7 +194,7 @@ class Recording:
     experiment
         Facts about the test, such as ``material`` and ``normal_force_n``.
     channels
-        What else was measured.
+        All that was measured; the two displacements may be given as above.
 
     Raises
     ------
@@ -213,31 +214,40 @@ class Recording:
     """
 
     time: NDArray[np.float64]
-    mass_displacement: NDArray[np.float64]
-    base_displacement: NDArray[np.float64]
-    quality: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, np.uint8))
-    source: Source = field(default_factory=Source)
-    experiment: Mapping[str, Fact] = field(default_factory=dict)
-    channels: tuple[Channel, ...] = ()
+    quality: NDArray[np.uint8]
+    source: Source
+    experiment: Mapping[str, Fact]
+    channels: tuple[Channel, ...]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "time", _column(self.time, "time"))
-        for name in DISPLACEMENTS:
-            if getattr(self, name) is None:
-                object.__delattr__(self, name)
-            else:
-                object.__setattr__(self, name, _column(getattr(self, name), name))
+    def __init__(
+        self,
+        time: ArrayLike,
+        mass_displacement: ArrayLike | None = None,
+        base_displacement: ArrayLike | None = None,
+        quality: ArrayLike = (),
+        source: Source = Source(),
+        experiment: Mapping[str, Fact] = MappingProxyType({}),
+        channels: Iterable[Channel] = (),
+    ) -> None:
+        every = tuple(channels)
+        named = {channel.name: channel for channel in every}
+        given = zip(DISPLACEMENTS, (mass_displacement, base_displacement), strict=True)
+        known = named | {name: Channel(name, _column(values, name)) for name, values in given if values is not None}
+        if len(named) < len(every) or not known:
+            raise RecordingError(f"recording: expected channels of different names; got {every or 'none'}")
         try:
-            quality = np.asarray(self.quality, dtype=np.uint8)
+            flags = np.asarray(quality, dtype=np.uint8)
         except (OverflowError, ValueError, TypeError) as error:
-            raise RecordingError(f"quality: expected whole numbers from 0 to 255; got {self.quality!r}") from error
-        if quality.size == 0:
-            quality = np.zeros(len(self.time), np.uint8)
-        object.__setattr__(self, "quality", _read_only(quality))
-        object.__setattr__(self, "experiment", MappingProxyType(dict(self.experiment)))
+            raise RecordingError(f"quality: expected whole numbers from 0 to 255; got {quality!r}") from error
+        stamps = _column(time, "time")
+        vars(self).update(
+            time=stamps,
+            quality=_read_only(flags if flags.size else np.zeros(len(stamps), np.uint8)),
+            source=source,
+            experiment=MappingProxyType(dict(experiment)),
+            channels=tuple(known[name] for name in dict.fromkeys((*DISPLACEMENTS, *named)) if name in known),
+        )
         measured = self.measured()
-        if len(measured) < len(self.channels) or not measured:
-            raise RecordingError(f"recording: expected channels of different names; got {self.channels or 'none'}")
         lengths = {"time": len(self.time), **{k: len(v) for k, v in measured.items()}, "quality": len(self.quality)}
         if len(set(lengths.values())) != 1 or lengths["time"] < 2:
             raise RecordingError(f"recording: expected arrays of one length, at least 2 samples; got {lengths}")
@@ -253,7 +263,7 @@ class Recording:
         return pd.DataFrame({**self.measured(), "quality": self.quality}, index=index)
 
     def __getattr__(self, name: str) -> NDArray[np.float64]:
-        """A further channel by its name, or the sentence that it was not measured."""
+        """A channel by its name, or the sentence that it was not measured."""
         if name.startswith("__") or not quantity_named(name):
             raise AttributeError(f"a recording has no attribute {name!r}")
         for channel in self.channels:
@@ -276,13 +286,14 @@ class Recording:
 
     def measured(self) -> dict[str, NDArray[np.float64]]:
         """The channels by their names: displacements of mass and base first, each (n,) in SI units."""
-        found = {name: vars(self)[name] for name in DISPLACEMENTS if name in vars(self)}
-        return found | {channel.name: channel.values for channel in self.channels}
+        return {channel.name: channel.values for channel in self.channels}
 
     def changed(self, **changes: Any) -> "Recording":
-        """A copy with other fields: `dataclasses.replace` for a recording that may lack a displacement."""
-        now: dict[str, Any] = {f.name: vars(self).get(f.name) for f in fields(self)}
-        return Recording(**now | changes)
+        """A copy with other fields, or other channels by their names: values (n,), a `Channel`, or None (without)."""
+        own = {name: changes.pop(name) for name in vars(self) if name in changes}
+        known = {channel.name: channel for channel in self.channels} | changes
+        channels = (v if isinstance(v, Channel) else Channel(name, v) for name, v in known.items() if v is not None)
+        return replace(self, **{"channels": channels} | own)
 
     @property
     def duration_s(self) -> float:
@@ -334,9 +345,9 @@ class Recording:
         time = self.time[index]
         if len(time) < 2:
             return None
-        return self.changed(
+        return replace(
+            self,
             time=time,
-            **{name: values[index] for name, values in self.measured().items() if name in DISPLACEMENTS},
             quality=self.quality[index] & np.uint8(0xFF & ~Quality.NOT_BRIDGED),
             channels=tuple(Channel(c.name, c.values[index], c.sensor, c.unit) for c in self.channels),
         )

@@ -187,7 +187,7 @@ def test_the_command_writes_a_recording_that_analyze_reads_and_a_figure(tmp_path
     assert row["law"] == "coulomb"
     assert (tmp_path / "a.png").exists()
     recording = read_recording(output)
-    assert {channel.name for channel in recording.channels} == {"contact_force"}
+    assert list(recording.measured()) == ["mass_displacement", "base_displacement", "contact_force"]
     measured = fl.analyze(recording, natural_frequency_hz=FN, transient_s=10.0)
     assert measured.energy_per_cycle == pytest.approx(steady_state(Problem(0.5, 0.4)).energy_per_cycle, rel=1e-3)
     with h5py.File(output) as file:

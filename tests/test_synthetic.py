@@ -193,7 +193,7 @@ def test_further_channels_are_those_of_the_motion_and_are_read_again(tmp_path: P
     law: Tables = {"law": "coulomb+place", "parameters": {"gradient": 0.05}}
     (test,) = synthesize(scene_of(law, **still), tmp_path)
     log = read_log(tmp_path / test.log, LogOptions())
-    assert {channel.name for channel in log.channels} == set(names)
+    assert set(log.measured()) == {"mass_displacement", "base_displacement", *names}
     whole = log.time < 30.0 / test.drive_frequency_hz
     work = np.trapezoid(log.contact_force[whole], log.mass_displacement[whole])
     taken = simulate(test.problem(), cycles=30).sums["contact"][0]

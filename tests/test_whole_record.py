@@ -327,7 +327,7 @@ def test_a_simulation_under_the_identified_law_is_the_record() -> None:
 
 def test_what_cannot_be_fitted_or_has_no_whole_record_is_refused() -> None:
     recording, _ = unsteady("random", Problem(1.0, 0.3))
-    still = replace(recording, mass_displacement=NOISE * np.random.default_rng(1).standard_normal(len(recording)))
+    still = recording.changed(mass_displacement=NOISE * np.random.default_rng(1).standard_normal(len(recording)))
     short = Recording(recording.time[:200], recording.mass_displacement[:200], recording.base_displacement[:200])
     quality = np.zeros(len(recording), np.uint8)
     quality[500] = Quality.NOT_BRIDGED
@@ -362,7 +362,7 @@ def test_a_record_that_needs_a_lag_nobody_declared_says_how_far_that_moved_its_v
     """14 ms, ten times the width of an undeclared lag: it may be the law's as well, and the error holds both."""
     recording = virtual(0.7, 14.0, Problem(1.0, 0.3, frame_damping_ratio=0.01))
     late = np.interp(recording.time - 0.014, recording.time, recording.base_displacement)
-    recording = replace(recording, base_displacement=late)
+    recording = recording.changed(base_displacement=late)
     seen = fl.compare(recording, SCENE, fit="whole")
     share = seen.budget["friction_ratio"]["the law itself"]
     assert seen.verdict == "strained"
@@ -385,8 +385,7 @@ def test_bent_sensors_and_crosstalk_are_nuisances_of_a_whole_record() -> None:
     recording = virtual(0.7, 14.0, Problem(1.0, 0.3, frame_damping_ratio=0.01))
     x, y = recording.mass_displacement, recording.base_displacement
     half = float(np.ptp(x)) / 2
-    shown = replace(
-        recording,
+    shown = recording.changed(
         mass_displacement=x + 0.002 * y + 0.004 * half * (x / half) ** 3,
         base_displacement=y + 0.002 * x,
     )

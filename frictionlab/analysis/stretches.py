@@ -16,7 +16,7 @@ import numpy as np
 from frictionlab.analysis import channels, signals, spectrum, steadiness
 from frictionlab.arrays import FloatArray, clock_breaks
 from frictionlab.errors import AnalysisError
-from frictionlab.recording import Channel, Fact, Recording
+from frictionlab.recording import Fact, Recording
 from frictionlab.scene import Scene
 
 MOST_GAPS = 5  # named one by one
@@ -155,12 +155,9 @@ def _taken_as(recording: Recording, scene: Scene) -> tuple[Recording, list[str]]
     warnings, stiffness = list(recording.source.warnings), scene.rig.stiffness
     simulated = next((c for c in recording.channels if c.name == "contact_force" and c.unit == "m"), None)
     if simulated is not None:
-        others = tuple(channel for channel in recording.channels if channel is not simulated)
-        if stiffness is not None:
-            others += (Channel("contact_force", stiffness * simulated.values, simulated.sensor),)
-        else:
+        recording = recording.changed(contact_force=None if stiffness is None else stiffness * simulated.values)
+        if stiffness is None:
             warnings.append("contact_force: is over the stiffness, and left out: give [rig] stiffness_n_per_m")
-        recording = recording.changed(channels=others)
     stroke = recording.measured().get("mass_displacement")
     if scene.rig.kind == "prescribed" and stroke is not None and not np.any(np.ptp(stroke)):
         recording = recording.changed(mass_displacement=None)

@@ -322,9 +322,7 @@ def _follow(
             force, unit = answer.contact_force
             name = f"contact force{'' if unit == 'N' else ' over stiffness'}, on the mass"
             channel = Channel("contact_force", force, name, unit)
-            write_recording(
-                answer.recording.changed(channels=(*answer.recording.channels, channel)), to.output, force=to.force
-            )
+            write_recording(answer.recording.changed(contact_force=channel), to.output, force=to.force)
         to.draw(answer, figure)
         return row
 

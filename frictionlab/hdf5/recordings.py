@@ -27,7 +27,6 @@ from dataclasses import astuple, fields
 from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -81,7 +80,7 @@ def pieces_of(recording: Recording, *, created: datetime | None = None) -> tuple
 
     def fill(file: h5py.File) -> None:
         names, measured = " + ".join(f.name for f in recording.source.files) or "made in memory", recording.measured()
-        words = ", ".join(map(_words, measured)) if recording.channels else "Displacement of mass and base"
+        words = ", ".join(map(_words, measured)) if {*measured} != {*DISPLACEMENTS} else "Displacement of mass and base"
         material = recording.experiment.get("material")
         title = storable(f"{words}: {names}" + (f" ({material})" if material else ""))
         when = (created or datetime.now(UTC)).isoformat(timespec="seconds")
@@ -114,13 +113,10 @@ def _write_arrays(file: h5py.File, recording: Recording) -> None:
     if "start_time" in recording.source.dialect:
         time.attrs["start_time"] = str(recording.source.dialect["start_time"])
     time.make_scale("time")
-    further = {channel.name: channel for channel in recording.channels}
-    for name, values in recording.measured().items():
-        dataset = file.create_dataset(name, data=values.astype("f8", copy=False))
-        units = further[name].unit if name in further else "m"
-        dataset.attrs.update({"units": units, "long_name": _words(name), "ancillary_variables": "quality"})
-        if name in further and further[name].sensor:
-            dataset.attrs["sensor"] = storable(further[name].sensor)
+    for channel in recording.channels:
+        dataset = file.create_dataset(channel.name, data=channel.values)
+        words = {"units": channel.unit, "long_name": _words(channel.name), "ancillary_variables": "quality"}
+        dataset.attrs.update(words | ({"sensor": storable(channel.sensor)} if channel.sensor else {}))
         dataset.dims[0].attach_scale(time)
     quality = file.create_dataset("quality", data=recording.quality)
     quality.attrs["long_name"] = "what was wrong at this sample"
@@ -157,17 +153,16 @@ def _write_source(group: h5py.Group, source: Source) -> None:
 
 
 def _read(file: h5py.File, size: int) -> Recording:
-    further = [name for name in file if name not in DISPLACEMENTS and quantity_named(name)]
-    absent = [name for name in DISPLACEMENTS if further and name not in file]
-    arrays = {name: array_inside(file, name, size) for name in ("time", *DISPLACEMENTS) if name not in absent}
+    named = [name for name in file if quantity_named(name)]
+    names = named if {*named} - {*DISPLACEMENTS} else DISPLACEMENTS  # nothing else makes up for one that is missing
     long, short = _NORMAL_FORCE
     facts = opening.facts_of(group_inside(file, "experiment"))
     return Recording(
-        **dict[str, Any](dict.fromkeys(absent)) | arrays,
+        array_inside(file, "time", size),
         quality=array_inside(file, "quality", size, np.uint8),
         source=_read_source(group_inside(file, "source"), size),
         experiment={long if key == short else key: value for key, value in facts.items() if key != f"{short}_units"},
-        channels=tuple(_read_channel(file, name, size) for name in further),
+        channels=tuple(_read_channel(file, name, size) for name in names),
     )
 
 

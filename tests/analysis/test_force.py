@@ -55,7 +55,7 @@ def recording(seen: dict[str, FloatArray], *names: str) -> Recording:
     """Of these channels, displacements as fields."""
     x, y = (seen[name] if name in names else None for name in ("mass_displacement", "base_displacement"))
     more = tuple(Channel(name, seen[name]) for name in names if not name.endswith("_displacement"))
-    return Recording(seen["time"], x, y, channels=more)  # type: ignore[arg-type]
+    return Recording(seen["time"], x, y, channels=more)
 
 
 def mass_said(m: Measurement) -> list[float]:

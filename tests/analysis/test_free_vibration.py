@@ -157,7 +157,7 @@ def test_a_vibrometer_or_an_accelerometer_serves_for_a_tap(
     noise = 1e-5 if times == 1 else 2e-3  # m/s, m/s^2
     seen = x[::every] + noise * np.random.default_rng(times).normal(size=len(x[::every]))
     channel = Channel("mass_velocity" if times == 1 else "mass_acceleration", seen)
-    (tap,) = fl.free_vibration(Recording(fine[::every], None, None, channels=(channel,)))  # type: ignore[arg-type]
+    (tap,) = fl.free_vibration(Recording(fine[::every], None, None, channels=(channel,)))
     for name, truth in (("natural_frequency_hz", HZ), ("damping_ratio", zeta), ("friction_m", friction)):
         error = getattr(tap, f"{name}_se") or getattr(tap, f"{name}_upper")
         assert abs(getattr(tap, name) - truth) < 3.0 * error

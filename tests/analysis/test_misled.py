@@ -110,7 +110,7 @@ def test_a_mass_that_no_frame_would_move_so_far_is_a_doubt_of_its_unit() -> None
     """The base's column is in mm and was taken for um: its amplitude is a thousandth of what it is."""
     made = as_read(seen(motion(0.3, 0.4), size=1e-3, rate=250.0, noise=1e-6, seconds=40.0))
     far = after(made, lambda x, y: (x, 1e-3 * y))
-    two = far.changed(channels=(Channel("mass_2_displacement", 2.0 * far.mass_displacement),))  # at its second mode
+    two = far.changed(mass_2_displacement=2.0 * far.mass_displacement)  # at its second mode
     right, wrong, of_two = (measure(one, ALL) for one in (made, far, two))
     doubt = "the unit looks wrong"
     assert not any(doubt in warning for warning in of_two.warnings)

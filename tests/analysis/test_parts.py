@@ -33,7 +33,7 @@ def seen(
         quality[np.argmax(b - 1e-9 <= T)] = Quality.NOT_BRIDGED | Quality.GAP_BEFORE
     x, y = (None if v is None else v[keep] for v in (mass, base))
     channels = tuple(Channel(name, values[keep]) for name, values in more.items())
-    return Recording(T[keep], x, y, quality[keep], channels=channels)  # type: ignore[arg-type]
+    return Recording(T[keep], x, y, quality[keep], channels=channels)
 
 
 @pytest.fixture(scope="module")

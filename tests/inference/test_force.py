@@ -43,7 +43,7 @@ def tribometer(stiffness: float | None = None, *, seed: int = 5) -> Recording:
         force = np.sign(v) * (FRICTION - (FRICTION + most) * np.exp(-stiffness * way / FRICTION))
     force = force + 0.05 * rng.standard_normal(len(t))
     channels = (Channel("contact_force", force),)
-    return Recording(t, x + 1e-6 * rng.standard_normal(len(t)), None, channels=channels)  # type: ignore[arg-type]
+    return Recording(t, x + 1e-6 * rng.standard_normal(len(t)), None, channels=channels)
 
 
 def within(comparison: Comparison, name: str, truth: float, errors: float = 2.5) -> bool:
@@ -109,8 +109,7 @@ def test_a_normal_force_that_follows_the_speed_is_no_dashpot() -> None:
         normal = NORMAL * (1.0 + share * np.abs(v) / (STROKE * OMEGA))
         force = 0.17 * normal * np.sign(v) + 0.05 * rng.standard_normal(len(v))
         noisy = normal + 0.1 * rng.standard_normal(len(v))
-        channels = (Channel("contact_force", force), Channel("normal_force", noisy))
-        found = compare(made.changed(channels=channels), scene_from_tables(TABLES), law="auto")
+        found = compare(made.changed(contact_force=force, normal_force=noisy), scene_from_tables(TABLES), law="auto")
         assert (found.law, found.verdict) == ("coulomb", "explained")
         assert ("momentary" in found.model) == (share > 0.0)
         assert within(found, "beta", 0.17)
@@ -120,7 +119,7 @@ def test_a_mass_on_a_tribometer_is_found_and_a_contact_that_yields_is_none() -> 
     made, scene = tribometer(), scene_from_tables(TABLES)
     assert not any(mass_said(measure(each, scene)) for each in (made, tribometer(3e4)))
     force = made.measured()["contact_force"] - 2.0 * OMEGA**2 * made.mass_displacement
-    value, u = mass_said(measure(made.changed(channels=(Channel("contact_force", force),)), scene))
+    value, u = mass_said(measure(made.changed(contact_force=force), scene))
     assert abs(value - 2.0) < 2.0 * u < 0.06
 
 
@@ -137,7 +136,7 @@ def test_a_turning_contact_shows_coulombs_friction_alone() -> None:
     t, rng = np.arange(0.0, 30.0, 0.004), np.random.default_rng(0)
     seen = {"torque": 0.1 + 0.01 * rng.standard_normal(len(t)), "angular_velocity": np.full(len(t), 6.0)}
     channels = tuple(Channel(name, values) for name, values in seen.items())
-    made = Recording(t, None, None, channels=channels)  # type: ignore[arg-type]
+    made = Recording(t, None, None, channels=channels)
     scene = scene_from_tables({**TABLES, "rig": {"kind": "prescribed", "radius_m": 0.01}})
     found = compare(made, scene, law="auto")
     assert (found.law, found.verdict) == ("coulomb", "explained")
@@ -150,15 +149,15 @@ def test_a_turning_contact_shows_coulombs_friction_alone() -> None:
     assert alone.friction_force_n == pytest.approx(0.1, abs=2.5 * present(alone.friction_force_n_u))
     assert alone.friction_coefficient is None
     assert any("and newton metres for newtons: [rig] radius_m" in w for w in alone.warnings)
-    uneven = Channel("torque", 0.1 + 0.008 * np.sin(6.0 * t) + 0.1 * (seen["torque"] - 0.1))
-    said = " ".join(compare(made.changed(channels=(uneven, channels[1])), scene).warnings)
+    uneven = 0.1 + 0.008 * np.sin(6.0 * t) + 0.1 * (seen["torque"] - 0.1)
+    said = " ".join(compare(made.changed(torque=uneven), scene).warnings)
     assert re.search(r"over the way friction varies by up to (7|8|9)(\.\d)? %", said)
 
 
 def test_cycles_before_the_contact_is_loaded_are_left_out() -> None:
     made = tribometer()
     force = np.where(made.time < 3.1, 0.0, made.measured()["contact_force"])
-    loaded = made.changed(channels=(Channel("contact_force", force),))
+    loaded = made.changed(contact_force=force)
     found = compare(loaded, scene_from_tables({**TABLES, "analysis": {"transient_s": 0.0}}), law="coulomb+speed")
     assert found.friction_force_n == pytest.approx(FRICTION, abs=2.5 * (found.friction_force_n_u or 0.0))
     (said,) = [w for w in found.warnings if w.startswith("force: ")]
@@ -180,7 +179,7 @@ def test_a_sample_more_or_less_at_a_turn_makes_no_cycle_unlike_the_others() -> N
     """11 of 29 cycles of a steady test were left out: "where a test begins or ends"."""
     rng, t, scene = np.random.default_rng(3), np.arange(0.0, 60.0, 0.002), scene_from_tables(TABLES)
     angle, torque = np.mod(math.pi * t, 2.0 * math.pi), 3.5 + 0.02 * rng.standard_normal(len(t))
-    turning = Recording(t, None, None, channels=(Channel("angle", angle), Channel("contact_force", torque)))  # type: ignore[arg-type]
+    turning = Recording(t, None, None, channels=(Channel("angle", angle), Channel("contact_force", torque)))
     assert observe_force(measure(turning, scene), scene, "coulomb").said == ()
 
 
