@@ -21,11 +21,11 @@ from frictionlab.inference.fit import fit_from, followed
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import model_of
 from frictionlab.inference.starts import point_at
-from frictionlab.recording import LineCount, Quality, Recording, Source, SourceFile
+from frictionlab.recording import Channel, LineCount, Quality, Recording, Source, SourceFile
 from frictionlab.scene import Scene
 from frictionlab.simulator import Base, Problem, steady_state
 from frictionlab.verbs.inputs import failure
-from tests.benchmarks.adversary import NAMES, NEUTRAL, drawn, integrate, judge_decay
+from tests.benchmarks.adversary import NAMES, NEUTRAL, _base, drawn, integrate, judge_decay
 from tests.desk import present
 from tests.inference.contacts import BASE_M, NATURAL_HZ, from_rest, recorded, scene
 
@@ -313,6 +313,25 @@ def test_a_normal_force_that_follows_the_base_is_named_with_its_value() -> None:
     said = [w for w in found.warnings if "normal force that follows the base's acceleration" in w]
     asked = [float(w.split("asks for ")[1].split()[0]) for w in said]
     assert asked == pytest.approx([100.0 * draw.values["load_by_base"]], rel=0.1)
+
+
+def test_a_normal_force_that_is_measured_counts_as_it_is_at_each_moment() -> None:
+    """Its mean alone counted, with a misfit or a wrong ratio and no word; under a mass that stands it was a fault."""
+    draw = drawn(261127, 20, "load by base")
+    made, tau = draw.recording(), 2.0 * math.pi * NATURAL_HZ * draw.recording().time
+    acceleration = np.array([_base(t, draw.base, draw.r)[2] for t in tau.tolist()]) / draw.r**2
+    pressed = Channel("normal_force", 4.0 * (1.0 + draw.values["load_by_base"] * acceleration))
+    found = fl.compare(made.changed(normal_force=pressed), draw.scene(), law="coulomb+place")
+    assert found.verdict == "explained"
+    assert "momentary normal force" in found.model
+    assert found.friction_ratio == pytest.approx(draw.values["beta"], abs=2.0 * present(found.friction_ratio_u))
+    assert present(found.friction_ratio_u) < 0.01 * draw.values["beta"]
+    whole = fl.compare(made.changed(normal_force=pressed), draw.scene(), law="coulomb", fit="whole")
+    assert any("normal force varies by up to 12 % within the cycle" in said for said in whole.warnings)
+    assert present(whole.friction_ratio_u) > 0.12 * present(whole.friction_ratio)
+    still = made.changed(mass_displacement=np.zeros(len(tau)), normal_force=pressed)
+    with pytest.raises(AnalysisError, match="the mass stands still"):
+        fl.compare(still, draw.scene())
 
 
 def test_a_descent_that_ended_at_its_steps_is_followed_to_the_minimum() -> None:

@@ -312,7 +312,7 @@ def varying(normal: FloatArray, speed: FloatArray) -> FloatArray | None:
     lines = np.fft.rfft(normal, axis=1)
     error = lines.var(axis=0) / max(len(lines) - 1, 1)
     lines[:, np.abs(lines.mean(axis=0)) ** 2 <= VARIES * np.maximum(error, np.median(error))] = 0.0
-    if len(lines) < FEWEST_PRESSED or not lines[:, 1:].any():
+    if len(lines) < FEWEST_PRESSED or not (lines[:, 1:].any() and speed.any()):
         return None
     within = np.fft.irfft(lines, normal.shape[1])
     within = within - within.mean(axis=1, keepdims=True) + normal.mean()

@@ -57,6 +57,7 @@ ONE_WAY = (
 OF_RECORD = "it is the law that the whole record requires, of those that --law auto tried"
 ON_BASE = 'model.wall: friction against what moves with the base explains this cycle: if it rubs there, wall = "base"'
 NOT_STEADY = "its mean cycle is {:.3g} times its standard error off the steady state, for the motion was not steady"
+UNEVEN, OF_UNEVEN = "normal force that varies in the cycle", 0.02  # share of that that is open where it is counted
 OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
 MEASURED = ("frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime")
 """What a comparison repeats of its measurement."""
@@ -103,7 +104,10 @@ def compare_record(
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
         record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
-        posterior = _over_time(_as_cycle(cycle.under(best.law()), best), record)
+        posterior, uneven = _pressed_unevenly(
+            _over_time(_as_cycle(cycle.under(best.law()), best), record), measurement, counted=False
+        )
+        said = (*said, *uneven)
         by_record = compared(
             *(measurement, scene, posterior, None, words.ANOTHER if climbed is None else OF_RECORD),
             explains_record=explains(best.fit, [0]),
@@ -336,16 +340,15 @@ def compared(
     else:
         diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
     found, restless = diagnosis.posterior, words.never_settles(state, measurement.cycles, observation.floor)
-    beta = found.fit.find("beta")
-    if restless is not None and beta is not None:
-        shift = np.zeros(len(found.unknowns))
-        shift[beta] = found.values()["beta"] / found.slope(beta)
-        found = found.with_shift(words.UNSETTLED, shift)
+    if restless is not None:
+        found = _unsure(found, words.UNSETTLED, 1.0)
+    found, uneven = _pressed_unevenly(found, measurement, counted=observation.single)
     contact = contact_of(observation, found.values(), state, scene.rig.stiffness)
     return _judged(
         *(found, scene, ladder, nrmse, [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]),
         after=[
             *observation.disagreement(found),
+            *uneven,
             *([restless] if restless else []),
             *([f"no prediction: {state.outcome}"] if predicted is None else []),
             *([ON_BASE] if (misfit or 0.0) > EXPLAINED and not unsteady and _rubs_on_base(observation) else []),
@@ -378,6 +381,29 @@ def compared(
         predicted=predicted,
         contact=replace(contact, residual=None if predicted is None else measurement.cycle.mass - predicted),
     )
+
+
+def _unsure(found: Posterior, source: str, share: float) -> Posterior:
+    """The posterior whose friction ratio has one more error, a share of it."""
+    shift, beta = np.zeros(len(found.unknowns)), found.fit.find("beta")
+    if beta is not None:
+        shift[beta] = share * found.values()["beta"] / found.slope(beta)
+    return found.with_shift(source, shift)
+
+
+def _pressed_unevenly(found: Posterior, measurement: Measurement, *, counted: bool) -> tuple[Posterior, list[str]]:
+    """The posterior with what a normal force that varies within the cycle leaves open, and what is to be said.
+
+    ``counted``: its momentary value was; then all but its own calibration and the times of turns is known.
+    """
+    if (each := measurement.cycle.pressed) is None:
+        return found, []
+    varies = float(np.abs(each.mean(axis=0) / each.mean() - 1.0).max())
+    said = (
+        f"friction_ratio: the measured normal force varies by up to {100 * varies:.2g} % within the cycle, which only"
+    )
+    said += " only the fit to the mean cycle of a single mass counts: its error holds so much"
+    return _unsure(found, UNEVEN, varies * (OF_UNEVEN if counted else 1.0)), [] if counted else [said]
 
 
 def _rubs_on_base(observation: CycleObservation) -> bool:

@@ -190,7 +190,9 @@ def observe_force(
     sources = measurement.sources
     if motion is None and scene.rig.kind != "prescribed":
         motion = observe(measurement, scene, chosen)
-    normal = cell.normal_force
+    normal, pressed = cell.normal_force, measurement.cycle.pressed
+    if normal is not None and pressed is not None and motion is not None:  # of a frame all is over the mean
+        normal, pressed = normal * float(pressed.mean()), pressed / pressed.mean()
     unit, unit_u = (measured if normal is None else normal), 0.0
     if motion is not None and scene.rig.stiffness is not None:
         unit = scene.rig.stiffness * measurement.base_amplitude_m
@@ -206,7 +208,7 @@ def observe_force(
             f"force: the contact slides in {len(parts)} of {count} parts of its cycle; expected at least"
             f" {FEWEST_PARTS}: sample faster, or measure a larger motion"
         )
-    each, pressed = cell.each, measurement.cycle.pressed if motion is None else None
+    each = cell.each
     if pressed is not None:  # what cycles differ by in their normal force they do in friction
         each = each - measured * np.sign(shifted(place, order=1)) * (pressed - pressed.mean(axis=0))
     slid = of_parts(each, count, parts)  # at its turns a force is any, for a sample more or less

@@ -21,7 +21,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.response import Cycle
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.analysis.steadiness import AS_A_DRIFT, CLEAR
-from frictionlab.arrays import ComplexArray, FloatArray
+from frictionlab.arrays import ComplexArray, FloatArray, shifted
 from frictionlab.errors import NO_FREQUENCY, AnalysisError, UsageError
 from frictionlab.inference.comparison import AtContact, contact_force, harmonics_of, loop_energy
 from frictionlab.inference.observation import (
@@ -57,7 +57,8 @@ SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes 
 LEAST_POINTS = 512  # of a simulated cycle: what folds back from beyond is below 3e-8 of Y
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
-RESTS = 0.05  # of the mass's largest speed: below it, it may stand
+RESTS = 0.01  # of the mass's largest speed: below it, it may stand
+FINE = 2048  # points of a cycle, at least, on which a turn is timed
 CURVED, SHARP = 16, 64  # harmonics of the force of a cubic spring, and of what turns round as fast as the mass
 
 
@@ -186,7 +187,7 @@ class CycleObservation(OfCycles):
     @property
     def place_words(self) -> str:
         """Where the contact is, as words."""
-        return f"{self.wall} wall"
+        return f"{self.wall} wall" + ("" if self.pressed is None else ", momentary normal force")
 
     @property
     def count(self) -> int:
@@ -200,18 +201,20 @@ class CycleObservation(OfCycles):
         """
         bent = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
         cubic, play, load = (values.get(name, 0.0) for name in ("spring_cubic", "play", "load_by_base"))
-        if not any((*bent.values(), cubic, play, load)):
+        varies = self.pressed is not None or bool(load)
+        if not any((*bent.values(), cubic, play, varies)):
             return simulated(self.law, self.held, self.wall, values, self.r, self.base)
-        count = max(self.base.harmonics, SHARP if play or load else CURVED if cubic else 3)
+        count = max(self.base.harmonics, SHARP if play or varies else CURVED if cubic else 3)
         lines = np.zeros(count, dtype=np.complex128)
         lines[: self.base.harmonics] = self.base.lines
         for order, size in bent.items():
             lines[order - 1] -= size
-        if cubic or play or load:
+        if cubic or play or varies:
             force = np.clip(self.stretch, -play, play) - cubic * self.stretch**3
-            if load:
-                force -= load * values.get("beta", self.held.get("beta", 0.0)) * self.rubbed
-            lines += harmonics_of(force, count)
+            if varies:
+                force = force - values.get("beta", self.held.get("beta", 0.0)) * self.limit_moved(load)
+            by_displacement = (self.r * np.arange(1, count + 1)) ** 2 if self.wall == "base" else 1.0
+            lines += harmonics_of(force, count) / by_displacement
         base = Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist()))
         return simulated(self.law, self.held, self.wall, values, self.r, base)
 
@@ -221,19 +224,29 @@ class CycleObservation(OfCycles):
         return finer(slid_of(self.cycle, "base")) + self.stands
 
     @cached_property
-    def rubbed(self) -> FloatArray:
-        """Acceleration of the base (p,), over that of its amplitude, where friction is positive, else less it.
+    def pressed(self) -> FloatArray | None:
+        """By how much the normal force is above its mean (p,), over that, where it is measured and varies."""
+        each = self.cycle.pressed if self.single else None
+        return None if each is None else finer(each.mean(axis=0) / each.mean()) - 1.0
 
-        Friction acts as the mass slides; in a stop, as it slides next.
-        """
-        speed, order = finer(self.cycle.mass_velocity), np.arange(1, self.base.harmonics + 1)
+    @cached_property
+    def way(self) -> FloatArray:
+        """To which side the mass slides (p,); in a stop that of the next slide, where friction lets go."""
+        speed = finer(shifted(self.slid, order=1))
         way = np.sign(np.where(np.abs(speed) > RESTS * np.abs(speed).max(), speed, 0.0))
         slides = np.flatnonzero(way)
-        if not len(slides):
-            return way
-        way = way[slides[np.searchsorted(slides, np.arange(len(way))) % len(slides)]]
-        half = np.concatenate([[0.0], 0.5 * len(way) * order**2 * self.base.lines])
-        return np.asarray(-way * np.fft.irfft(half, len(way)))
+        return way[slides[np.searchsorted(slides, np.arange(len(way))) % len(slides)]] if len(slides) else way
+
+    def limit_moved(self, load: float) -> FloatArray:
+        """Return how far a normal force that varies moves the limit of friction (p,), over its mean.
+
+        ``load``: share that follows the base's acceleration.
+        """
+        order, more = np.arange(1, self.base.harmonics + 1), np.zeros(len(self.way))
+        if load:
+            half = np.concatenate([[0.0], -0.5 * len(more) * order**2 * self.base.lines])
+            more = load * np.fft.irfft(half, len(more))
+        return self.way * (more if self.pressed is None else more + self.pressed)
 
     def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
         """Return the steady state at some values and its harmonics (K,), before the sensors; None where it has none."""
@@ -348,7 +361,8 @@ class CycleObservation(OfCycles):
     @property
     def friction_by_energy(self) -> float | None:
         """Friction ratio as energy over the path slid; None of several masses, or with a dashpot."""
-        return self.loop_friction_ratio if self.single and not self.law.has("speed") else None
+        by_mean = 1.0 if self.cycle.pressed is None else float(self.cycle.pressed.mean())
+        return self.loop_friction_ratio * by_mean if self.single and not self.law.has("speed") else None
 
     def gain_and_phase(self, first: complex, values: Values) -> tuple[float, float]:
         """Return gain, and phase (rad of the drive) by which a cycle is shown; ``first``: its first harmonic, over Y.
@@ -367,8 +381,8 @@ class CycleObservation(OfCycles):
 
 
 def finer(cycle: FloatArray) -> FloatArray:
-    """Return a cycle (p,) at no fewer points than `LEAST_POINTS`."""
-    points = max(len(cycle), LEAST_POINTS)
+    """Return a cycle (p,) at no fewer points than `FINE`."""
+    points = max(len(cycle), FINE)
     return np.asarray(np.fft.irfft(np.fft.rfft(cycle), points) * (points / len(cycle)))
 
 
@@ -531,7 +545,7 @@ def of_cycle(
     moved = [(cycle.mass, cycle.each), *((one.mass, one.each) for one in cycle.others[: masses - 1])]
     single = np.concatenate([parts(each[:, :count]) for _, each in moved], axis=1)
     mean = np.concatenate([parts(harmonics_of(mass, count)) for mass, _ in moved])
-    power = sum(float(np.mean(mass**2)) for mass, _ in moved)
+    power = sum(float(np.mean(mass**2)) for mass, _ in moved) or 1e-300  # of a column that never changes
     sensor = 2.0 * noise**2 / samples
     one_cycle, raised = of_one_cycle(single, sensor + 2.0 * ROUNDING**2 * power / count)
     lines, order = mean.reshape(masses, 2, -1), np.arange(1, count + 1)
