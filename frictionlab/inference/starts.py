@@ -8,7 +8,7 @@ ratio of each follows from the energy, because what the contact takes in of a *m
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -45,12 +45,8 @@ def starting_points(model: Model, near: Mapping[str, float] | None = None) -> li
             order = np.argsort(left)[: int(np.isfinite(left).sum())]
             return [tried[j] for j in order[: 1 if near else OF_RECORD]]
         return [*(tried[j] for j in minima(np.array([cost(model, point) for point in tried]))[:2]), *close]
-    if first.guess is not None:  # each material's friction is the median of what its tests guess
-        point = np.zeros(len(model.unknowns))
-        for k, u in enumerate(model.unknowns):
-            own = [t.observation.guess / t.factor(k) for t in model.tests if k in t.index and t.observation.guess]
-            point[k] = u.at(float(np.median(own))) if u.name == "beta" else 0.0
-        return [np.clip(point, *model.bounds), *close]
+    if first.guess is not None:
+        return [_at_medians(model, np.zeros(len(names)), [t.observation.guess for t in model.tests]), *close]
     if "stiffness_ratio" in names and len(model.tests) == 1:
         return [*_over_stiffness(model, near or {}), *close]
     if "beta" in names:
@@ -68,6 +64,16 @@ def point_at(model: Model, values: Mapping[str, float]) -> FloatArray:
     return np.clip(point, *model.bounds)
 
 
+def _at_medians(model: Model, point: FloatArray, each: Sequence[float | None]) -> FloatArray:
+    """A point with the friction ratio of each material: the median of what its tests say, those that say one."""
+    found = point.copy()
+    for k, u in enumerate(model.unknowns):
+        if u.name == "beta":
+            own = [beta / t.factor(k) for t, beta in zip(model.tests, each, strict=True) if beta and k in t.index]
+            found[k] = u.at(float(np.median(own)))
+    return np.clip(found, *model.bounds)
+
+
 def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
     """Points at the minima over the friction ratio, with the lag that fits best there, best first.
 
@@ -77,7 +83,6 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
     lag, guesses = _undeclared_lag(model), point_at(model, near)
     plain = guesses.copy()
     plain[[u.first is not None and u.scale == "linear" and u.name not in near for u in model.unknowns]] = 0.0
-    betas = [k for k, u in enumerate(model.unknowns) if u.name == "beta"]
     observations = [cycle_of(test) for test in model.tests]
     ratios = [o.loop_friction_ratio for o in observations]
     costs = np.array(
@@ -89,27 +94,19 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
             f" at r = {observations[0].r:g}{NO_BOUND}"
         )
 
-    def at(friction: Mapping[int, float], turn: int) -> FloatArray:
+    def at(places: Sequence[int], turn: int) -> FloatArray:  # of each test among the friction ratios tried; of the lag
         point = guesses.copy()
-        for k, beta in friction.items():
-            point[k] = model.unknowns[k].at(beta)
         if lag is not None:
             point[lag] = LAGS[turn]
-        return np.clip(point, *model.bounds)
+        return _at_medians(model, point, [SEARCH[j] * ratio for j, ratio in zip(places, ratios, strict=True)])
 
     if len(model.tests) == 1:
-        beta, times = betas[0], ratios[0] / model.tests[0].factor(betas[0])
         left = costs[0].min(axis=1)
         least = minima(left)
         most = max(HOPELESS * left[least[0]], LEFT * left[np.isfinite(left)].max())
-        return [at({beta: SEARCH[j] * times}, int(np.argmin(costs[0, j]))) for j in least if left[j] <= most]
+        return [at([j], int(np.argmin(costs[0, j]))) for j in least if left[j] <= most]
     best = int(np.argmin(np.minimum(costs, 1e300).min(axis=1).sum(axis=0)))  # lag, each test at its own friction ratio
-    found = {}
-    for k in betas:
-        mine = [i for i, t in enumerate(model.tests) if k in t.index]
-        own = [SEARCH[int(np.argmin(costs[i, :, best]))] * ratios[i] / model.tests[i].factor(k) for i in mine]
-        found[k] = float(np.median(own))
-    return [at(found, best)]
+    return [at(np.argmin(costs[:, :, best], axis=1).tolist(), best)]
 
 
 def _undeclared_lag(model: Model) -> int | None:
