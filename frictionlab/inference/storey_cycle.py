@@ -16,7 +16,7 @@ from frictionlab.errors import UsageError
 from frictionlab.inference.comparison import AtContact, base_lines, harmonics_of, left_for_contact, over_cycle
 from frictionlab.inference.observation import NO_MOTION, SENSORS, Values
 from frictionlab.inference.observations import LEAST_POINTS, CycleObservation, Motion, of_measurement, parts
-from frictionlab.inference.unknowns import SMALLEST, STRONGEST, Unknown
+from frictionlab.inference.unknowns import SMALLEST, Unknown, damping_of
 from frictionlab.scene import Scene, Solver
 from frictionlab.scene.physical import contacts_of, storeys_of, structure_of
 from frictionlab.simulator import Contact, SteadyState, Structure, steady_state
@@ -54,11 +54,9 @@ class StoreyObservation(CycleObservation):
         more: list[Unknown] = []
         for i, storey in enumerate(self.scene.rig.masses[1:], 2):
             key, zeta = f"rig.masses.{i - 1}", storey.damping_ratio or 0.0
-            low = max(-STRONGEST, -zeta / loose) if loose > 0.0 else 0.0
-            damping = f"damping of storey {i}"
             more += [
                 Unknown(FREQUENCY.format(i), f"natural frequency of storey {i}", sd=detuned, key=key),
-                Unknown(DAMPING.format(i), damping, "rig", zeta, loose, low=low, folded=zeta == 0.0, key=key),
+                damping_of(DAMPING.format(i), f"damping of storey {i}", zeta, loose, key),
             ]
         for gain in (u for u in known if u.name == "gain"):
             more += [

@@ -8,7 +8,7 @@ unknown is counted in standard deviations of its prior, from the prior's mean: t
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 from scipy.special import stdtrit
 
@@ -171,31 +171,32 @@ def of_rig(
     (in_mass, of_gain), (in_base, _) = bends(amplitude * unit), bends(unit)
     gain = math.hypot(sources.gain, of_gain, sources.linearity * bent_gain(in_base))
     mass, base = cubic_error(in_mass), cubic_error(in_base) if distorted else (0.0, 0.0)
-    late = lag("lag_s", "lag between the channels", sources.lag, "sensors.lag_s", LAG if sources.lag_is_assumed else "")
-    frame = held.get("frame_damping_ratio")  # where nobody has declared it: up from zero, by a prior with tails
-    mean, damping = frame or 0.0, sources.damping_ratio
-    rows = [
-        ("natural_frequency", "natural frequency", sources.natural_frequency, "rig.natural_frequency_hz"),
-        ("gain", "gain of a sensor", gain, "sensors.gain_error"),
-        (late.name, late.words, late.sd, late.key),
-        ("frame_damping_ratio", "frame's damping", damping, "rig.damping_ratio"),
-        ("parabola", "parabola by which the mass's sensor bends the cycle", mass[0], "sensors.linearity"),
-        ("cubic", "cubic by which the mass's sensor bends the cycle", mass[1], "sensors.linearity"),
-        ("base_parabola", "parabola by which the base's sensor bends the cycle", base[0], "sensors.linearity"),
-        ("base_cubic", "cubic by which the base's sensor bends the cycle", base[1], "sensors.linearity"),
-        ("base_in_mass", "share of the base's channel in the mass's", sources.crosstalk, "sensors.crosstalk"),
-        ("mass_in_base", "share of the mass's channel in the base's", sources.crosstalk, "sensors.crosstalk"),
+    damping, frame = sources.damping_ratio, held.get("frame_damping_ratio")
+    found = [
+        Unknown("natural_frequency", "natural frequency", sd=sources.natural_frequency, key="rig.natural_frequency_hz"),
+        Unknown("gain", "gain of a sensor", sd=gain, key="sensors.gain_error"),
+        lag("lag_s", "lag between the channels", sources.lag, "sensors.lag_s", LAG if sources.lag_is_assumed else ""),
+        damping_of("frame_damping_ratio", "frame's damping", frame or 0.0, damping, "rig.damping_ratio"),
     ]
-    own: dict[str, dict[str, Any]] = {
-        "lag_s": {"assumed": late.assumed, "known_to": late.known_to, "unit": late.unit, "scatter": late.scatter},
-        "frame_damping_ratio": {
-            "mean": mean,
-            "low": max(-STRONGEST, -mean / damping) if damping > 0.0 else 0.0,
-            "assumed": "rig.damping_ratio" if frame is None else "",
-            "folded": mean == 0.0,
-        },
-    }
-    return tuple(Unknown(n, words, sd=sd, key=key, **own.get(n, {})) for n, words, sd, key in rows if sd > SMALLEST)
+    if frame is None:  # which nobody has declared: up from zero, by a prior with tails
+        found[-1] = replace(found[-1], assumed="rig.damping_ratio")
+    for name, words, sd in (
+        ("parabola", "parabola by which the mass's sensor bends the cycle", mass[0]),
+        ("cubic", "cubic by which the mass's sensor bends the cycle", mass[1]),
+        ("base_parabola", "parabola by which the base's sensor bends the cycle", base[0]),
+        ("base_cubic", "cubic by which the base's sensor bends the cycle", base[1]),
+    ):
+        found.append(Unknown(name, words, sd=sd, key="sensors.linearity"))
+    for one, other in (("base", "mass"), ("mass", "base")):
+        words = f"share of the {one}'s channel in the {other}'s"
+        found.append(Unknown(f"{one}_in_{other}", words, sd=sources.crosstalk, key="sensors.crosstalk"))
+    return tuple(u for u in found if u.sd > SMALLEST)
+
+
+def damping_of(name: str, words: str, value: float, u: float, key: str) -> Unknown:
+    """Return the unknown of a storey's damping ratio that is known about a value to u: it cannot fall below zero."""
+    low = max(-STRONGEST, -value / u) if u > 0.0 else 0.0
+    return Unknown(name, words, mean=value, sd=u, low=low, folded=value == 0.0, key=key)
 
 
 def lag(name: str, words: str, u: float, key: str, assumed: str) -> Unknown:
