@@ -8,7 +8,7 @@ frequency) adds how it is simulated, how the sensors show that, and its covarian
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -31,14 +31,14 @@ OF_ONE = 3e4  # steps that one steady state may take of a meter: where there is 
 SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
 
 
-def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> SteadyState | None:
-    """Return the steady state of a problem; None where the simulator has none: these values are no candidate.
+def steady(problem: Callable[[], Problem], meter: Meter, near: SteadyState | None = None) -> SteadyState | None:
+    """Return the steady state of a problem; None where there is none, or no such problem: no candidate.
 
-    Nor are those at which a search that has so much work left would need a large share of it to find one.
+    Nor are values at which a search that has so much work left would need a large share of it to find one.
     """
     try:
         with meter.keeping(max(meter.left - OF_ONE, 0.0) if math.isfinite(meter.left) else 0.0):
-            return steady_state(problem, near=near, meter=meter)
+            return steady_state(problem(), near=near, meter=meter)
     except OverspentError:
         if meter.left > 0.0:
             return None
@@ -235,13 +235,9 @@ class Observation(ABC):
         kept = {name: value for name, value in known.items() if name in names}
         return replace(self, law=law, held=kept)
 
-    def state(self, values: Values, near: SteadyState | None = None, **part: Any) -> SteadyState | None:
-        """Return the steady state at some values (of a ``part`` of the test); None where there is none."""
-        try:
-            problem = self.problem(values, **part)
-        except FrictionlabError:
-            return None  # values outside a law's domain are no candidate
-        return steady(problem, self.work, near)
+    def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:
+        """Return the steady state at some values; None where there is none."""
+        return steady(lambda: self.problem(values), self.work, near)
 
     def predict(self, values: Values, near: Any = None) -> FloatArray | None:
         """Return what would be measured (N,); None where there is no motion."""

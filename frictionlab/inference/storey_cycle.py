@@ -6,7 +6,7 @@ data are the harmonics of every mass that was measured, with one covariance.
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -83,13 +83,12 @@ class StoreyObservation(CycleObservation):
             base=problem.base,
         )
 
-    def state(self, values: Values, near: SteadyState | None = None, **part: Any) -> SteadyState | None:
+    def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:  # noqa: ARG002 - all is solved anew
         """Return the steady state at some values; None where there is none.
 
         Stops and regime are those of the motion against the wall, as `analyze` counts them: of a contact elsewhere they
         are not known.
         """
-        del near, part  # all is solved anew
         self.work.take(COST)
         try:
             whole = steady_state(self.structure(values))

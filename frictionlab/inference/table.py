@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -77,13 +78,12 @@ class TableObservation(Observation):
             left[own] = np.linalg.solve(np.eye(len(own)) - leverage[np.ix_(own, own)], residual[own])
         return np.array([float(left[own] @ left[own]) for own in places]), self.nrmse(left)
 
-    def problem(self, values: Values, row: int | None = None) -> Problem:
-        """Return what is simulated in a row (the reference's): the law is the same in N, m and s in all rows."""
-        i = self.reference if row is None else row
-        return self.at_ratio(values, float(self.ratios[i]), float(self.lengths[i]))
+    def problem(self, values: Values, r: float | None = None, length: float = 1.0) -> Problem:
+        """Return what is simulated at a frequency ratio, Y in that of the reference, whose ratio it is else.
 
-    def at_ratio(self, values: Values, r: float, length: float = 1.0) -> Problem:
-        """Return what is simulated at a frequency ratio, Y in that of the reference."""
+        The law is the same in N, m and s in all rows.
+        """
+        r = self.r if r is None else r
         own = (Unknown(p.name, p.words, law=True) for p in self.law.own if not p.whole)
         times = {u.name: factor(u, self.law, length=length, rate=r / self.r, force=1.0) for u in own}
         return simulated(self.law, self.held, self.wall, values, r, times=times)
@@ -100,7 +100,8 @@ class TableObservation(Observation):
 
     def states(self, values: Values) -> Iterator[SteadyState | None]:
         """Yield the steady state of each row; None where there is none."""
-        return (self.state(values, row=row) for row in range(len(self.ratios)))
+        rows = zip(self.ratios.tolist(), self.lengths.tolist(), strict=True)
+        return (steady(partial(self.problem, values, *row), self.work) for row in rows)
 
     def motion(self, values: Values, near: object = None) -> FloatArray | None:  # noqa: ARG002 - rows are cheap
         """Return what would be measured (N,), phases within half a turn of the measured; None without a motion."""
@@ -128,7 +129,8 @@ class TableObservation(Observation):
         """Return the rows measured over the curve predicted, Y that of the reference."""
         low, high = float(self.ratios.min()), float(self.ratios.max())
         ratios = np.linspace(0.95 * low, 1.05 * high, CURVE)
-        shown = [self.shown(values, steady(self.at_ratio(values, r), Meter(math.inf)), r) for r in ratios.tolist()]
+        states = (steady(partial(self.problem, values, r), Meter(math.inf)) for r in ratios.tolist())
+        shown = [self.shown(values, state, r) for state, r in zip(states, ratios.tolist(), strict=True)]
         t = self.table
         return OverFrequency(self.ratios, t.amplitude, t.amplitude_u, t.phase, t.phase_u, ratios, *np.array(shown).T)
 

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -150,15 +151,14 @@ def test_a_steady_state_is_booked_by_the_evaluations_that_it_took() -> None:
     for law in ("coulomb", "coulomb+compliance"):
         for r in (0.05, 0.5):
             meter = Meter(1e6)
-            steady(Problem(r, 0.3, law=law, parameters={"stiffness_ratio": 30.0} if law != "coulomb" else {}), meter)
+            known = {"stiffness_ratio": 30.0} if law != "coulomb" else {}
+            steady(partial(Problem, r, 0.3, law=law, parameters=known), meter)
             spent.append(1e6 - meter.left)
     assert 50.0 < spent[1] < spent[0] < spent[2] < 300.0
     assert 50.0 < spent[3] < spent[2]
     meter = Meter(1e6)  # a state that the last search of all finds, which has no limit, gave the meter without end
-    steady(
-        Problem(1.043, 0.995, law="coulomb+breakaway", parameters={"static_ratio_up": 1, "static_ratio_down": 1.03}),
-        meter,
-    )
+    known = {"static_ratio_up": 1, "static_ratio_down": 1.03}
+    steady(partial(Problem, 1.043, 0.995, law="coulomb+breakaway", parameters=known), meter)
     assert 50.0 < 1e6 - meter.left < 1e5
 
 
