@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from frictionlab.errors import UsageError
 from frictionlab.figures import style
 from frictionlab.inference.comparison import Comparison, ContactForce, OverFrequency
-from frictionlab.inference.verdict import verdict_in_words
 
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 ROW = 0.115  # inches: a law of the ladder
@@ -38,7 +37,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
     nrmse, foretold = comparison.response_nrmse, comparison.predicted_energy_per_cycle
     fit = "no prediction" if nrmse is None else f"nrmse {100 * nrmse:.2g} %"
     versus = "" if foretold is None else f", predicted {foretold:.4g}"
-    title = f"{_name(comparison.source)}: {comparison.model}{_verdict(comparison)}"
+    title = f"{_name(comparison.source)}: {comparison.model}{comparison.judged}"
     with style.drawing(3.1, title, comparison.warnings) as figure:
         response, loop = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
         both = {"base": base, **lines}
@@ -56,10 +55,6 @@ def _name(source: str) -> str:
     return source.replace("\\", "/").rsplit("/", 1)[-1]
 
 
-def _verdict(c: Comparison) -> str:
-    return "" if c.verdict is None else verdict_in_words(c.response_nrmse, c.misfit, c.verdict)
-
-
 def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
     """Amplitude (Y) and phase (degrees behind the base), whichever was measured, over the frequency ratio."""
     phase = np.unwrap(np.nan_to_num(drawn.curve_phase)) + 0.0 * drawn.curve_phase
@@ -69,7 +64,7 @@ def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
     }
     measured = {label: values for label, values in kinds.items() if np.isfinite(values[0]).any()}
     left = f"   what is left: {100 * comparison.response_nrmse:.2g} %" if comparison.response_nrmse else ""
-    title = f"{comparison.source}: {comparison.law}   beta {comparison.friction}{left}{_verdict(comparison)}"
+    title = f"{comparison.source}: {comparison.law}   beta {comparison.friction}{left}{comparison.judged}"
     with style.drawing(3.1, title, comparison.warnings) as figure:
         axes = figure.subplots(1, len(measured), squeeze=False)[0]
         for ax, (label, (values, u, curve)) in zip(axes, measured.items(), strict=True):

@@ -118,8 +118,6 @@ def compare_record(
         comparison = compared(measurement, scene, found, ladder)
         record = follow(observation, found.values() | observation.start, fits_start=True)
     warnings = (*comparison.warnings, *said, *record.warnings, *words.not_tried(climbed))
-    if comparison.contact is not None:
-        comparison = replace(comparison, contact=replace(comparison.contact, warnings=warnings))
     return replace(comparison, warnings=warnings, **_of_record(record, climbed))
 
 
@@ -305,7 +303,7 @@ def compare_force(
         solver="prescribed",
         closure_error=None,
         **{key: getattr(measurement, key) for key in MEASURED[2:]},
-        contact=_contact(
+        at_contact=_contact(
             *(observation, measurement.cycle.tau, AtContact(observation.place, velocity, observation.force)),
             *(AtContact(observation.place, velocity, shown), observation.unit_n),
             residual=np.where(slides, observation.force - shown, math.nan),
@@ -379,7 +377,7 @@ def compared(
         base=measurement.cycle.base,
         measured=measurement.cycle.mass,
         predicted=predicted,
-        contact=replace(contact, residual=None if predicted is None else measurement.cycle.mass - predicted),
+        at_contact=replace(contact, residual=None if predicted is None else measurement.cycle.mass - predicted),
     )
 
 
@@ -432,7 +430,6 @@ def _judged(
     after: Sequence[str] = (),
     step: str = words.ANOTHER,
     first: str = "",
-    contact: ContactForce | None = None,
     **more: Any,
 ) -> Comparison:
     """The comparison of an observation that leaves an nrmse over a floor: with its verdict, its doubts, its ladder.
@@ -452,16 +449,8 @@ def _judged(
     moved = strained_facts(found, scene) if verdict == "strained" and diagnosis is None else ()
     doubted = words.doubts(found, verdict, judged_by, ladder, what=what, of=of, step=step, first=first)
     warnings = (*said, *moved, *doubted, *after)
-    if contact is not None:
-        judged = words.verdict_in_words(nrmse, misfit, verdict, of="force" if what == "force" else "motion")
-        points = {
-            row["law"]: (sum(e["u"] is not None for e in row["parameters"].values()), row["response_nrmse"], evidence)
-            for row in rows or ()
-            if (evidence := row["log_evidence"]) is not None and row["response_nrmse"] is not None
-        }
-        contact = replace(contact, laws=points, said=f"{found.law().name}{judged}", warnings=warnings)
     left: dict[str, Any] = {"response_nrmse": nrmse, "response_floor": floor, "misfit": misfit, "verdict": verdict}
-    return _comparison(found, scene, **left, warnings=warnings, laws=rows, contact=contact, **more)
+    return _comparison(found, scene, **left, warnings=warnings, laws=rows, **more)
 
 
 def _comparison(
@@ -523,7 +512,6 @@ def _contact(
     return ContactForce(
         *(observation.source, observation.law.name, tau, *seen, *own, more.pop("residual", None)),
         floor=observation.cycles.floor * math.sqrt(observation.cycles.power),
-        laws={},
         unit_m=observation.unit,
         turn=observation.turn,
         unit_n=unit_n,

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -90,12 +90,12 @@ class ContactForce:
     ``force`` over k Y as recovered, with lag, natural frequency and base motion as the fit has found them. Its mean is
     the law's, for sensors do not show where the spring is without force. ``law_displacement``, ``law_velocity``,
     ``law_force``: the same of the law, None without a prediction; ``residual`` x/Y: measured minus predicted;
-    ``floor``: what noise alone leaves of it, rms, Y. ``law``: its name;
-    ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
+    ``floor``: what noise alone leaves of it, rms, Y. ``law``: its name.
     ``unit_m``: Y [m]; ``turn``: omega [rad/s]; ``unit_n``: k Y [N], None where the stiffness is not known, and
-    ``stiffness_u``, relative; ``said``: law and verdict in words; ``warnings``: sentences of the comparison;
-    ``is_measured``: the force and, over its unit, ``residual`` and ``floor`` are a load cell's; ``is_one_way``: it
-    slides one way, folded.
+    ``stiffness_u``, relative; ``is_measured``: the force and, over its unit, ``residual`` and ``floor`` are a load
+    cell's; ``is_one_way``: it slides one way, folded. As its comparison has them (`Comparison.contact`), ``laws``: the
+    ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence), ``said``: law and verdict in words, and
+    ``warnings``.
     """
 
     source: str
@@ -109,15 +109,15 @@ class ContactForce:
     law_force: FloatArray | None
     residual: FloatArray | None
     floor: float
-    laws: Mapping[str, tuple[int, float, float]]
     unit_m: float
     turn: float
     unit_n: float | None = None
     stiffness_u: float = 0.0
-    said: str = ""
-    warnings: tuple[str, ...] = ()
     is_measured: bool = False
     is_one_way: bool = False
+    laws: Mapping[str, tuple[int, float, float]] = field(default_factory=dict)
+    said: str = ""
+    warnings: tuple[str, ...] = ()
 
 
 class AtContact(NamedTuple):
@@ -253,12 +253,12 @@ class Comparison(FrictionNames, Result):
     response_floor: float | None = None
     misfit: float | None = None
     verdict: Verdict | None = None
-    laws: tuple[Mapping[str, object], ...] | None = None
+    laws: tuple[Mapping[str, Any], ...] | None = None
     tau: FloatArray = field(default_factory=lambda: np.zeros(0))
     base: FloatArray = field(default_factory=lambda: np.zeros(0))
     measured: FloatArray = field(default_factory=lambda: np.zeros(0))
     predicted: FloatArray | None = None
-    contact: ContactForce | None = None
+    at_contact: ContactForce | None = None
 
     over_frequency: OverFrequency | None = None
     record_nrmse: float | None = None
@@ -277,10 +277,32 @@ class Comparison(FrictionNames, Result):
     @property
     def energy_joules(self) -> Estimate:
         """The measured energy per cycle, where the stiffness is known: its error holds that of the stiffness."""
-        contact = self.contact
+        contact = self.at_contact
         if contact is None or contact.unit_n is None:
             return NOT_KNOWN
         return self.energy.scaled(contact.unit_n * contact.unit_m).widened(contact.stiffness_u)
+
+    @property
+    def judged(self) -> str:
+        """The verdict as it stands behind a law's name; nothing where no error is known to judge by."""
+        if self.response_nrmse is None or self.misfit is None:
+            return ": no prediction" if self.response_nrmse is None else ""
+        said = self.verdict if self.verdict in ("explained", "strained") else "not explained"
+        of = "force" if self.at_contact is not None and self.at_contact.is_measured else "motion"
+        left = f"{100 * self.response_nrmse:.2g} % of the {of}"
+        return f": {said}, it leaves {left}, {self.misfit:.3g} times the error of the measured cycle"
+
+    @property
+    def contact(self) -> ContactForce | None:
+        """The contact over a cycle, with ladder, verdict and warnings of the comparison; None: nothing to compare."""
+        if self.at_contact is None:
+            return None
+        points = {
+            row["law"]: (sum(e["u"] is not None for e in row["parameters"].values()), row["response_nrmse"], evidence)
+            for row in self.laws or ()
+            if (evidence := row["log_evidence"]) is not None and row["response_nrmse"] is not None
+        }
+        return replace(self.at_contact, laws=points, said=f"{self.law}{self.judged}", warnings=self.warnings)
 
     def row(self) -> dict[str, object]:
         """The contract's keys alone: a line of JSON or of a table."""

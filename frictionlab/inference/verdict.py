@@ -97,14 +97,6 @@ def start_left(observation: OfCycles, state: SteadyState, nrmse: float) -> str:
     return f"the motion had not settled when what is measured begins: {how}"
 
 
-def verdict_in_words(nrmse: float | None, misfit: float | None, verdict: Verdict | None, *, of: str = "motion") -> str:
-    """Return the verdict as it stands behind a law's name; ``of``: what was measured."""
-    if nrmse is None or misfit is None:
-        return ": no prediction"
-    said = {"explained": "explained", "strained": "strained"}.get(verdict or "", "not explained")
-    return f": {said}, it leaves {100 * nrmse:.2g} % of the {of}, {misfit:.3g} times the error of the measured cycle"
-
-
 def model_words(law: Law, place: str, held: Mapping[str, float], base: str) -> str:
     """Return the physics that was switched on, as words; ``place``: where it rubs; ``base``: what drove it."""
     held = {name: value for name, value in held.items() if name != "beta"}
