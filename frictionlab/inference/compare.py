@@ -511,7 +511,7 @@ def _contact(
     own = AtContact(None, None, None) if law is None else law  # type: ignore[arg-type]
     return ContactForce(
         *(observation.source, observation.law.name, tau, *seen, *own, more.pop("residual", None)),
-        floor=observation.cycles.floor * math.sqrt(observation.cycles.power),
+        floor=observation.floor * math.sqrt(observation.power),
         unit_m=observation.unit,
         turn=observation.turn,
         unit_n=unit_n,

@@ -26,12 +26,11 @@ from frictionlab.inference.observation import NO_MOTION, SENSORS, Reached, Value
 from frictionlab.inference.observations import (
     FEWEST_CYCLES,
     CycleObservation,
-    Cycles,
     Motion,
     OfCycles,
     law_and_held,
     observe,
-    of_one_cycle,
+    of_mean,
     of_test,
 )
 from frictionlab.inference.posterior import Posterior
@@ -92,9 +91,7 @@ class ForceObservation(OfCycles):
     @property
     def said(self) -> tuple[str, ...]:
         """Sentences on what was left out."""
-        many = (
-            f"force: {self.strangers} of {len(self.cycles.each) + self.strangers} cycles are left out: theirs is unlike"
-        )
+        many = f"force: {self.strangers} of {len(self.each) + self.strangers} cycles are left out: theirs is unlike"
         why = "as where a test begins or ends: --transient and --cycles choose others"
         return (f"{many} that of the others, {why}",) if self.strangers else ()
 
@@ -216,8 +213,8 @@ def observe_force(
     usual = np.flatnonzero(away <= STRANGE * max(float(np.median(away)), 1e-300))
     strangers = len(each) - len(usual)
     whole = measurement.cycle.force if not strangers else each[usual].mean(axis=0) + measurement.cycle.force.mean()
-    cycles = _cycles_of(measurement, whole / unit, each[usual] / unit, count, parts)
-    known = of_test(measurement) | cycles.facts | {"normal_force": normal}
+    known = of_test(measurement) | _of_mean_force(measurement, whole / unit, each[usual] / unit, count, parts)
+    known["normal_force"] = normal
     return ForceObservation(
         law=chosen,
         held=held,
@@ -238,18 +235,17 @@ def observe_force(
     )
 
 
-def _cycles_of(
+def _of_mean_force(
     measurement: Measurement, whole: FloatArray, each: FloatArray, count: int, parts: NDArray[np.intp]
-) -> Cycles:
-    """The parts of the mean cycle (p,) of the force with the covariance that single cycles (n, p) show."""
+) -> dict[str, Any]:
+    """What an observation takes from parts of the mean cycle (p,) of the force, as single cycles (n, p) scatter."""
     mean, single = of_parts(whole, count, parts), of_parts(each, count, parts)
     used, power = max(1, int(measurement.series.used.sum())), float(np.mean(mean**2))
     about = single - single.mean(axis=0) if len(single) > 1 else single
     noise = max(white_noise(about.ravel()) ** 2, 1e-12 * power)
-    one_cycle, raised = of_one_cycle(single, noise if len(single) < FEWEST_CYCLES else LEAST * noise)
-    covariance = one_cycle * (raised / used)
-    floor = math.sqrt(float(np.trace(covariance)) / len(mean) / power)
-    return Cycles(mean, single, covariance, noise / used, used, power, floor, np.zeros_like(covariance), raised)
+    least, of_all = noise if len(single) < FEWEST_CYCLES else LEAST * noise, np.zeros((len(mean), len(mean)))
+    known, variance = of_mean(mean, single, least, used, power=power, white=noise, of_all=of_all)
+    return known | {"floor": math.sqrt(variance / len(mean) / power)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -346,6 +342,6 @@ def with_force(observation: CycleObservation, measurement: Measurement, scene: S
         "data": np.concatenate([o.data for o in both]),
         "variances": np.concatenate([o.variances * np.ones(len(o.data)) for o in both]),
         "directions": block_diag(*(np.eye(len(o.data)) if o.directions is None else o.directions for o in both)),
-        "powers": np.concatenate([np.full(len(o.data), o.cycles.power) for o in both]),
+        "powers": np.concatenate([np.full(len(o.data), o.power) for o in both]),
     }
     return MotionAndForce(**known, alone=observation, force=force)

@@ -62,58 +62,21 @@ FINE = 2048  # points of a cycle, at least, on which a turn is timed
 CURVED, SHARP = 16, 64  # harmonics of the force of a cubic spring, and of what turns round as fast as the mass
 
 
-@dataclass(frozen=True)
-class Cycles:
-    """A measured mean cycle about its mean, as harmonics, and its covariance.
-
-    ``mean`` (2 K,): cosine parts of harmonics 1 to K of x/Y, then the sine parts; ``each`` (n, 2 K): the same of single
-    steady cycles; ``covariance`` (2 K, 2 K) of the mean cycle; ``sensor``: variance of one part of it from the sensor's
-    white noise alone; ``used``: cycles that the mean is of; ``power``: mean square of the measured mean cycle;
-    ``floor``: standard error of the mean cycle over its rms, what no model can undercut; ``of_all`` (2 K, 2 K): the
-    part of the covariance that all cycles share, the base's noise and what is left of the start; ``raised``: by how
-    much the autocorrelation of the cycles raises the covariance of the mean.
-    """
-
-    mean: FloatArray
-    each: FloatArray
-    covariance: FloatArray
-    sensor: float
-    used: int
-    power: float
-    floor: float
-    of_all: FloatArray
-    raised: float
-
-    @property
-    def facts(self) -> dict[str, Any]:
-        """What an observation takes from them."""
-        known = {"cycles": self, "data": self.mean, "powers": self.power, "floor": self.floor}
-        return known | noise_of(self.covariance)
-
-    @cached_property
-    def left_out(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """Parts of the cycles about their mean (m, 2 K), each with the covariance of the mean by all others.
-
-        A weight that is found from some cycles lets those scatter too little: this is how the others see them. Nothing
-        where the cycles are too few to determine their own scatter.
-        """
-        n, about = len(self.each), self.each - self.each.mean(axis=0)
-        if n <= FEWEST_CYCLES:
-            return ()
-        rows = np.array_split(np.arange(n), min(n, PARTS))
-        least = self.sensor * self.used + 4.0 * ROUNDING**2 * self.power / len(self.mean)
-        others = (np.delete(self.each, part, axis=0) for part in rows)
-        return tuple(
-            (about[part], shrunk(rest, least) * (self.raised / self.used) + self.of_all)
-            for part, rest in zip(rows, others, strict=True)
-        )
-
-
 @dataclass(frozen=True, kw_only=True)
 class OfCycles(Observation):
-    """What single cycles were observed of, with their scatter: of ``cycles`` the mean is fitted."""
+    """What single cycles were observed of, with their scatter: their mean is fitted.
 
-    cycles: Cycles
+    ``each`` (n, N): single steady cycles; ``used``: how many the mean is of; ``power``: mean square of the mean cycle;
+    ``sensor``: variance of one of the data from the sensor's white noise alone; ``of_all`` (N, N): the part of the
+    covariance that all cycles share, the base's noise and what is left of the start; ``by_others``: `seen_by_others`.
+    """
+
+    each: FloatArray
+    used: int
+    power: float
+    sensor: float
+    of_all: FloatArray
+    by_others: tuple[tuple[FloatArray, FloatArray], ...]
     steps: ClassVar = (STEP, -STEP, 0.1 * STEP)
 
     def covariance(self, at: Reached) -> FloatArray:
@@ -123,18 +86,18 @@ class OfCycles(Observation):
         that the others ask for; what the law cannot explain, harmonic by harmonic (MacKinnon and White's HC3), where
         that is more than noise. The correlations are those of the larger of the two.
         """
-        cycles, bare, assumed = self.cycles, self.gap(at.slopes), at.gain @ at.gain.T
-        if cycles.left_out:
-            white, share = self.over_gap(at.gain), self.missed * cycles.power * np.eye(len(bare))
-            sensor = cycles.sensor * (white @ white.T)
+        bare, assumed = self.gap(at.slopes), at.gain @ at.gain.T
+        if self.by_others:
+            white, share = self.over_gap(at.gain), self.missed * self.power * np.eye(len(bare))
+            sensor = self.sensor * (white @ white.T)
             moved = []
-            for part, covariance in cycles.left_out:
+            for part, covariance in self.by_others:
                 weighed = np.linalg.solve(covariance + share, bare)
                 moved.append(part @ np.linalg.solve(bare.T @ weighed + at.hold, weighed.T).T)
             each = np.concatenate(moved)
             freedom = len(each) - 1.0
-            grown = each * np.sqrt(variance_inflation(each) * student(freedom) / freedom / cycles.used)
-            shown = at_least(of_few(grown, assumed), np.diag(sensor)) + white @ cycles.of_all @ white.T
+            grown = each * np.sqrt(variance_inflation(each) * student(freedom) / freedom / self.used)
+            shown = at_least(of_few(grown, assumed), np.diag(sensor)) + white @ self.of_all @ white.T
         else:
             shown = assumed
         if at.is_noise:
@@ -150,15 +113,15 @@ class OfCycles(Observation):
 
         Every second cycle (or fifth, of many) is a part.
         """
-        cycles, n = self.cycles, len(self.cycles.each)
+        n = len(self.each)
         count = 2 if n < FEW_LEFT_OUT else 5
         if n < count:
             return np.zeros(0), None
         scores, squares = [], []
         for first in range(count):
             block = np.arange(first, n, count)
-            others = self.white(np.delete(cycles.each, block, axis=0).mean(axis=0) - cycles.mean)
-            here = self.white(cycles.each[block].mean(axis=0) - cycles.mean)
+            others = self.white(np.delete(self.each, block, axis=0).mean(axis=0) - self.data)
+            here = self.white(self.each[block].mean(axis=0) - self.data)
             left = residual + here - slopes @ (gain @ others)
             scores.append(float(left @ left))
             squares.append(self.nrmse(left) ** 2)
@@ -264,7 +227,7 @@ class CycleObservation(OfCycles):
         if state.symmetric is not False or state.orbit is None or not state.problem.has_mirror_image:
             return state
         even = harmonics_of(mean_cycle(state, max(LEAST_POINTS, 4 * self.count)), self.count)[1::2]
-        is_twin = np.vdot(lines_of(self.cycles.mean[: 2 * self.count])[1::2], even).real < 0.0
+        is_twin = np.vdot(lines_of(self.data[: 2 * self.count])[1::2], even).real < 0.0
         return replace(state, orbit=replace(state.orbit, twin=True)) if is_twin else state
 
     def seen(self, motion: Motion, values: Values) -> FloatArray:
@@ -312,7 +275,7 @@ class CycleObservation(OfCycles):
 
     def energy_by_lag(self, late: float) -> float:
         """Return the part of the measured energy (k Y^2) that is due to a base's channel behind by a phase (rad)."""
-        lines, base = lines_of(self.cycles.mean[: 2 * self.count]), self.cycle.base_cosine - 1j * self.cycle.base_sine
+        lines, base = lines_of(self.data[: 2 * self.count]), self.cycle.base_cosine - 1j * self.cycle.base_sine
         return loop_energy(lines, base) - loop_energy(lines, base, -late)
 
     def measured_contact(self, state: SteadyState, late: float) -> AtContact | None:
@@ -377,7 +340,7 @@ class CycleObservation(OfCycles):
     def nrmse(self, residual: FloatArray) -> float:
         """Return the rms of a whitened residual (2 K,) over the rms of the measured mean cycle."""
         gap = self.gap(residual)
-        return math.sqrt(0.5 * float(gap @ gap) / self.cycles.power)
+        return math.sqrt(0.5 * float(gap @ gap) / self.power)
 
 
 def finer(cycle: FloatArray) -> FloatArray:
@@ -547,17 +510,17 @@ def of_cycle(
     mean = np.concatenate([parts(harmonics_of(mass, count)) for mass, _ in moved])
     power = sum(float(np.mean(mass**2)) for mass, _ in moved) or 1e-300  # of a column that never changes
     sensor = 2.0 * noise**2 / samples
-    one_cycle, raised = of_one_cycle(single, sensor + 2.0 * ROUNDING**2 * power / count)
     lines, order = mean.reshape(masses, 2, -1), np.arange(1, count + 1)
     later = np.stack([order * lines[:, 1], -order * lines[:, 0]], axis=1).ravel()
     start = left_of_start(single, sensor, settled=settled)
     of_all = unit_u**2 * (np.outer(mean, mean) + np.outer(later, later)) + start.T @ start
     of_all += 2.0 * rounding**2 / samples * np.eye(len(mean))
-    covariance = one_cycle * (raised / used) + of_all
+    of_noise = sensor + 2.0 * ROUNDING**2 * power / count
+    known, variance = of_mean(mean, single, of_noise, used, power=power, white=sensor, of_all=of_all)
     beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)
-    floor = math.sqrt((0.5 * float(np.trace(covariance)) + beyond) / power)
     base = base_of(cycle, unit_u, least, r)
-    return Cycles(mean, single, covariance, sensor / used, used, power, floor, of_all, raised).facts | {
+    return known | {
+        "floor": math.sqrt((0.5 * variance + beyond) / power),
         "cycle": cycle,
         "energy": energy,
         "amplitude": amplitude,
@@ -615,6 +578,34 @@ def left_of_start(single: FloatArray, sensor: float, *, settled: bool) -> FloatA
     if left > MOST_OF_IT * float(np.linalg.norm(single.mean(axis=0))):  # such a motion is not steady, and that is said
         return none
     return np.asarray(left / size * np.array([change, bend - along * (bend @ along)]))
+
+
+def of_mean(
+    mean: FloatArray, single: FloatArray, least: float, used: int, *, power: float, white: float, of_all: FloatArray
+) -> tuple[dict[str, Any], float]:
+    """Return what an observation takes from the mean (d,) of so many cycles and single ones (n, d), and its variance.
+
+    No variance of a single cycle is below ``least``; ``white``: that of one of its parts by the sensor's white noise.
+    """
+    one_cycle, raised = of_one_cycle(single, least)
+    covariance = one_cycle * (raised / used) + of_all
+    others = seen_by_others(single, white + 4.0 * ROUNDING**2 * power / len(mean), raised / used, of_all)
+    known = {"data": mean, "powers": power, "power": power, "each": single, "used": used, "sensor": white / used}
+    known |= {"of_all": of_all, "by_others": others}
+    return known | noise_of(covariance), float(np.trace(covariance))
+
+
+def seen_by_others(
+    single: FloatArray, least: float, share: float, of_all: FloatArray
+) -> tuple[tuple[FloatArray, FloatArray], ...]:
+    """Return parts of the cycles (n, d) about their mean, each with the covariance (d, d) of the mean by all others.
+
+    A weight that is found from some cycles lets those scatter too little: this is how the others see them. Nothing
+    where the cycles are too few to determine their own scatter. ``share``: of one cycle's covariance in the mean's.
+    """
+    n, about = len(single), single - single.mean(axis=0)
+    parts = np.array_split(np.arange(n), min(n, PARTS)) if n > FEWEST_CYCLES else []
+    return tuple((about[some], shrunk(np.delete(single, some, axis=0), least) * share + of_all) for some in parts)
 
 
 def of_one_cycle(single: FloatArray, least: float) -> tuple[FloatArray, float]:

@@ -80,7 +80,7 @@ def start_left(observation: OfCycles, state: SteadyState, nrmse: float) -> str:
 
     It has not died out in the cycles left out by the memory of the ``state``, or the motion settled only after them.
     """
-    memory, drive, cycles = state.memory, observation.turn / (2.0 * math.pi), observation.cycles.used
+    memory, drive, cycles = state.memory, observation.turn / (2.0 * math.pi), observation.used
     if 0.0 < memory < 1.0:
         in_mean = memory ** (observation.left_out_s * drive) * (1.0 - memory**cycles) / (cycles * (1.0 - memory))
         if in_mean >= START * nrmse:

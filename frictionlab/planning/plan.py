@@ -342,7 +342,7 @@ def _row(
     coefficient, coefficient_after = NOT_KNOWN, None
     if test.posterior is not None and test.observation is not None and "beta" in u:  # as a comparison states it
         seen = test.observation
-        y_se = lab.noise_m * math.sqrt(seen.turn / (math.pi * seen.rate * seen.cycles.used))
+        y_se = lab.noise_m * math.sqrt(seen.turn / (math.pi * seen.rate * seen.used))
         friction = friction_of(test.posterior, lab.scene, Estimate(seen.unit, y_se))
         ratio, known = friction["friction"], friction["coefficient"]
         if known.u is not None:  # gains, stiffness and normal force add to what is not known of the ratio

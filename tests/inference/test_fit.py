@@ -221,7 +221,7 @@ def test_many_tests_know_a_friction_ratio_no_better_than_all_their_cycles_scatte
     found = infer(observations)
     value, slope = found.shared(0, 0)
     u = slope * math.sqrt(found.covariance[0, 0])
-    cycles = sum(o.cycles.used for o in observations)
+    cycles = sum(o.used for o in observations)
     assert u > 0.8 * value * scatter / math.sqrt(cycles)
     assert u < 2.0 * value * scatter / math.sqrt(cycles)
     assert value * observations[0].unit == pytest.approx(0.3 * BASE_M, abs=2.0 * u * observations[0].unit)
