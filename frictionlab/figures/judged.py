@@ -57,10 +57,10 @@ def _name(source: str) -> str:
 
 def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
     """Amplitude (Y) and phase (degrees behind the base), whichever was measured, over the frequency ratio."""
-    phase = np.unwrap(np.nan_to_num(drawn.curve_phase)) + 0.0 * drawn.curve_phase
+    seen, phase = drawn.table, np.unwrap(np.nan_to_num(drawn.curve_phase)) + 0.0 * drawn.curve_phase
     kinds = {
-        "amplitude, X / Y": (drawn.amplitude, drawn.amplitude_u, drawn.curve_amplitude),
-        "phase behind the base [deg]": tuple(np.rad2deg(values) for values in (drawn.phase, drawn.phase_u, phase)),
+        "amplitude, X / Y": (seen.amplitude, seen.amplitude_u, drawn.curve_amplitude),
+        "phase behind the base [deg]": tuple(np.rad2deg(values) for values in (seen.phase, seen.phase_u, phase)),
     }
     measured = {label: values for label, values in kinds.items() if np.isfinite(values[0]).any()}
     left = f"   what is left: {100 * comparison.response_nrmse:.2g} %" if comparison.response_nrmse else ""

@@ -9,6 +9,7 @@ import numpy as np
 
 from frictionlab.analysis.response import Cycle
 from frictionlab.arrays import ComplexArray, FloatArray
+from frictionlab.recording import FrequencyTable
 from frictionlab.schema import COMPARISONS, ENERGY, Result, with_error
 from frictionlab.simulator import Base, Problem
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, FlatKnown, FrictionNames
@@ -181,17 +182,13 @@ def over_cycle(lines: ComplexArray, points: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class OverFrequency:
-    """A table over frequency and the law's curve: r, amplitude (Y) and phase (rad behind the base), as seen.
+    """A table over frequency, amplitudes in Y, at its ratios ``r`` (n,), and the law's curve as the sensors show it.
 
-    ``r``, ``amplitude``, ``amplitude_u``, ``phase``, ``phase_u`` (n,), NaN where not measured; ``curve_r``,
-    ``curve_amplitude``, ``curve_phase`` (m,), NaN where there is no steady state.
+    ``curve_r``, ``curve_amplitude`` (Y), ``curve_phase`` (rad behind the base) (m,), NaN without a steady state.
     """
 
     r: FloatArray
-    amplitude: FloatArray
-    amplitude_u: FloatArray
-    phase: FloatArray
-    phase_u: FloatArray
+    table: FrequencyTable
     curve_r: FloatArray
     curve_amplitude: FloatArray
     curve_phase: FloatArray

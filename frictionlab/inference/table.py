@@ -131,8 +131,7 @@ class TableObservation(Observation):
         ratios = np.linspace(0.95 * low, 1.05 * high, CURVE)
         states = (steady(partial(self.problem, values, r), Meter(math.inf)) for r in ratios.tolist())
         shown = [self.shown(values, state, r) for state, r in zip(states, ratios.tolist(), strict=True)]
-        t = self.table
-        return OverFrequency(self.ratios, t.amplitude, t.amplitude_u, t.phase, t.phase_u, ratios, *np.array(shown).T)
+        return OverFrequency(self.ratios, self.table, ratios, *np.array(shown).T)
 
 
 def noise_of(table: FrequencyTable, there: NDArray[np.intp], sizes: FloatArray, scatter: float) -> FloatArray:
