@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -265,19 +264,16 @@ def _recording(
 
     ``still``: a channel that the log lacks, which stands at 0; ``one_clock``: both are columns of one file.
     """
-    first, facts, warnings, channels = logs[0], _dialect_facts(logs[0], options), list[str](), list[Channel]()
-    arrays: Any
+    first, facts, warnings = logs[0], _dialect_facts(logs[0], options), list[str]()
     if len(logs) == 1:
+        time = first.clock.time
         quality = np.bitwise_or.reduce([first.clock.quality, *(c.quality for c in first.channels.values())])
         values = {role: sensed.values for role, sensed in first.channels.items()}
-        if still:
-            values[still] = np.zeros(len(quality))
-        titles = first.table.columns
-        channels = [Channel(role, of, titles[role].title) for role, of in values.items() if role not in LASERS]
-        arrays = first.clock.time, values.get("mass"), values.get("base"), quality
+        values |= {still: np.zeros(len(time))} if still else {}
     else:
         mass, base = ((log.clock, log.channels[role]) for log, role in zip(logs, ("mass", "base"), strict=True))
-        arrays, how, warnings = align(mass, base, options, one_clock=one_clock)
+        (time, x, y, quality), how, warnings = align(mass, base, options, one_clock=one_clock)
+        values = {"mass": x, "base": y}
         of_base = sorted(_dialect_facts(logs[1], options).items(), key=lambda fact: fact[0].startswith("base_"))
         facts |= {key if key.startswith("base_") else f"base_log_{key}": value for key, value in of_base} | how
     named = [(f"{log.table.log.name}: " if len(logs) > 1 else "", log) for log in logs]
@@ -289,11 +285,13 @@ def _recording(
         warnings=(*dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.warnings), *warnings),
         evidence=tuple(dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.evidence)),
     )
-    for array in arrays:
-        if array is not None:
-            array.flags.writeable = False  # handed over: none of them is copied
-    time, x, y, quality = arrays
-    return Recording(time, x, y, quality, source, channels=tuple(channels))
+    for array in (time, quality, *values.values()):
+        array.flags.writeable = False  # handed over: none of them is copied
+    channels = [
+        Channel(f"{role}_displacement", of) if role in LASERS else Channel(role, of, first.table.columns[role].title)
+        for role, of in values.items()
+    ]
+    return Recording(time, quality=quality, source=source, channels=channels)
 
 
 def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
