@@ -21,7 +21,7 @@ for library in ("OPENBLAS", "OMP", "MKL"):  # read once, when numpy is loaded
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 from frictionlab.simulator.sweep import warm_up  # noqa: E402 - loads numpy
-from tests.desk import ROOT, Run, answer  # noqa: E402 - loads numpy
+from tests.desk import ROOT, Run, invoke  # noqa: E402 - loads numpy
 
 settings.register_profile("house", derandomize=True, deadline=None)  # on a busy machine any example may take long
 settings.load_profile("house")
@@ -69,7 +69,7 @@ def _a_sentence_is_one_line() -> Iterator[None]:
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
     """Runs a command, in this process and in a folder of the test's own."""
     monkeypatch.chdir(tmp_path)
-    return answer
+    return invoke
 
 
 @pytest.fixture

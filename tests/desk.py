@@ -36,7 +36,7 @@ mass_kg = 1.0
 stiffness_n_per_m = 400.0
 """
 Answer = subprocess.CompletedProcess[str]
-Run = Callable[..., Answer]
+Run = Callable[..., Result]
 MAKE = ("make", f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}")
 """With the environment that runs the tests: nothing is installed."""
 OF_MAKE = {
@@ -118,16 +118,10 @@ def invoke(*words: object, status: int | None = None, **how: Any) -> Result:
     return done
 
 
-def rows_of(told: Result | Answer) -> list[dict[str, Any]]:
+def rows_of(told: Result) -> list[dict[str, Any]]:
     """The lines of JSON that a command printed, and nothing else; NaN and Infinity are none."""
 
     def refuse(constant: str) -> NoReturn:
         raise ValueError(f"{constant} is no JSON")
 
     return [json.loads(line, parse_constant=refuse) for line in told.stdout.splitlines()]
-
-
-def answer(*words: str | Path, status: int | None = None) -> Answer:
-    """What a command says, as a finished process has it."""
-    done = invoke(*words, status=status)
-    return subprocess.CompletedProcess(words, done.exit_code, done.stdout, done.stderr)

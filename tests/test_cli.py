@@ -93,7 +93,7 @@ def test_a_value_that_an_option_does_not_take_is_told_in_plain_words(
     run: Run, words: tuple[str, ...], told: str
 ) -> None:
     done = run(*words)
-    assert (done.returncode, done.stdout, told in " ".join(done.stderr.split())) == (2, "", True), done.stderr
+    assert (done.exit_code, done.stdout, told in " ".join(done.stderr.split())) == (2, "", True), done.stderr
     assert not re.search("Input should|Value error", done.stderr)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from frictionlab.cli import COMMANDS
-from tests.desk import MAKE, ROOT, answer, run_in, set_up
+from tests.desk import MAKE, ROOT, invoke, run_in, set_up
 from tests.weigh import documents
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
@@ -60,7 +60,9 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(command: str, desk: Path) -> str:
     first, *words = shlex.split(command)
     with contextlib.chdir(desk):
-        done = run_in(desk, [*MAKE, "--silent", *words]) if first == "make" else answer(*words)
+        if first != "make":
+            return invoke(*words, status=0).stdout
+        done = run_in(desk, [*MAKE, "--silent", *words])
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -10,7 +10,7 @@ import pytest
 import frictionlab as fl
 from frictionlab.errors import OutputError
 from frictionlab.tables import write_rows
-from tests.desk import MAKE, NAMED, ROOT, SCENE, Answer, answer, run_in, set_up, short_of
+from tests.desk import MAKE, NAMED, ROOT, SCENE, Answer, invoke, run_in, set_up, short_of
 
 LOGS = ("steel_N1.25_r0.3.csv", "rubber_N1.25_r0.3.csv")
 HOSTILE = (
@@ -92,12 +92,12 @@ def test_a_changed_log_redoes_its_chain_alone_and_a_broken_one_is_named(desk: Pa
     alone = fl.compare(log, ROOT / "configs" / "sample_data.toml")
     assert told["friction_ratio"] == alone.friction_ratio
     log.write_text("time [s],mass [mm]\n0.000,1.500\n0.004,1.501\n")
-    broken = answer("batch", desk / "logs", "--scene", SCENE, "-o", desk / "out", "--workers", "1")
-    assert broken.returncode != 0
+    broken = invoke("batch", desk / "logs", "--scene", SCENE, "-o", desk / "out", "--workers", "1")
+    assert broken.exit_code != 0
     assert f"{LOGS[0]}  failed: " in broken.stdout
     assert f"\n{stems[1]} " in broken.stdout, "a name of 17 letters is whole"
     (desk / "logs" / LOGS[1]).unlink()
-    renamed = answer("batch", desk / "logs", "--scene", SCENE, "-o", desk / "out", "--workers", "1")
+    renamed = invoke("batch", desk / "logs", "--scene", SCENE, "-o", desk / "out", "--workers", "1")
     assert f"results of logs that are not given ({stems[1]})" in " ".join(renamed.stderr.split())
 
 
@@ -143,7 +143,7 @@ def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path
     assert not list(desk.rglob("PWNED"))
     (logs / "other.csv").write_text("")
     again = ("batch", "--campaign", "--scene", desk / "small.toml", "-o", logs.parent, logs, "--workers", "1")
-    assert answer(*again).returncode != 0, "a log that failed and was not broken off is a fault"
+    assert invoke(*again).exit_code != 0, "a log that failed and was not broken off is a fault"
 
 
 def test_every_name_has_results_of_its_own(tmp_path: Path) -> None:
@@ -249,5 +249,5 @@ def test_make_takes_the_scene_that_is_given_or_beside_the_logs_and_no_other_rigs
     done = make_without_scene(desk)
     assert "scene logs/frictionlab.toml, line 1: rigs: unknown key; did you mean rig?" in done.stderr
     assert "nowhere.toml: cannot be read" in make(desk, "SCENE=nowhere.toml").stderr
-    said = answer("batch", "nowhere", "--scene", SCENE).stderr
+    said = invoke("batch", "nowhere", "--scene", SCENE).stderr
     assert "no logs in nowhere: there is no such file or folder: expected *.csv" in said

@@ -126,7 +126,7 @@ def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_says_what_to_do
     assert "to fill in" not in done.stdout
     assert read_scene(tmp_path / "logs" / "frictionlab.toml").rig.kind == "prescribed"
     assert "without --campaign" in run("batch", "logs", "--campaign", "-o", "together").stderr
-    assert run("batch", "logs", "-o", "each").returncode == 0
+    assert run("batch", "logs", "-o", "each").exit_code == 0
 
 
 @pytest.mark.usefixtures("one_format")

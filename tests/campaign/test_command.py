@@ -62,7 +62,7 @@ def test_where_nothing_can_be_evaluated_no_report_takes_the_place_of_one(
     if line is not None:
         (tmp_path / name).write_text(json.dumps(line) + "\n")
     done = run("campaign", name, "-o", "out", "--quiet")
-    assert (done.returncode, done.stdout) == (1, "")
+    assert (done.exit_code, done.stdout) == (1, "")
     assert fault in done.stderr
     assert not (tmp_path / "out" / "report.html").exists()
 
@@ -73,13 +73,13 @@ def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> No
     tests = "".join(TEST % (m, mu, scatter[m]) for m, mu in COEFFICIENTS.items())
     (tmp_path / "scene.toml").write_text(NAMED + "[synthetic]\nseed = 3\nduration_s = 40.0\n" + tests)
     scene = ("--scene", "scene.toml")
-    assert run("synthesize", *scene, "-o", "logs", "--quiet").returncode == 0
+    assert run("synthesize", *scene, "-o", "logs", "--quiet").exit_code == 0
     logs = sorted((tmp_path / "logs").glob("*.csv"))
-    assert run("ingest", *logs, *scene, "-o", "recordings", "--quiet").returncode == 0
+    assert run("ingest", *logs, *scene, "-o", "recordings", "--quiet").exit_code == 0
     recordings = sorted((tmp_path / "recordings").glob("*.h5"))
-    assert run("analyze", *recordings, *scene, "-o", "m.h5", "--quiet").returncode == 0
+    assert run("analyze", *recordings, *scene, "-o", "m.h5", "--quiet").exit_code == 0
     done = run("campaign", "m.h5", *scene, "-o", "out", "--quiet")
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.exit_code, done.stderr) == (0, "")
     assert done.stdout.startswith("material"), "--quiet keeps the tables"
     assert "the report" not in done.stdout
     fits = read_rows(tmp_path / "out" / "friction.csv")

@@ -25,7 +25,7 @@ from frictionlab.simulator.prescribed import force_under
 from tests.analysis.seen import BASE_M
 from tests.analysis.test_force import NORMAL_N, STIFFNESS, channels_of, mass_said, recording
 from tests.analysis.test_force import scene as scene_of
-from tests.desk import answer, present
+from tests.desk import invoke, present
 
 STROKE, HZ, FRICTION, DASHPOT, NORMAL = 5e-3, 0.8, 3.4, 20.0, 20.0  # m, Hz, N, N s/m, N
 OMEGA = 2.0 * math.pi * HZ
@@ -223,12 +223,12 @@ def test_a_tribometer_through_the_command_line(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text('[rig]\nkind = "prescribed"\n[experiment]\nnormal_force_n = 20.0\n')
     words = ("compare-numeric", tmp_path / "pin.h5", "--scene", scene)
-    done = answer(*words, "--law", "coulomb+speed", "--json", "--plot", tmp_path / "figures", status=0)
+    done = invoke(*words, "--law", "coulomb+speed", "--json", "--plot", tmp_path / "figures", status=0)
     row = json.loads(done.stdout)
     assert (row["status"], row["verdict"], row["frequency_ratio"]) == ("ok", "explained", None)
     assert row["friction_force_n"] == pytest.approx(FRICTION, rel=3e-3)
     assert row["friction_coefficient"] == pytest.approx(FRICTION / NORMAL, rel=3e-3)
     assert [path.name for path in (tmp_path / "figures").iterdir()] == ["pin.contact.png"]
-    refused = answer(*words, "--whole")
-    assert refused.returncode != 0
+    refused = invoke(*words, "--whole")
+    assert refused.exit_code != 0
     assert "needs a base" in refused.stderr + refused.stdout

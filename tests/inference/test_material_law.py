@@ -3,6 +3,7 @@
 import csv
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ from frictionlab.inference.predictive import predict_tests
 from frictionlab.schema import PREDICTIONS
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS, law_of
-from tests.desk import SAMPLE, SCENE, Answer, answer, present, rows_of
+from tests.desk import SAMPLE, SCENE, invoke, log_of, present, rows_of
 from tests.inference import contacts
 
 K, F = 1955.0, 3.13
@@ -57,8 +58,7 @@ def law_with(values: dict[str, float], name: str = "coulomb", u: float = 0.0, sc
     )
 
 
-def command(*words: str | Path) -> Answer:
-    return answer("predict", *words)
+command = partial(invoke, "predict")
 
 
 def test_friction_is_the_coefficient_times_the_normal_force_over_k_y() -> None:
@@ -200,9 +200,7 @@ def test_a_band_reaches_as_far_up_as_down() -> None:
 def test_a_recorded_base_is_followed_from_rest(tmp_path: Path) -> None:
     time = np.arange(0.0, 12.0, 0.005)
     base = 2e-3 * np.sin(2.0 * math.pi * 0.5 * F * time)
-    path = tmp_path / "base.csv"
-    lines = (f"{t:.4f},{1e3 * y:.6f}" for t, y in zip(time, base, strict=True))
-    path.write_text("time [s],base [mm]\n" + "\n".join(lines) + "\n")
+    path = log_of(tmp_path / "base.csv", {"time [s]": time, "base [mm]": 1e3 * base})
     law = law_with({COEFFICIENT: 0.3}, u=0.02)
     test = fl.predict(law, normal_force_n=4.0, base_motion=path, draws=12).tests[0]
     problem = law.problem(4.0, test.base_amplitude_m, 1.0)
@@ -222,9 +220,7 @@ def test_the_command_gives_the_contracts_keys(tmp_path: Path) -> None:
     law, table, figure = tmp_path / "law_brass.toml", tmp_path / "table.csv", tmp_path / "curve.svg"
     example_law().write(law)
     test = ("--law-file", law, "--normal-force", "4", "--base-amplitude", "1.8e-3", "--r", "0.3:0.5:0.1")
-    done = command(*test, "--json", "--plot", figure, "-o", table)
-    assert done.returncode == 0, done.stderr
-    rows = rows_of(done)
+    rows = rows_of(command(*test, "--json", "--plot", figure, "-o", table, status=0))
     assert [row["frequency_ratio"] for row in rows] == [0.3, 0.4, 0.5]
     for row in rows:
         assert set(CONTRACT) <= set(row) == set(PREDICTIONS.names)
@@ -243,7 +239,7 @@ def test_the_command_refuses_in_one_line(tmp_path: Path) -> None:
         (("--law-file", law, "--normal-force", "-4"), "normal_force_n: expected a finite number above 0; got -4"),
     ):
         done = command(*options)
-        assert (done.returncode, len(done.stderr.splitlines())) == (2, 1), done.stderr
+        assert (done.exit_code, len(done.stderr.splitlines())) == (2, 1), done.stderr
         assert said in done.stderr
 
 

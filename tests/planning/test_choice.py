@@ -19,7 +19,7 @@ from frictionlab.planning.plan import Limits, Plan, running_order, sheet_rows, s
 from frictionlab.scene import Scene
 from frictionlab.scene.text import to_toml
 from frictionlab.simulator import Problem
-from tests.desk import invoke, present
+from tests.desk import invoke, present, rows_of
 from tests.inference.contacts import recorded
 from tests.planning.rig import scene
 
@@ -155,7 +155,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the plan's sheet, and with the logs that the sheet names, of a rig whose truth is known."""
     folder = tmp_path_factory.mktemp("laboratory")
     (folder / "rig.toml").write_text(to_toml(rig()))
-    _run("plan", "--scene", folder / "rig.toml", "--tests", "2", "-o", folder / "tests.csv")
+    invoke("plan", "--scene", folder / "rig.toml", "--tests", "2", "-o", folder / "tests.csv", status=0)
     with (folder / "tests.csv").open(newline="") as sheet:
         lines = list(csv.DictReader(sheet))
     contact = {"material": "steel", "friction_coefficient": COEFFICIENT, "friction_scatter": 0.003, "label": "run"}
@@ -164,30 +164,25 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     tests = [contact | {key: [float(line[name])] for key, name in settings.items()} for line in lines]
     virtual = rig().changed(synthetic={"duration_s": 16.0, "start": "steady", "tests": tests})
     (folder / "virtual.toml").write_text(to_toml(virtual))
-    _run("synthesize", "--scene", folder / "virtual.toml", "-o", folder / "virtual")
+    invoke("synthesize", "--scene", folder / "virtual.toml", "-o", folder / "virtual", status=0)
     for line in lines:
         (found,) = (folder / "virtual").glob(f"*_r{line['nominal_frequency_ratio']}_*.csv")
         found.rename(folder / line["log"])
     logs = [folder / line["log"] for line in lines]
-    _run("ingest", *logs, "--scene", folder / "rig.toml", "-o", folder / "recordings")
+    invoke("ingest", *logs, "--scene", folder / "rig.toml", "-o", folder / "recordings", status=0)
     return folder
-
-
-def _run(*words: object) -> str:
-    done = invoke(*words, status=0)
-    return done.stdout
 
 
 def _plan(folder: Path, *more: object, scene: str = "rig.toml") -> list[dict[str, Any]]:
     """The two tests of a plan, by their frequency ratios."""
-    said = _run("plan", "--scene", folder / scene, "--tests", "2", "--json", *more)
-    return sorted((json.loads(line) for line in said.splitlines()), key=lambda test: test["frequency_ratio"])
+    said = invoke("plan", "--scene", folder / scene, "--tests", "2", "--json", *more, status=0)
+    return sorted(rows_of(said), key=lambda test: test["frequency_ratio"])
 
 
 def test_what_was_planned_is_measured_and_the_next_plan_knows_it(desk: Path) -> None:
     recordings, compared = sorted((desk / "recordings").glob("*.h5")), desk / "compared.jsonl"
     assert len(recordings) == 2
-    _run("compare-numeric", *recordings, "--scene", desk / "rig.toml", "-o", compared)
+    invoke("compare-numeric", *recordings, "--scene", desk / "rig.toml", "-o", compared, status=0)
     rows = [json.loads(line) for line in compared.read_text().splitlines()]
     for row in rows:  # the sheet's force makes the coefficient; what is found is the truth, and within what it says
         dashpot = row["parameters"]["contact_damping_ratio"]
