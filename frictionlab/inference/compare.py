@@ -442,11 +442,9 @@ def _judged(
     misfit = None if nrmse is None or floor is None else nrmse / floor
     judged_by = 0.0 if of_record else misfit
     rows = _rows(ladder, found, nrmse, explained=misfit is None or misfit <= EXPLAINED)
-    strained, answered = bool(found.strained), False
-    if diagnosis is not None:
-        strained, answered = diagnosis.strained, diagnosis.answered
-    verdict = words.verdict_of(judged_by, strained=strained, answered=answered, unsettled=unsettled)
-    moved = strained_facts(found, scene) if verdict == "strained" and diagnosis is None else ()
+    known = diagnosis or Diagnosis(found, bool(found.strained), tuple(strained_facts(found, scene)))
+    verdict = words.verdict_of(judged_by, strained=known.strained, answered=known.answered, unsettled=unsettled)
+    moved = known.said if verdict == "strained" and diagnosis is None else ()
     doubted = words.doubts(found, verdict, judged_by, ladder, what=what, of=of, step=step, first=first)
     warnings = (*said, *moved, *doubted, *after)
     left: dict[str, Any] = {"response_nrmse": nrmse, "response_floor": floor, "misfit": misfit, "verdict": verdict}

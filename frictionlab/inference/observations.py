@@ -68,7 +68,9 @@ class OfCycles(Observation):
 
     ``each`` (n, N): single steady cycles; ``used``: how many the mean is of; ``power``: mean square of the mean cycle;
     ``sensor``: variance of one of the data from the sensor's white noise alone; ``of_all`` (N, N): the part of the
-    covariance that all cycles share, the base's noise and what is left of the start; ``by_others``: `seen_by_others`.
+    covariance that all cycles share, the base's noise and what is left of the start; ``by_others``: parts of the
+    cycles about their mean (m, N), each with the covariance of the mean by all others, which is how these see them: a
+    weight that is found from some cycles lets them scatter too little. None where cycles are too few to say.
     """
 
     each: FloatArray
@@ -589,23 +591,15 @@ def of_mean(
     """
     one_cycle, raised = of_one_cycle(single, least)
     covariance = one_cycle * (raised / used) + of_all
-    others = seen_by_others(single, white + 4.0 * ROUNDING**2 * power / len(mean), raised / used, of_all)
+    n, about = len(single), single - single.mean(axis=0)
+    noise = white + 4.0 * ROUNDING**2 * power / len(mean)
+    others = tuple(
+        (about[part], shrunk(np.delete(single, part, axis=0), noise) * (raised / used) + of_all)
+        for part in (np.array_split(np.arange(n), min(n, PARTS)) if n > FEWEST_CYCLES else ())
+    )
     known = {"data": mean, "powers": power, "power": power, "each": single, "used": used, "sensor": white / used}
     known |= {"of_all": of_all, "by_others": others}
     return known | noise_of(covariance), float(np.trace(covariance))
-
-
-def seen_by_others(
-    single: FloatArray, least: float, share: float, of_all: FloatArray
-) -> tuple[tuple[FloatArray, FloatArray], ...]:
-    """Return parts of the cycles (n, d) about their mean, each with the covariance (d, d) of the mean by all others.
-
-    A weight that is found from some cycles lets those scatter too little: this is how the others see them. Nothing
-    where the cycles are too few to determine their own scatter. ``share``: of one cycle's covariance in the mean's.
-    """
-    n, about = len(single), single - single.mean(axis=0)
-    parts = np.array_split(np.arange(n), min(n, PARTS)) if n > FEWEST_CYCLES else []
-    return tuple((about[some], shrunk(np.delete(single, some, axis=0), least) * share + of_all) for some in parts)
 
 
 def of_one_cycle(single: FloatArray, least: float) -> tuple[FloatArray, float]:
