@@ -314,10 +314,10 @@ def print_budgets(rows: Iterable[Row]) -> None:
             print_table(causes, heads)
 
 
-def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> None:
-    """Print rows one below the other, a line for each of their values; of a schema's table, of all its columns."""
+def print_turned(rows: Iterable[Row], table: Table) -> None:
+    """Print rows of a table one below the other, a line for each of their values."""
     for number, row in enumerate(rows):
-        heads = {name: _head(name, columns) for name in row} if isinstance(columns, Table) else columns
+        heads = {name: _head(name, table) for name in row}
         widest = max(map(len, heads.values()), default=0)
         if number:
             typer.echo()
