@@ -34,6 +34,7 @@ from frictionlab.inference.observations import (
     of_test,
 )
 from frictionlab.inference.posterior import Posterior
+from frictionlab.inference.starts import elastic_friction_ratios, strokes_of
 from frictionlab.inference.unknowns import STRAINED, Unknown, lag
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law
@@ -52,7 +53,7 @@ STRANGE = 6.0  # times as far from the median as the usual cycle is no cycle of 
 LEAST = 0.1  # of the white noise that single cycles show, below which no variance is taken
 FREE_UNIT = 1.0  # relative: of k Y where the stiffness is not known
 FRICTIONS = tuple(np.geomspace(0.4, 2.5, 13).tolist())  # over the measured one, that a fit tries
-STIFFNESSES = tuple(np.geomspace(3.0, 1000.0, 11).tolist())  # of a contact that yields
+STIFFNESSES = tuple(np.geomspace(2.0, 1000.0, 37).tolist())  # of a contact that yields: few parts show its end
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +100,13 @@ class ForceObservation(OfCycles):
         """Return values at which a fit is tried: stiffnesses of a contact that yields, else friction ratios."""
         known = {"beta": self.guess or 1.0} | dict(near)
         if "stiffness_ratio" in {u.name for u in self.law_unknowns}:
-            return [known | {"stiffness_ratio": stiffness} for stiffness in STIFFNESSES]
+            strokes, free = strokes_of(self.place), "beta" not in self.held
+            energy = 2.0 * (self.guess or 1.0) * float(strokes.sum())
+            return [
+                known | {"stiffness_ratio": stiffness} | ({"beta": beta} if free else {})
+                for stiffness in STIFFNESSES
+                for beta in elastic_friction_ratios(strokes, energy, stiffness)[:1]
+            ]
         return [] if "beta" in self.held else [known | {"beta": known["beta"] * times} for times in FRICTIONS]
 
     def motion(self, values: Values, near: Any = None) -> FloatArray | None:  # noqa: ARG002 - nothing is looked for
@@ -146,10 +153,15 @@ class ForceObservation(OfCycles):
 
 def of_parts(force: FloatArray, count: int, parts: NDArray[np.intp]) -> FloatArray:
     """Return the means (..., N) of cycles (..., p) over some of so many equal parts, about their own mean."""
+    means = means_of_parts(force, count, parts)
+    return np.asarray(means - means.mean(axis=-1, keepdims=True))
+
+
+def means_of_parts(force: FloatArray, count: int, parts: NDArray[np.intp]) -> FloatArray:
+    """Return the means (..., N) of cycles (..., p) over some of so many equal parts."""
     edges = np.ceil(np.arange(count) * (force.shape[-1] / count)).astype(np.intp)
     sizes = np.diff(edges, append=force.shape[-1])
-    means = (np.add.reduceat(force, edges, axis=-1) / sizes)[..., parts]
-    return np.asarray(means - means.mean(axis=-1, keepdims=True))
+    return np.asarray((np.add.reduceat(force, edges, axis=-1) / sizes)[..., parts])
 
 
 def sliding_parts(measurement: Measurement, place: FloatArray, count: int) -> NDArray[np.intp]:
@@ -238,13 +250,18 @@ def observe_force(
 def _of_mean_force(
     measurement: Measurement, whole: FloatArray, each: FloatArray, count: int, parts: NDArray[np.intp]
 ) -> dict[str, Any]:
-    """What an observation takes from parts of the mean cycle (p,) of the force, as single cycles (n, p) scatter."""
+    """What an observation takes from parts of the mean cycle (p,) of the force, as single cycles (n, p) scatter.
+
+    Between two samples a force that begins to slip is off a straight line by a quarter of its bend.
+    """
     mean, single = of_parts(whole, count, parts), of_parts(each, count, parts)
     used, power = max(1, int(measurement.series.used.sum())), float(np.mean(mean**2))
     about = single - single.mean(axis=0) if len(single) > 1 else single
     noise = max(white_noise(about.ravel()) ** 2, 1e-12 * power)
-    least, of_all = noise if len(single) < FEWEST_CYCLES else LEAST * noise, np.zeros((len(mean), len(mean)))
-    known, variance = of_mean(mean, single, least, used, power=power, white=noise, of_all=of_all)
+    step = max(1, round(len(whole) * measurement.drive_frequency_hz / measurement.sampling_rate_hz))
+    bend = 0.25 * np.abs(whole - 0.5 * (np.roll(whole, step) + np.roll(whole, -step)))
+    least, of_all = noise if len(single) < FEWEST_CYCLES else LEAST * noise, means_of_parts(bend, count, parts) ** 2
+    known, variance = of_mean(mean, single, least, used, power=power, white=noise, of_all=np.diag(of_all))
     return known | {"floor": math.sqrt(variance / len(mean) / power)}
 
 

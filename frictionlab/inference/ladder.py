@@ -270,8 +270,9 @@ class _Climb:
         """The best fit of a richer law near the values of a simpler one."""
         begun = [_carried(model, below, trial) for trial in _trials(model, below)]
         several = len(model.tests) > 1 or not isinstance(model.tests[0].observation, CycleObservation)
-        if "stiffness_ratio" in {u.name for u in model.unknowns} and not several:
-            begun = self._in_valleys(model, below)
+        of_force = len(model.tests) == 1 and isinstance(model.tests[0].observation, ForceObservation)
+        if "stiffness_ratio" in {u.name for u in model.unknowns} and (of_force or not several):
+            begun = [*self._in_valleys(model, below), *(begun if of_force else ())]
         elif not law.is_exact:  # dear: the likeliest start first, for one may lead astray, or be enough
             likeliest = max(self.rungs, key=lambda rung: rung.log_evidence).fit or below
             points = [] if several else alike(model, likeliest, [point for _, point, _ in begun])
