@@ -111,7 +111,7 @@ def response_figure(answer: "RecordResponse") -> Figure:
     force, time = response.contact_force, part.time
     way = response.place_of(0)
     last = slice(max(0, len(way) - MOST_POINTS), None)
-    stops = response.stuck_in(0) / (2.0 * np.pi * answer.natural_frequency_hz) + time[0]
+    stops = response.contact_stops[0] / (2.0 * np.pi * answer.natural_frequency_hz) + time[0]
     with drawing(4.2, cautions=answer.warnings) as figure:
         axes = figure.subplot_mosaic([["motion", "motion"], ["force", "loop"]], width_ratios=(1.8, 1.0))
         base, masses = part.base_displacement - part.base_displacement[0], response.displacements.T

@@ -4,6 +4,7 @@ Imported with the kernels only, which are imported when they are needed: numba t
 ``NUMBA_DISABLE_JIT=1`` leaves everything plain Python.
 """
 
+import ctypes
 import functools
 import hashlib
 import importlib
@@ -109,6 +110,23 @@ def address_of(function: Callable[..., Any], signature: Any) -> int:
     """Compile a function at once and return its address, by which compiled ones call it; in plain Python its number."""
     _CALLED.append(_kept(numba.cfunc(signature, **OPTIONS), function))
     return len(_CALLED) if numba.config.DISABLE_JIT else int(_CALLED[-1].address)
+
+
+@functools.cache
+def address_in_python(function: Callable[..., int], *kinds: np.dtype[Any]) -> int:
+    """Return the address by which compiled code calls a function that is not compiled, of records and a number."""
+    if numba.config.DISABLE_JIT:
+        _CALLED.append(function)
+        return len(_CALLED)
+
+    def called(*values: int) -> int:
+        places = [(ctypes.c_char * kind.itemsize).from_address(at) for kind, at in zip(kinds, values, strict=False)]
+        records = [np.frombuffer(memoryview(place), kind)[0] for kind, place in zip(kinds, places, strict=True)]
+        return function(*records, values[-1])
+
+    kept = ctypes.CFUNCTYPE(ctypes.c_int64, *(ctypes.c_void_p for _ in kinds), ctypes.c_int64)(called)
+    _CALLED.append(kept)
+    return int(ctypes.cast(kept, ctypes.c_void_p).value or 0)
 
 
 def caller(signature: Any) -> Any:

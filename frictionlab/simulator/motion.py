@@ -99,7 +99,9 @@ class Motion:
 
     def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
-        return np.asarray(self.flow.stops_of(self, contact)) - (np.pi if self.twin else 0.0)
+        period = (self.start, self.end) if self.periodic else None
+        stops: FloatArray = self.flow.stops(self.flow.held_in(self.begins, self.rows, contact), contact, period)
+        return stops - (np.pi if self.twin else 0.0)
 
     def place(
         self, tau: ArrayLike, cycle: ArrayLike | None = None

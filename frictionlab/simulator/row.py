@@ -10,10 +10,9 @@ ROW = 16
 # Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
 # PARTING: the motion does not repeat, and its MISS is the factor by which a neighbour's distance grows in a cycle;
 # COSTLY: the search took more work than it may. OVERFULL: more pieces than there is space for. Within a search,
-# UPCOMING: PERIODIC and UNAWAITED; LACKING: a phase of several masses is to be made first; AWAITED: the motion from
-# rest is to be followed.
+# UPCOMING: PERIODIC and UNAWAITED; AWAITED: the motion from rest is to be followed.
 PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, PARTING, COSTLY, OVERFULL = range(10)
-UPCOMING, LACKING, AWAITED = 10, 11, 12
+UPCOMING, AWAITED = 10, 11
 
 PATIENCE = 4096  # cycles that a motion is followed for
 EXACT, CLOSED_FORM, INTEGRATED = 0.0, 1.0, 2.0  # what SOLVER says

@@ -244,9 +244,8 @@ def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
         loop = contact  # it encloses what is taken
     for number, known in enumerate(frame.contacts):
         stops = motion.stops_of(number)
-        at_begin = stops[:1, 0] <= motion.start + 1e-12
-        is_fresh = motion.periodic and not np.any(stops[-1:, 1] >= motion.end - 1e-12)
-        begun = len(stops) - (0 if is_fresh else int(np.count_nonzero(at_begin)))
+        goes_on = not motion.periodic and bool(np.any(stops[:1, 0] <= motion.start + 1e-12))
+        begun = len(stops) - goes_on
         stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (motion.end - motion.start)
         holds = stuck > 1.0 - 1e-12 or taken[number] <= CREEP * known.beta
         named = (known.mass, known.against, known.law.name, float(taken[number]))

@@ -3,11 +3,12 @@
 import numpy as np
 
 from frictionlab.simulator import Motion, SteadyState, simulate
+from frictionlab.simulator.exact.phase import SIDE
 from tests.desk import present
 
 TURN = 2.0 * np.pi
 
-SIDE, VELOCITY = 2, 4  # columns of a piece of one mass with one contact
+VELOCITY = SIDE + 2  # column of a piece of one mass with one contact
 
 
 def sides(run: Motion) -> np.ndarray:

@@ -52,7 +52,7 @@ def test_it_is_the_slow_twin(name: str, *, even: bool) -> None:
     assert seen.contact_force == pytest.approx(np.array(slow.forces)[:, 0], abs=1e-9)
     assert seen.path == pytest.approx(slow.path, abs=1e-9)
     assert seen.time_stuck == pytest.approx(slow.stuck, abs=1e-7)
-    assert int(np.count_nonzero(seen.contact_events[0][:, 1])) == slow.slips
+    assert seen.stops == slow.stops
     kappa, spring = problem.parameters.get("stiffness_ratio"), slow.forces[-1][0] - 2 * problem.zeta * v
     stored = 0.5 * spring**2 / kappa if kappa else 0.0
     assert seen.friction_energy == pytest.approx(slow.friction - stored, abs=1e-9)
@@ -101,18 +101,18 @@ def test_a_base_that_is_held_back_moves_nothing() -> None:
     still = respond(Problem(1.0, 1.2), BaseRecord(*some_base(5, 50, even=True)))
     assert not still.displacement.any()
     assert (still.energy, still.path, still.stops, still.stuck_fraction) == (0.0, 0.0, 0, 1.0)
-    assert still.stuck_in(0).tolist() == [[still.time[0], still.time[-1]]]
+    assert still.contact_stops[0].tolist() == [[still.time[0], still.time[-1]]]
 
 
 def test_free_vibration_loses_four_beta_a_cycle() -> None:
     """A base that has stopped: each half turn of friction takes 2 beta off the amplitude (Lorenz)."""
-    tau = np.linspace(0.0, 20.0, 400)
+    tau = np.linspace(0.0, 7.0 * np.pi, 421)
     base = BaseRecord(tau, np.where(tau == tau[-1], 1e-12, 0.0), scale=1.0)
     response = respond(Problem(1.0, 0.1), base, x0=1.05)
-    turns = response.contact_events[0][:, 2]
+    turns = response.displacement[::60]
     assert turns[1:6] == pytest.approx([-0.85, 0.65, -0.45, 0.25, -0.05], abs=1e-11)
     assert response.path == pytest.approx(1.9 + 1.5 + 1.1 + 0.7 + 0.3, abs=1e-10)
-    assert response.contact_events[0][-1].tolist() == pytest.approx([5 * np.pi, 0.0, -0.05], abs=1e-10)
+    assert response.contact_stops[0] == pytest.approx(np.array([[5 * np.pi, 7 * np.pi]]), abs=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -182,6 +182,19 @@ def test_a_contact_that_creeps_has_the_stops_of_the_rigid_one() -> None:
     assert stiff.stuck_fraction == pytest.approx(rigid.stuck_fraction, abs=0.005)
     assert stiff.path == pytest.approx(rigid.path, rel=1e-3)
     assert stiff.friction_energy == pytest.approx(rigid.friction_energy, rel=1e-3)
+
+
+@pytest.mark.parametrize("law", ["coulomb", "coulomb+compliance", "coulomb+dahl"])
+def test_a_stop_goes_on_where_a_chunk_of_samples_ends(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    tau, y = some_base(3, 120, even=True)
+    own = {} if law == "coulomb" else {"stiffness_ratio": 50.0}
+    problem, base = Problem(1.0, 0.3, law=law, parameters=own), BaseRecord(tau + 1e4, y)
+    whole = respond(problem, base)
+    monkeypatch.setattr(carrier, "CHUNK", 2)
+    parts = respond(problem, base)
+    assert len(whole.contact_stops[0]) > 5
+    assert parts.contact_stops[0] == pytest.approx(whole.contact_stops[0], abs=1e-9)
+    assert parts.energy == pytest.approx(whole.energy, abs=1e-9)
 
 
 def test_what_cannot_be_integrated_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -104,7 +104,7 @@ class Twin:
 
     After a run: `states` (displacements, velocities, inner states) and `forces` of the contacts at the knots; what the
     base put in on the loop, what friction (with what its springs store) and what the contacts' dashpots took; of the
-    first contact, stops, times that a slip began, time in which nothing slips, way on which it does.
+    first contact, stops, time in which nothing slips, way on which it does.
     """
 
     def __init__(self, what: Structure | Problem, sampled: CubicSpline | None = None, method: Any = None) -> None:
@@ -122,7 +122,7 @@ class Twin:
                 self.elements += [(i, *pair) for pair in zip(limits or (p["beta"],), springs or (inf,), strict=True)]
         self.method = method or ("DOP853" if self.elements else "LSODA")
         self.modes, self.anchors = [0] * len(self.elements), np.zeros(len(self.elements))
-        self.stops, self.slips, self.stuck, self.path = 0, 0, 0.0, 0.0
+        self.stops, self.stuck, self.path = 0, 0.0, 0.0
 
     @property
     def rest(self) -> Floats:
@@ -240,7 +240,6 @@ class Twin:
             slips = abs(abs(pull) / self.kinetic(e, places[i]) - 1.0) < 1e-9  # more: held by static friction
             self.modes[e] = side if slips and pull * side > 0.0 else 0
         self.settle(tau, z, resting)
-        self.slips = sum(self.modes[e] != 0 for e, element in enumerate(self.elements) if element[0] == 0)
 
     def run(self, knots: Sequence[float], start: Floats | None = None, anchors: Floats | None = None) -> Floats:
         """Carry displacements and velocities, at rest where none are given; return them at the end."""
@@ -269,10 +268,7 @@ class Twin:
         if slid:
             self.path += abs(float(self.places(end, after)[0][0] - self.places(tau, z)[0][0]))
         if event:
-            before = list(self.modes)
             self.happens(end, after, *event[:2])
-            before[event[0]] = 0  # that it goes on after a turn is another slip
-            self.slips += sum(before[e] == 0 != self.modes[e] for e in of_first)
             self.stops += slid and not any(self.modes[e] for e in of_first)
         return end, after
 

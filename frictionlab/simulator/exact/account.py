@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import address_of, caller, entry, inner
-from frictionlab.simulator.exact.flow import RECORDS, Carrier, is_integrated, move_cubic
+from frictionlab.simulator.exact.flow import RECORDS, Carrier, is_integrated
 from frictionlab.simulator.exact.motion import (
     base_at_time,
     begin_motion,
@@ -21,7 +21,7 @@ from frictionlab.simulator.exact.motion import (
     modes_at,
     place_of,
 )
-from frictionlab.simulator.exact.phase import CONTACTS, MASSES, dot, slot_of
+from frictionlab.simulator.exact.phase import CONTACTS, MASSES, SIDE, dot, slot_of
 
 TURN = 2.0 * pi
 COUNTS, PANELS = (4, 8, 12, 16), (0.12, 1.9, 5.2, 9.5)  # nodes that integrate so long a time times the fastest rate
@@ -52,36 +52,41 @@ NUMBERS = np.dtype(
 
 
 def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
-    """Write the motion at a time after the begin of a recorded exact piece; return its phase, negative: none yet.
+    """Write the motion at a time after the begin of a recorded exact piece; return its phase.
 
     Written are displacements and velocities, the base's motion, and the contacts' forces and speeds of slip.
     """
     if work.entered != k:
         work.slot = enter(system, work, pieces, k)
-        work.entered = k if work.slot >= 0 else -1
-    if work.slot >= 0:
-        modes_at(system, work, work.slot, t)
-        for c in range(system.contacts):
-            work.force[c] = contact_force(system, work, work.slot, c)
-            work.slip[c] = place_of(system, work.now_v, c, work.f[1]) if work.side[c] != 0 else 0.0
+    modes_at(system, work, work.slot, t)
+    for c in range(system.contacts):
+        work.force[c] = contact_force(system, work, work.slot, c)
+        work.slip[c] = place_of(system, work.now_v, c, work.f[1]) if work.side[c] != 0 else 0.0
     return int(work.slot)
 
 
 @inner
 def enter(system: Any, work: Any, pieces: FloatArray, k: int) -> int:
     """Make a recorded piece the phase at hand; return its slot."""
-    n, contacts, begun = system.masses, system.contacts, 2 + system.contacts
-    work.tau = pieces[k, 0]
+    n, contacts, begun = system.masses, system.contacts, SIDE + system.contacts
+    begin_look(system, work, pieces, k)
     for a in range(n):
         work.q[a], work.v[a] = pieces[k, begun + a], pieces[k, begun + n + a]
     for c in range(contacts):
-        work.side[c] = int(pieces[k, 2 + c])
+        work.side[c] = int(pieces[k, SIDE + c])
         work.kappa[c], work.offset[c] = pieces[k, begun + 2 * n + c], pieces[k, begun + 2 * n + contacts + c]
     slot = slot_of(system, work.phases, work.kappa)
-    base_at_time(system, work)
-    if slot >= 0:
-        begin_motion(system, work, slot)
+    begin_motion(system, work, slot)
     return slot
+
+
+@inner
+def begin_look(system: Any, work: Any, pieces: FloatArray, k: int) -> None:
+    """Make the begin of a recorded piece the time at hand, and the base's motion what it was."""
+    work.tau, work.entered = pieces[k, 0], k
+    for i in range(4):
+        system.cubic[i] = pieces[k, 2 + i]
+    base_at_time(system, work)
 
 
 LOOK = types.int64(*RECORDS, types.int64, types.float64)
@@ -104,22 +109,20 @@ def base_moved(system: Any, work: Any, order: int) -> float:
 @entry
 def evaluate(
     systems: Any, works: Any, pieces: FloatArray, index: NDArray[np.int64], within: FloatArray, found: FloatArray
-) -> int:
+) -> None:
     """Write displacements, velocities and contact forces (k, 2 n + c) at times within the pieces of an index.
 
-    Returns how many times there are, or the one whose phase is to be made first. Records stand in arrays of length 1.
+    Records stand in arrays of length 1.
     """
     system, work = systems[0], works[0]
     n, work.entered = system.masses, -1
     for k in range(len(index)):
-        if call_look(system.look, (system, work, pieces, index[k], within[k])) < 0:
-            return k
+        call_look(system.look, (system, work, pieces, index[k], within[k]))
         for c in range(system.contacts):
             found[k, 2 * n + c] = work.force[c]
         place, rate = base_moved(system, work, 0), base_moved(system, work, 1)
         for a in range(n):
             found[k, a], found[k, n + a] = work.now_q[a] + place, work.now_v[a] + rate
-    return len(index)
 
 
 @inner
@@ -139,6 +142,7 @@ def rate_at(system: Any, work: Any, t: float, length: float) -> float:
 def integrate(flow: Carrier, k: int, numbers: Any) -> None:
     """Add what flows in a piece, by Gauss and Legendre's rule in panels, exact to rounding."""
     system, work, length, t = flow.system, flow.work, flow.pieces[k, 1], 0.0
+    call_look(system.look, (system, work, flow.pieces, k, 0.0))
     while t < length:
         reach, rule = rate_at(system, work, t, length) * (length - t), 0
         while rule < len(PANELS) - 1 and reach >= PANELS[rule]:
@@ -220,7 +224,7 @@ def count_stops(pieces: FloatArray, count: int, c: int, numbers: Any) -> None:
     """
     length, slipped, at_begin = 0.0, False, False
     for k in range(count):
-        if pieces[k, 2 + c] == 0.0:
+        if pieces[k, SIDE + c] == 0.0:
             length += pieces[k, 1]
             numbers.stuck[c] += pieces[k, 1]
             continue
@@ -243,18 +247,14 @@ def clear(system: Any, numbers: Any) -> None:
         numbers.stops[c] = 0
 
 
-def account(system: Any, work: Any, pieces: FloatArray, begin: int, count: int, numbers: Any) -> int:
-    """Write what a motion does in recorded pieces from one to before another, as NUMBERS; return the latter's number.
+def account(system: Any, work: Any, pieces: FloatArray, count: int, numbers: Any) -> int:
+    """Write what a motion does in so many recorded pieces, as NUMBERS; return their number. Called by its address.
 
-    From the first piece on sums are new, else they go on. Under a sampled base, whose cubic is about the begin of the
-    piece, ranges and stops are left out. Called by its address.
+    Under a sampled base ranges and stops are left out.
     """
     flow, work.entered = Carrier(system, work, pieces), -1
-    if begin == 0:
-        clear(system, numbers)
-    for k in range(begin, count):
-        if call_look(system.look, (system, work, pieces, k, 0.0)) < 0:
-            return k
+    clear(system, numbers)
+    for k in range(count):
         integrate(flow, k, numbers)
         if system.harmonics > 0:
             widen(flow, k, numbers)
@@ -263,26 +263,11 @@ def account(system: Any, work: Any, pieces: FloatArray, begin: int, count: int, 
     return count
 
 
-SIGNATURE = types.int64(*RECORDS, types.int64, types.int64, from_dtype(NUMBERS))
+SIGNATURE = types.int64(*RECORDS, types.int64, from_dtype(NUMBERS))
 ACCOUNT, call_account = address_of(account, SIGNATURE), caller(SIGNATURE)
 
 
 @entry
-def account_all(systems: Any, works: Any, pieces: FloatArray, sums: Any) -> int:
-    """Account for all recorded pieces of records that stand in arrays of length 1; return how many."""
-    return call_account(systems[0].account, (systems[0], works[0], pieces, 0, len(pieces), sums[0]))
-
-
-@entry
-def account_along(
-    systems: Any, works: Any, pieces: FloatArray, since: FloatArray, cubics: FloatArray, sums: Any
-) -> int:
-    """As `account_all`, under a sampled base: of each piece when its sampling interval began (m,), its cubic (m, 4)."""
-    system = systems[0]
-    for k in range(len(pieces)):
-        for i in range(4):
-            system.cubic[i] = cubics[k, i]
-        move_cubic(system.cubic, pieces[k, 0] - since[k])
-        if call_account(system.account, (system, works[0], pieces, k, k + 1, sums[0])) <= k:
-            return k
-    return len(pieces)
+def account_all(systems: Any, works: Any, pieces: FloatArray, sums: Any) -> None:
+    """Account for all recorded pieces of records that stand in arrays of length 1."""
+    call_account(systems[0].account, (systems[0], works[0], pieces, len(pieces), sums[0]))

@@ -10,47 +10,25 @@ from typing import Any
 
 import numpy as np
 from numba import from_dtype, types
-from numpy.typing import NDArray
 
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import address_of, caller, compiled, entry, inner
+from frictionlab.simulator.exact import orbit
 from frictionlab.simulator.exact.account import call_account
-from frictionlab.simulator.exact.flow import RECORDS, TURN_OF, Carrier, call_run, is_integrated, is_rigid
+from frictionlab.simulator.exact.flow import (
+    RECORDS,
+    TURN_OF,
+    Carrier,
+    call_run,
+    freeze,
+    is_integrated,
+    is_rigid,
+    set_contact,
+)
 from frictionlab.simulator.exact.motion import base_at_time, contact_force, place_of
-from frictionlab.simulator.exact.orbit import (
-    ALMOST,
-    LEG,
-    TURN,
-    carry,
-    copy,
-    distance,
-    drive_size,
-    floor_of,
-    multiplier,
-    only_orbit,
-    settle_from,
-    shoot,
-    size_of,
-    solve_linear,
-    verdict_of,
-    whole,
-    write_image,
-)
+from frictionlab.simulator.exact.orbit import TURN
 from frictionlab.simulator.exact.phase import DONE, TIRED, slot_of
-from frictionlab.simulator.row import (
-    AWAITED,
-    COSTLY,
-    LACKING,
-    NOT_FOUND,
-    OVERFULL,
-    PARTING,
-    PERIODIC,
-    RUNAWAY,
-    STUCK,
-    UNBOUNDED,
-    UPCOMING,
-)
 
 LOOKS = 1e7  # evaluations in a search, for each harmonic: some seconds
 CYCLES = 150.0  # natural periods that a search may always follow, ten evaluations each
@@ -171,14 +149,14 @@ def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
     image, before, f = np.empty(len(y)), 0.0, 0.0
     leg.tau, leg.span, leg.turns, leg.sign = 0.0, TURN, 1, 1.0
     for cycle in range(RESTING):
-        if carry(flow, leg, y, image, False) != DONE:
+        if orbit.carry(flow, leg, y, image, False) != DONE:
             return False
         y[0], y[1] = image[0], image[1]
         if work.path == 0.0:
             return True
         before = work.path if cycle == RESTING // 2 else before
     f = work.f[0] * system.follow[0]
-    place, inside = y[0] - f, 4e-16 * (drive_size(system) + abs(least) + abs(largest))
+    place, inside = y[0] - f, 4e-16 * (orbit.drive_size(system) + abs(least) + abs(largest))
     aim = 0.5 * (least + largest)
     if largest - least > 2.0 * inside:
         aim = min(max(place, least + inside), largest - inside)
@@ -201,7 +179,7 @@ def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
         start[k] = 0.0
     for m in range(system.harmonics):
         dynamic_stiffness(system, work, m, matrix)
-        if not solve_linear(matrix, n, 1e-15):
+        if not orbit.solve_linear(matrix, n, 1e-15):
             return False
         for a in range(n):
             start[a] += matrix[a, n].real
@@ -258,15 +236,15 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
     work.tau = leg.tau
     base_at_time(system, work)
     y[0], y[1] = amplitude + system.follow[0] * work.f[0], system.follow[0] * work.f[1]
-    if carry(flow, leg, y, image, False) != DONE:
+    if orbit.carry(flow, leg, y, image, False) != DONE:
         return False
     y[0], y[1] = image[0], image[1]
     leg.tau, leg.span, leg.sign = (leg.tau + 0.5 * pi) % TURN, pi, -1.0
-    code = carry(flow, leg, y, image, True)
+    code = orbit.carry(flow, leg, y, image, True)
     straight = work.signature == 1 + TURN_OF and abs(work.path - 2.0 * amplitude) <= 1e-9 * amplitude
-    miss = distance(system, y, image)
+    miss = orbit.distance(system, y, image)
     if code == DONE and straight and 1e-14 * amplitude < miss <= 1e-9 * amplitude:
-        miss, code = shoot(flow, leg, y, 0.0)
+        miss, code = orbit.shoot(flow, leg, y, 0.0)
     return code == DONE and straight and miss <= 1e-9 * amplitude
 
 
@@ -279,21 +257,21 @@ def simple(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, 
     system, work = flow.system, flow.work
     alone = bool(system.alone)
     if grows(system):
-        return UNBOUNDED
+        return places.UNBOUNDED
     if is_integrated(system):
-        return AWAITED
+        return places.AWAITED
     if system.masses == 1 and abs(system.limit[0] * system.gradient[0]) >= system.stiffness[0, 0]:
-        return RUNAWAY
+        return places.RUNAWAY
     fill_starts(system, work, starts)
-    copy(starts[0], y)
+    orbit.copy(starts[0], y)
     if comes_to_rest(flow, leg, y, alone):
-        return STUCK
+        return places.STUCK
     if (alone or closed == CLOSED_ONLY) and closed_form(flow, leg, y):
-        return PERIODIC
+        return places.PERIODIC
     if closed == CLOSED_ONLY:
         row[places.MISS] = inf
-        return NOT_FOUND
-    return AWAITED
+        return places.NOT_FOUND
+    return places.AWAITED
 
 
 @inner
@@ -306,18 +284,22 @@ def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, row: FloatArray
     for c in range(system.contacts):
         smooth = smooth and ((system.up[c] == 1.0 and system.down[c] == 1.0) or is_integrated(system))
     if not smooth:
-        return AWAITED
-    whole(leg, 1, 2 if system.mirrored else 1)
-    miss, code = only_orbit(flow, leg, starts, y)
-    floor, row[places.MISS] = floor_of(system, size_of(system, work, y)), miss
+        return places.AWAITED
+    orbit.whole(leg, 1, 2 if system.mirrored else 1)
+    miss, code = orbit.only_orbit(flow, leg, starts, y)
+    floor, row[places.MISS] = orbit.floor_of(system, orbit.size_of(system, work, y)), miss
     if code == TIRED or (code != DONE and alone):
-        return verdict_of(code)
+        return orbit.verdict_of(code)
     if alone:
-        return PERIODIC if miss <= 1e3 * floor else NOT_FOUND
+        return places.PERIODIC if miss <= 1e3 * floor else places.NOT_FOUND
     close = code == DONE and miss <= floor
-    if not close or abs(multiplier(system, work)) > 1.0 + 1e-9 or (system.sliders > 1 and not is_integrated(system)):
-        return AWAITED
-    return PERIODIC
+    if (
+        not close
+        or abs(orbit.multiplier(system, work)) > 1.0 + 1e-9
+        or (system.sliders > 1 and not is_integrated(system))
+    ):
+        return places.AWAITED
+    return places.PERIODIC
 
 
 def wait(system: Any, work: Any, pieces: FloatArray, leg: Any, y: FloatArray, row: FloatArray) -> int:
@@ -329,12 +311,12 @@ def wait(system: Any, work: Any, pieces: FloatArray, leg: Any, y: FloatArray, ro
     if not is_integrated(system):
         fill_starts(system, work, starts)
     if isnan(y[0]):
-        copy(starts[0], y)
-    row[places.MISS], outcome = settle_from(flow, leg, y, starts[2], 2 if system.mirrored else 1)
+        orbit.copy(starts[0], y)
+    row[places.MISS], outcome = orbit.settle_from(flow, leg, y, starts[2], 2 if system.mirrored else 1)
     return int(outcome)
 
 
-WAIT = types.int64(*RECORDS, from_dtype(LEG), types.float64[::1], types.float64[::1])
+WAIT = types.int64(*RECORDS, from_dtype(orbit.LEG), types.float64[::1], types.float64[::1])
 call_wait = caller(WAIT)
 
 
@@ -350,14 +332,14 @@ def is_symmetric(flow: Any, leg: Any, y: FloatArray, image: FloatArray) -> bool:
     system, work = flow.system, flow.work
     if leg.sign < 0.0 or leg.turns != 1 or not system.mirrored:
         return leg.sign < 0.0
-    n, extent, miss = system.masses, size_of(system, work, y), 0.0
+    n, extent, miss = system.masses, orbit.size_of(system, work, y), 0.0
     leg.span, leg.sign = pi, -1.0
-    code = carry(flow, leg, y, image, False)
+    code = orbit.carry(flow, leg, y, image, False)
     for a in range(n):
         miss = hypot(miss, hypot(y[a] - image[a], system.r * (y[n + a] - image[n + a])))
     leg.span, leg.sign = TURN, 1.0
-    carry(flow, leg, y, image, True)
-    return code == DONE and miss <= (1e2 * ALMOST if is_integrated(system) else 1e-9) * extent
+    orbit.carry(flow, leg, y, image, True)
+    return code == DONE and miss <= (1e2 * orbit.ALMOST if is_integrated(system) else 1e-9) * extent
 
 
 @inner
@@ -379,12 +361,12 @@ def fill_energies(system: Any, leg: Any, held: bool, numbers: Any, row: FloatArr
         row[places.AMPLITUDE] = row[places.AMPLITUDE] if system.follow[0] != 0.0 else 0.0
     row[places.STOPS] = 0.0 if held or system.contacts == 0 else numbers.stops[0] / cycles
     row[places.STUCK_SHARE] = 1.0 if held else numbers.stuck[0] / (cycles * TURN)
-    row[places.OUTCOME] = STUCK if held else PERIODIC
-    least = 1e-3 * (taken + numbers.frame) / cycles + 1e-10 * drive_size(system) * row[places.AMPLITUDE]
+    row[places.OUTCOME] = places.STUCK if held else places.PERIODIC
+    least = 1e-3 * (taken + numbers.frame) / cycles + 1e-10 * orbit.drive_size(system) * row[places.AMPLITUDE]
     if not held and row[places.CLOSURE] > least:
         for k in range(places.ENERGY, places.MISS + 1):
             row[k] = nan
-        row[places.OUTCOME] = NOT_FOUND
+        row[places.OUTCOME] = places.NOT_FOUND
 
 
 @inner
@@ -405,29 +387,31 @@ def begin_row(flow: Any, leg: Any, row: FloatArray) -> float:
 def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: Any, row: FloatArray) -> None:
     """Fill the row of what was found with so many evaluations given; an orbit is that of the run last carried."""
     system, work, image = flow.system, flow.work, np.empty(len(y))
-    outcome = LACKING if work.phases.missing else COSTLY if work.left < 0.0 else found
+    outcome = places.COSTLY if work.left < 0.0 else found
     work.spent, work.left = given - (work.left if work.left < inf else work.spent), inf
     row[places.OUTCOME] = float(outcome)
-    if outcome not in (PERIODIC, STUCK, UPCOMING):
-        row[places.GROWTH] = row[places.MISS] if outcome == PARTING else nan
-        row[places.MISS] = row[places.MISS] if outcome == COSTLY and row[places.MISS] < inf else nan
+    if outcome not in (places.PERIODIC, places.STUCK, places.UPCOMING):
+        row[places.GROWTH] = row[places.MISS] if outcome == places.PARTING else nan
+        row[places.MISS] = row[places.MISS] if outcome == places.COSTLY and row[places.MISS] < inf else nan
         return
-    if outcome == STUCK:
-        carry(flow, leg, y, image, True)
+    if outcome == places.STUCK:
+        orbit.carry(flow, leg, y, image, True)
     row[places.SYMMETRIC] = 1.0 if is_symmetric(flow, leg, y, image) else 0.0
-    write_image(system, work, leg, image)
-    row[places.MISS] = distance(system, y, image) if outcome != STUCK else 0.0
-    row[places.MULTIPLIER] = multiplier(system, work) ** (2.0 if leg.sign < 0.0 else 1.0)
-    row[places.PERIOD], row[places.UNAWAITED] = float(leg.turns), 1.0 if outcome == UPCOMING else 0.0
+    orbit.write_image(system, work, leg, image)
+    row[places.MISS] = orbit.distance(system, y, image) if outcome != places.STUCK else 0.0
+    row[places.MULTIPLIER] = orbit.multiplier(system, work) ** (2.0 if leg.sign < 0.0 else 1.0)
+    row[places.PERIOD], row[places.UNAWAITED] = float(leg.turns), 1.0 if outcome == places.UPCOMING else 0.0
     if is_integrated(system):  # what it does its motion says
-        kind = STUCK if outcome == STUCK else PERIODIC
-        row[places.OUTCOME], row[places.SOLVER] = LACKING if work.phases.missing else kind, places.INTEGRATED
+        row[places.OUTCOME], row[places.SOLVER] = (
+            places.STUCK if outcome == places.STUCK else places.PERIODIC,
+            places.INTEGRATED,
+        )
         return
-    if work.phases.missing or work.count > len(flow.pieces):
-        row[places.OUTCOME] = LACKING if work.phases.missing else OVERFULL
+    if work.count > len(flow.pieces):
+        row[places.OUTCOME] = places.OVERFULL
         return
-    held = (work.path == 0.0 or outcome == STUCK) and system.contacts > 0
-    call_account(system.account, (system, work, flow.pieces, 0, work.count, sums))
+    held = (work.path == 0.0 or outcome == places.STUCK) and system.contacts > 0
+    call_account(system.account, (system, work, flow.pieces, work.count, sums))
     fill_energies(system, leg, held, sums, row)
 
 
@@ -435,7 +419,7 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
 def name_solver(flow: Any, leg: Any, closed: int, row: FloatArray) -> None:
     """Name the solver of an orbit that is Den Hartog's, from one turn to the next without a stop."""
     system, straight = flow.system, flow.work.signature == 1 + TURN_OF and leg.sign < 0.0
-    if closed >= AUTO and row[places.OUTCOME] == PERIODIC and straight and is_plain(system) and system.limit[0]:
+    if closed >= AUTO and row[places.OUTCOME] == places.PERIODIC and straight and is_plain(system) and system.limit[0]:
         row[places.SOLVER] = places.CLOSED_FORM if system.harmonics == 1 else places.EXACT
 
 
@@ -460,19 +444,19 @@ def solve(
     leg, starts, begun = legs[0], np.empty((3, ys.shape[1])), np.empty(ys.shape[1])
     for k in range(len(rows)):
         one, works[0].left = Carrier(systems[k], works[0], pieces), left
-        given, found = begin_row(one, leg, rows[k]), AWAITED
-        copy(ys[k], begun)
+        given, found = begin_row(one, leg, rows[k]), places.AWAITED
+        orbit.copy(ys[k], begun)
         if closed != WAITS:
             found = simple(one, leg, starts, ys[k], closed, rows[k])
-        if closed != WAITS and found == AWAITED:
+        if closed != WAITS and found == places.AWAITED:
             if is_integrated(one.system):
-                copy(ys[k], starts[0])
+                orbit.copy(ys[k], starts[0])
                 found = shot(one, leg, starts[:1], ys[k], rows[k])
             else:
                 found = shot(one, leg, starts[: 3 if one.system.sliders else 2], ys[k], rows[k])
-        if found == AWAITED and one.system.wait != 0:
+        if found == places.AWAITED and one.system.wait != 0:
             one.work.left = given
-            copy(begun, ys[k])
+            orbit.copy(begun, ys[k])
             found = call_wait(one.system.wait, (one.system, one.work, pieces, leg, ys[k], rows[k]))
         end_row(one, leg, ys[k], found, given, sums[0], rows[k])
         name_solver(one, leg, closed, rows[k])
@@ -483,7 +467,7 @@ def carry_on(
     systems: Any, works: Any, pieces: FloatArray, legs: Any, y: FloatArray, image: FloatArray, derived: bool
 ) -> int:
     """Carry a state over a leg; return how that ended. Its pieces are recorded."""
-    return carry(Carrier(systems[0], works[0], pieces), legs[0], y, image, derived)
+    return orbit.carry(Carrier(systems[0], works[0], pieces), legs[0], y, image, derived)
 
 
 @entry
@@ -494,27 +478,25 @@ def travel(
     time: FloatArray,
     cubics: FloatArray,
     found: FloatArray,
-    marks: NDArray[np.int64],
     left: float,
 ) -> tuple[int, int]:
     """Carry the state at hand along sampled times (n,); return the piece that it did not come through, and why.
 
     `cubics` (n - 1, 4): what drives the masses, in the time from each sample on; `found` (n, 2 n + c): displacements,
-    velocities and contacts' forces at the samples, of the exact flow; `marks` (n,): pieces recorded until then; `left`:
-    evaluations, or steps, between samples.
+    velocities and contacts' forces at the samples; `left`: evaluations, or steps, between samples.
     """
     system, work, n = systems[0], works[0], systems[0].masses
     for i in range(len(time)):
         since = max(i - 1, 0)
-        copy(cubics[since], system.cubic)
+        orbit.copy(cubics[since], system.cubic)
         work.tau, work.left = time[since], left
         code = call_run(system.run, (system, work, pieces, time[i] - time[since], False, i == 0))
         if code != DONE:
             return since, code
-        marks[i] = work.count
-        if is_integrated(system):
-            continue
         base_at_time(system, work)
+        freeze(system, work)
+        for c in range(system.contacts if is_integrated(system) else 0):
+            set_contact(system, work, c)
         for a in range(n):
             found[i, a], found[i, n + a] = work.q[a], work.v[a]
             work.now_q[a], work.now_v[a] = work.q[a], work.v[a]

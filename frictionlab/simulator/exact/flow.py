@@ -26,7 +26,7 @@ from frictionlab.simulator.exact.motion import (
     modulus,
     place_of,
 )
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SYSTEM, TIRED, dot, slot_of
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, SYSTEM, TIRED, dot, slot_of
 
 TURN_OF, UPWARDS, DOWNWARDS = 0, 1, 2  # what ends a phase: slip of a contact, or what it holds up or down
 WINDOW = 8.0  # over the fastest rate: derivatives are bounded over so long at first
@@ -486,16 +486,29 @@ def move_cubic(base: FloatArray, by: float) -> None:
 
 
 @inner
+def begin_piece(system: Any, work: Any, pieces: FloatArray, length: float) -> int:
+    """Count a piece that begins at the state at hand, and record what all flows do; return its number, -1: no space."""
+    at = work.count
+    work.count += 1
+    if at >= len(pieces):
+        return -1
+    pieces[at, 0], pieces[at, 1] = work.tau, length
+    for k in range(4):
+        pieces[at, 2 + k] = system.cubic[k]
+    for c in range(system.contacts):
+        pieces[at, SIDE + c] = float(work.side[c])
+    return int(at)
+
+
+@inner
 def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float, tangent: bool) -> None:
     """Carry the state at hand, and the derivative, over a piece of a phase; record and count it."""
-    at, n, contacts = work.count, system.masses, system.contacts
-    work.count += 1
-    if at < len(pieces):
-        pieces[at, 0], pieces[at, 1], begun = work.tau, length, 2 + contacts
+    n, contacts = system.masses, system.contacts
+    at, begun = begin_piece(system, work, pieces, length), SIDE + contacts
+    if at >= 0:
         for a in range(n):
             pieces[at, begun + a], pieces[at, begun + n + a] = work.q[a], work.v[a]
         for c in range(contacts):
-            pieces[at, 2 + c] = float(work.side[c])
             pieces[at, begun + 2 * n + c], pieces[at, begun + 2 * n + contacts + c] = work.kappa[c], work.offset[c]
     modes_at(system, work, slot, length)
     if tangent:

@@ -14,21 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
+from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import inner
 from frictionlab.simulator.exact.flow import call_run, is_integrated
 from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED
-from frictionlab.simulator.row import (
-    CHATTERED,
-    COSTLY,
-    NOT_FOUND,
-    PARTING,
-    PATIENCE,
-    PERIODIC,
-    PULLING,
-    RUNAWAY,
-    STUCK,
-    UPCOMING,
-)
 
 TURN = 2.0 * pi
 STEPS = 60  # of Newton's method to the only orbit
@@ -472,7 +461,7 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: in
     past, passed, grown = np.zeros((keep, size)), np.zeros(keep, np.int64), np.zeros(keep)
     tried, beside, total, spent, still = np.full(most + 1, NEAR), np.zeros(size), 0.0, 0.0, 0
     beside[0] = 1.0
-    for at in range(1, PATIENCE * each + 1):
+    for at in range(1, places.PATIENCE * each + 1):
         whole(leg, 1, each)
         code = carry(flow, leg, y, past[at % keep], True)
         if code != DONE:
@@ -483,7 +472,7 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: in
             for k in range(size):
                 y[k] = -y[k] if each == 2 and at % 2 == 1 else y[k]
             whole(leg, 1, 1)
-            return 0.0, STUCK
+            return 0.0, places.STUCK
         total += stretch(system, work, beside)
         passed[at % keep], grown[at % keep] = work.signature, total
         extent = size_of(system, work, y)
@@ -493,11 +482,11 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: in
             if maps > 0 and (away <= 1e-9 * extent or spent + leg.turns <= 16.0 + 0.5 * at / each):
                 miss, settles = finish(flow, leg, y)
                 if settles:
-                    return shortest(flow, leg, y, miss), PERIODIC
+                    return shortest(flow, leg, y, miss), places.PERIODIC
                 spent, tried[maps] = spent + 2.0 * leg.turns, 0.1 * away / extent
         growth = parting(grown, at, each)
         if growth > 0.0:
-            return growth, PARTING
+            return growth, places.PARTING
     return any_stable(flow, leg, y, forced, each)
 
 
@@ -516,8 +505,8 @@ def any_stable(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: int
         near = miss <= (1e3 if attempt == 2 else 1.0) * floor_of(system, size_of(system, work, orbit))
         if code == DONE and near and abs(multiplier(system, work)) <= 1.0 + 1e-9:
             copy(orbit, y)
-            return miss, UPCOMING
-    return inf, NOT_FOUND
+            return miss, places.UPCOMING
+    return inf, places.NOT_FOUND
 
 
 @inner
@@ -585,7 +574,7 @@ def parting(grown: FloatArray, at: int, each: int) -> float:
 def verdict_of(code: int) -> int:
     """Return the outcome of a run that did not come to its end."""
     if code == PULLS:
-        return PULLING
+        return places.PULLING
     if code == TIRED:
-        return COSTLY
-    return RUNAWAY if code == STEEP else CHATTERED
+        return places.COSTLY
+    return places.RUNAWAY if code == STEEP else places.CHATTERED

@@ -13,15 +13,18 @@ from math import inf
 from typing import Any
 
 import numpy as np
+from numba import from_dtype, types
 
-from frictionlab.arrays import FloatArray
-from frictionlab.errors import SimulationError
-from frictionlab.simulator.compiled import entry, inner
+from frictionlab.arrays import ComplexArray, FloatArray
+from frictionlab.simulator.compiled import caller, inner
 
 SLOTS = 97  # phases remembered: odd, so that fields of one do not meet in one line of the processor's cache
-DONE, CHATTER, PULLS, TIRED, STEEP, MISSING = range(6)  # how a run ended; MISSING: a phase is to be made
+DONE, CHATTER, PULLS, TIRED, STEEP = range(5)  # how a run ended
 CRITICAL = 2e-10  # over the squared frequency: two rates nearer than this are parted by it (zeta moved by 1e-10)
 ROUNDING = 1e-13  # a contact that moves by a smaller share of the masses' motion is held by others
+SIDE = (
+    6  # column of a recorded piece from which on slip directions stand; before: begin, length, cubic of a sampled base
+)
 NEAR = 0.02  # a harmonic nearer to a rate than this is taken by its divided difference
 
 
@@ -53,6 +56,7 @@ SYSTEM = np.dtype(
         ("advance", "i8"),  # of what carries it through a phase, in closed form or by steps,
         ("look", "i8"),  # of what says its motion at a time within a recorded piece,
         ("account", "i8"),  # of `account.account`,
+        ("make", "i8"),  # of `make_modes`,
         ("wait", "i8"),  # and of `answer.wait`; 0: it is not compiled yet
         ("masses", "i8"),
         ("contacts", "i8"),
@@ -91,7 +95,6 @@ PHASES = np.dtype(
     [
         ("count", "i8"),  # slots in use
         ("next", "i8"),  # slot to write
-        ("missing", "i8"),  # 1 and the slot of a phase of several masses that is to be made
         ("kappa", "f8", (_P, _C)),  # which phase it is
         ("modes", "i8", (_P,)),  # modes
         ("rate", "c16", (_P, _D)),
@@ -127,30 +130,23 @@ def dot(one: FloatArray, other: FloatArray, count: int) -> float:
 
 @inner
 def slot_of(system: Any, phases: Any, kappa: FloatArray) -> int:
-    """Return the slot of a phase. One that was not met before is made, of one mass; -MISSING: `make_phase` must do so.
-
-    -STEEP: a direction has no stiffness left.
-    """
-    contacts, held = system.contacts, False
-    if phases.missing:
-        return -MISSING
+    """Return the slot of a phase, which is made if it was not met before; -STEEP: a direction has no stiffness left."""
+    contacts = system.contacts
     for i in range(phases.count):
         c = 0
         while c < contacts and phases.kappa[i, c] == kappa[c]:
             c += 1
         if c == contacts:
             return i
-    i = phases.next
+    i, made = phases.next, True
     phases.count, phases.next = max(phases.count, i + 1), (i + 1) % SLOTS
     for c in range(contacts):
         phases.kappa[i, c] = kappa[c]
-        held = held or kappa[c] == inf
     if system.masses > 1:
-        phases.missing = 1 + i
-        return -MISSING
-    _constrain_one(system, phases, i)
-    phases.modes[i] = 0
-    if not held and not _modes_of_one(system, phases, i):
+        made = call_make(system.make, (system, phases, i)) != 0
+    elif not _constrain_one(system, phases, i):
+        made = _modes_of_one(system, phases, i)
+    if not made:
         phases.count, phases.next = 0, 0
         return -STEEP
     _complete(system, phases, i)
@@ -158,10 +154,10 @@ def slot_of(system: Any, phases: Any, kappa: FloatArray) -> int:
 
 
 @inner
-def _constrain_one(system: Any, phases: Any, i: int) -> None:
-    """Write stiffness of a single mass, and what a held contact carries along and is held by."""
-    stiffness, by_f = system.stiffness[0, 0], system.push[0, 0]
-    phases.along[i, 0] = 0.0
+def _constrain_one(system: Any, phases: Any, i: int) -> bool:
+    """Write stiffness of a single mass, and what a held contact carries along and is held by; return if one holds."""
+    stiffness, by_f, held = system.stiffness[0, 0], system.push[0, 0], False
+    phases.along[i, 0], phases.modes[i] = 0.0, 0
     for c in range(system.contacts):
         phases.carried[i, 0, c] = phases.grip[i, c, 0] = phases.bind[i, c] = 0.0
         kappa = phases.kappa[i, c]
@@ -170,23 +166,25 @@ def _constrain_one(system: Any, phases: Any, i: int) -> None:
             by_f += kappa * system.follow[c]
     for c in range(system.contacts):
         if phases.kappa[i, c] == inf:
+            held = True
             phases.carried[i, 0, c], phases.along[i, 0] = 1.0, system.follow[c]
             phases.grip[i, c, 0], phases.bind[i, c] = 1.0, system.inertia[0, 0] * system.follow[c]
     phases.stiffness[i, 0, 0], phases.by_f[i, 0] = stiffness, by_f
+    return held
 
 
-def make_phase(systems: Any, works: Any) -> None:
-    """Make the phase that a run has missed, of several masses; refuse one without stiffness, or critically damped."""
-    system, phases = systems[0], works[0]["phases"]
+def make_modes(system: Any, phases: Any, i: int) -> int:
+    """Write the modes of a phase of several masses in a slot; return 0 if a direction has no stiffness.
+
+    Rigid contacts may not hold on wall and base at once, for the base moves: then the phase has -1 modes.
+    """
     n, c = int(system["masses"]), int(system["contacts"])
-    i = int(phases["missing"]) - 1
-    phases["missing"] = 0
     kappa, row, follow = phases["kappa"][i, :c], system["row"][:c, :n], system["follow"][:c]
     held = np.isinf(kappa)
     rows, free, carried, grip, bind = row[held], np.eye(n), np.zeros((n, c)), np.zeros((c, n)), np.zeros(c)
-    if len(rows) and np.linalg.matrix_rank(rows) < len(rows):  # on wall and base at once: the base moves
+    if len(rows) and np.linalg.matrix_rank(rows) < len(rows):
         phases["modes"][i] = -1
-        return
+        return 1
     if len(rows):
         free = np.linalg.svd(rows)[2][len(rows) :].T
         carried[:, held] = np.linalg.pinv(rows)
@@ -195,51 +193,39 @@ def make_phase(systems: Any, works: Any) -> None:
         grip[held], bind[held] = compliance @ mobile, compliance @ follow[held]
     springs = np.where(held, 0.0, kappa)
     stiffness = system["stiffness"][:n, :n] + row.T @ (springs[:, None] * row)
-    phases["stiffness"][i, :n, :n], phases["by_f"][i, :n] = (
-        stiffness,
-        system["push"][:n, 0] + row.T @ (springs * follow),
-    )
+    by_f = system["push"][:n, 0] + row.T @ (springs * follow)
+    phases["stiffness"][i, :n, :n], phases["by_f"][i, :n] = stiffness, by_f
     phases["grip"][i, :c, :n], phases["bind"][i, :c] = grip, bind
     phases["carried"][i, :n, :c], phases["along"][i, :n] = carried, carried @ follow
-    _write_modes(system, phases, i, free, stiffness)
-    complete(systems, works, i)
-
-
-def _write_modes(system: Any, phases: Any, i: int, free: FloatArray, stiffness: FloatArray) -> None:
-    """Write rates, shapes and what enters the modes in the free directions (n, p); of a complex pair one mode."""
-    n, p = free.shape
     inertia, damping = (free.T @ system[name][:n, :n] @ free for name in ("inertia", "damping"))
     stiff = free.T @ stiffness @ free
+    p = len(stiff)
     if p and np.linalg.eigvalsh(0.5 * (stiff + stiff.T))[0] <= 0.0:
-        phases["count"], phases["next"] = 0, 0
-        raise SimulationError(
-            "structure: gradient; expected so small that every mass keeps a stiffness; got friction that changes"
-            " along the path faster than the springs' force; do: take a smaller gradient"
-        )
-    matrix = np.block([[np.zeros((p, p)), np.eye(p)], [-np.linalg.solve(inertia, np.hstack((stiff, damping)))]])
-    rates, vectors = np.linalg.eig(matrix.astype(np.complex128))
-    if p and np.linalg.cond(vectors) > 1e7:
-        raise SimulationError(
-            "structure: a mode is critically damped, and two of its rates are one; do: change a damping_ratio by"
-            " one in a million"
-        )
+        return 0
+    rates, vectors = _eigen(inertia, damping, stiff)
+    if p and np.linalg.cond(vectors) > 1e7:  # a mode is critically damped
+        rates, vectors = _eigen(inertia, damping * (1.0 + CRITICAL), stiff)
     lasting = np.abs(rates.imag) > 1e-12 * np.abs(rates)
-    kept = ~lasting | (rates.imag > 0.0)
+    kept = ~lasting | (rates.imag > 0.0)  # of a complex pair one
     inverse, d = np.linalg.inv(vectors)[kept], int(np.count_nonzero(kept))
-    phases["modes"][i] = d
-    phases["rate"][i, :d] = np.where(lasting, rates, rates.real)[kept]
+    phases["modes"][i], phases["rate"][i, :d] = d, np.where(lasting, rates, rates.real)[kept]
     phases["outward"][i, :n, :d] = free @ (vectors[:p] * np.where(lasting, 2.0, 1.0))[:, kept]
-    phases["entry"][i, :d, :n], phases["entry"][i, :d, MASSES : MASSES + n] = (
-        inverse[:, :p] @ free.T,
-        inverse[:, p:] @ free.T,
-    )
+    phases["entry"][i, :d, :n] = inverse[:, :p] @ free.T
+    phases["entry"][i, :d, MASSES : MASSES + n] = inverse[:, p:] @ free.T
     phases["excite"][i, :d, :n] = inverse[:, p:] @ np.linalg.solve(inertia, free.T)
+    return 1
 
 
-@entry
-def complete(systems: Any, works: Any, i: int) -> None:
-    """Write what follows from the modes of a phase."""
-    _complete(systems[0], works[0].phases, i)
+def _eigen(inertia: FloatArray, damping: FloatArray, stiffness: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return rates (2 p,) and shapes (2 p, 2 p), displacements above velocities, of free motions."""
+    p = len(inertia)
+    below = -np.linalg.solve(inertia, np.hstack((stiffness, damping)))
+    rates, vectors = np.linalg.eig(np.vstack((np.eye(p, 2 * p, p), below)).astype(np.complex128))
+    return rates, vectors
+
+
+MAKE = types.int64(from_dtype(SYSTEM), from_dtype(PHASES), types.int64)
+call_make = caller(MAKE)
 
 
 @inner

@@ -12,26 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import row as places
-from frictionlab.simulator.compiled import announce, record_of
-from frictionlab.simulator.exact import answer, orbit
+from frictionlab.simulator.compiled import address_in_python, announce, record_of
+from frictionlab.simulator.exact import answer, orbit, phase
 from frictionlab.simulator.exact.account import ACCOUNT, LOOKER, NUMBERS, account_all, evaluate
 from frictionlab.simulator.exact.flow import ADVANCER, RUNNER
 from frictionlab.simulator.exact.motion import WORK
-from frictionlab.simulator.exact.phase import (
-    CHATTER,
-    CONTACTS,
-    DONE,
-    HARMONICS,
-    MASSES,
-    MISSING,
-    PULLS,
-    SLIDERS,
-    SLOTS,
-    STEEP,
-    SYSTEM,
-    TIRED,
-    make_phase,
-)
+from frictionlab.simulator.exact.phase import SIDE
 from frictionlab.simulator.laws import BREAKAWAY, PLACE
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import COARSE, SLOW, Note
@@ -40,6 +26,8 @@ from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, t
 from frictionlab.simulator.structure import Contact, Structure
 
 announce("frictionlab.simulator.exact.answer")
+
+MAKER = address_in_python(phase.make_modes, phase.SYSTEM, phase.PHASES)
 
 TURN = 2.0 * pi
 TOUCH = 1e-13  # rad: a shorter stick is no stop
@@ -53,11 +41,11 @@ NEGATIVE = (
     " smaller gradient, or rate_strength"
 )
 WHY = {
-    **dict.fromkeys((PULLS, STEEP), NEGATIVE),
-    TIRED: "more steps than allowed: the contact rings, hardly anything damps it, or the law is too stiff; do: take the"
-    " law that this one tends to (a rigid contact for a stiffness without end), or loosen rtol",
-    CHATTER: "events without end, or steps that became too short; expected at most some hundred phases in a cycle and"
-    " natural period; do: report these numbers, or take a law that holds where this one nearly does",
+    **dict.fromkeys((phase.PULLS, phase.STEEP), NEGATIVE),
+    phase.TIRED: "more steps than allowed: the contact rings, hardly anything damps it, or the law is too stiff; do:"
+    " take the law that this one tends to (a rigid contact for a stiffness without end), or loosen rtol",
+    phase.CHATTER: "events without end, or steps that became too short; expected at most some hundred phases in a cycle"
+    " and natural period; do: report these numbers, or take a law that holds where this one nearly does",
 }
 """How a run ended that did not come to its end."""
 _OWN = threading.local()
@@ -106,8 +94,8 @@ def system_of(what: Problem | Structure) -> Any:
     if isinstance(what, Problem):
         values = what.parameters | {"r": what.r}
         return systems_of({name: np.array([value]) for name, value in values.items()}, what.wall, what.base)
-    _refuse_more("masses", what.masses, MASSES)
-    _refuse_more("contacts", len(what.contacts), CONTACTS)
+    _refuse_more("masses", what.masses, phase.MASSES)
+    _refuse_more("contacts", len(what.contacts), phase.CONTACTS)
     contacts, bound = [], []
     for contact in what.contacts:
         row, follow, values = what.row(contact), float(contact.against == "base"), contact.parameters
@@ -144,9 +132,10 @@ def _systems(
     base: Base,
 ) -> Any:
     """Return frames (k,): r (k,), mass, damping and stiffness; of each contact row, whether it follows, and numbers."""
-    _refuse_more("harmonics of the base", base.harmonics, HARMONICS)
-    systems, (mass, damping, stiffness), n = record_of(SYSTEM, len(r)), frame, len(frame[0])
+    _refuse_more("harmonics of the base", base.harmonics, phase.HARMONICS)
+    systems, (mass, damping, stiffness), n = record_of(phase.SYSTEM, len(r)), frame, len(frame[0])
     systems["run"], systems["advance"], systems["look"], systems["account"] = RUNNER, ADVANCER, LOOKER, ACCOUNT
+    systems["make"] = MAKER
     systems["harmonics"], systems["moves"], systems["lines"][:, : base.harmonics] = base.harmonics, 1.0, base.lines
     systems["masses"], systems["contacts"], systems["r"], each = n, len(contacts), r, np.reshape(r, (-1, 1, 1))
     systems["inertia"][:, :n, :n], systems["mobility"][:, :n, :n] = each * each * mass, _inverse(mass) / (each * each)
@@ -185,7 +174,7 @@ def _set_sliders(system: Any, contact: int, numbers: Mapping[str, float]) -> Non
     springs, strengths = sliders_of(numbers)
     first = int(system["first"][contact])
     last = first + len(springs)
-    _refuse_more("sliders", last, SLIDERS)
+    _refuse_more("sliders", last, phase.SLIDERS)
     system["spring"][first:last], system["strength"][first:last] = springs, strengths
     system["first"][contact + 1] = system["sliders"] = last
 
@@ -219,7 +208,7 @@ def workspace() -> Any:
     if works is None:
         works = _OWN.works = record_of(WORK)
     phases = works[0]["phases"]
-    phases["count"] = phases["next"] = phases["missing"] = 0
+    phases["count"] = phases["next"] = 0
     return works
 
 
@@ -238,7 +227,7 @@ class Flow:
         self.problem = what if isinstance(what, Problem) else what.first_contact
         self.masses, self.contacts = (int(self.systems[0][name]) for name in ("masses", "contacts"))
         self.sliders = int(self.systems[0]["sliders"])
-        self.width = 2 + 2 * self.masses + 3 * self.contacts
+        self.width = SIDE + 2 * self.masses + 3 * self.contacts
 
     @property
     def size(self) -> int:
@@ -260,33 +249,48 @@ class Flow:
     def mirrored(self, pieces: FloatArray) -> FloatArray:
         """Return pieces of half a cycle and their mirror image, which follows.
 
-        A piece (2 + 2 n + 3 c): start and length; of each contact direction of slip (0: it holds); at its start
-        displacements and velocities; of each contact tangent stiffness and constant force.
+        A piece (6 + 2 n + 3 c): start and length; cubic of a sampled base; of each contact direction of slip (0: it
+        holds); at its start displacements and velocities; of each contact tangent stiffness and constant force.
         """
         n, c = self.masses, self.contacts
-        flip = np.concatenate(([1.0, 1.0], np.full(c + 2 * n, -1.0), np.ones(c), np.full(c, -1.0)))
+        flip = np.concatenate(([1.0, 1.0], np.full(4 + c + 2 * n, -1.0), np.ones(c), np.full(c, -1.0)))
         return np.vstack((pieces, pieces * flip + np.eye(1, len(flip)) * pi))
 
     def sums(self, pieces: FloatArray) -> Any:
         """Return what pieces do in all, a record of NUMBERS."""
         works, sums, pieces = self.workspace(), record_of(NUMBERS), pieces.copy()
-        while account_all(self.systems, works, pieces, sums) < len(pieces):
-            make_phase(self.systems, works)
+        account_all(self.systems, works, pieces, sums)
         return sums[0]
 
-    def stops_of(self, motion: Motion, contact: int) -> FloatArray:
-        """Return begin and end (m, 2), rad, of each stop of a contact; those in a row are one, touches none."""
-        held = motion.rows[:, 2 + contact] == 0.0
-        edges = np.diff(np.concatenate(([False], held, [False])).astype(np.int8))
-        ends = motion.begins + motion.duration
-        spans = np.column_stack((motion.begins[edges[:-1] > 0], ends[edges[1:] < 0]))
-        return spans[spans[:, 1] - spans[:, 0] > TOUCH]
+    def held_in(self, begins: FloatArray, pieces: FloatArray, contact: int) -> FloatArray:
+        """Return begin and end (m, 2), rad, of times in which a contact holds, in pieces that begin at times."""
+        held = np.concatenate(([False], pieces[:, SIDE + contact] == 0.0, [False]))
+        edges = np.diff(held.astype(np.int8))
+        return np.column_stack((begins[edges[:-1] > 0], (begins + pieces[:, 1])[edges[1:] < 0]))
+
+    def stop_limits(self, contact: int) -> tuple[float, float]:  # noqa: ARG002 - of all contacts, but for those that creep
+        """Return the longest slip of a contact that is part of a stop, and the shortest stop, rad."""
+        return TOUCH, TOUCH
+
+    def stops(self, held: FloatArray, contact: int, period: tuple[float, float] | None = None) -> FloatArray:
+        """Return the stops (m, 2) of a contact from the times in which it holds, rad.
+
+        Times in a row are one, touches none. Of a period (begin, end) a stop across its end is listed once, its end
+        beyond it.
+        """
+        longest_slip, shortest = self.stop_limits(contact)
+        late = longest_slip + 4.0 * np.spacing(held[1:, 0])  # as the times themselves are rounded
+        fresh = np.append(True, held[1:, 0] - held[:-1, 1] > late)[: len(held)]
+        spans = np.column_stack((held[fresh, 0], held[np.roll(fresh, -1), 1]))
+        if period and len(spans) > 1 and spans[0, 0] - period[0] < 1e-12 and period[1] - spans[-1, 1] < 1e-12:
+            spans[-1, 1] = spans[0, 1] + period[1] - period[0]
+            spans = spans[1:]
+        return spans[spans[:, 1] - spans[:, 0] > shortest]
 
     def evaluate(self, rows: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
         """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within pieces of an index."""
         works, found = self.workspace(), np.empty((len(index), 2 * self.masses + self.contacts))
-        while evaluate(self.systems, works, rows, index, within, found) < len(index):
-            make_phase(self.systems, works)
+        evaluate(self.systems, works, rows, index, within, found)
         return tuple(np.split(found, (self.masses, 2 * self.masses), axis=1))
 
     def rest(self, x0: ArrayLike = 0.0, v0: ArrayLike = 0.0, tau: float = 0.0) -> FloatArray:
@@ -316,6 +320,17 @@ class Flow:
         n, work = self.masses, works[0]
         return np.concatenate((work["q"][:n], work["v"][:n], work["anchor"][: self.size - 2 * n]))
 
+    def stored(self, sample: FloatArray, f: float) -> FloatArray:
+        """Return the energy (c,) in the contacts' springs at the state at hand, by displacements (n,) and the base."""
+        system, work, stored = self.systems[0], self.workspace()[0], np.zeros(self.contacts)
+        for c in range(self.contacts):
+            place = system["row"][c, : self.masses] @ sample[: self.masses] - system["follow"][c] * f
+            some = slice(int(system["first"][c]), int(system["first"][c + 1]))
+            limit = work["side"][c] * system["strength"][some] * (1.0 + system["gradient"][c] * place)
+            held = np.where(work["slips"][some] != 0, limit, system["spring"][some] * (place - work["anchor"][some]))
+            stored[c] = np.sum(0.5 * held**2 / system["spring"][some])
+        return stored
+
     def carried(
         self,
         start: FloatArray,
@@ -328,16 +343,11 @@ class Flow:
     ) -> tuple[FloatArray, FloatArray, int]:
         """Return what a state becomes over turns of a span from tau on, its derivative if asked for, and its pieces.
 
-        Pieces are recorded as far as there is space for them; phases of several masses are made as they are met.
+        Pieces are recorded as far as there is space for them.
         """
-        works, legs, end, code, made = self.workspace(), record_of(orbit.LEG), np.empty(self.size), MISSING, 0
-        legs[0] = (tau, span, turns, 1.0)
-        while code == MISSING:
-            works[0]["left"] = self.longest
-            code = int(answer.carry_on(self.systems, works, pieces, legs, start.copy(), end, derived))
-            if code == MISSING:
-                made = self.made(works, made)
-        self.refuse(code)
+        works, legs, end = self.workspace(), record_of(orbit.LEG), np.empty(self.size)
+        legs[0], works[0]["left"] = (tau, span, turns, 1.0), self.longest
+        self.refuse(answer.carry_on(self.systems, works, pieces, legs, start.copy(), end, derived))
         return end, works[0]["jacobian"][: self.size, : self.size].copy(), int(works[0]["count"])
 
     def recorded(self, start: FloatArray, tau: float, cycles: int, *, first: int = 0, periodic: bool = False) -> Motion:
@@ -361,27 +371,17 @@ class Flow:
         ys = np.full((1, self.size), nan) if start is None else start[np.newaxis].copy()
         count = PIECES if self.most == inf else 0  # an integrated orbit is recorded when it is found
         works, kept = self.workspace(), np.empty((count, self.width))
-        rows, leg, pieces = _searched(self, self.systems, ys, kept, closed, min(left, self.most))
+        rows, leg, pieces = _searched(works, self.systems, ys, kept, closed, min(left, self.most))
         return Solved(rows[0], ys[0], pieces[: int(works[0]["count"])], leg, float(works[0]["spent"]))
-
-    def made(self, works: Any, before: int) -> int:
-        """Make the phase that a run has missed, unless phases are made without end; return how many were made."""
-        if before >= 4 * SLOTS:
-            raise SimulationError(
-                f"structure: phases of {self.masses} masses; expected at most {SLOTS} in a motion; got more; "
-                "do: give its contacts fewer sliders"
-            )
-        make_phase(self.systems, works)
-        return before + 1
 
     def refuse(self, code: int, motion: str = "") -> None:
         """Raise the named error of a run that did not come to its end; `motion`: of what."""
         what = self.what
         contacts: Sequence[Problem | Contact] = (what,) if isinstance(what, Problem) else what.contacts
-        if code != DONE:
+        if code != phase.DONE:
             laws = ", ".join(f"law {contact.law.name}, parameters {contact.parameters}" for contact in contacts)
             breaks = [term.breaks(contact.parameters) for contact in contacts for term in contact.law.terms]
-            why = next(filter(None, breaks if code != PULLS else ()), WHY[code])
+            why = next(filter(None, breaks if code != phase.PULLS else ()), WHY[code])
             raise SimulationError(f"simulation{motion or f' at r = {what.r!r}'}: {laws}: {why}")
 
     def run(self, *, cycles: int, keep: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0) -> Motion:
@@ -405,9 +405,9 @@ class Flow:
         if meter is not None:
             meter.take(EXACT_STATE + found.spent / LOOKS)
         if code == places.CHATTERED:
-            self.refuse(CHATTER)
+            self.refuse(phase.CHATTER)
         if many and code in (places.PULLING, places.RUNAWAY):
-            self.refuse(PULLS)
+            self.refuse(phase.PULLS)
         if solver == "closed-form" and code == places.NOT_FOUND:
             raise SimulationError(
                 f"steady state: closed form at r = {what.r!r}; expected continuous motion of an undamped mass under a"
@@ -456,23 +456,20 @@ class Flow:
 def rows_of(systems: Any) -> FloatArray:
     """Return the rows (k, ROW) of the steady states of systems of one mass: the same bits as one by one."""
     ys = np.full((len(systems), 2 + int(systems["sliders"].max(initial=0))), nan)
-    return _searched(None, systems, ys, np.empty((PIECES, 7)), answer.AUTO, inf)[0]
+    return _searched(workspace(), systems, ys, np.empty((PIECES, SIDE + 5)), answer.AUTO, inf)[0]
 
 
 def _searched(
-    flow: Flow | None,
+    works: Any,
     systems: Any,
     ys: FloatArray,
     pieces: FloatArray,
     closed: int,
     left: float,
 ) -> tuple[FloatArray, Any, FloatArray]:
-    """Return the rows (k, ROW) of steady states; leg and pieces of the last orbit. Starts are read from and put in ys.
-
-    `flow`: of a single system, which makes the phases of several masses that are met.
-    """
-    works, legs, numbers = flow.workspace() if flow else workspace(), record_of(orbit.LEG), record_of(NUMBERS)
-    rows, begun, made = np.empty((len(systems), places.ROW)), ys.copy(), 0
+    """Return the rows (k, ROW) of steady states, leg and pieces of the last; starts are read from ys and put there."""
+    legs, numbers = record_of(orbit.LEG), record_of(NUMBERS)
+    rows, begun = np.empty((len(systems), places.ROW)), ys.copy()
     some: Any = np.s_[:]
     known = closed == answer.WAITS or answer.waiter.cache_info().currsize > 0
     systems["wait"] = answer.waiter() if known else 0
@@ -481,9 +478,7 @@ def _searched(
         answer.solve(systems[some], works, pieces, legs, starts, closed, numbers, found, float(left))
         rows[some], ys[some] = found, starts
         codes = rows[:, places.OUTCOME].tolist()
-        if flow and places.LACKING in codes:
-            made = flow.made(works, made)
-        elif places.AWAITED in codes:
+        if places.AWAITED in codes:
             some, systems["wait"] = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED), answer.waiter()
         elif places.OVERFULL in codes:
             some, count = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL), int(works[0]["count"])

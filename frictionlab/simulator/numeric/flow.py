@@ -5,7 +5,7 @@ from math import inf, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
@@ -13,10 +13,10 @@ from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import address_of, record_of
 from frictionlab.simulator.exact import answer
 from frictionlab.simulator.exact.flow import FORMULA
-from frictionlab.simulator.exact.motion import COUNT, STAGES, WORK
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SLIDERS, STEEP
+from frictionlab.simulator.exact.motion import COUNT, WORK
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, SLIDERS, STEEP
 from frictionlab.simulator.exact.solve import Flow, Solved, feel_acceleration
-from frictionlab.simulator.laws import TERMS, Friction, formula_of
+from frictionlab.simulator.laws import TERMS, formula_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
@@ -37,32 +37,6 @@ REFINING = 14  # periods' steps that an orbit by finer steps takes: it may cost 
 STEPS = 256  # of a cycle that are recorded at first
 STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the contact always creeps
 DWELL = 10.0  # a stop lasts at least so many times as long as that speed, over the drive's rate: else it is a turn
-
-
-def stop_limits(contact: Friction, r: float, rate: float, own_time: float = 1.0) -> tuple[float, float, float]:
-    """Slip speed below which a contact is at rest, the shortest stop, and the longest slip that is part of one (rad).
-
-    A contact that creeps is at rest where it slips slower than 1/1000 of the drive's largest rate, or than an elastic
-    contact of the same stiffness would yield. A turn passes that speed too; a stop lasts ten times as long.
-    """
-    kappa = contact.parameter("stiffness_ratio", inf)
-    share = max(STOP_SHARE, 1.0 / (1.0 + kappa))
-    return share * rate, DWELL * share * own_time, TURN * r / sqrt(1.0 + kappa)
-
-
-def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> FloatArray:
-    """Spans of time (m, 2) in which samples of slip are slow, ends by a straight line; made one across shorter gaps."""
-    size = np.abs(slip)
-    held = size < slow
-    if not held.any():
-        return np.zeros((0, 2))
-    change = np.flatnonzero(held[1:] != held[:-1])
-    at = times[change] + (slow - size[change]) / (size[change + 1] - size[change]) * (times[change + 1] - times[change])
-    edges = np.concatenate((times[:1] if held[0] else [], at, times[-1:] if held[-1] else []))
-    spans = edges.reshape(-1, 2)
-    apart = spans[1:, 0] - spans[:-1, 1] >= gap
-    begins, ends = np.concatenate(([True], apart)), np.concatenate((apart, [True]))
-    return np.column_stack((spans[begins, 0], spans[ends, 1]))
 
 
 def between(values: FloatArray, theta: FloatArray) -> FloatArray:
@@ -101,7 +75,8 @@ class Integrated(Flow):
         self.law["first"] = FIRST * min(frame.r / fastest, 1.0) / h
         self._set_laws()
         self.components = 2 * n + int(system["sliders"]) - self.sliders
-        self.width = 2 + self.contacts + COUNT * (self.components + 2 * self.contacts)
+        self.width = SIDE + self.contacts + COUNT * (self.components + 2 * self.contacts)
+        self.drive_rate, self.drive_time = float((self._sizes @ np.arange(1.0, h + 1.0)).max()), 1.0
 
     def _set_laws(self) -> None:
         """Write the laws' numbers; what count as states of their own goes behind the sliders of elastic contacts."""
@@ -148,46 +123,57 @@ class Integrated(Flow):
         theta = np.clip(within / motion.duration[index], 0.0, 1.0)
         return between(np.concatenate((q, rest), axis=1), theta).reshape(*shape, -1)
 
-    def stops_of(self, motion: Motion, contact: int) -> FloatArray:
-        """As of the exact flow; of a contact that creeps as `stop_limits` says.
+    def _slow_share(self, contact: int) -> float:
+        """Return the share of the drive's largest rate below which the slip of a contact that creeps is none.
 
-        A periodic motion's stop across its end is listed once, its end beyond it.
+        It is 1/1000, or what an elastic contact of the same stiffness would yield at.
         """
-        spans, shortest = super().stops_of(motion, contact), 0.0
-        if self.law["states"][contact] > 0:
-            slow, shortest, ringing = stop_limits(self.frame.contacts[contact], self.problem.r, self.drive_rate)
-            times, slip = motion.begins[:, None] + motion.duration[:, None] * NODES, self.nodes(motion.rows)[3]
-            spans = slow_times(times.ravel(), slip[:, contact].ravel(), slow, ringing)
-        if motion.periodic and len(spans) > 1 and spans[0, 0] == motion.start and spans[-1, 1] >= motion.end - 1e-12:
-            spans[-1, 1] = spans[0, 1] + motion.end - motion.start
-            spans = spans[1:]
-        return spans[spans[:, 1] - spans[:, 0] > shortest]
+        return max(STOP_SHARE, 1.0 / (1.0 + self.frame.contacts[contact].parameter("stiffness_ratio", inf)))
+
+    def stop_limits(self, contact: int) -> tuple[float, float]:
+        """As of the exact flow; a contact that creeps is at rest in a turn, too: a stop lasts ten times as long."""
+        if self.law["states"][contact] <= 0:
+            return super().stop_limits(contact)
+        kappa = self.frame.contacts[contact].parameter("stiffness_ratio", inf)
+        return TURN * self.what.r / sqrt(1.0 + kappa), DWELL * self._slow_share(contact) * self.drive_time
+
+    def held_in(self, begins: FloatArray, pieces: FloatArray, contact: int) -> FloatArray:
+        """As of the exact flow; of a contact that creeps the times in which it is slow, ends by a straight line."""
+        if self.law["states"][contact] <= 0:
+            return super().held_in(begins, pieces, contact)
+        times = (begins[:, None] + pieces[:, 1:2] * NODES).ravel()
+        size, slow = np.abs(self.nodes(pieces)[3][:, contact].ravel()), self._slow_share(contact) * self.drive_rate
+        held = size < slow
+        change = np.flatnonzero(held[1:] != held[:-1])
+        share = (slow - size[change]) / (size[change + 1] - size[change])
+        at = times[change] + share * (times[change + 1] - times[change])
+        edges = np.concatenate((times[:1][held[:1]], at, times[-1:][held[-1:]]))
+        return edges.reshape(-1, 2)
 
     def nodes(self, pieces: FloatArray) -> list[FloatArray]:
         """Return what is recorded at the nodes of m steps: displacements (m, n, 8); velocities and inner states.
 
         Then come force and slip of the contacts, (m, c, 8) each.
         """
-        nodes = pieces[:, 2 + self.contacts :].reshape(len(pieces), -1, COUNT)
+        nodes = pieces[:, SIDE + self.contacts :].reshape(len(pieces), -1, COUNT)
         ends = np.cumsum((self.masses, self.components - self.masses, self.contacts))
         return np.split(nodes, ends, axis=1)
 
-    def at_ends(self, pieces: FloatArray, marks: NDArray[np.int64]) -> FloatArray:
-        """Return displacements, velocities and contacts' forces (k, 2 n + c) where so many steps (k,) are done."""
-        q, rest, force, _ = self.nodes(pieces[: marks[-1]])
-        nodes = np.concatenate((q, rest[:, : self.masses], force), axis=1)
-        return np.concatenate((nodes[:1, :, 0], nodes[marks[1:] - 1, :, STAGES]))
+    def stored(self, sample: FloatArray, f: float) -> FloatArray:
+        """As of the exact flow; what is in the spring of a contact with a state of its own its force at rest says."""
+        stored = super().stored(sample, f)
+        for c, contact in enumerate(self.frame.contacts):
+            if self.law["states"][c] > 0:
+                own, w = tuple(self.law["own"][c].tolist()), self.at_hand(self.works)[self.sliders + self.law["at"][c]]
+                force = float(self.formulas[c](own, 1.0, contact.beta, 0.0, 0.0, float(w), 1.0)[0])
+                stored[c] = 0.5 * force**2 / contact.parameter("stiffness_ratio")
+        return stored
 
     def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
         """As of the exact flow; a contact that has an age has its steady one."""
         y = super().rest_at(q, v, f)
         y[self.sliders + self.law["at"][self.law["states"] == 2] + 1] = 1.0
         return y
-
-    @property
-    def drive_rate(self) -> float:
-        """Largest rate of the forces that drive the masses, by the sum of their harmonics."""
-        return float((self._sizes @ np.arange(1.0, self._sizes.shape[1] + 1.0)).max())
 
     def steady(
         self,

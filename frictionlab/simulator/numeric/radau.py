@@ -27,12 +27,13 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import address_of, announce, inner
-from frictionlab.simulator.exact.account import LOOK
+from frictionlab.simulator.exact.account import LOOK, begin_look
 from frictionlab.simulator.exact.flow import (
     ADVANCE,
     TURN_OF,
     UPWARDS,
     Carrier,
+    begin_piece,
     call_formula,
     contact_at,
     freeze,
@@ -43,7 +44,7 @@ from frictionlab.simulator.exact.flow import (
     watches,
 )
 from frictionlab.simulator.exact.motion import COUNT, STAGES, base_at, base_at_time, place_of
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, TIRED, dot
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, TIRED, dot
 
 PEAK = 7e-5  # largest value of the node polynomial on the step
 MOST = 12  # of Newton's steps; two to four are usual
@@ -503,20 +504,17 @@ def seen_at(flow: Carrier, c: int, i: int) -> tuple[float, float]:
 
 
 @inner
-def record(flow: Carrier, t: float, h: float) -> None:
+def record(flow: Carrier, h: float) -> None:
     """Append the step just tried to the log, as far as there is space; count it in any case."""
-    work, steps, contacts = flow.work, flow.work.steps, flow.system.contacts
-    log, row, first = flow.pieces, work.count, 2 + contacts
-    work.count += 1
-    if row >= len(log):
+    steps, contacts, log = flow.work.steps, flow.system.contacts, flow.pieces
+    row, first = begin_piece(flow.system, flow.work, log, h), SIDE + contacts
+    if row < 0:
         return
-    log[row, 0], log[row, 1] = t, h
     for k in range(steps.components):
         for i in range(COUNT):
             log[row, first + COUNT * k + i] = steps.trial[k, i]
     first += COUNT * steps.components
     for c in range(contacts):
-        log[row, 2 + c] = float(work.side[c])
         for i in range(COUNT):
             log[row, first + COUNT * c + i], log[row, first + COUNT * (contacts + c) + i] = seen_at(flow, c, i)
 
@@ -524,10 +522,9 @@ def record(flow: Carrier, t: float, h: float) -> None:
 def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
     """As `account.look`, of a recorded step: its polynomial."""
     n, contacts = system.masses, system.contacts
-    at, theta = 2 + contacts, min(t / pieces[k, 1], 1.0)
+    at, theta = SIDE + contacts, min(t / pieces[k, 1], 1.0)
     if work.entered != k:
-        work.tau, work.entered = pieces[k, 0], k
-        base_at_time(system, work)
+        begin_look(system, work, pieces, k)
     base_at(system, work, t)
     for a in range(n):
         work.now_q[a] = between(pieces[k, at + COUNT * a :], theta)
@@ -538,7 +535,7 @@ def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
         if system.law.states[c] > 0:
             work.slip[c] = between(pieces[k, at + COUNT * (contacts + c) :], theta)
         else:
-            work.slip[c] = place_of(system, work.now_v, c, work.f[1]) if pieces[k, 2 + c] != 0.0 else 0.0
+            work.slip[c] = place_of(system, work.now_v, c, work.f[1]) if pieces[k, SIDE + c] != 0.0 else 0.0
     return 0
 
 
@@ -624,7 +621,7 @@ def accept(flow: Carrier, t: float, h: float) -> None:
             work.path += abs(along(system, steps.trial, 0, STAGES, c, steps.driven[0, STAGES]) - begun)
     for k in range(2 * n, steps.components):
         work.anchor[system.first[system.contacts] - 2 * n + k] = steps.trial[k, STAGES]
-    record(flow, t, h)
+    record(flow, h)
     work.tau = t + h
     move_cubic(system.cubic, h)
     base_at_time(system, work)
@@ -665,7 +662,7 @@ def begin_phase(flow: Carrier, slot: int) -> None:
 def through_phase(system: Any, work: Any, pieces: FloatArray, slot: int, tangent: bool) -> int:
     """As `flow.through_phase`, step by step.
 
-    Recorded is of each step: start, length, direction of slip (c); at its nodes values, contacts' force, slip (8 each).
+    Recorded is of each step, after what `begin_piece` does: at its nodes values, contacts' force, slip (8 each).
     """
     flow, steps, begun = Carrier(system, work, pieces), work.steps, work.tau
     begin_phase(flow, slot)

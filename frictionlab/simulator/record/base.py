@@ -101,20 +101,19 @@ class BaseRecord:
 
         return CubicSpline(self.time, self.values)
 
-    def pieces(self, parts: int = 1) -> tuple[FloatArray, FloatArray]:
-        """Return begins and end (k + 1,) and `cubics` (k, 4) of the spline, a sampling interval in so many parts."""
-        if parts == 1:
-            return self.time, np.ascontiguousarray(self._spline.c[::-1].T)
-        begins = (self.time[:-1, None] + np.outer(np.diff(self.time), np.arange(parts) / parts)).ravel()
-        derivatives = [self._spline(begins, order) / factorial(order) for order in range(4)]
-        return np.append(begins, self.time[-1]), np.column_stack(derivatives)
+    def pieces(self, parts: int = 1, *, acceleration: bool = False) -> tuple[FloatArray, FloatArray]:
+        """Return begins and end (k + 1,) and cubics (k, 4) of what drives, a sampling interval in so many parts.
 
-
-def derivatives_of(cubics: FloatArray, t: FloatArray) -> FloatArray:
-    """Return values and three derivatives (4, ..., n) of cubics (n, 4), at times (..., n) from the begin of each."""
-    c0, c1, c2, c3 = cubics.T
-    rates = c1 + t * (2.0 * c2 + 3.0 * t * c3), 2.0 * c2 + 6.0 * t * c3, np.broadcast_to(6.0 * c3, t.shape)
-    return np.array((c0 + t * (c1 + t * (c2 + t * c3)), *rates))
+        `acceleration`: of a displacement that of its second derivative.
+        """
+        time, cubics = self.time.copy(), self._spline.c[::-1].T.copy()
+        if parts > 1:
+            begins = (time[:-1, None] + np.outer(np.diff(time), np.arange(parts) / parts)).ravel()
+            cubics = np.column_stack([self._spline(begins, order) / factorial(order) for order in range(4)])
+            time = np.append(begins, time[-1])
+        if acceleration and self.quantity == "displacement":
+            cubics = np.column_stack((2.0 * cubics[:, 2], 6.0 * cubics[:, 3], np.zeros((len(cubics), 2))))
+        return time, cubics
 
 
 def _column(values: ArrayLike) -> FloatArray:

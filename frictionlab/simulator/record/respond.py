@@ -91,13 +91,13 @@ class RecordMotion:
 class Response(RecordMotion):
     """A motion under a sampled base, accounted for; energies are over k Y^2.
 
-    A contact with an inner state always creeps: a stop is then slow slip
-    (`frictionlab.simulator.numeric.flow.stop_limits`), and its path is the way slipped.
+    A contact with an inner state always creeps: a stop is then slow slip (`Integrated.stop_limits`), and its path is
+    the way slipped.
 
     Parameters
     ----------
-    contact_events : list of ndarray of shape (m, 3)
-        Of each contact: what begins, when, where: tau; 1 (slip up), -1 (slip down) or 0 (a stop); its displacement.
+    contact_stops : list of ndarray of shape (m, 2)
+        Of each contact: begin and end of each time in which it does not slip, rad.
     energy : float
         All that is dissipated: by friction, by the contacts' dashpots and by the frame's.
     contact_energies : ndarray of shape (c,)
@@ -112,7 +112,7 @@ class Response(RecordMotion):
         Way of each contact while it slips.
     """
 
-    contact_events: list[FloatArray]
+    contact_stops: list[FloatArray]
     energy: float
     contact_energies: FloatArray
     friction_energy: float
@@ -125,12 +125,6 @@ class Response(RecordMotion):
         """Way of the first contact while it slips."""
         return float(self.paths[0])
 
-    def stuck_in(self, contact: int) -> FloatArray:
-        """Begin and end of each time in which a contact (from 0) does not slip, rad, shape (k, 2)."""
-        events = self.contact_events[contact]
-        ends = np.append(events[1:, 0], self.time[-1])
-        return np.asarray(np.column_stack((events[:, 0], ends))[events[:, 1] == 0.0])
-
     @property
     def stops(self) -> int:
         """Times that the first contact, slipping, came to hold."""
@@ -138,13 +132,12 @@ class Response(RecordMotion):
 
     def stops_of(self, contact: int) -> int:
         """Times that a contact (from 0), slipping, came to hold."""
-        side = self.contact_events[contact][:, 1]
-        return int(np.count_nonzero((side[1:] == 0.0) & (side[:-1] != 0.0)))
+        return int(np.count_nonzero(self.contact_stops[contact][:, 0] > self.time[0]))
 
     @property
     def time_stuck(self) -> float:
         """Time in which the contact does not slip, rad."""
-        return float(np.sum(np.diff(self.stuck_in(0))))
+        return float(np.sum(np.diff(self.contact_stops[0])))
 
     @property
     def stuck_fraction(self) -> float:
@@ -153,7 +146,7 @@ class Response(RecordMotion):
 
     def row_of(self, contact: int) -> dict[str, object]:
         """What a contact (from 0) does: what it is, energy taken, stops, share of the time without slip, way, force."""
-        known, stuck = self.frame.contacts[contact], float(np.sum(np.diff(self.stuck_in(contact))))
+        known, stuck = self.frame.contacts[contact], float(np.sum(np.diff(self.contact_stops[contact])))
         return {
             "mass": known.mass,
             "against": known.against,
