@@ -150,6 +150,13 @@ def test_laws_with_states_of_their_own_move_two_masses_as_scipys_radau_does() ->
     assert sum(contact.energy_per_cycle or 0.0 for contact in state.contacts) == state.contact_energy_per_cycle
 
 
+def test_a_search_near_a_state_knows_what_its_elastic_sliders_hold() -> None:
+    contacts = [rubs("coulomb+stribeck", 1, beta=0.2, **LAWS["coulomb+stribeck"]), TWO[2][0]]
+    flow = present(steady_state(of_two(contacts)).orbit).flow
+    assert len(flow.at_section) == flow.size == 5
+    assert flow.carried(flow.at_section, 0.0, TURN)[0] == pytest.approx(flow.at_section, abs=1e-8)
+
+
 def test_a_record_moves_two_masses_with_states_of_their_own_as_the_slow_twin_does() -> None:
     base = BaseRecord(*some_base(7, 9, even=False))
     seen, twin = respond(of_two(MIXED, 1.0), base), Twin(of_two(MIXED, 1.0), CubicSpline(base.time, base.values))

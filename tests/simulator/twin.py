@@ -48,7 +48,8 @@ def steady(what: Problem | Structure, rtol: float = RTOL, near: SteadyState | No
 
 def start_of(orbit: Motion, tau: float = 0.0) -> Floats:
     """Displacement, velocity and inner states of an orbit at a time."""
-    return np.concatenate(([float(value) for value in orbit.at(tau)], orbit.flow.state(orbit, tau)[2:]))
+    state = orbit.flow.carried(orbit.flow.at_section, 0.0, tau)[0]
+    return np.concatenate(([float(value) for value in orbit.at(tau)], state[2:]))
 
 
 def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: float) -> Contact:

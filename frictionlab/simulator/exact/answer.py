@@ -4,14 +4,13 @@ Den Hartog's continuous motion (2.10-2.14) answers where it is valid: one undamp
 pure cosine.
 """
 
-from functools import cache
 from math import atan2, floor, hypot, inf, isnan, nan, pi, sqrt, tan
 from typing import Any
 
 import numpy as np
 from numba import from_dtype, types
 
-from frictionlab.arrays import ComplexArray, FloatArray
+from frictionlab.arrays import FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import address_of, caller, compiled, entry, inner
 from frictionlab.simulator.exact import orbit
@@ -28,12 +27,11 @@ from frictionlab.simulator.exact.flow import (
 )
 from frictionlab.simulator.exact.motion import base_at_time, contact_force, place_of
 from frictionlab.simulator.exact.orbit import TURN
-from frictionlab.simulator.exact.phase import DONE, TIRED, slot_of
+from frictionlab.simulator.exact.phase import DONE, TIRED, factorise, slot_of, substitute
 
 LOOKS = 1e7  # evaluations in a search, for each harmonic: some seconds
 CYCLES = 150.0  # natural periods that a search may always follow, ten evaluations each
 RESTING = 64  # cycles in which a mass that can rest comes to rest, or nearly so
-AUTO, CLOSED_ONLY, NEVER_CLOSED, WAITS = 0, 1, -1, -2  # WAITS: as the latter, and the motion is followed at once
 
 
 @compiled
@@ -169,37 +167,30 @@ def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
 @inner
 def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
     """Write the forced motion at tau = 0 as a start: contacts without friction, or elastic ones held; False: none."""
-    n = system.masses
-    matrix = np.empty((n, n + 1), np.complex128)
+    n, start[:] = system.masses, 0.0
+    matrix, force, rows = np.empty((n, n), np.complex128), np.empty(n, np.complex128), np.empty(n, np.int64)
     for c in range(system.contacts):
         work.kappa[c] = 0.0
         for i in range(system.first[c], system.first[c + 1]):
             work.kappa[c] += system.spring[i] if held else 0.0
-    for k in range(len(start)):
-        start[k] = 0.0
     for m in range(system.harmonics):
-        dynamic_stiffness(system, work, m, matrix)
-        if not orbit.solve_linear(matrix, n, 1e-15):
-            return False
+        k, line = m + 1.0, system.lines[m]
         for a in range(n):
-            start[a] += matrix[a, n].real
-            start[n + a] -= (m + 1.0) * matrix[a, n].imag
-    return True
-
-
-@inner
-def dynamic_stiffness(system: Any, work: Any, m: int, matrix: ComplexArray) -> None:
-    """Write the equations of the forced motion under a harmonic, each contact a spring `kappa`; last column: force."""
-    n, k, line = system.masses, m + 1.0, system.lines[m]
-    for a in range(n):
-        matrix[a, n] = complex(system.push[a, 0], k * system.push[a, 1]) * line
-        for b in range(n):
-            stiff = system.stiffness[a, b] - k * k * system.inertia[a, b]
+            push = complex(system.push[a, 0], k * system.push[a, 1])
+            for b in range(n):
+                matrix[a, b] = complex(system.stiffness[a, b] - k * k * system.inertia[a, b], k * system.damping[a, b])
             for c in range(system.contacts):
-                stiff += work.kappa[c] * system.row[c, a] * system.row[c, b]
-            matrix[a, b] = complex(stiff, k * system.damping[a, b])
-        for c in range(system.contacts):
-            matrix[a, n] += work.kappa[c] * system.follow[c] * system.row[c, a] * line
+                push += work.kappa[c] * system.follow[c] * system.row[c, a]
+                for b in range(n):
+                    matrix[a, b] += work.kappa[c] * system.row[c, a] * system.row[c, b]
+            force[a] = push * line
+        if not factorise(matrix, n, rows, 1e-15):
+            return False
+        substitute(matrix, n, rows, force)
+        for a in range(n):
+            start[a] += force[a].real
+            start[n + a] -= k * force[a].imag
+    return True
 
 
 @inner
@@ -244,62 +235,44 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
     straight = work.signature == 1 + TURN_OF and abs(work.path - 2.0 * amplitude) <= 1e-9 * amplitude
     miss = orbit.distance(system, y, image)
     if code == DONE and straight and 1e-14 * amplitude < miss <= 1e-9 * amplitude:
-        miss, code = orbit.shoot(flow, leg, y, 0.0)
+        miss, code = orbit.shoot(flow, leg, y, 0.0, orbit.LEAST)
     return code == DONE and straight and miss <= 1e-9 * amplitude
 
 
 @inner
-def simple(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, closed: int, row: FloatArray) -> int:
-    """Find a steady state without a search, and write the start of its orbit; return an outcome; AWAITED: none.
+def find(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
+    """Find a steady state without following the motion, and write the start of its orbit; return an outcome.
 
-    Where searches may begin is written to starts.
+    AWAITED: orbits may coexist, and the motion from rest is to be followed: `wait`. What is integrated starts from y.
     """
-    system, work = flow.system, flow.work
+    system, work, starts, count, smooth = flow.system, flow.work, np.empty((3, len(y))), 1, True
     alone = bool(system.alone)
     if grows(system):
         return places.UNBOUNDED
-    if is_integrated(system):
-        return places.AWAITED
-    if system.masses == 1 and abs(system.limit[0] * system.gradient[0]) >= system.stiffness[0, 0]:
-        return places.RUNAWAY
-    fill_starts(system, work, starts)
-    orbit.copy(starts[0], y)
-    if comes_to_rest(flow, leg, y, alone):
-        return places.STUCK
-    if (alone or closed == CLOSED_ONLY) and closed_form(flow, leg, y):
-        return places.PERIODIC
-    if closed == CLOSED_ONLY:
-        row[places.MISS] = inf
-        return places.NOT_FOUND
-    return places.AWAITED
-
-
-@inner
-def shot(flow: Any, leg: Any, starts: FloatArray, y: FloatArray, row: FloatArray) -> int:
-    """Find the orbit by Newton's method alone; return an outcome.
-
-    AWAITED: orbits may coexist, and the motion from rest is to be followed: `wait`.
-    """
-    system, work, alone, smooth = flow.system, flow.work, bool(flow.system.alone), True
-    for c in range(system.contacts):
-        smooth = smooth and ((system.up[c] == 1.0 and system.down[c] == 1.0) or is_integrated(system))
+    orbit.copy(y, starts[0])
+    if not is_integrated(system):
+        if system.masses == 1 and abs(system.limit[0] * system.gradient[0]) >= system.stiffness[0, 0]:
+            return places.RUNAWAY
+        fill_starts(system, work, starts)
+        orbit.copy(starts[0], y)
+        if comes_to_rest(flow, leg, y, alone):
+            return places.STUCK
+        if alone and closed_form(flow, leg, y):
+            return places.PERIODIC
+        count = 3 if system.sliders else 2
+        for c in range(system.contacts):
+            smooth = smooth and system.up[c] == 1.0 and system.down[c] == 1.0
     if not smooth:
         return places.AWAITED
     orbit.whole(leg, 1, 2 if system.mirrored else 1)
-    miss, code = orbit.only_orbit(flow, leg, starts, y)
+    miss, code = orbit.only_orbit(flow, leg, starts[:count], y)
     floor, row[places.MISS] = orbit.floor_of(system, orbit.size_of(system, work, y)), miss
     if code == TIRED or (code != DONE and alone):
         return orbit.verdict_of(code)
     if alone:
         return places.PERIODIC if miss <= 1e3 * floor else places.NOT_FOUND
-    close = code == DONE and miss <= floor
-    if (
-        not close
-        or abs(orbit.multiplier(system, work)) > 1.0 + 1e-9
-        or (system.sliders > 1 and not is_integrated(system))
-    ):
-        return places.AWAITED
-    return places.PERIODIC
+    stable = code == DONE and miss <= floor and abs(orbit.multiplier(system, work)) <= 1.0 + 1e-9
+    return places.PERIODIC if stable and (system.sliders <= 1 or is_integrated(system)) else places.AWAITED
 
 
 def wait(system: Any, work: Any, pieces: FloatArray, leg: Any, y: FloatArray, row: FloatArray) -> int:
@@ -317,11 +290,10 @@ def wait(system: Any, work: Any, pieces: FloatArray, leg: Any, y: FloatArray, ro
 
 
 WAIT = types.int64(*RECORDS, from_dtype(orbit.LEG), types.float64[::1], types.float64[::1])
-call_wait = caller(WAIT)
+call_wait, call_waiter = caller(WAIT), caller(types.int64(types.int64))
 
 
-@cache
-def waiter() -> int:
+def waiter(_: int) -> int:
     """Compile what follows the motion from a start; return its address."""
     return address_of(wait, WAIT)
 
@@ -413,14 +385,9 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
     held = (work.path == 0.0 or outcome == places.STUCK) and system.contacts > 0
     call_account(system.account, (system, work, flow.pieces, work.count, sums))
     fill_energies(system, leg, held, sums, row)
-
-
-@inner
-def name_solver(flow: Any, leg: Any, closed: int, row: FloatArray) -> None:
-    """Name the solver of an orbit that is Den Hartog's, from one turn to the next without a stop."""
-    system, straight = flow.system, flow.work.signature == 1 + TURN_OF and leg.sign < 0.0
-    if closed >= AUTO and row[places.OUTCOME] == places.PERIODIC and straight and is_plain(system) and system.limit[0]:
-        row[places.SOLVER] = places.CLOSED_FORM if system.harmonics == 1 else places.EXACT
+    straight = leg.sign < 0.0 and work.signature == 1 + TURN_OF and is_plain(system) and system.limit[0] > 0.0
+    if straight and system.harmonics == 1 and row[places.OUTCOME] == places.PERIODIC:  # it is Den Hartog's
+        row[places.SOLVER] = places.CLOSED_FORM
 
 
 @entry
@@ -430,7 +397,7 @@ def solve(
     pieces: FloatArray,
     legs: Any,
     ys: FloatArray,
-    closed: int,
+    waits: bool,
     sums: Any,
     rows: FloatArray,
     left: float,
@@ -438,28 +405,22 @@ def solve(
     """Fill the rows (k, ROW) of steady states of systems, each by itself, that rest or a start settles on.
 
     Starts are read from `ys` (k, size), rest where they are not numbers, and starts of the orbits are written there;
-    leg, pieces and sums (NUMBERS) are the last one's. A row is AWAITED where the motion is to be followed and the
-    system has no address yet of what does. `left`: evaluations that each may take, if those are fewer than its share.
+    leg, pieces and sums (NUMBERS) are the last one's. `waits`: the motion is followed at once. `left`: evaluations that
+    each may take, if those are fewer than its share.
     """
-    leg, starts, begun = legs[0], np.empty((3, ys.shape[1])), np.empty(ys.shape[1])
+    leg, begun = legs[0], np.empty(ys.shape[1])
     for k in range(len(rows)):
         one, works[0].left = Carrier(systems[k], works[0], pieces), left
-        given, found = begin_row(one, leg, rows[k]), places.AWAITED
+        given = begin_row(one, leg, rows[k])
         orbit.copy(ys[k], begun)
-        if closed != WAITS:
-            found = simple(one, leg, starts, ys[k], closed, rows[k])
-        if closed != WAITS and found == places.AWAITED:
-            if is_integrated(one.system):
-                orbit.copy(ys[k], starts[0])
-                found = shot(one, leg, starts[:1], ys[k], rows[k])
-            else:
-                found = shot(one, leg, starts[: 3 if one.system.sliders else 2], ys[k], rows[k])
-        if found == places.AWAITED and one.system.wait != 0:
+        found = places.AWAITED if waits else find(one, leg, ys[k], rows[k])
+        if found == places.AWAITED:
             one.work.left = given
             orbit.copy(begun, ys[k])
-            found = call_wait(one.system.wait, (one.system, one.work, pieces, leg, ys[k], rows[k]))
+            if one.work.wait == 0:
+                one.work.wait = call_waiter(one.system.waiter, (0,))
+            found = call_wait(one.work.wait, (one.system, one.work, pieces, leg, ys[k], rows[k]))
         end_row(one, leg, ys[k], found, given, sums[0], rows[k])
-        name_solver(one, leg, closed, rows[k])
 
 
 @entry

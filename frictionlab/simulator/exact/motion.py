@@ -48,9 +48,9 @@ STEPS = np.dtype(
         ("mobile", "f8", (_N, _N)),  # accelerations by net forces, as held contacts leave them
         ("moved", "f8", (_N,)),  # and by f''
         ("constant", "f8", (_N,)),  # constant forces of springs
-        ("inverse", "f8", (STAGES * LESS, STAGES * LESS)),  # of the stages' equations, q put in
+        ("factors", "f8", (STAGES * LESS, STAGES * LESS)),  # of the stages' equations, q put in
         ("right", "f8", (SIZE, STAGES)),
-        ("reduced", "f8", (2, STAGES * LESS)),
+        ("reduced", "f8", (STAGES * LESS,)),
         ("exchanged", "i8", (STAGES * LESS,)),
         ("held", "f8", (_C, COUNT)),  # force of each held contact at the nodes
         ("watch", "f8", (COUNT,)),  # an event's function at the nodes
@@ -63,6 +63,7 @@ WORK = np.dtype(
     [
         ("phases", PHASES),
         ("steps", STEPS),
+        ("wait", "i8"),  # address of `answer.wait`; 0: it is not known yet
         ("tau", "f8"),  # begin of the phase
         ("until", "f8"),  # end of the run
         ("count", "i8"),  # pieces met
@@ -214,16 +215,10 @@ def bound_base(system: Any, work: Any) -> None:
 
 @inner
 def begin_motion(system: Any, work: Any, i: int) -> None:
-    """Write the motion of the phase in slot i from the state at hand on; the base's is written."""
-    constant_forces(system, work, i)
-    work.at, work.fastest = np.nan, max(float(system.harmonics), 1e-3)
-    for j in range(work.phases.modes[i]):
-        begin_mode(system, work, i, j)
+    """Write the motion of the phase in slot i from the state at hand on; the base's is written.
 
-
-@inner
-def constant_forces(system: Any, work: Any, i: int) -> None:
-    """Write where contacts are, and the constant forces on the masses: slip, anchors, and what held contacts fix."""
+    First where contacts are, and the constant forces on the masses: slip, anchors, and what held contacts fix.
+    """
     n, contacts = system.masses, system.contacts
     for a in range(n):
         work.rest[a] = 0.0
@@ -237,6 +232,9 @@ def constant_forces(system: Any, work: Any, i: int) -> None:
         for c in range(contacts):
             if work.kappa[c] != np.inf:
                 work.net[a] -= system.row[c, a] * work.offset[c]
+    work.at, work.fastest = np.nan, max(float(system.harmonics), 1e-3)
+    for j in range(work.phases.modes[i]):
+        begin_mode(system, work, i, j)
 
 
 @inner

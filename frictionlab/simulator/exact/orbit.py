@@ -17,11 +17,10 @@ from frictionlab.arrays import FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import inner
 from frictionlab.simulator.exact.flow import call_run, is_integrated
-from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED
+from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED, factorise, substitute
 
 TURN = 2.0 * pi
-STEPS = 60  # of Newton's method to the only orbit
-FEW_STEPS = 8  # beside a motion
+STEPS, LEAST = 60, 0.01  # of Newton's method, and the least share of one that is tried
 ROUNDED = -1.0
 CONVERGED, ALMOST = 1e-13, 1e-8  # of an orbit's size: what steps leave of a miss, and what is taken where no less comes
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
@@ -142,32 +141,6 @@ def drive_size(system: Any) -> float:
 
 
 @inner
-def solve_linear(matrix: Any, size: int, least: float) -> bool:
-    """Solve linear equations in place, the right side in the last column; False where no pivot is more than `least`.
-
-    Two or three equations most of the time: LAPACK's call alone would take ten times as long.
-    """
-    for k in range(size):
-        best = k
-        for i in range(k + 1, size):
-            if abs(matrix[i, k]) > abs(matrix[best, k]):
-                best = i
-        if abs(matrix[best, k]) <= least:
-            return False
-        if best != k:
-            for j in range(size + 1):
-                matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
-        for i in range(size):
-            share = matrix[i, k] / matrix[k, k]
-            if i != k and share != 0.0:
-                for j in range(k, size + 1):
-                    matrix[i, j] -= share * matrix[k, j]
-    for k in range(size):
-        matrix[k, size] /= matrix[k, k]
-    return True
-
-
-@inner
 def unknowns(system: Any, work: Any, sign: float) -> NDArray[np.int64]:
     """Return which entries of a state a map changes: anchors of sliders that have not slipped in the run stay.
 
@@ -189,27 +162,28 @@ def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatA
     """Write where Newton's method expects the fixed point; False if it cannot say."""
     which = unknowns(system, work, leg.sign)
     size = len(which)
-    matrix = np.empty((size, size + 1))
+    matrix, step, rows = np.empty((size, size)), np.empty(size), np.empty(size, np.int64)
     for i in range(size):
         for j in range(size):
             matrix[i, j] = (1.0 if i == j else 0.0) - work.jacobian[which[i], which[j]]
-        matrix[i, size] = image[which[i]] - y[which[i]]
-    if not solve_linear(matrix, size, 0.0):
+        step[i] = image[which[i]] - y[which[i]]
+    if not factorise(matrix, size, rows, 0.0):
         return False
+    substitute(matrix, size, rows, step)
     copy(y, target)
     for i in range(size):
-        target[which[i]] += matrix[i, size]
+        target[which[i]] += step[i]
         if not abs(target[which[i]]) < 1e150:
             return False
     return True
 
 
 @inner
-def shoot(flow: Any, leg: Any, y: FloatArray, patience: float) -> tuple[float, int]:
+def shoot(flow: Any, leg: Any, y: FloatArray, patience: float, least: float) -> tuple[float, int]:
     """Move a state to the fixed point of a leg's map nearby; return its miss and how the last run ended.
 
-    Newton's steps are shortened until the miss shrinks; where none helps, the map itself is applied: once, then twice,
-    and so on, as often as patience allows. The run last carried is that from the state.
+    Newton's steps are shortened, to no less than a share, until the miss shrinks; where none helps, the map itself is
+    applied: once, then twice, and so on, as often as patience allows. The run last carried is that from the state.
     """
     system, work = flow.system, flow.work
     image, turns = np.empty(len(y)), 1
@@ -218,7 +192,7 @@ def shoot(flow: Any, leg: Any, y: FloatArray, patience: float) -> tuple[float, i
     for _ in range(STEPS):
         if code != DONE or miss <= (CONVERGED if is_integrated(system) else 2e-16) * size_of(system, work, y):
             break
-        less = stepped(flow, leg, y, image, miss)
+        less = stepped(flow, leg, y, image, miss, least)
         if ROUNDED < less < miss:
             miss = less
             continue
@@ -236,7 +210,7 @@ def shoot(flow: Any, leg: Any, y: FloatArray, patience: float) -> tuple[float, i
 
 
 @inner
-def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float) -> float:
+def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float, least: float) -> float:
     """Move a state and its image by the longest share of Newton's step that helps; return the miss then.
 
     ROUNDED: what is left is rounding, and the run last carried is that from the state; infinite: no share helps.
@@ -249,7 +223,7 @@ def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float) 
     if distance(system, y, target) <= 4e-15 * extent:
         return ROUNDED
     share = 1.0
-    while share > 0.01:
+    while share >= least:
         for k in range(size):
             trial[k] = y[k] + share * (target[k] - y[k])
         less = distance(system, trial, ahead) if carry(flow, leg, trial, ahead, True) == DONE else inf
@@ -330,7 +304,7 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
         for _ in range(2 if attempt == 0 or attempt >= len(starts) else 0):
             carry(flow, leg, y, image, False)
             copy(image, y)
-        miss, code = shoot(flow, leg, y, inf)
+        miss, code = shoot(flow, leg, y, inf, LEAST)
         idle = attempt == 0 and not rubs and len(starts) > 1 and distance(system, starts[0], starts[1]) > 0.0
         if code != DONE or (miss <= floor_of(system, size_of(system, work, y)) and not idle):  # the next is the orbit
             return miss, code
@@ -354,10 +328,10 @@ def continued(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
         y[k] = 0.0
     while more > 0.0:
         system.limit[0] = limit * (1.0 + more)
-        shoot(flow, leg, y, inf)
+        shoot(flow, leg, y, inf, LEAST)
         more = 0.2 * more if more > 1e-17 else 0.0
     system.limit[0] = limit
-    return shoot(flow, leg, y, inf)
+    return shoot(flow, leg, y, inf, LEAST)
 
 
 @inner
@@ -368,56 +342,29 @@ def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
     both pass the same events over a period, and the map is nearly linear between them: what it brings the motion nearer
     by is more than twice what it departs from its derivative.
     """
-    system, work = flow.system, flow.work
-    size = len(y)
-    image, later, target, ahead, orbit = np.empty(size), np.empty(size), np.empty(size), np.empty(size), np.empty(size)
-    code = carry(flow, leg, y, later, True)
-    passed, radius = work.signature, abs(multiplier(system, work))
-    copy(y, orbit)
-    copy(later, image)
-    miss, extent = distance(system, orbit, image), size_of(system, work, y)
-    floor = floor_of(system, extent)
-    if code != DONE:
+    system, work, size = flow.system, flow.work, len(y)
+    later, target, ahead, orbit = np.empty(size), np.empty(size), np.empty(size), y.copy()
+    if carry(flow, leg, y, later, False) != DONE:
         return inf, False
-    for _ in range(FEW_STEPS):
-        if miss <= (CONVERGED if is_integrated(system) else 2e-16) * extent or not newton_target(
-            system, work, leg, orbit, image, target
-        ):
-            break
-        code = carry(flow, leg, target, ahead, True)
-        less = distance(system, target, ahead) if code == DONE else inf
-        if less > 0.5 * miss and miss > floor:
-            return miss, False
-        if less >= miss:
-            code = carry(flow, leg, orbit, image, True)
-            break
-        radius = abs(multiplier(system, work))
-        copy(target, orbit)
-        copy(ahead, image)
-        miss = less
+    passed, extent = work.signature, size_of(system, work, y)
+    miss, code = shoot(flow, leg, orbit, 0.0, 1.0)
+    floor, radius = floor_of(system, extent), abs(multiplier(system, work))
+    if code != DONE or miss > floor:
+        return miss, False
     for k in range(size):
         bent = later[k] - orbit[k]
         for j in range(size):
             bent -= work.jacobian[k, j] * (y[j] - orbit[j])
         target[k], ahead[k] = bent, 0.0
     straight = distance(system, target, ahead) <= 0.5 * max(0.0, 1.0 - radius) * distance(system, y, orbit) + floor
-    same = code == DONE and miss <= floor and work.signature == passed
-    settles = same and straight and radius <= 1.0 + 1e-9
-    if leaves_some(system, work):  # what these hold is what rest leaves in them: they must not slip any more
-        settles = settles and distance(system, y, orbit) <= FOR_GOOD * extent
+    settles = straight and work.signature == passed and radius <= 1.0 + 1e-9
+    for c in range(system.contacts):
+        for i in range(system.first[c], system.first[c + 1]):
+            if system.gradient[c] != 0.0 and not work.slipped[i]:  # it holds what rest leaves in it, for good
+                settles = settles and distance(system, y, orbit) <= FOR_GOOD * extent
     for k in range(size):
         y[k] = orbit[k] if settles else y[k]
     return miss, settles
-
-
-@inner
-def leaves_some(system: Any, work: Any) -> bool:
-    """Return whether friction varies along the path and some sliders did not slip in the run last carried."""
-    for c in range(system.contacts):
-        for i in range(system.first[c], system.first[c + 1]):
-            if system.gradient[c] != 0.0 and not work.slipped[i]:
-                return True
-    return False
 
 
 @inner
@@ -441,7 +388,7 @@ def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
             code = carry(flow, leg, y, image, True)
             less = distance(system, y, image)
             if code == DONE and less <= 1e3 * floor_of(system, size_of(system, work, y)):
-                return shoot(flow, leg, y, 0.0)[0]
+                return shoot(flow, leg, y, 0.0, LEAST)[0]
     leg.turns = turns
     carry(flow, leg, y, image, True)
     return miss
@@ -501,7 +448,7 @@ def any_stable(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: int
         if attempt == 2:
             whole(leg, 1, 1)
         copy(forced if attempt == 2 else y, orbit)
-        miss, code = shoot(flow, leg, orbit, 64.0 if attempt == 2 else 0.0)
+        miss, code = shoot(flow, leg, orbit, 64.0 if attempt == 2 else 0.0, LEAST)
         near = miss <= (1e3 if attempt == 2 else 1.0) * floor_of(system, size_of(system, work, orbit))
         if code == DONE and near and abs(multiplier(system, work)) <= 1.0 + 1e-9:
             copy(orbit, y)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numba import from_dtype, types
+from numpy.typing import NDArray
 
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.simulator.compiled import caller, inner
@@ -57,7 +58,7 @@ SYSTEM = np.dtype(
         ("look", "i8"),  # of what says its motion at a time within a recorded piece,
         ("account", "i8"),  # of `account.account`,
         ("make", "i8"),  # of `make_modes`,
-        ("wait", "i8"),  # and of `answer.wait`; 0: it is not compiled yet
+        ("waiter", "i8"),  # and of what compiles `answer.wait`
         ("masses", "i8"),
         ("contacts", "i8"),
         ("sliders", "i8"),
@@ -120,12 +121,49 @@ PHASES = np.dtype(
 
 
 @inner
-def dot(one: FloatArray, other: FloatArray, count: int) -> float:
+def dot(one: Any, other: Any, count: int) -> Any:
     """Return the sum of the products of the first entries of two arrays."""
     total = 0.0
     for k in range(count):
         total += one[k] * other[k]
     return total
+
+
+@inner
+def factorise(matrix: Any, size: int, rows: NDArray[np.int64], least: float) -> bool:
+    """Make of a matrix, in place, its lower and upper triangular factors, rows exchanged as is written.
+
+    False where a pivot is no larger than `least`, or no number. A handful of equations most of the time: LAPACK's call
+    alone would take ten times as long.
+    """
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if abs(matrix[i, k]) > abs(matrix[best, k]):
+                best = i
+        rows[k] = best
+        if not least < abs(matrix[best, k]) < inf:
+            return False
+        for j in range(size if best != k else 0):
+            matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
+        for i in range(k + 1, size):
+            matrix[i, k] /= matrix[k, k]
+            for j in range(k + 1, size if matrix[i, k] != 0.0 else 0):
+                matrix[i, j] -= matrix[i, k] * matrix[k, j]
+    return True
+
+
+@inner
+def substitute(factors: Any, size: int, rows: NDArray[np.int64], right: Any) -> None:
+    """Solve linear equations in place of their right side, by what `factorise` made of their matrix."""
+    for k in range(size):
+        right[k], right[rows[k]] = right[rows[k]], right[k]
+    for i in range(1, size):
+        right[i] -= dot(factors[i], right, i)
+    for i in range(size - 1, -1, -1):
+        for j in range(i + 1, size):
+            right[i] -= factors[i, j] * right[j]
+        right[i] /= factors[i, i]
 
 
 @inner

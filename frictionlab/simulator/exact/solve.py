@@ -27,13 +27,12 @@ from frictionlab.simulator.structure import Contact, Structure
 
 announce("frictionlab.simulator.exact.answer")
 
-MAKER = address_in_python(phase.make_modes, phase.SYSTEM, phase.PHASES)
+MAKER, WAITER = address_in_python(phase.make_modes, phase.SYSTEM, phase.PHASES), address_in_python(answer.waiter)
 
 TURN = 2.0 * pi
 TOUCH = 1e-13  # rad: a shorter stick is no stop
 PIECES = 512  # recorded at first
 MOST_PIECES = 1 << 22
-CLOSED = {"auto": answer.AUTO, "closed-form": answer.CLOSED_ONLY, "exact": answer.NEVER_CLOSED}
 NOTHING: FloatArray = np.empty((0, 0))
 ONE: FloatArray = np.ones((1, 1))
 NEGATIVE = (
@@ -135,7 +134,7 @@ def _systems(
     _refuse_more("harmonics of the base", base.harmonics, phase.HARMONICS)
     systems, (mass, damping, stiffness), n = record_of(phase.SYSTEM, len(r)), frame, len(frame[0])
     systems["run"], systems["advance"], systems["look"], systems["account"] = RUNNER, ADVANCER, LOOKER, ACCOUNT
-    systems["make"] = MAKER
+    systems["make"], systems["waiter"] = MAKER, WAITER
     systems["harmonics"], systems["moves"], systems["lines"][:, : base.harmonics] = base.harmonics, 1.0, base.lines
     systems["masses"], systems["contacts"], systems["r"], each = n, len(contacts), r, np.reshape(r, (-1, 1, 1))
     systems["inertia"][:, :n, :n], systems["mobility"][:, :n, :n] = each * each * mass, _inverse(mass) / (each * each)
@@ -363,15 +362,16 @@ class Flow:
                     f"simulate: expected at most {MOST_PIECES} phases; got {count}; do: keep fewer cycles"
                 )
 
-    def solved(self, start: FloatArray | None = None, closed: int = answer.AUTO, left: float = inf) -> Solved:
+    def solved(self, start: FloatArray | None = None, *, waits: bool = False, left: float = inf) -> Solved:
         """Return the steady state that rest settles on, or the motion from a start.
 
-        `left`: evaluations that the search may take, if those are fewer than its own share.
+        `waits`: the motion is followed at once. `left`: evaluations that the search may take, if those are fewer than
+        its own share.
         """
         ys = np.full((1, self.size), nan) if start is None else start[np.newaxis].copy()
         count = PIECES if self.most == inf else 0  # an integrated orbit is recorded when it is found
         works, kept = self.workspace(), np.empty((count, self.width))
-        rows, leg, pieces = _searched(works, self.systems, ys, kept, closed, min(left, self.most))
+        rows, leg, pieces = _searched(works, self.systems, ys, kept, waits=waits, left=min(left, self.most))
         return Solved(rows[0], ys[0], pieces[: int(works[0]["count"])], leg, float(works[0]["spent"]))
 
     def refuse(self, code: int, motion: str = "") -> None:
@@ -399,8 +399,7 @@ class Flow:
         near: SteadyState | None = None,  # noqa: ARG002 - searches by exact phases need none
     ) -> SteadyState:
         """Return the steady state that rest settles on: see `frictionlab.simulator.steady_state`."""
-        what, many = self.what, isinstance(self.what, Structure)
-        found = self.solved(closed=answer.NEVER_CLOSED if many else CLOSED[solver])
+        what, many, found = self.what, isinstance(self.what, Structure), self.solved()
         code = int(found.row[places.OUTCOME])
         if meter is not None:
             meter.take(EXACT_STATE + found.spent / LOOKS)
@@ -408,7 +407,10 @@ class Flow:
             self.refuse(phase.CHATTER)
         if many and code in (places.PULLING, places.RUNAWAY):
             self.refuse(phase.PULLS)
-        if solver == "closed-form" and code == places.NOT_FOUND:
+        is_closed = found.row[places.SOLVER] == places.CLOSED_FORM or code in (places.STUCK, places.UNBOUNDED)
+        if solver == "exact":
+            found.row[places.SOLVER] = places.EXACT
+        if solver == "closed-form" and not is_closed:
             raise SimulationError(
                 f"steady state: closed form at r = {what.r!r}; expected continuous motion of an undamped mass under a"
                 " pure cosine (2.10); got stops, damping or harmonics; do: use solver 'exact'"
@@ -417,7 +419,7 @@ class Flow:
 
     def steady_from(self, x0: ArrayLike, v0: ArrayLike, looks: float = inf) -> tuple[SteadyState, float]:
         """Return what the motion from a start at tau = 0 settles on, and what is left of the work allowed."""
-        found = self.solved(self.rest(x0, v0), answer.WAITS, looks)
+        found = self.solved(self.rest(x0, v0), waits=True, left=looks)
         return self.state_of(found), looks - found.spent
 
     def state_of(self, found: Solved) -> SteadyState:
@@ -456,7 +458,7 @@ class Flow:
 def rows_of(systems: Any) -> FloatArray:
     """Return the rows (k, ROW) of the steady states of systems of one mass: the same bits as one by one."""
     ys = np.full((len(systems), 2 + int(systems["sliders"].max(initial=0))), nan)
-    return _searched(workspace(), systems, ys, np.empty((PIECES, SIDE + 5)), answer.AUTO, inf)[0]
+    return _searched(workspace(), systems, ys, np.empty((PIECES, SIDE + 5)))[0]
 
 
 def _searched(
@@ -464,26 +466,25 @@ def _searched(
     systems: Any,
     ys: FloatArray,
     pieces: FloatArray,
-    closed: int,
-    left: float,
+    *,
+    waits: bool = False,
+    left: float = inf,
 ) -> tuple[FloatArray, Any, FloatArray]:
     """Return the rows (k, ROW) of steady states, leg and pieces of the last; starts are read from ys and put there."""
-    legs, numbers = record_of(orbit.LEG), record_of(NUMBERS)
-    rows, begun = np.empty((len(systems), places.ROW)), ys.copy()
+    legs, numbers, rows, begun = (
+        record_of(orbit.LEG),
+        record_of(NUMBERS),
+        np.empty((len(systems), places.ROW)),
+        ys.copy(),
+    )
     some: Any = np.s_[:]
-    known = closed == answer.WAITS or answer.waiter.cache_info().currsize > 0
-    systems["wait"] = answer.waiter() if known else 0
     while True:
         found, starts = rows[some], begun[some].copy()
-        answer.solve(systems[some], works, pieces, legs, starts, closed, numbers, found, float(left))
+        answer.solve(systems[some], works, pieces, legs, starts, waits, numbers, found, float(left))
         rows[some], ys[some] = found, starts
-        codes = rows[:, places.OUTCOME].tolist()
-        if places.AWAITED in codes:
-            some, systems["wait"] = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED), answer.waiter()
-        elif places.OVERFULL in codes:
-            some, count = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL), int(works[0]["count"])
-            pieces = np.empty((max(4 * len(pieces), count), pieces.shape[1]))
-            if len(pieces) > MOST_PIECES:
-                raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got more")
-        else:
+        some = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL)
+        if not len(some):
             return rows, legs[0], pieces
+        pieces = np.empty((max(4 * len(pieces), int(works[0]["count"])), pieces.shape[1]))
+        if len(pieces) > MOST_PIECES:
+            raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got more")

@@ -5,22 +5,19 @@ from math import inf, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import address_of, record_of
-from frictionlab.simulator.exact import answer
 from frictionlab.simulator.exact.flow import FORMULA
 from frictionlab.simulator.exact.motion import COUNT, WORK
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, SLIDERS, STEEP
 from frictionlab.simulator.exact.solve import Flow, Solved, feel_acceleration
 from frictionlab.simulator.laws import TERMS, formula_of
-from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
-from frictionlab.simulator.numeric.radau import NODES, WEIGHTS
+from frictionlab.simulator.numeric.radau import NODES
 from frictionlab.simulator.problem import STATE, Meter, Problem
 from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
 from frictionlab.simulator.structure import Structure
@@ -39,23 +36,17 @@ STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the
 DWELL = 10.0  # a stop lasts at least so many times as long as that speed, over the drive's rate: else it is a turn
 
 
-def between(values: FloatArray, theta: FloatArray) -> FloatArray:
-    """Return polynomials through values (k, ..., 8) at the nodes, each at a share (k,) of its step: barycentric."""
-    apart = theta[:, None] - NODES
-    at_node = apart == 0.0
-    shares = np.where(at_node.any(axis=1)[:, None], at_node, WEIGHTS / np.where(at_node, 1.0, apart))
-    return np.asarray(np.einsum("k...i,ki->k...", values, shares / shares.sum(axis=1)[:, None]))
-
-
 class Integrated(Flow):
     """The flow of a problem or structure by steps.
 
     `rtol`: tolerance of the polynomial of each step, over the size of each component; 1e-12 to 1e-3. Where the two
-    energies of a steady state differ by more, steps are made finer, twice at most.
+    energies of a steady state differ by more, steps are made finer, twice at most. `at_section`: where the steady
+    motion that it has found is at phase 0 of the drive.
     """
 
     solver = "numeric"
     most, longest = MOST, LONGEST
+    at_section: FloatArray
 
     def __init__(self, what: Problem | Structure, rtol: float = RTOL) -> None:
         if not FINEST <= rtol <= COARSEST:
@@ -115,13 +106,6 @@ class Integrated(Flow):
     def pieces_in(self, cycles: int) -> int:
         """Return how many steps so many cycles are likely to have."""
         return STEPS * cycles
-
-    def state(self, motion: Motion, tau: ArrayLike) -> FloatArray:
-        """Return displacements, velocities and inner states, as the flow has them, at times tau, shape (..., size)."""
-        shape, index, within = motion.place(tau)
-        q, rest, _, _ = self.nodes(motion.rows[index])
-        theta = np.clip(within / motion.duration[index], 0.0, 1.0)
-        return between(np.concatenate((q, rest), axis=1), theta).reshape(*shape, -1)
 
     def _slow_share(self, contact: int) -> float:
         """Return the share of the drive's largest rate below which the slip of a contact that creeps is none.
@@ -186,10 +170,10 @@ class Integrated(Flow):
         weakens, spent = self.what.weakens, STATE
         begin = [self.carried(self.rest(), 0.0, TURN, FOLLOWED)[0] if weakens else self.rest()]
         if near is not None and near.orbit is not None and near.orbit.solver == self.solver:
-            begin.insert(0, near.orbit.flow.state(near.orbit, 0.0))
+            begin.insert(0, near.orbit.flow.at_section)
         for start, waits in [*((start, False) for start in begin), (begin[-1], True)]:
             left = inf if meter is None else meter.left - spent
-            found = self.solved(start, answer.WAITS if waits else answer.AUTO, left)
+            found = self.solved(start, waits=waits, left=left)
             spent += found.spent
             outcome, followed = found.row[places.OUTCOME], weakens and start is begin[-1]
             if outcome == places.UNBOUNDED or (
@@ -216,15 +200,17 @@ class Integrated(Flow):
             state = from_numbers(self.problem, found.row, solver="numeric", structure=structure)
             return replace(state, notes=state.notes | passive)
         for _ in range(TIGHTER + 1):
-            motion = flow.recorded(found.y, float(found.leg["tau"]), found.cycles, periodic=True)
+            tau = float(found.leg["tau"])
+            flow.at_section = flow.carried(found.y, tau, TURN - tau)[0] if tau else found.y
+            motion = flow.recorded(found.y, tau, found.cycles, periodic=True)
             numbers = numbers_of(motion, self.frame)
             off, size = numbers["closure_error"], taken_in(motion)
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
             dear = REFINING * len(motion.recorded) > MOST
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
                 break
-            flow = Integrated(what, flow.rtol * TIGHTEN)
-            better = flow.solved(flow.state(motion, 0.0), answer.WAITS if found.cycles > 1 else answer.AUTO)
+            begun, flow = flow.at_section, Integrated(what, flow.rtol * TIGHTEN)
+            better = flow.solved(begun, waits=found.cycles > 1)
             if (better.row[places.OUTCOME], better.cycles) != (places.PERIODIC, found.cycles):
                 break
             found = better

@@ -23,7 +23,6 @@ from math import comb, inf, isfinite
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import address_of, announce, inner
@@ -44,7 +43,7 @@ from frictionlab.simulator.exact.flow import (
     watches,
 )
 from frictionlab.simulator.exact.motion import COUNT, STAGES, base_at, base_at_time, place_of
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, TIRED, dot
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, TIRED, dot, factorise, substitute
 
 PEAK = 7e-5  # largest value of the node polynomial on the step
 MOST = 12  # of Newton's steps; two to four are usual
@@ -176,36 +175,9 @@ def rates(n: int, steps: Any) -> None:
 
 
 @inner
-def invert(a: FloatArray, n: int, rows: NDArray[np.int64]) -> bool:
-    """Invert a matrix in place, by Gauss-Jordan with row exchanges; False if it is singular or not finite."""
-    for k in range(n):
-        row = k
-        for i in range(k + 1, n):
-            if abs(a[i, k]) > abs(a[row, k]):
-                row = i
-        rows[k], pivot = row, a[row, k]
-        if not (pivot != 0.0 and isfinite(pivot)):
-            return False
-        a[row, k], a[k, k] = a[k, k], 1.0
-        for j in range(n):
-            if j != k:
-                a[k, j], a[row, j] = a[row, j], a[k, j]
-            a[k, j] /= pivot
-        for i in range(n):
-            if i != k:
-                share, a[i, k] = a[i, k], 0.0
-                for j in range(n):
-                    a[i, j] -= share * a[k, j]
-    for k in range(n - 1, -1, -1):
-        for i in range(n):
-            a[i, k], a[i, rows[k]] = a[i, rows[k]], a[i, k]
-    return True
-
-
-@inner
-def factorise(steps: Any, h: float, n: int) -> bool:
-    """Invert 1 - h A x J of the stages, J the slopes of their rates, with q' = v put in; False if that fails."""
-    a, slopes, less = steps.inverse, steps.slopes, steps.components - n
+def factorise_stages(steps: Any, h: float, n: int) -> bool:
+    """Factorise 1 - h A x J of the stages, J the slopes of their rates, with q' = v put in; False if that fails."""
+    a, slopes, less = steps.factors, steps.slopes, steps.components - n
     for k in range(less):
         for i in range(STAGES):
             for m in range(less):
@@ -219,22 +191,20 @@ def factorise(steps: Any, h: float, n: int) -> bool:
                             a[k * STAGES + i, b * STAGES + m] -= spring * MATRIX[j, m]
     for i in range(less * STAGES):
         a[i, i] += 1.0
-    return invert(a, less * STAGES, steps.exchanged)
+    return bool(factorise(a, less * STAGES, steps.exchanged, 0.0))
 
 
 @inner
 def solve_stages(steps: Any, h: float, n: int) -> None:
     """Solve the linear equations of all stages in place of their right-hand side, q by what v makes of it."""
-    right, given, found, slopes = steps.right, steps.reduced[0], steps.reduced[1], steps.slopes
-    less = steps.components - n
+    right, found, slopes, less = steps.right, steps.reduced, steps.slopes, steps.components - n
     for k in range(less):
         for i in range(STAGES):
-            given[k * STAGES + i] = right[n + k, i]
+            found[k * STAGES + i] = right[n + k, i]
             for b in range(n):
                 for j in range(STAGES):
-                    given[k * STAGES + i] += h * MATRIX[i, j] * slopes[k, b, j + 1] * right[b, j]
-    for i in range(STAGES * less):
-        found[i] = dot(steps.inverse[i], given, STAGES * less)
+                    found[k * STAGES + i] += h * MATRIX[i, j] * slopes[k, b, j + 1] * right[b, j]
+    substitute(steps.factors, STAGES * less, steps.exchanged, found)
     for i in range(STAGES):
         for b in range(n):
             right[b, i] += h * dot(MATRIX[i], found[b * STAGES :], STAGES)
@@ -249,7 +219,7 @@ def correct(flow: Carrier, slot: int, h: float, fresh: int) -> float:
     trial, right = steps.trial, steps.right
     forces(flow, slot, 1, COUNT)
     rates(n, steps)
-    if fresh and not factorise(steps, h, n):
+    if fresh and not factorise_stages(steps, h, n):
         return FAILED
     for k in range(steps.components):
         for i in range(STAGES):
@@ -340,7 +310,7 @@ def carry_tangent(flow: Carrier, h: float) -> None:
         steps.right,
         work.jacobian,
     )
-    factorise(steps, h, n)
+    factorise_stages(steps, h, n)
     for column in range(size + sliders):
         for a in range(n):
             push = 0.0
