@@ -16,7 +16,7 @@ SAME = 1e-6  # orbits whose energy and amplitude differ by less, over the larges
 STARTS, FEWER = 200, 50  # of one mass with exact slides, and where each takes a tenth of a second
 MOST = 64  # rounds that find a golden ratio, the root of x^(d + 1) = x + 1, to rounding
 LOOKS = 2e8  # at slides, from all rigid starts together: some 20 s; what is left of the starts then is "not found"
-OF_REST = Note.REST_STILL_FAR | Note.MAY_COEXIST | Note.MAY_GO_ON
+OF_REST = Note.MAY_COEXIST | Note.MAY_GO_ON
 
 
 @dataclass(frozen=True)

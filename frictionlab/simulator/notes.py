@@ -8,7 +8,6 @@ import numpy as np
 
 from frictionlab.simulator import row as places
 from frictionlab.simulator.problem import bound_of_force
-from frictionlab.simulator.row import PATIENCE
 
 if TYPE_CHECKING:
     from frictionlab.simulator.problem import Base, Wall
@@ -36,7 +35,6 @@ class Note(IntFlag):
     UNDAMPED = auto()
     CONTINUUM = auto()
     FORGETS_SLOWLY = auto()
-    REST_STILL_FAR = auto()
     MAY_COEXIST = auto()
     MAY_GO_ON = auto()
     FEWER_DIGITS = auto()
@@ -53,7 +51,7 @@ def notes_of(values: Mapping[str, Any], wall: "Wall", base: "Base", row: Any, *,
     up, down = (values.get(f"static_ratio_{way}", 1.0) for way in ("up", "down"))
     drive, static = bound_of_force(r, frame, wall, base), (up > 1.0) | (down > 1.0)
     outcome, multiplier = row[places.OUTCOME], row[places.MULTIPLIER]
-    moves, rests, unawaited = outcome == places.PERIODIC, outcome == places.STUCK, row[places.UNAWAITED] == 1.0
+    moves, rests = outcome == places.PERIODIC, outcome == places.STUCK
     undamped = (zeta == 0.0) & (frame == 0.0)
     free = (beta == 0.0) & undamped
     n = (0.5 / r + 0.5) // 1.0
@@ -77,8 +75,7 @@ def notes_of(values: Mapping[str, Any], wall: "Wall", base: "Base", row: Any, *,
         Note.UNDAMPED: (moves & free) | (held & undamped),
         Note.CONTINUUM: moves & many,
         Note.FORGETS_SLOWLY: moves & _not(free) & _not(many) & (1.0 - abs(multiplier) < SLOW),
-        Note.REST_STILL_FAR: moves & unawaited,
-        Note.MAY_COEXIST: moves & _not(unawaited) & static,
+        Note.MAY_COEXIST: moves & static,
         Note.MAY_GO_ON: rests & _not(held) & static & (beta < drive),
         Note.FEWER_DIGITS: (moves | rests) & _not(held) & loose,
     }
@@ -150,9 +147,6 @@ WORDS: Mapping[Note, str] = {
     Note.UNDAMPED: "nothing damps this motion: free vibration never dies out; this is the motion without",
     Note.CONTINUUM: "this is one of a continuum of motions (3.3) of one energy, the symmetric; rest creeps to its edge",
     Note.FORGETS_SLOWLY: f"the motion forgets its start slowly: a disturbance lasts {1 / SLOW:g} periods or more",
-    Note.REST_STILL_FAR: (
-        f"the run from rest was still far from this motion after {PATIENCE} cycles: rest may settle on another"
-    ),
     Note.MAY_COEXIST: (
         "friction that is larger at rest, falls with speed or varies along the path may have other motions beside this"
         " one, which rest settles on: --all lists them with their shares"

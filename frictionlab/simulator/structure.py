@@ -165,11 +165,6 @@ class Structure:
         return "base" in against and "wall" not in against
 
     @property
-    def rubs(self) -> bool:
-        """Whether there is any friction."""
-        return any(contact.beta > 0.0 for contact in self.contacts)
-
-    @property
     def weakens(self) -> bool:
         """Whether friction is larger at rest, falls with speed or varies along the path at some contact."""
         return any(contact.weakens for contact in self.contacts)

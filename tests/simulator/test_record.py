@@ -184,8 +184,9 @@ def test_a_contact_that_creeps_has_the_stops_of_the_rigid_one() -> None:
     assert stiff.friction_energy == pytest.approx(rigid.friction_energy, rel=1e-3)
 
 
-@pytest.mark.parametrize("law", ["coulomb", "coulomb+compliance", "coulomb+dahl"])
-def test_a_stop_goes_on_where_a_chunk_of_samples_ends(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("law", "few"), [("coulomb", 1e-9), ("coulomb+compliance", 1e-9), ("coulomb+dahl", 1e-3)])
+def test_a_stop_goes_on_where_a_chunk_of_samples_ends(law: str, few: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What creeps slips slowly as long as a line between the nodes of steps says, and its steps are others."""
     tau, y = some_base(3, 120, even=True)
     own = {} if law == "coulomb" else {"stiffness_ratio": 50.0}
     problem, base = Problem(1.0, 0.3, law=law, parameters=own), BaseRecord(tau + 1e4, y)
@@ -193,7 +194,7 @@ def test_a_stop_goes_on_where_a_chunk_of_samples_ends(law: str, monkeypatch: pyt
     monkeypatch.setattr(carrier, "CHUNK", 2)
     parts = respond(problem, base)
     assert len(whole.contact_stops[0]) > 5
-    assert parts.contact_stops[0] == pytest.approx(whole.contact_stops[0], abs=1e-9)
+    assert parts.contact_stops[0] == pytest.approx(whole.contact_stops[0], abs=few)
     assert parts.energy == pytest.approx(whole.energy, abs=1e-9)
 
 

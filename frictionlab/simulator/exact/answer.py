@@ -70,14 +70,6 @@ def is_plain(system: Any) -> bool:
 
 
 @inner
-def is_undamped_frame(system: Any) -> bool:
-    """Return whether all of the loop of one mass is its contact's: of r^2 times it, on a wall that follows a cosine."""
-    if system.masses != 1 or system.contacts != 1 or system.damping[0, 0] != system.dashpot[0]:
-        return False
-    return system.follow[0] == 0.0 or system.harmonics == 1
-
-
-@inner
 def grows(system: Any) -> bool:
     """Return whether a harmonic drives the mass exactly at resonance harder than friction can brake it."""
     if system.masses != 1 or system.damping[0, 0] != 0.0:
@@ -235,7 +227,7 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
     straight = work.signature == 1 + TURN_OF and abs(work.path - 2.0 * amplitude) <= 1e-9 * amplitude
     miss = orbit.distance(system, y, image)
     if code == DONE and straight and 1e-14 * amplitude < miss <= 1e-9 * amplitude:
-        miss, code = orbit.shoot(flow, leg, y, 0.0, orbit.LEAST)
+        miss, code = orbit.shoot(flow, leg, y, False)
     return code == DONE and straight and miss <= 1e-9 * amplitude
 
 
@@ -280,12 +272,12 @@ def wait(system: Any, work: Any, pieces: FloatArray, leg: Any, y: FloatArray, ro
 
     It is called by its address, and compiled when orbits may coexist for the first time.
     """
-    flow, starts = Carrier(system, work, pieces), np.empty((3, len(y)))
-    if not is_integrated(system):
-        fill_starts(system, work, starts)
     if isnan(y[0]):
+        starts = np.empty((3, len(y)))
+        fill_starts(system, work, starts)
         orbit.copy(starts[0], y)
-    row[places.MISS], outcome = orbit.settle_from(flow, leg, y, starts[2], 2 if system.mirrored else 1)
+    each = 2 if system.mirrored else 1
+    row[places.MISS], outcome = orbit.settle_from(Carrier(system, work, pieces), leg, y, each)
     return int(outcome)
 
 
@@ -323,7 +315,8 @@ def fill_energies(system: Any, leg: Any, held: bool, numbers: Any, row: FloatArr
     row[places.ENERGY] = numbers.loop / cycles
     row[places.CONTACT_ENERGY], row[places.FRAME_ENERGY] = taken / cycles, numbers.frame / cycles
     row[places.CLOSURE] = abs(numbers.gap) / cycles
-    if is_undamped_frame(system):  # then the loop is what the contact takes, to the last digit
+    alone = system.masses == system.contacts == 1 and system.damping[0, 0] == system.dashpot[0]
+    if alone and (system.follow[0] == 0.0 or system.harmonics == 1):  # then the loop is what the contact takes
         row[places.ENERGY] = taken / cycles / (system.inertia[0, 0] if system.follow[0] != 0.0 else 1.0)
         row[places.FRAME_ENERGY] = 0.0
     high, low = numbers.high[0], numbers.low[0]
@@ -360,9 +353,9 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
     """Fill the row of what was found with so many evaluations given; an orbit is that of the run last carried."""
     system, work, image = flow.system, flow.work, np.empty(len(y))
     outcome = places.COSTLY if work.left < 0.0 else found
-    work.spent, work.left = given - (work.left if work.left < inf else work.spent), inf
+    work.spent, work.left = given - work.left, inf
     row[places.OUTCOME] = float(outcome)
-    if outcome not in (places.PERIODIC, places.STUCK, places.UPCOMING):
+    if outcome not in (places.PERIODIC, places.STUCK):
         row[places.GROWTH] = row[places.MISS] if outcome == places.PARTING else nan
         row[places.MISS] = row[places.MISS] if outcome == places.COSTLY and row[places.MISS] < inf else nan
         return
@@ -372,12 +365,9 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
     orbit.write_image(system, work, leg, image)
     row[places.MISS] = orbit.distance(system, y, image) if outcome != places.STUCK else 0.0
     row[places.MULTIPLIER] = orbit.multiplier(system, work) ** (2.0 if leg.sign < 0.0 else 1.0)
-    row[places.PERIOD], row[places.UNAWAITED] = float(leg.turns), 1.0 if outcome == places.UPCOMING else 0.0
+    row[places.PERIOD] = float(leg.turns)
     if is_integrated(system):  # what it does its motion says
-        row[places.OUTCOME], row[places.SOLVER] = (
-            places.STUCK if outcome == places.STUCK else places.PERIODIC,
-            places.INTEGRATED,
-        )
+        row[places.SOLVER] = places.INTEGRATED
         return
     if work.count > len(flow.pieces):
         row[places.OUTCOME] = places.OVERFULL

@@ -20,7 +20,8 @@ from frictionlab.simulator.exact.flow import call_run, is_integrated
 from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED, factorise, substitute
 
 TURN = 2.0 * pi
-STEPS, LEAST = 60, 0.01  # of Newton's method, and the least share of one that is tried
+STEPS, FEW_STEPS = 60, 8  # of Newton's method, firmly and else
+LEAST = 0.01  # share of one that is tried
 ROUNDED = -1.0
 CONVERGED, ALMOST = 1e-13, 1e-8  # of an orbit's size: what steps leave of a miss, and what is taken where no less comes
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
@@ -179,33 +180,33 @@ def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatA
 
 
 @inner
-def shoot(flow: Any, leg: Any, y: FloatArray, patience: float, least: float) -> tuple[float, int]:
+def shoot(flow: Any, leg: Any, y: FloatArray, firmly: bool) -> tuple[float, int]:
     """Move a state to the fixed point of a leg's map nearby; return its miss and how the last run ended.
 
-    Newton's steps are shortened, to no less than a share, until the miss shrinks; where none helps, the map itself is
-    applied: once, then twice, and so on, as often as patience allows. The run last carried is that from the state.
+    Each of Newton's steps must halve the miss. `firmly`: they are shortened until the miss shrinks; where none helps,
+    the map itself is applied, once, then twice, and so on. The run last carried is that from the state.
     """
     system, work = flow.system, flow.work
     image, turns = np.empty(len(y)), 1
     code = carry(flow, leg, y, image, True)
     miss = distance(system, y, image)
-    for _ in range(STEPS):
+    for _ in range(STEPS if firmly else FEW_STEPS):
         if code != DONE or miss <= (CONVERGED if is_integrated(system) else 2e-16) * size_of(system, work, y):
             break
-        less = stepped(flow, leg, y, image, miss, least)
+        less = stepped(flow, leg, y, image, miss, LEAST if firmly else 1.0)
         if ROUNDED < less < miss:
             miss = less
             continue
         if less == ROUNDED:  # only rounding is left
             break
-        if patience <= 0.0:
+        if not firmly:
             return miss, carry(flow, leg, y, image, True)
         for _ in range(turns):
             copy(image, y)
             code = carry(flow, leg, y, image, True)
             if code != DONE:
                 return miss, code
-        miss, patience, turns = distance(system, y, image), patience - turns, min(2 * turns, 64)
+        miss, turns = distance(system, y, image), min(2 * turns, 64)
     return miss, code
 
 
@@ -304,7 +305,7 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
         for _ in range(2 if attempt == 0 or attempt >= len(starts) else 0):
             carry(flow, leg, y, image, False)
             copy(image, y)
-        miss, code = shoot(flow, leg, y, inf, LEAST)
+        miss, code = shoot(flow, leg, y, True)
         idle = attempt == 0 and not rubs and len(starts) > 1 and distance(system, starts[0], starts[1]) > 0.0
         if code != DONE or (miss <= floor_of(system, size_of(system, work, y)) and not idle):  # the next is the orbit
             return miss, code
@@ -328,10 +329,10 @@ def continued(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
         y[k] = 0.0
     while more > 0.0:
         system.limit[0] = limit * (1.0 + more)
-        shoot(flow, leg, y, inf, LEAST)
+        shoot(flow, leg, y, True)
         more = 0.2 * more if more > 1e-17 else 0.0
     system.limit[0] = limit
-    return shoot(flow, leg, y, inf, LEAST)
+    return shoot(flow, leg, y, True)
 
 
 @inner
@@ -347,7 +348,7 @@ def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
     if carry(flow, leg, y, later, False) != DONE:
         return inf, False
     passed, extent = work.signature, size_of(system, work, y)
-    miss, code = shoot(flow, leg, orbit, 0.0, 1.0)
+    miss, code = shoot(flow, leg, orbit, False)
     floor, radius = floor_of(system, extent), abs(multiplier(system, work))
     if code != DONE or miss > floor:
         return miss, False
@@ -388,19 +389,18 @@ def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
             code = carry(flow, leg, y, image, True)
             less = distance(system, y, image)
             if code == DONE and less <= 1e3 * floor_of(system, size_of(system, work, y)):
-                return shoot(flow, leg, y, 0.0, LEAST)[0]
+                return shoot(flow, leg, y, False)[0]
     leg.turns = turns
     carry(flow, leg, y, image, True)
     return miss
 
 
 @inner
-def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: int) -> tuple[float, int]:
+def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, int]:
     """Find the orbit that the motion from a state at tau = 0 settles on; return its miss and an outcome.
 
     Trials may cost half of the cycles followed, and each period is tried again only when the motion has come ten times
-    nearer. PARTING: motions beside it move apart, and the miss is their growth in a cycle. UPCOMING: a stable orbit is
-    near, but the motion was not seen to settle on it; `forced`: the motion without friction.
+    nearer. PARTING: motions beside it move apart, and the miss is their growth in a cycle.
     """
     system, work, size = flow.system, flow.work, len(y)
     most = (LONGEST_ELASTIC if system.sliders else LONGEST) * each
@@ -434,25 +434,6 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: in
         growth = parting(grown, at, each)
         if growth > 0.0:
             return growth, places.PARTING
-    return any_stable(flow, leg, y, forced, each)
-
-
-@inner
-def any_stable(flow: Any, leg: Any, y: FloatArray, forced: FloatArray, each: int) -> tuple[float, int]:
-    """Find a stable orbit of few cycles to which Newton's method comes from a state or the forced motion, afar."""
-    system, work, orbit = flow.system, flow.work, y.copy()
-    if not is_integrated(system):  # the last search has no limit: what was left before it says what was spent
-        work.spent, work.left = work.left, inf
-    for attempt in range(2 if is_integrated(system) else 3):
-        whole(leg, 1 if attempt == 0 else 2 if each == 1 else 4, each)
-        if attempt == 2:
-            whole(leg, 1, 1)
-        copy(forced if attempt == 2 else y, orbit)
-        miss, code = shoot(flow, leg, orbit, 64.0 if attempt == 2 else 0.0, LEAST)
-        near = miss <= (1e3 if attempt == 2 else 1.0) * floor_of(system, size_of(system, work, orbit))
-        if code == DONE and near and abs(multiplier(system, work)) <= 1.0 + 1e-9:
-            copy(orbit, y)
-            return miss, places.UPCOMING
     return inf, places.NOT_FOUND
 
 

@@ -121,7 +121,7 @@ PHASES = np.dtype(
 
 
 @inner
-def dot(one: Any, other: Any, count: int) -> Any:
+def dot(one: FloatArray, other: FloatArray, count: int) -> float:
     """Return the sum of the products of the first entries of two arrays."""
     total = 0.0
     for k in range(count):
@@ -159,7 +159,8 @@ def substitute(factors: Any, size: int, rows: NDArray[np.int64], right: Any) -> 
     for k in range(size):
         right[k], right[rows[k]] = right[rows[k]], right[k]
     for i in range(1, size):
-        right[i] -= dot(factors[i], right, i)
+        for j in range(i):
+            right[i] -= factors[i, j] * right[j]
     for i in range(size - 1, -1, -1):
         for j in range(i + 1, size):
             right[i] -= factors[i, j] * right[j]

@@ -4,7 +4,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import ceil, inf, nan, pi
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -438,11 +438,10 @@ class Flow:
     def described(self, found: Solved, numbers: dict[str, Any], notes: int = 0) -> SteadyState:
         """Return a state that was found by the numbers of its motion, with more notes."""
         row, stuck, weakens = found.row, numbers["regime"] == "stuck", self.what.weakens
-        off, size, unawaited = numbers["closure_error"], taken_in(numbers["orbit"]), bool(row[places.UNAWAITED])
+        off, size = numbers["closure_error"], taken_in(numbers["orbit"])
         said = {
             Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(row[places.MULTIPLIER]) < SLOW,
-            Note.REST_STILL_FAR: unawaited,
-            Note.MAY_COEXIST: not stuck and weakens and not unawaited,
+            Note.MAY_COEXIST: not stuck and weakens,
             Note.FEWER_DIGITS: self.most < inf and not stuck and size != 0.0 and off / size > COARSE,
         }
         numbers |= {
@@ -471,20 +470,15 @@ def _searched(
     left: float = inf,
 ) -> tuple[FloatArray, Any, FloatArray]:
     """Return the rows (k, ROW) of steady states, leg and pieces of the last; starts are read from ys and put there."""
-    legs, numbers, rows, begun = (
-        record_of(orbit.LEG),
-        record_of(NUMBERS),
-        np.empty((len(systems), places.ROW)),
-        ys.copy(),
-    )
-    some: Any = np.s_[:]
+    legs, numbers, rows = record_of(orbit.LEG), record_of(NUMBERS), np.empty((len(systems), places.ROW))
+    some, begun = cast("Any", np.s_[:]), ys.copy()
     while True:
         found, starts = rows[some], begun[some].copy()
         answer.solve(systems[some], works, pieces, legs, starts, waits, numbers, found, float(left))
         rows[some], ys[some] = found, starts
-        some = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL)
-        if not len(some):
+        if places.OVERFULL not in rows[:, places.OUTCOME].tolist():
             return rows, legs[0], pieces
+        some = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL)
         pieces = np.empty((max(4 * len(pieces), int(works[0]["count"])), pieces.shape[1]))
         if len(pieces) > MOST_PIECES:
             raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got more")

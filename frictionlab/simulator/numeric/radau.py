@@ -455,29 +455,14 @@ def land(flow: Carrier, slot: int, c: int, which: int, h: float, theta: float) -
 
 
 @inner
-def seen_at(flow: Carrier, c: int, i: int) -> tuple[float, float]:
-    """Return force and slip of a contact at a node of the step just tried.
+def record(flow: Carrier, h: float) -> None:
+    """Append the step just tried to the log, as far as there is space; count it in any case.
 
-    Slip is its speed where the contact creeps, else its direction.
+    Slip of a contact is its speed where the contact creeps, else its direction.
     """
     system, work, law, steps = flow.system, flow.work, flow.system.law, flow.work.steps
-    z = along(system, steps.trial, 0, i, c, steps.driven[0, i])
-    v, side = along(system, steps.trial, system.masses, i, c, steps.driven[1, i]), float(work.side[c])
-    if work.kappa[c] == inf:
-        return steps.held[c, i], side
-    if law.states[c] < 0:
-        return work.kappa[c] * z + work.offset[c] + system.dashpot[c] * v, side
-    w = steps.trial[law.at[c], i] if law.states[c] > 0 else 0.0
-    age = steps.trial[law.at[c] + 1, i] if law.states[c] > 1 else 0.0
-    d = contact_at(system, c, side, z, v, w, age)
-    return d[0] + system.dashpot[c] * v, d[5]
-
-
-@inner
-def record(flow: Carrier, h: float) -> None:
-    """Append the step just tried to the log, as far as there is space; count it in any case."""
-    steps, contacts, log = flow.work.steps, flow.system.contacts, flow.pieces
-    row, first = begin_piece(flow.system, flow.work, log, h), SIDE + contacts
+    log, contacts = flow.pieces, system.contacts
+    row, first = begin_piece(system, work, log, h), SIDE + contacts
     if row < 0:
         return
     for k in range(steps.components):
@@ -485,8 +470,18 @@ def record(flow: Carrier, h: float) -> None:
             log[row, first + COUNT * k + i] = steps.trial[k, i]
     first += COUNT * steps.components
     for c in range(contacts):
+        states, at = law.states[c], law.at[c]
         for i in range(COUNT):
-            log[row, first + COUNT * c + i], log[row, first + COUNT * (contacts + c) + i] = seen_at(flow, c, i)
+            z = along(system, steps.trial, 0, i, c, steps.driven[0, i])
+            v = along(system, steps.trial, system.masses, i, c, steps.driven[1, i])
+            force, slip = steps.held[c, i], float(work.side[c])
+            if states < 0:
+                force = work.kappa[c] * z + work.offset[c] + system.dashpot[c] * v
+            elif work.kappa[c] != inf:
+                w = steps.trial[at, i] if states > 0 else 0.0
+                d = contact_at(system, c, slip, z, v, w, steps.trial[at + 1, i] if states > 1 else 0.0)
+                force, slip = d[0] + system.dashpot[c] * v, d[5]
+            log[row, first + COUNT * c + i], log[row, first + COUNT * (contacts + c) + i] = force, slip
 
 
 def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
@@ -613,10 +608,8 @@ def guess(flow: Carrier, h: float) -> None:
 def begin_phase(flow: Carrier, slot: int) -> None:
     """Write what net forces and the base make of accelerations, and the constant forces of springs."""
     system, work, steps, n = flow.system, flow.work, flow.work.steps, flow.system.masses
-    for a in range(n):
-        steps.moved[a], steps.constant[a] = 0.0, 0.0
-        for b in range(n):
-            steps.mobile[a, b] = system.mobility[a, b]
+    steps.moved[:], steps.constant[:] = 0.0, 0.0
+    steps.mobile[:n, :n] = system.mobility[:n, :n]
     for c in range(system.contacts):
         if work.kappa[c] == inf:
             for a in range(n):
