@@ -15,11 +15,13 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ndtr, stdtrit
 
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.campaign.trials import short_name
 from frictionlab.inference.diagnose import OTHER_CAUSE, beside_the_law, strained_facts, to_declare
+from frictionlab.inference.fit import Model as FitModel
 from frictionlab.inference.fit import scattered, stepped, weighed
-from frictionlab.inference.ladder import SPENT, Ladder, climb
+from frictionlab.inference.ladder import NOT_DISTINGUISHED, NOT_TOLD, SPENT, Ladder, climb
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of
@@ -268,7 +270,8 @@ def fit_together(
                 law = ladders[material].chosen.law
                 notes += [f"{material}: {said}" for said in not_tried(ladders[material]) if SPENT in said]
             under = [observation.under(law) for observation in own]
-            infer(_spread_out(under)[:3])  # a material that cannot be fitted alone would end the fit of all
+            if law.is_exact or not find_law:
+                infer(_spread_out(under)[:3])  # a material that cannot be fitted alone would end the fit of all
         except NO_MOTION as error:
             notes.append(BY_TWO_NUMBERS.format(material, error))
             continue
@@ -278,21 +281,56 @@ def fit_together(
     near = next(iter(ladders.values())).posterior.values() if ladders and len(chosen) == 1 else None
     of_cycles, out = isinstance(chosen[0], CycleObservation), dict[str, tuple[float, float]]()
     try:
-        posterior = infer(chosen, near=near)
+        posterior = infer(chosen, near=near, at=_as_climbed(chosen, ladders))
         bare = posterior
         if not of_cycles:  # two numbers show an outlier by their noise alone
             bare = replace(posterior, fit=weighed(posterior.fit, np.zeros(len(chosen)), follows=False))
         if out := standing_out(bare):  # made again without those that stand out
             kept = [o for o in chosen if o.source not in out]
-            posterior = infer(kept, near=posterior.values())
+            posterior = infer(kept, near=posterior.values(), at=_as_climbed(kept, ladders))
         detuned = None
         if of_cycles:
             posterior, detuned = _against_another_rig(posterior, by_mass=by_mass)
             posterior, said = _against_richer_laws(posterior, do="" if find_law else DO_FIND)
-            notes += said
+            posterior, others = _told_apart(posterior, ladders)
+            notes += [*said, *others]
         return JointFit(posterior, at_each_force(posterior), ladders, out, detuned), notes
     except NO_MOTION as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
+
+
+def _climbed(model: FitModel, ladders: Mapping[str, Ladder]) -> Iterator[tuple[int, float, float]]:
+    """Yield the unknowns that ladders have found: place in a model, value, and distance to laws not distinguished."""
+    for found in (ladder.posterior for ladder in ladders.values()):
+        places = {observation.source: i for i, observation in enumerate(found.observations)}
+        apart = found.shifts.get(NOT_DISTINGUISHED, np.zeros(len(found.unknowns)))
+        for test in (test for test in model.tests if test.observation.source in places):
+            i = places[test.observation.source]
+            for k, times in zip(test.index.tolist(), test.factors.tolist(), strict=True):
+                if (there := found.fit.find(model.unknowns[k].name, i)) is not None:
+                    value, slope = found.shared(there, i)
+                    yield k, value / times, float(apart[there]) * slope / times
+
+
+def _as_climbed(tests: Sequence[Seen], ladders: Mapping[str, Ladder]) -> FloatArray | None:
+    """The point of ladders, of several tests with an integrated law: other starts are dear, or have no motion."""
+    if not ladders or len(tests) < 2 or all(observation.law.is_exact for observation in tests):
+        return None
+    model = model_of(tests)
+    point = np.zeros(len(model.unknowns))
+    for k, value, _ in _climbed(model, ladders):
+        point[k] = model.unknowns[k].at(value)
+    return point
+
+
+def _told_apart(posterior: Posterior, ladders: Mapping[str, Ladder]) -> tuple[Posterior, list[str]]:
+    """The posterior whose errors hold what laws say that the tests do not distinguish, and what is said of these."""
+    shift = np.zeros(len(posterior.unknowns))
+    for k, _, apart in _climbed(posterior.fit.model, ladders):
+        u = posterior.unknowns[k]
+        shift[k] = apart / u.slope(float(posterior.fit.point[k])) if u.law else 0.0
+    said = [f"{m}: {one}" for m, ladder in ladders.items() for one in ladder.posterior.warnings if NOT_TOLD in one]
+    return posterior.with_shift(NOT_DISTINGUISHED, shift) if shift.any() else posterior, said
 
 
 def _against_another_rig(posterior: Posterior, *, by_mass: bool) -> tuple[Posterior, Posterior | None]:

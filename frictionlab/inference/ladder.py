@@ -40,7 +40,8 @@ WORK = 8e5  # steps of integration, or as much work, for all laws of one test: s
 OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
 SHARE, LEAST = 0.5, 0.02  # of what is left, for one law or one start of it; of it all, below which none is begun
-RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
+RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts ...
+OF_RIVAL = 2.0, 4.0  # ... times so much, of one test and of several, for one held against it: it may take half
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
 CREEPS = 0.01  # of the largest speed: below it a motion does not slide
@@ -52,6 +53,7 @@ LIKELY = 0.05  # times as likely as the law that is given: from there on another
 APART = 1.0  # ... and is named if its friction ratio is so many errors away
 SPENT = "the work of a ladder was used up"
 NOT_DISTINGUISHED = "laws that the data do not distinguish"
+NOT_TOLD = "does not distinguish"
 
 Begun = tuple[Model, FloatArray, list[FloatArray]]  # model, point and deviations at which a fit begins
 
@@ -128,7 +130,7 @@ def climb(
             why = why if rigid else "a record or a table is held against the exact laws alone; do: --law names one"
             dear = tuple(term for term in (*EXACT, *NUMERIC, *DEAR) if term not in (CHEAP if rigid else EXACT))
             ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), f"not tried: {why}")
-    if accuracy != "fast" and cycles and len(observations) == 1:
+    if accuracy != "fast" and cycles:
         top = ladder.against_its_rival(top)
     rungs = tuple(ladder.rungs)
     ladder.left_out = {rung.law.name: rung.said for rung in rungs if rung.said} | ladder.left_out
@@ -189,16 +191,23 @@ class _Climb:
         """The better of a law and of those with friction that falls with speed, beside its terms and alone.
 
         In a slow test, or in one without stops, all may leave nothing but noise, each with another friction ratio.
+        Alone such a law is held against the best of several tests only where beside the others' terms it is better.
         """
-        if top.fit is None or top.law.kind not in ("rigid", "smooth") or not explains(top.fit, [0]):
+        tests = range(len(self.observations))
+        if top.fit is None or top.law.kind not in ("rigid", "smooth"):
+            return top
+        if not (explains(top.fit, tests) or _is_noise(top.fit)):
             return top
         kept = "+".join(t.name for t in top.law.terms if t.name not in excluded_by(TERMS[RIVAL]))
         for name in dict.fromkeys(laws_above(law_of(kept), (RIVAL,), 1) + laws_above(law_of("coulomb"), (RIVAL,), 1)):
-            self.work.left = 2.0 * RESERVE
+            self.work.left = OF_RIVAL[len(tests) > 1] * RESERVE * len(tests)
             self.rungs = [rung for rung in self.rungs if rung.law.name != name or SPENT not in rung.said]
             rival = self.tried(name, top)
             better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
-            top = rival if better and _is_better(top.held_out, rival.held_out) else top
+            if better and _is_better(top.held_out, rival.held_out):
+                top = rival
+            elif len(tests) > 1:
+                break
         return top
 
     def found_again(self, top: Rung) -> Posterior:
@@ -563,7 +572,7 @@ def told_apart(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posteri
     if named:
         law = f"{chosen.law.name} ({found.values()['beta']:.4g})"
         said = (
-            f"friction_ratio: this recording does not distinguish {law} from {', '.join(dict.fromkeys(named))}: its"
+            f"friction_ratio: what is recorded {NOT_TOLD} {law} from {', '.join(dict.fromkeys(named))}: its"
             " error holds the difference; tests at other frequencies or forces distinguish them (frictionlab plan)"
         )
         found = replace(found, warnings=(*found.warnings, said))

@@ -444,6 +444,7 @@ def infer(
     observations: Sequence[Observation],
     *,
     near: Mapping[str, float] | None = None,
+    at: FloatArray | None = None,
     most: int | None = None,
 ) -> Posterior:
     """Return what some tests, each under its law (`Observation.under`), say together of laws, sensors and rig.
@@ -451,7 +452,7 @@ def infer(
     Sensors and rig are fitted beside the law, each held by what is known of it. Where the law alone leaves no more than
     noise, and correcting them gains little, the values with sensors and rig as they are known are given; their errors
     hold how far the other values stand from them. ``near``: values (of the first test) that a fit begins at too;
-    ``most``: steps.
+    ``at``: coordinates in `model_of` these tests, at which alone it begins; ``most``: steps.
 
     Raises
     ------
@@ -460,7 +461,7 @@ def infer(
     """
     model = model_of(observations)
     model = model if most is None else replace(model, most=most)
-    starts = starting_points(model, near)
+    starts = starting_points(model, near) if at is None else [at]
     first = observations[0]
     law = [k for k, u in enumerate(model.unknowns) if u.law]
     held = None
