@@ -266,11 +266,11 @@ class Recording:
         """A channel by its name, or the sentence that it was not measured."""
         if name.startswith("__") or not quantity_named(name):
             raise AttributeError(f"a recording has no attribute {name!r}")
-        for channel in self.channels:
-            if channel.name == name:
-                return channel.values
-        known = ", ".join(self.measured())
-        raise RecordingError(f"{name}: not measured here: expected it among the channels; got {known}")
+        measured = self.measured()
+        if name not in measured:
+            known = ", ".join(measured)
+            raise RecordingError(f"{name}: not measured here: expected it among the channels; got {known}")
+        return measured[name]
 
     def __len__(self) -> int:
         return len(self.time)

@@ -32,7 +32,7 @@ scene: errors files log_options simulator
 experiment: errors files scene
 hdf5: __init__ errors files recording schema units
 maps: errors files hdf5 schema simulator tables workers
-logs: errors hdf5 log_options recording units
+logs: errors files hdf5 log_options recording units
 analysis: errors recording scene schema uncertainty
 uncertainty: scene schema
 planning: analysis errors inference scene schema simulator uncertainty

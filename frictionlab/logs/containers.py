@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, LogError
+from frictionlab.files import check_regular
 from frictionlab.hdf5 import arrays_inside, fault_of, is_recording
 from frictionlab.log_options import LogOptions
 
@@ -51,14 +52,13 @@ class Sheet:
 
 
 def read_binary(path: Path, options: LogOptions) -> Sheet | None:
-    """Read a log of a kind that is registered; ``None`` for any other file, and for one that cannot be opened."""
-    if not path.is_file():  # a pipe or a device is never read: it may not end
-        return None
+    """Read a log of a kind that is registered; ``None`` for any other file."""
     try:
+        check_regular(path)
         with path.open("rb") as file:
             first = file.read(1024)
-    except OSError:
-        return None  # whoever reads it as text says why
+    except OSError as error:
+        raise LogError(f"cannot be read ({error.strerror}): give the path of a log") from error
     kind = _kind_of(first, path)
     try:
         return READERS[kind](path, options) if kind else None
@@ -71,9 +71,9 @@ def read_binary(path: Path, options: LogOptions) -> Sheet | None:
 def _kind_of(first: bytes, path: Path) -> str:
     """Which of `READERS` reads a file, by its first bytes and its name; "" for none."""
     suffix = path.suffix.lower()
-    if first.startswith((b"MATLAB 5.0", b"MATLAB 7.3", b"\x89HDF\r\n\x1a\n")) or (
-        suffix == ".mat" and b"\0" in first[:20]
-    ):
+    if b"\x89HDF\r\n\x1a\n" in first:  # that of MATLAB 7.3 begins behind 512 bytes
+        return "hdf5"
+    if first.startswith((b"MATLAB 5.0", b"MATLAB 7.3")) or (suffix == ".mat" and b"\0" in first[:20]):
         return "matlab"
     if first.startswith(b"\x93NUMPY") or (first.startswith(b"PK") and suffix == ".npz"):
         return "numpy"
@@ -82,14 +82,15 @@ def _kind_of(first: bytes, path: Path) -> str:
     return {b"TDSm": "tdms", b"PAR1": "parquet"}.get(first[:4], "")
 
 
+def _hdf5(path: Path, options: LogOptions) -> Sheet:
+    """MATLAB 7.3, and whatever else is HDF5."""
+    if is_recording(path):
+        raise LogError("a recording of frictionlab, not a log: give it to `frictionlab analyze`")
+    return sheet_of("MATLAB", arrays_inside(path, _check_size), options)
+
+
 def _matlab(path: Path, options: LogOptions) -> Sheet:
-    """Versions 4 to 7 by scipy, 7.3 and any HDF5 by h5py."""
-    with path.open("rb") as file:
-        is_hdf5 = b"\x89HDF" in file.read(1024)
-    if is_hdf5:
-        if is_recording(path):
-            raise LogError("a recording of frictionlab, not a log: give it to `frictionlab analyze`")
-        return sheet_of("MATLAB", arrays_inside(path, _check_size), options)
+    """Versions 4 to 7."""
     if fault := fault_of(path):
         raise LogError(f"damaged: {fault}: save it again")
     from scipy.io import loadmat, whosmat  # noqa: PLC0415 - 0.2 s that other logs need not wait for
@@ -188,7 +189,7 @@ def _doubles(values: NDArray[Any]) -> FloatArray:
     return np.where(np.isnat(values), np.nan, values.astype("datetime64[ns]").astype(np.int64) / 1e9)
 
 
-READERS = {"matlab": _matlab, "numpy": _numpy, "json": _json, "parquet": _parquet, "tdms": _tdms}
+READERS = {"hdf5": _hdf5, "matlab": _matlab, "numpy": _numpy, "json": _json, "parquet": _parquet, "tdms": _tdms}
 
 
 def _check_size(numbers: int, packed: int) -> None:

@@ -123,10 +123,6 @@ def read_text(path: Path, encoding: str | None = None) -> Text:
 
 def _read(path: Path) -> bytes:
     try:
-        if not path.is_file():
-            other = "it is a pipe or a device" if path.exists() else "no such file"
-            what = "it is a folder" if path.is_dir() else other
-            raise LogError(f"cannot be read ({what}): give the path of a log")
         with path.open("rb") as file:
             before = os.fstat(file.fileno())
             raw = file.read()

@@ -84,7 +84,7 @@ def test_json_that_is_nested_too_deep_is_refused(depth: int, tmp_path: Path) -> 
 
 def test_a_log_is_a_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.csv")
-    for name, words in (("pipe.csv", "it is a pipe or a device"), ("", "it is a folder"), ("none", "no such file")):
+    for name, words in (("pipe.csv", "a pipe or a device"), ("", "a folder"), ("none", "No such file")):
         with pytest.raises(LogError, match=words):
             read_log(tmp_path / name)
 
