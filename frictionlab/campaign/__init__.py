@@ -72,7 +72,7 @@ SHARED_ERRORS = (
 )
 ASSUMED = "Assumed, for nobody has declared them in the scene: {}."
 OF_TRIAL = ("source", "material", "normal_force_n", "frequency_ratio", "duration_s")
-Watch = Callable[[Sequence[tuple[str, float]]], Iterable[tuple[str, float]]]
+Watch = Callable[[Sequence[Any]], Iterable[Any]]
 
 
 @dataclass(frozen=True)
@@ -201,7 +201,7 @@ def evaluate(
     ``trials``: one per test, in any order, failed ones too; ``folders``: where recordings are looked for, which give
     the long tests' points and the examples; ``observations``: by source the mean cycle of each test whose recording is
     at hand: these are fitted together on one rig; ``find_law``: find the law that each material's tests require
-    together; ``watch``: wraps the groups.
+    together; ``watch``: wraps the materials, then the groups.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def evaluate(
     groups = {setting: screen(some, model.first, scene) for setting, some in own.items()}
     by_mass = scene.rig.first.stiffness_n_per_m is None and stiffness is not None
     cycles = _cycles(groups, observations)
-    joint, unfitted = fit_together(cycles, find_law=find_law, accuracy=scene.accuracy, by_mass=by_mass)
+    joint, unfitted = fit_together(cycles, find_law=find_law, accuracy=scene.accuracy, by_mass=by_mass, watch=watch)
     joints = {} if joint is None else {setting: joint for setting in groups if joint.tests(*setting)}
     rest = {setting: group for setting, group in groups.items() if setting not in joints}
     by_rows, _ = fit_together(_rows(rest, model.first), find_law=False, accuracy=scene.accuracy)

@@ -7,10 +7,11 @@ friction ratio at each normal force: one linear step from it, by which Amontons'
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.special import ndtr, stdtrit
@@ -250,19 +251,24 @@ def standing_out(posterior: Posterior) -> dict[str, tuple[float, float]]:
 
 
 def fit_together(
-    tests: Mapping[str, Sequence[Seen]], *, find_law: bool, accuracy: str, by_mass: bool = False
+    tests: Mapping[str, Sequence[Seen]],
+    *,
+    find_law: bool,
+    accuracy: str,
+    by_mass: bool = False,
+    watch: Callable[[Sequence[Any]], Iterable[Any]] = iter,
 ) -> tuple[JointFit | None, list[str]]:
     """Fit the tests of all materials together, by their mean cycles or by their rows.
 
     ``tests``: observations by material, under the scene's law; ``find_law``: the tests of each material climb from
     plain Coulomb friction to theirs; ``accuracy``: of that ladder; ``by_mass``: the frame's stiffness is that of its
-    mass and natural frequency. Returns the joint fit (None where there is nothing to fit), and sentences of the
-    materials that could not be fitted.
+    mass and natural frequency; ``watch``: wraps the materials. Returns the joint fit (None where there is nothing to
+    fit), and sentences of the materials that could not be fitted.
     """
     chosen: list[Seen] = []
     ladders: dict[str, Ladder] = {}
     notes: list[str] = []
-    for material, own in tests.items():
+    for material, own in watch(tuple(tests.items())):
         try:
             law = own[0].law
             if find_law:

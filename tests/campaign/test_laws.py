@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -114,7 +114,15 @@ def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene
     """A long test alone at its normal force was read by plain Coulomb friction, 12 % off, beside its material's law."""
     write_recording(steady_recording(), tmp_path / "a.h5")
     measured = {**measure(steady_recording(), scene).row(), "source": "a.h5", "material": "steel", "duration_s": 900.0}
-    found = evaluate([{**measured, "normal_force_n": 1.5}], scene, folders=[tmp_path], law="auto")
+    gone_through = list[Any]()
+
+    def watch(items: Sequence[Any]) -> Iterator[Any]:
+        gone_through.append([item[0] for item in items])
+        return iter(items)
+
+    rows = [{**measured, "normal_force_n": 1.5}]
+    found = evaluate(rows, scene, folders=[tmp_path], law="auto", watch=watch)
+    assert gone_through == [["steel"], ["steel"]]  # materials that climb, which takes longest, and groups
     assert [law["law"] for law in found.laws if law["required"]] == ["coulomb"]
     assert present(present(found.joint).law("steel")).name == "coulomb"
     assert len(found.laws) > 1
