@@ -176,7 +176,9 @@ class SteadyState(Result):
         )
         said = "1 stop" if self.stops_per_cycle == 1.0 else f"{self.stops_per_cycle:g} stops"
         stops = f" with {said} per cycle" if self.stops_per_cycle else ""
-        return f"The motion {kept}: {self.regime}{stops}, {self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})."
+        what = f"{self.regime}{stops}, {self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})"
+        has_twin = self.symmetric is False and (self.structure or problem).has_mirror_image
+        return f"The motion {kept}: {what}{'; so does its mirror image, counted with it' if has_twin else ''}."
 
     def row(self) -> dict[str, object]:
         """Return the contract's keys of a steady state with their values; what does not exist is None."""
