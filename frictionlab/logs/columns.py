@@ -184,6 +184,8 @@ def _not_taken(columns: Sequence[LogColumn]) -> list[str]:
     said = []
     for column in columns:
         word = _SAYS.search(column.name)
+        laser = next((role for role in LASERS if column.unit in VOLTS and _NAMES[role].fullmatch(column.name)), "")
+        said += [f"column {column} is not taken: say what a volt is, --units '{laser}=5 mm/V'"] if laser else []
         if word is None or quantity_of(column.unit) not in ("", "voltage"):
             continue
         quantity = str(word.lastgroup)
@@ -224,12 +226,20 @@ def _further(
             name = next((role for role in named if "force" in role or _SAYS.search(column.name)), name)
         if name and name not in more:
             fitting.setdefault(name, []).append(column)
+    lost = [role for role in FURTHER if options.unit_of(role)[1] and role not in more and role not in fitting]
+    bare = [column for column in left if column.title and not column.name and column.unit in ("", *VOLTS)]
+    if len(lost) == len(bare) == 1:  # a column that is called "[V]" is what a volt was declared of
+        fitting[lost[0]] = bare
     warnings = [
         f"{_list(several)} could each be {name.replace('_', ' ')}: none is taken"
         + (f"; give {_flag(name)}" if name in FURTHER else "; name them apart")
         for name, several in fitting.items()
         if len(several) > 1
     ]
+    if bare and len(lost) != len(bare):
+        warnings += [
+            f"{role}: a volt of it is declared, but no column is called so: give {_flag(role)}" for role in lost
+        ]
     return more | {name: several[0] for name, several in fitting.items() if len(several) == 1}, warnings
 
 

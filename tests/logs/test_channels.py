@@ -81,7 +81,7 @@ def test_a_normal_force_in_any_unit_is_read_or_named(unit: str, size: float, tmp
 
 CALIBRATED = {  # title, role, unit of its calibration
     "friction [V]": ("contact_force", "N/V"), "friction": ("contact_force", "N/V"), "Fn": ("normal_force", "kN/V"),
-    "mass velocity [mV]": ("mass_velocity", "m/s/mV"), "moment": ("torque", "Nm/mV"),
+    "mass velocity [mV]": ("mass_velocity", "m/s/mV"), "moment": ("torque", "Nm/mV"), "[V]": ("contact_force", "N/V"),
 }  # fmt: skip
 
 
@@ -95,6 +95,16 @@ def test_a_declared_calibration_takes_the_column_that_is_called_so_or_named(titl
         assert recording.source.warnings == ()
         times = 4 * 1e3 ** (unit[0] == "k") * 1e3 ** (unit.endswith("mV") and "mV" not in title)
         np.testing.assert_allclose(recording.measured()[role], times * FORCE, rtol=1e-6, atol=1e-4)
+
+
+def test_volts_that_are_not_taken_are_said(tmp_path: Path) -> None:
+    path = log(tmp_path, **{"t [s]": T, "mass [V]": X, "[V]": FORCE})
+    one = read_log(path, LogOptions(units="contact_force=4 N/V"))
+    assert list(one.measured()) == ["contact_force"]
+    assert one.source.warnings == ("column 2 ('mass [V]') is not taken: say what a volt is, --units 'mass=5 mm/V'",)
+    path = log(tmp_path, **{"t [s]": T, "mass [mm]": X, "base [mm]": X, "[V]": FORCE})
+    said = read_log(path, LogOptions(units="contact_force=4 N/V,normal_force=9 N/V")).source.warnings
+    assert said[0] == "contact_force: a volt of it is declared, but no column is called so: give --contact-force"
 
 
 def test_a_log_without_displacements_is_a_recording_that_says_what_it_lacks(tmp_path: Path) -> None:
