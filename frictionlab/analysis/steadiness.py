@@ -143,8 +143,10 @@ def steps(parts: Sequence[Stretch]) -> tuple[list[str], list[str]]:
             first = jumps(series / over, noise=noise / (usual or 1.0), least=least).tolist() if over else []
             if first:
                 levels = [float(np.median(series[a:b])) for a, b in pairwise([0, *first, len(series)])]
-                to = ", to ".join(f"{b:.3g} at {t:.4g} s" for b, t in zip(levels[1:], time[first], strict=True))
-                said.append(f"{name} goes from {levels[0]:.3g} to {to} ({unit}): cut the log there")
+                digits = 1 - math.floor(math.log10(float(np.abs(np.diff(levels)).min()) or 1.0))  # that show each step
+                begin, *then = (f"{round(level, digits):g}" for level in levels)
+                to = ", to ".join(f"{level} at {t:.4g} s" for level, t in zip(then, time[first], strict=True))
+                said.append(f"{name} goes from {begin} to {to} ({unit}): cut the log there")
     return causes, answers
 
 
