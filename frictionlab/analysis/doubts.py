@@ -266,7 +266,7 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     free = math.inf if r is None else 1.0 / max(abs(1.0 - r * r), 0.02)  # amplitude of one mass without friction
     if apart < 0.005:  # no frame with a contact follows its base so closely
         yield f"mass: its channel repeats the base's (to {100.0 * apart:.2g} %): choose its column (--mass, [log] mass)"
-    elif energy <= -max(5.0 * (m.energy.se or 0.0), 0.01):
+    elif energy <= -max(5.0 * (m.energy.se or 0.0), m.energy.u or 0.0, 0.01):  # unless by a lag that is not known
         size = [np.abs(np.fft.rfft(cycle)[1 : HARMONICS + 1]) for cycle in (mass, base)]
         of_m, of_b = (float(np.linalg.norm(lines[1:]) / max(float(lines[0]), 1e-300)) for lines in size)
         cause = "a sensor counts the other way (turn its sign), or mass and base are swapped (--mass and --base)"

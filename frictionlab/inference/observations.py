@@ -311,10 +311,13 @@ class CycleObservation(OfCycles):
             )
         energy = self.energy.value or 0.0
         if not energy > 0.0:
+            cause = (
+                "are mass and base the right way round, and does no sensor count the other way (then turn its sign)?"
+            )
+            if (self.energy.u or 0.0) > abs(energy):
+                cause = "known as it is, the channels' clocks may make it anything: give lag_s and lag_s_u in [log]"
             raise AnalysisError(
-                f"no friction ratio: the loop's energy is {energy:.3g} k Y^2; expected more than 0: are the columns of"
-                " mass and base the right way round, and does no sensor count the other way (then turn the sign of its"
-                " column)?"
+                f"no friction ratio: the loop's energy is {self.energy} k Y^2; expected more than 0: {cause}"
             )
         return energy if self.wall == "fixed" else self.r**2 * energy
 

@@ -44,6 +44,10 @@ _SAYS = re.compile(  # what a column holds, by the words of its name
 )
 _GROUPED = re.compile(r"\s*[-+]?\d{1,3}(?:(?:\.\d{3})+,|(?:,\d{3})+\.)\d+\s*", re.ASCII)
 _CALIBRATE = "; for volts say what one is, --units 'mass=5 mm/V,base=5 mm/V'"
+_ONE_EACH = (
+    "if each sensor has its file, make a recording of both, which analyze, compare-numeric and campaign take:"
+    " `frictionlab ingest --mass-log FILE --base-log FILE -o NAME.h5`"
+)
 _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 
 
@@ -329,7 +333,7 @@ def _with_displacements(
         others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
         raise LogError(
             f"no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
-            "correct the units in the log's head, or give --mass-log and --base-log if there is one file per sensor"
+            f"correct the units in the log's head; {_ONE_EACH}"
             + (_CALIBRATE if any(c.unit in VOLTS for c in columns) else "")
         )
     mass = found.get("mass")
@@ -354,7 +358,7 @@ def _unassigned(columns: Sequence[LogColumn], time: LogColumn | None) -> LogErro
     more = [] if time is not None else ["--time or --sampling-rate where no column says it is the time"]
     more += ["--unit where the sensor's step does not show it"] if not any(c.unit for c in columns) else []
     if len(columns) == 1:
-        more += ["if each sensor has its file, first make one recording of both: ingest --mass-log --base-log"]
+        more += [_ONE_EACH]
     rest = f"; and {', '.join(more)}" if more else ""
     known = f" (time is {time})" if time is not None else ""
     return LogError(

@@ -192,7 +192,9 @@ def failure(path: Path, error: Exception) -> Row:
     reason = reason_of(error)
     for name in (str(path), path.name):
         reason = reason.removeprefix(f"{name}: ")
-    if isinstance(error, LogError) and "--" in reason:  # other commands over logs have none of its options
+    if (
+        isinstance(error, LogError) and "--" in reason and "`frictionlab ingest" not in reason
+    ):  # other commands over logs have none of its options
         reason += " (options of `frictionlab ingest`; the scene has them as keys of [log])"
     notes = getattr(error, "__notes__", [])
     return {"source": str(path), "status": FAILED, "reason": reason} | ({"warnings": notes} if notes else {})
