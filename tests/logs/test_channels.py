@@ -98,8 +98,7 @@ def test_a_declared_calibration_takes_the_column_that_is_called_so_or_named(titl
 
 
 def test_volts_that_are_not_taken_are_said(tmp_path: Path) -> None:
-    path = log(tmp_path, **{"t [s]": T, "mass [V]": X, "[V]": FORCE})
-    one = read_log(path, LogOptions(units="contact_force=4 N/V"))
+    one = read_log(log(tmp_path, **{"t [s]": T, "mass [V]": X, "[V]": FORCE}), LogOptions(units="contact_force=4 N/V"))
     assert list(one.measured()) == ["contact_force"]
     assert one.source.warnings == ("column 2 ('mass [V]') is not taken: say what a volt is, --units 'mass=5 mm/V'",)
     path = log(tmp_path, **{"t [s]": T, "mass [mm]": X, "base [mm]": X, "[V]": FORCE})
