@@ -192,19 +192,13 @@ def ticks(*levels: float) -> FloatArray:
 def test_a_test_in_steps_is_told_by_its_causes_and_times() -> None:
     """Wear, or a sensor, was said to be the cause where frequency, amplitude or normal force were stepped."""
     turn, even = 0.004 * TURN * np.cumsum(ticks(0.6, 1.0, 1.4)), np.ones(len(T))
-    far = 1j * ticks(39.80, 39.81)
+    far, mean = 0.02 + 1j * ticks(39.80, 39.81), "response_amplitude: the mean position of the response"
     for angle, x, y, n, said in (
         (turn, even, even, even, "drive_frequency_hz: the drive's frequency goes from 0.6 to 1 at 19.65 s, to 1.4 at"),
         (TURN * T, even, ticks(2, 2.6), even, "base_amplitude_m: the base's amplitude goes from 2 to 2.6 at 29.8"),
         (TURN * T, even, even, ticks(1.9, 3.1), "normal_force_n: the normal force goes from 1.9 to 3.1 at 29.79"),
         (TURN * T, ticks(1, 1, 0), even, even, "response_amplitude: the amplitude of the response goes from 1 to 0"),
-        (
-            TURN * T,
-            0.02 + far,
-            even,
-            even,
-            "response_amplitude: the mean position of the response goes from 39.8 to 39.81",
-        ),
+        (TURN * T, far, even, even, f"{mean} goes from 39.8 to 39.81"),
     ):
         log = seen(1e-3 * (x.real * np.sin(angle) + x.imag), 1e-3 * y * np.cos(angle), normal_force=n)
         told = measure(log, scene(None)).warnings
