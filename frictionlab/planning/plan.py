@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.inference.diagnose import diagnose
-from frictionlab.inference.fit import followed
+from frictionlab.inference.fit import followed, weighed
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.inference.posterior import Posterior, infer
 from frictionlab.inference.verdict import friction_of
@@ -408,7 +408,9 @@ def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float:
         rival = infer([test.observation.under(law, {})], near=near, most=MOST_STEPS)
     except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
         return math.nan
-    return test.posterior.fit.log_evidence - followed(rival.fit).log_evidence
+    missed = np.maximum(rival.fit.missed_shares, test.observation.missed)  # what no law explains, the other neither
+    weighs = weighed(rival.fit, missed, follows=False)
+    return test.posterior.fit.log_evidence - followed(weighs).log_evidence
 
 
 def _between(
