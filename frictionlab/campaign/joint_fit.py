@@ -22,7 +22,7 @@ from frictionlab.campaign.trials import short_name
 from frictionlab.inference.diagnose import OTHER_CAUSE, beside_the_law, strained_facts, to_declare
 from frictionlab.inference.fit import Model as FitModel
 from frictionlab.inference.fit import scattered, stepped, weighed
-from frictionlab.inference.ladder import NOT_DISTINGUISHED, NOT_TOLD, SPENT, Ladder, climb
+from frictionlab.inference.ladder import NO_DIFFERENCE, NOT_DISTINGUISHED, SPENT, Ladder, climb
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of
@@ -298,7 +298,7 @@ def fit_together(
         if of_cycles:
             posterior, detuned = _against_another_rig(posterior, by_mass=by_mass)
             posterior, said = _against_richer_laws(posterior, do="" if find_law else DO_FIND)
-            posterior, others = _told_apart(posterior, ladders)
+            posterior, others = _undistinguished(posterior, ladders)
             notes += [*said, *others]
         return JointFit(posterior, at_each_force(posterior), ladders, out, detuned), notes
     except NO_MOTION as error:
@@ -329,13 +329,13 @@ def _as_climbed(tests: Sequence[Seen], ladders: Mapping[str, Ladder]) -> FloatAr
     return point
 
 
-def _told_apart(posterior: Posterior, ladders: Mapping[str, Ladder]) -> tuple[Posterior, list[str]]:
+def _undistinguished(posterior: Posterior, ladders: Mapping[str, Ladder]) -> tuple[Posterior, list[str]]:
     """The posterior whose errors hold what laws say that the tests do not distinguish, and what is said of these."""
     shift = np.zeros(len(posterior.unknowns))
     for k, _, apart in _climbed(posterior.fit.model, ladders):
         u = posterior.unknowns[k]
         shift[k] = apart / u.slope(float(posterior.fit.point[k])) if u.law else 0.0
-    said = [f"{m}: {one}" for m, ladder in ladders.items() for one in ladder.posterior.warnings if NOT_TOLD in one]
+    said = [f"{m}: {one}" for m, ladder in ladders.items() for one in ladder.posterior.warnings if NO_DIFFERENCE in one]
     return posterior.with_shift(NOT_DISTINGUISHED, shift) if shift.any() else posterior, said
 
 

@@ -399,8 +399,8 @@ def _pressed_unevenly(found: Posterior, measurement: Measurement, *, counted: bo
     varies = float(np.abs(each.mean(axis=0) / each.mean() - 1.0).max())
     said = (
         f"friction_ratio: the measured normal force varies by up to {100 * varies:.2g} % within the cycle, which only"
+        " the fit to the mean cycle of a single mass counts: its error holds so much"
     )
-    said += " only the fit to the mean cycle of a single mass counts: its error holds so much"
     return _unsure(found, UNEVEN, varies * (OF_UNEVEN if counted else 1.0)), [] if counted else [said]
 
 

@@ -53,7 +53,7 @@ LIKELY = 0.05  # times as likely as the law that is given: from there on another
 APART = 1.0  # ... and is named if its friction ratio is so many errors away
 SPENT = "the work of a ladder was used up"
 NOT_DISTINGUISHED = "laws that the data do not distinguish"
-NOT_TOLD = "does not distinguish"
+NO_DIFFERENCE = "does not distinguish"
 
 Begun = tuple[Model, FloatArray, list[FloatArray]]  # model, point and deviations at which a fit begins
 
@@ -135,7 +135,7 @@ def climb(
     rungs = tuple(ladder.rungs)
     ladder.left_out = {rung.law.name: rung.said for rung in rungs if rung.said} | ladder.left_out
     as_it_is = posterior_of(top.fit) if top.fit is not None and whole else None
-    return Ladder(rungs, top, as_it_is or told_apart(ladder.found_again(top), top, rungs), ladder.left_out)
+    return Ladder(rungs, top, as_it_is or undistinguished(ladder.found_again(top), top, rungs), ladder.left_out)
 
 
 class _Climb:
@@ -537,7 +537,7 @@ def laws_above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
     return found
 
 
-def told_apart(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posterior:
+def undistinguished(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posterior:
     """Return the posterior with errors that hold what other laws say, each as likely as its evidence makes it.
 
     The law given is the simplest that is required; richer ones may be as likely, because a weak term stays unseen. Each
@@ -572,7 +572,7 @@ def told_apart(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posteri
     if named:
         law = f"{chosen.law.name} ({found.values()['beta']:.4g})"
         said = (
-            f"friction_ratio: what is recorded {NOT_TOLD} {law} from {', '.join(dict.fromkeys(named))}: its"
+            f"friction_ratio: what is recorded {NO_DIFFERENCE} {law} from {', '.join(dict.fromkeys(named))}: its"
             " error holds the difference; tests at other frequencies or forces distinguish them (frictionlab plan)"
         )
         found = replace(found, warnings=(*found.warnings, said))

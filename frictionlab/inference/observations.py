@@ -152,7 +152,7 @@ class CycleObservation(OfCycles):
     @property
     def place_words(self) -> str:
         """Where the contact is, as words."""
-        return f"{self.wall} wall" + ("" if self.pressed is None else ", momentary normal force")
+        return f"{self.wall} wall" + ("" if self.pressed_more is None else ", momentary normal force")
 
     @property
     def count(self) -> int:
@@ -166,7 +166,7 @@ class CycleObservation(OfCycles):
         """
         bent = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
         cubic, play, load = (values.get(name, 0.0) for name in ("spring_cubic", "play", "load_by_base"))
-        varies = self.pressed is not None or bool(load)
+        varies = self.pressed_more is not None or bool(load)
         if not any((*bent.values(), cubic, play, varies)):
             return simulated(self.law, self.held, self.wall, values, self.r, self.base)
         count = max(self.base.harmonics, SHARP if play or varies else CURVED if cubic else 3)
@@ -189,7 +189,7 @@ class CycleObservation(OfCycles):
         return finer(slid_of(self.cycle, "base")) + self.stands
 
     @cached_property
-    def pressed(self) -> FloatArray | None:
+    def pressed_more(self) -> FloatArray | None:
         """By how much the normal force is above its mean (p,), over that, where it is measured and varies."""
         each = self.cycle.pressed if self.single else None
         return None if each is None else finer(each.mean(axis=0) / each.mean()) - 1.0
@@ -211,7 +211,7 @@ class CycleObservation(OfCycles):
         if load:
             half = np.concatenate([[0.0], -0.5 * len(more) * order**2 * self.base.lines])
             more = load * np.fft.irfft(half, len(more))
-        return self.way * (more if self.pressed is None else more + self.pressed)
+        return self.way * (more if self.pressed_more is None else more + self.pressed_more)
 
     def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
         """Return the steady state at some values and its harmonics (K,), before the sensors; None where it has none."""

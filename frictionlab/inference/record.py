@@ -56,10 +56,9 @@ LEAVES = 2.0  # times the usual misfit of a period at which the prediction has l
 ABOVE_NOISE = 3.0  # times the sensor's noise, at least
 FEW_SHOWN = 3  # periods, at most, that show no usual one
 CALM = 3  # periods below that end such a stretch
-Periods = NDArray[np.intp]
-
-
 SPEEDS = 3.0  # times what a mass is seen to move at first, and how fast: what its first velocity may be
+
+Periods = NDArray[np.intp]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -156,9 +156,11 @@ def _flag_spikes(channel: Sensed) -> None:
 
     A motion bends and has corners, but does not jump. Reaching farther and farther around, longer runs are found.
     """
-    values, n = np.where(channel.quality == 0, channel.values, np.nan), len(channel.values)
+    values, n = channel.values, len(channel.values)
     if channel.step is None or n < _BLOCK:
         return
+    if channel.quality.any():
+        values = np.where(channel.quality == 0, values, np.nan)
     bends, wrong, whole = _bends(values), np.zeros(n, bool), n - n % _BLOCK
     usual = np.median(bends[:whole].reshape(-1, _BLOCK)[:, ::4], axis=1)
     around = np.max([usual, np.append(usual[1:], 0.0), np.append(0.0, usual[:-1])], axis=0)

@@ -408,9 +408,9 @@ def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float:
         rival = infer([test.observation.under(law, {})], near=near, most=MOST_STEPS)
     except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
         return math.nan
-    missed = np.maximum(rival.fit.missed_shares, test.observation.missed)  # what no law explains, the other neither
-    weighs = weighed(rival.fit, missed, follows=False)
-    return test.posterior.fit.log_evidence - followed(weighs).log_evidence
+    missed = np.maximum(rival.fit.missed_shares, test.observation.missed)  # the rig's part is under both laws
+    other_fit = followed(weighed(rival.fit, missed, follows=False))
+    return test.posterior.fit.log_evidence - other_fit.log_evidence
 
 
 def _between(

@@ -198,6 +198,7 @@ def test_a_test_in_steps_is_told_by_its_causes_and_times() -> None:
         (TURN * T, even, ticks(2, 2.6), even, "base_amplitude_m: the base's amplitude goes from 2 to 2.6 at 29.8"),
         (TURN * T, even, even, ticks(1.9, 3.1), "normal_force_n: the normal force goes from 1.9 to 3.1 at 29.79"),
         (TURN * T, ticks(1, 1, 0), even, even, "response_amplitude: the amplitude of the response goes from 1 to 0"),
+        (TURN * T, ticks(1, 3) * 1j, even, even, f"{mean} goes from"),
         (TURN * T, far, even, even, f"{mean} goes from 39.8 to 39.81"),
     ):
         log = seen(1e-3 * (x.real * np.sin(angle) + x.imag), 1e-3 * y * np.cos(angle), normal_force=n)

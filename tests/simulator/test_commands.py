@@ -67,6 +67,7 @@ def test_all_steady_states_are_told_with_their_shares(tmp_path: Path) -> None:
     alone = run("simulate", "--r", "0.5", "--beta", "0.4", "--all", "--plot", tmp_path / "all.png").stdout
     assert (tmp_path / "all.png").stat().st_size > 10_000
     assert "100 % of the starts: The motion repeats every cycle" in alone
+    assert "mirror image" not in alone
     of_twins = run("simulate", "--r", "0.5287", "--beta", "0.2235", "--mu", "3.27", "--all").stdout.split()
     assert "; so does its mirror image, counted with it." in " ".join(of_twins)
     for more in (["--cycles", "3"], ["--plot", "x.txt"], ["--solver", "exact"], ["-o", str(tmp_path / "all.h5")]):
