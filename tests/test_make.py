@@ -55,12 +55,6 @@ def times(folder: Path) -> dict[str, int]:
     return {str(p.relative_to(folder)): p.stat().st_mtime_ns for p in folder.rglob("*") if p.is_file()}
 
 
-def newer(folder: Path, before: dict[str, int]) -> set[str]:
-    """The logs whose results were written since, by the names of their results."""
-    there = {name for name, at in times(folder).items() if before.get(name) != at and "/" in name}
-    return {Path(name).name.split(".comparison")[0].split(".measurement")[0] for name in there}
-
-
 def log_text(seconds: float = 6.0, drive: float = 1.0) -> str:
     lines = ["time [s],mass [mm],base [mm]"]
     for i in range(int(seconds * 100)):
@@ -85,7 +79,9 @@ def test_a_changed_log_redoes_its_chain_alone_and_a_broken_one_is_named(desk: Pa
     os.utime(log, (log.stat().st_mtime - 1e6,) * 2)  # replaced by an older one
     again = make(desk)
     assert "1 of 2 logs" in again.stdout
-    assert newer(desk / "out", before) == {stems[0], f"{stems[0]}.h5", f"{stems[0]}.jsonl", f"{stems[0]}.json"}
+    there = {Path(name).name for name, at in times(desk / "out").items() if before.get(name) != at and "/" in name}
+    written = {name.split(".comparison")[0].split(".measurement")[0] for name in there}
+    assert written == {stems[0], f"{stems[0]}.h5", f"{stems[0]}.jsonl", f"{stems[0]}.json"}
     assert again.stdout.splitlines()[-4].startswith("test ")
     assert again.stdout.splitlines()[-1] == "recordings, measurements, comparisons and figures are in out/"
     told = json.loads((desk / "out" / "comparisons" / f"{stems[0]}.jsonl").read_text())

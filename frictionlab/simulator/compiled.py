@@ -11,6 +11,7 @@ import importlib
 import logging
 import os
 import tempfile
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -56,6 +57,7 @@ def _prepared(folder: Path) -> bool:
 FOLDER = _machine_code_folder()
 _ANNOUNCED: set[Path] = set()
 _CALLED: list[Any] = []  # functions called by their address
+_RAISED: dict[int, BaseException] = {}  # by thread: what compiled code cannot raise, until it returns
 OPTIONS = {"cache": _prepared(FOLDER), "error_model": "numpy"}
 
 
@@ -94,7 +96,10 @@ def entry(function: Function) -> Function:
     def called(*arguments: Any) -> Any:
         if not made:
             made.append(dispatcher.compile(tuple(numba.typeof(argument) for argument in arguments)))
-        return made[0](*arguments)
+        result = made[0](*arguments)
+        if _RAISED and (fault := _RAISED.pop(threading.get_ident(), None)) is not None:
+            raise fault
+        return result
 
     return cast("Function", called)
 
@@ -114,15 +119,22 @@ def address_of(function: Callable[..., Any], signature: Any) -> int:
 
 @functools.cache
 def address_in_python(function: Callable[..., int], *kinds: np.dtype[Any]) -> int:
-    """Return the address by which compiled code calls a function that is not compiled, of records and a number."""
+    """Return the address by which compiled code calls a function that is not compiled, of records and a number.
+
+    Where the function raises, Ctrl-C too, it gives 0, upon which its caller returns; the `entry` then raises it.
+    """
     if numba.config.DISABLE_JIT:
         _CALLED.append(function)
         return len(_CALLED)
 
     def called(*values: int) -> int:
-        places = [(ctypes.c_char * kind.itemsize).from_address(at) for kind, at in zip(kinds, values, strict=False)]
-        records = [np.frombuffer(memoryview(place), kind)[0] for kind, place in zip(kinds, places, strict=True)]
-        return function(*records, values[-1])
+        try:
+            places = [(ctypes.c_char * kind.itemsize).from_address(at) for kind, at in zip(kinds, values, strict=False)]
+            records = [np.frombuffer(memoryview(place), kind)[0] for kind, place in zip(kinds, places, strict=True)]
+            return function(*records, values[-1])
+        except BaseException as fault:  # noqa: BLE001 - raised by the entry
+            _RAISED[threading.get_ident()] = fault
+            return 0
 
     kept = ctypes.CFUNCTYPE(ctypes.c_int64, *(ctypes.c_void_p for _ in kinds), ctypes.c_int64)(called)
     _CALLED.append(kept)

@@ -13,6 +13,7 @@ import pytest
 from frictionlab.cli import announce_compiling
 from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Contact, Problem, Structure, compiled, simulate, steady_state, sweep
+from frictionlab.simulator.exact import answer
 from frictionlab.simulator.exact.phase import SIDE, SLOTS
 from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.numeric import Integrated
@@ -95,6 +96,13 @@ def test_where_nothing_can_be_kept_the_kernel_still_compiles(tmp_path: Path) -> 
         "print(OPTIONS['cache'], compiled(lambda x: 2.0 * x)(1.0))"
     )
     assert told_by(code, NUMBA_CACHE_DIR=str(blocked)).strip() == "False 2.0"
+
+
+def test_what_is_raised_where_compiled_code_calls_python_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A Ctrl-C while the last part was compiled was ignored, and the process crashed."""
+    monkeypatch.setattr(answer, "address_of", lambda *_: int("interrupted"))
+    with pytest.raises(ValueError, match="interrupted"):
+        steady_state(Problem(0.5287, 0.2235, 3.27))
 
 
 @pytest.fixture

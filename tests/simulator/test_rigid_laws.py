@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import UsageError
-from frictionlab.simulator import Base, Problem, SteadyState, steady_state
+from frictionlab.simulator import Base, Problem, steady_state
 from tests.desk import present
 from tests.simulator.twin import TURN, Twin, problem_of
 
@@ -46,10 +46,6 @@ def test_the_slow_twin_carries_the_orbit_back_to_its_start(problem: Problem) -> 
     assert twin.stops == state.stops_per_cycle
     swing = 0.5 * float(np.ptp(orbit.at(np.linspace(0.0, TURN, 4001))[0]))  # the mass's own, where the wall moves too
     assert swing <= present(state.response_amplitude) == pytest.approx(swing, rel=1e-5)
-
-
-def closes(state: SteadyState) -> None:
-    assert present(state.closure_error) <= 1e-11 * present(state.energy_taken)
 
 
 @st.composite
@@ -117,7 +113,7 @@ def test_the_closed_form_holds_only_where_neither_turn_stops() -> None:
     state = steady_state(problem)
     assert state.solver == "exact"
     assert state.symmetric is False
-    closes(state)
+    assert present(state.closure_error) <= 1e-11 * present(state.energy_taken)
 
 
 @pytest.mark.parametrize(

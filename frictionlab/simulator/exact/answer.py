@@ -409,6 +409,8 @@ def solve(
             orbit.copy(begun, ys[k])
             if one.work.wait == 0:
                 one.work.wait = call_waiter(one.system.waiter, (0,))
+            if one.work.wait == 0:  # it raised
+                return
             found = call_wait(one.work.wait, (one.system, one.work, pieces, leg, ys[k], rows[k]))
         end_row(one, leg, ys[k], found, given, sums[0], rows[k])
 
