@@ -111,28 +111,10 @@ def respond_to(
     largest size over omega_n^2, and the mass's displacement is that from the base. A fixed wall needs the base's
     displacement: an acceleration is integrated twice, without what is slower than `highpass_hz`.
 
-    Parameters
-    ----------
-    recording : Recording
-        Its base drives, by its displacement or, where that is absent, its acceleration; its mass is not looked at.
-    what : Problem or callable
-        What moves, with r = 1; beta is over k times the largest displacement of the base from its first value, Y.
-        Friction that is known in newtons, or a frame of several masses, is given as a function of Y [m].
-    natural_frequency_hz : float
-        Of the frame; of several masses, of the first storey alone.
-    stiffness_n_per_m : float, optional
-        Gives newtons and joules.
-    source : str
-        What the result calls its base.
-    highpass_hz : float, optional
-        Needed by an acceleration with a fixed wall.
-
-    Raises
-    ------
-    RecordingError
-        The base has a gap or jumps; or it is an acceleration, the wall is fixed and no high-pass is given.
-    SimulationError
-        The base does not move, or the law cannot be integrated.
+    ``recording``: its base drives, by its displacement or, where that is absent, its acceleration; its mass is not
+    looked at. ``what`` moves, as `frictionlab.respond` says, whose refusals are raised here; ``natural_frequency_hz``:
+    of the frame, of several masses that of the first storey alone; ``stiffness_n_per_m``: gives newtons and joules;
+    ``source``: what the result calls its base.
     """
     sketch = what if isinstance(what, Problem) else what(1.0)
     follows = sketch.wall == "base" if isinstance(sketch, Problem) else sketch.follows_base
