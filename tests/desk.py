@@ -94,16 +94,15 @@ def set_up(folder: Path, *names: str) -> Path:
     return folder
 
 
-def run_in(folder: Path, words: Sequence[str]) -> Answer:
+def run_in(folder: Path | None, words: Sequence[str], **environment: str) -> Answer:
     """Run a command there; not as a child of the make that may be running the tests."""
-    alone = {key: value for key, value in os.environ.items() if key not in OF_MAKE}
+    alone = {key: value for key, value in os.environ.items() if key not in OF_MAKE} | environment
     return subprocess.run(words, cwd=folder, env=alone, capture_output=True, text=True, check=False, timeout=170)
 
 
 def told_by(code: str, *words: str, cwd: Path | None = None, **environment: str) -> str:
     """What Python code prints in a process of its own."""
-    line, env = [sys.executable, "-c", code, *words], os.environ | environment
-    done = subprocess.run(line, cwd=cwd, env=env, capture_output=True, text=True, check=False, timeout=170)
+    done = run_in(cwd, [sys.executable, "-c", code, *words], **environment)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

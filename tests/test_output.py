@@ -294,8 +294,7 @@ def test_a_reader_that_has_left_is_no_fault_to_speak_of(run: Run) -> None:
     os.close(reading)
     done = run("show", SCENE, stdout=writing)
     os.close(writing)
-    assert done.returncode == 141  # as the shell tells a program that such a pipe ended
-    assert done.stderr == b""
+    assert (done.returncode, done.stderr) == (141, b"")  # as the shell tells a program that such a pipe ended
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")

@@ -4,6 +4,7 @@ import io
 import json
 import logging
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import pytest
 from frictionlab.cli import announce_compiling
 from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Contact, Problem, Structure, compiled, simulate, steady_state, sweep
-from frictionlab.simulator.exact import answer
+from frictionlab.simulator.exact import answer, solve
 from frictionlab.simulator.exact.phase import SIDE, SLOTS
 from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.numeric import Integrated
@@ -101,6 +102,7 @@ def test_where_nothing_can_be_kept_the_kernel_still_compiles(tmp_path: Path) -> 
 def test_what_is_raised_where_compiled_code_calls_python_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
     """A Ctrl-C while the last part was compiled was ignored, and the process crashed."""
     monkeypatch.setattr(answer, "address_of", lambda *_: int("interrupted"))
+    monkeypatch.setattr(solve, "_OWN", threading.local())  # where what is compiled is not known yet
     with pytest.raises(ValueError, match="interrupted"):
         steady_state(Problem(0.5287, 0.2235, 3.27))
 
