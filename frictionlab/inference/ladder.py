@@ -34,7 +34,7 @@ YIELDING = tried_of("elastic")
 EXACT = (*CHEAP, *YIELDING)
 SMOOTH, INNER = tried_of("smooth"), tried_of("inner")  # milliseconds a steady state: the first cost less ...
 NUMERIC = (*SMOOTH, *INNER)
-RIVAL = "stribeck"  # the term that is held against what a ladder ends at
+RIVALS = {"rigid": "stribeck", "smooth": "stribeck", "elastic": "dahl"}  # kind of the law a ladder ends at -> a term
 DEAR = tried_of("smooth", "inner", effort=2)  # ... and up to a second
 WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
@@ -188,18 +188,18 @@ class _Climb:
         return best if best is top or _is_noise(best.fit) else self.upward(best, CHEAP)
 
     def against_its_rival(self, top: Rung) -> Rung:
-        """The better of a law and of those with friction that falls with speed, beside its terms and alone.
+        """The better of a law and of those with its rival term, beside its other terms and alone.
 
-        In a slow test, or in one without stops, all may leave nothing but noise, each with another friction ratio.
-        Alone such a law is held against the best of several tests only where beside the others' terms it is better.
+        The rival of a rigid contact is friction that falls with speed, that of one that yields at once is one that
+        yields by and by. In a slow test, or in one without stops, all may leave nothing but noise, each with another
+        friction ratio. Alone such a law is held against the best of several tests only where beside the others' terms
+        it is better.
         """
-        tests = range(len(self.observations))
-        if top.fit is None or top.law.kind not in ("rigid", "smooth"):
+        tests, term = range(len(self.observations)), RIVALS.get(top.law.kind, "")
+        if top.fit is None or not (term and (explains(top.fit, tests) or _is_noise(top.fit))):
             return top
-        if not (explains(top.fit, tests) or _is_noise(top.fit)):
-            return top
-        kept = "+".join(t.name for t in top.law.terms if t.name not in excluded_by(TERMS[RIVAL]))
-        for name in dict.fromkeys(laws_above(law_of(kept), (RIVAL,), 1) + laws_above(law_of("coulomb"), (RIVAL,), 1)):
+        kept = "+".join(t.name for t in top.law.terms if t.name not in excluded_by(TERMS[term]))
+        for name in dict.fromkeys(laws_above(law_of(kept), (term,), 1) + laws_above(law_of("coulomb"), (term,), 1)):
             self.work.left = OF_RIVAL[len(tests) > 1] * RESERVE * len(tests)
             self.rungs = [rung for rung in self.rungs if rung.law.name != name or SPENT not in rung.said]
             rival = self.tried(name, top)
