@@ -104,9 +104,8 @@ def compare_record(
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
         record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
-        posterior, uneven = _pressed_unevenly(
-            _over_time(_as_cycle(cycle.under(best.law()), best), record), measurement, counted=False
-        )
+        posterior = _as_cycle(cycle.under(best.law()), best).with_doubt(OVER_TIME, record.wandering)
+        posterior, uneven = _pressed_unevenly(posterior, measurement, counted=False)
         said = (*said, *uneven)
         by_record = compared(
             *(measurement, scene, posterior, None, words.ANOTHER if climbed is None else OF_RECORD),
@@ -252,20 +251,19 @@ def compare_table(
     found, ladder = _found(observation, scene, law, friction_ratio)
     observation, values = cast("TableObservation", found.tests[0].observation), found.values()
     states = list(observation.states(values))
-    reference, stated = states[observation.reference], observation.is_stated
-    said = [*scene.rig.doubts, *table.said, *found.warnings]
-    judged = _judged(
-        *(found, scene, ladder, found.fit.nrmse(), said),
+    reference = states[observation.reference]
+    return _judged(
+        *(found, scene, ladder, found.fit.nrmse(), [*scene.rig.doubts, *table.said, *found.warnings]),
+        after=() if observation.is_stated else (NO_ERRORS,),
         what="table",
         of="stated errors",
-        floor=observation.floor if stated else None,
+        floor=observation.floor if observation.is_stated else None,
         amplitude=Estimate(observation.unit, 0.0) if math.isfinite(observation.unit) else Estimate(),
         model=words.model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
         solver="exact" if reference is None else reference.solver,
         closure_error=max((abs(s.closure_error) for s in states if s is not None and s.closure_error), default=None),
+        over_frequency=observation.curve(values),
     )
-    warnings = judged.warnings if stated else (*judged.warnings, NO_ERRORS)
-    return replace(judged, warnings=warnings, over_frequency=observation.curve(values))
 
 
 def compare_force(
@@ -339,7 +337,7 @@ def compared(
         diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
     found, restless = diagnosis.posterior, words.never_settles(state, measurement.cycles, observation.floor)
     if restless is not None:
-        found = _unsure(found, words.UNSETTLED, 1.0)
+        found = found.with_doubt(words.UNSETTLED, 1.0)
     found, uneven = _pressed_unevenly(found, measurement, counted=observation.single)
     contact = contact_of(observation, found.values(), state, scene.rig.stiffness)
     return _judged(
@@ -381,14 +379,6 @@ def compared(
     )
 
 
-def _unsure(found: Posterior, source: str, share: float) -> Posterior:
-    """The posterior whose friction ratio has one more error, a share of it."""
-    shift, beta = np.zeros(len(found.unknowns)), found.fit.find("beta")
-    if beta is not None:
-        shift[beta] = share * found.values()["beta"] / found.slope(beta)
-    return found.with_shift(source, shift)
-
-
 def _pressed_unevenly(found: Posterior, measurement: Measurement, *, counted: bool) -> tuple[Posterior, list[str]]:
     """The posterior with what a normal force that varies within the cycle leaves open, and what is to be said.
 
@@ -401,7 +391,7 @@ def _pressed_unevenly(found: Posterior, measurement: Measurement, *, counted: bo
         f"friction_ratio: the measured normal force varies by up to {100 * varies:.2g} % within the cycle, which only"
         " the fit to the mean cycle of a single mass counts: its error holds so much"
     )
-    return _unsure(found, UNEVEN, varies * (OF_UNEVEN if counted else 1.0)), [] if counted else [said]
+    return found.with_doubt(UNEVEN, varies * (OF_UNEVEN if counted else 1.0)), [] if counted else [said]
 
 
 def _rubs_on_base(observation: CycleObservation) -> bool:
@@ -430,6 +420,8 @@ def _judged(
     after: Sequence[str] = (),
     step: str = words.ANOTHER,
     first: str = "",
+    amplitude: Estimate,
+    budget: Mapping[str, Mapping[str, float]] | None = None,
     **more: Any,
 ) -> Comparison:
     """The comparison of an observation that leaves an nrmse over a floor: with its verdict, its doubts, its ladder.
@@ -437,52 +429,38 @@ def _judged(
     ``what`` is compared, its misfit over ``of``; ``said``, ``after``: sentences before the doubts, and behind
     them; ``diagnosis``: of a cycle; without one sensors and rig are doubted where they strain; ``step``: to take where
     no ladder was climbed; ``first``: before any; ``of_record``: the verdict is not that of the cycle, whose misfit is
-    said elsewhere.
+    said elsewhere; ``amplitude``: Y [m]; ``budget``: what the measurement's own errors come from.
     """
     misfit = None if nrmse is None or floor is None else nrmse / floor
-    judged_by = 0.0 if of_record else misfit
-    rows = _rows(ladder, found, nrmse, explained=misfit is None or misfit <= EXPLAINED)
+    judged_by, observation = 0.0 if of_record else misfit, found.tests[0].observation
     known = diagnosis or Diagnosis(found, bool(found.strained), tuple(strained_facts(found, scene)))
     verdict = words.verdict_of(judged_by, strained=known.strained, answered=known.answered, unsettled=unsettled)
     moved = known.said if verdict == "strained" and diagnosis is None else ()
     doubted = words.doubts(found, verdict, judged_by, ladder, what=what, of=of, step=step, first=first)
-    warnings = (*said, *moved, *doubted, *after)
-    left: dict[str, Any] = {"response_nrmse": nrmse, "response_floor": floor, "misfit": misfit, "verdict": verdict}
-    return _comparison(found, scene, **left, warnings=warnings, laws=rows, **more)
-
-
-def _comparison(
-    found: Posterior,
-    scene: Scene,
-    *,
-    amplitude: Estimate,
-    budget: Mapping[str, Mapping[str, float]] | None = None,
-    **more: Any,
-) -> Comparison:
-    """The comparison of any observation: what its posterior says, and `more`."""
-    friction, observation = words.friction_of(found, scene, amplitude), found.tests[0].observation
-    by_force = observation.in_newtons(found)
-    friction["budget"] |= by_force.pop("budget", {})
-    friction, parameters = friction | by_force, {name: asdict(e) for name, e in found.parameters().items()}
+    friction = words.friction_of(found, scene, amplitude)
+    rough = words.too_rough(friction["coefficient"], observation.normal_force)
+    parameters = {name: asdict(e) for name, e in found.parameters().items()}
     parameters["beta"] |= {"se": friction["friction"].se, "u": friction["friction"].u}
-    more["warnings"] = (*more["warnings"], *words.too_rough(friction["coefficient"], observation.normal_force))
-    own: dict[str, Any] = {
-        "parameters": parameters,
-        "budget": {**(budget or {}), **friction.pop("budget")},
-        **friction,
-    }
     return Comparison(
         source=observation.source,
         status="ok",
         reason=None,
+        warnings=(*said, *moved, *doubted, *after, *rough),
         law=found.law().name,
+        parameters=parameters,
         nuisances=found.nuisances(),
         levels={u.name: u.level for u in found.unknowns},
+        budget={**(budget or {}), **friction.pop("budget")},
         accuracy=scene.accuracy,
         assumed=observation.sources.assumed,
         material=observation.material,
         normal_force_n=observation.normal_force,
-        **own,
+        response_nrmse=nrmse,
+        response_floor=floor,
+        misfit=misfit,
+        verdict=verdict,
+        laws=_rows(ladder, found, nrmse, explained=misfit is None or misfit <= EXPLAINED),
+        **friction,
         **more,
     )
 
@@ -581,40 +559,34 @@ def _without_cycle(
     record, motion = follow(observation, values, fits_start=False), observation.motion(values)
     if motion is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
-    misses = not explains(found.fit, [0])
-    found, moved_by_law = against_richer(found) if misses or found.strained else (found, [])
-    found, amplitude = _over_time(found, record), Estimate(observation.unit, 0.0)
+    found, moved = against_richer(found) if not explains(found.fit, [0]) or found.strained else (found, [])
+    found, amplitude = found.with_doubt(OVER_TIME, record.wandering), Estimate(observation.unit, 0.0)
     newtons = words.friction_of(found, scene, amplitude)
     if observation.unit_u:  # noise of Y changes the number that a force is expressed by, not the force
-        moved = [abs(values[u.name]) / found.slope(k) if u.law else 0.0 for k, u in enumerate(found.unknowns)]
-        found = found.with_shift(LARGEST, observation.unit_u * np.array(moved))
+        by_unit = [abs(values[u.name]) / found.slope(k) if u.law else 0.0 for k, u in enumerate(found.unknowns)]
+        found = found.with_shift(LARGEST, observation.unit_u * np.array(by_unit))
     no_cycle = (
         f"record: no steady cycle ({why}), so what is said of a cycle is left out; the law is fitted to the whole"
         f" record, its numbers over Y = {1e3 * observation.unit:.4g} mm, the largest displacement of the base from its"
         " first value, and speeds over omega_n Y"
     )
-    left, step = observation.nrmse(found.fit.residuals[0]), "--law auto looks for one that does"
-    if climbed is not None:
-        step = words.better_of(climbed, left / observation.floor)
-    missed = (
-        f"verdict: {observation.law.name} does not explain this record: it leaves {100.0 * left:.2g} % of the motion;"
-        f" {step}"
-    )
-    begun = (no_cycle, *([missed] if misses else []), *moved_by_law)
     x0, v0 = motion.displacements[0], motion.velocities[0]
-    known = (*scene.rig.doubts, *recording.source.warnings, *begun, *said, *strained_facts(found, scene))
-    comparison = _comparison(
-        found,
-        scene,
+    judged = _judged(
+        *(found, scene, climbed, found.fit.nrmse()),
+        [*scene.rig.doubts, *recording.source.warnings, no_cycle, *moved, *said, *found.warnings],
+        after=record.warnings,
+        what="record",
+        of="noise of its sensor",
+        floor=observation.floor,
         amplitude=amplitude,
-        warnings=(*known, *found.warnings, *record.warnings, *words.not_tried(climbed)),
         model=f"{observation.law.words}, {observation.wall} wall, measured base",
         solver=motion.solver,
         closure_error=respond(motion.problem, motion.base, x0=x0, v0=v0).closure_error,
         **_of_record(record, climbed),
     )
-    budget = {**newtons["budget"], "friction_ratio": comparison.budget["friction_ratio"]}
-    return replace(comparison, force=newtons["force"], coefficient=newtons["coefficient"], budget=budget)
+    of_cycle: dict[str, Any] = dict.fromkeys(("response_nrmse", "response_floor", "misfit", "verdict", "laws"))
+    budget = {**newtons["budget"], "friction_ratio": judged.budget["friction_ratio"]}
+    return replace(judged, force=newtons["force"], coefficient=newtons["coefficient"], budget=budget, **of_cycle)
 
 
 def _of_record(record: WholeRecord, climbed: Ladder | None) -> dict[str, Any]:
@@ -642,13 +614,3 @@ def _as_cycle(observation: CycleObservation, record: Posterior) -> Posterior:
     information = np.linalg.inv(record.covariance[np.ix_(keep, keep)]) - holds
     fit = placed(cycle, point, [residual], [slopes])
     return Posterior(fit, (information,), np.zeros(len(keep)), warnings=record.warnings)
-
-
-def _over_time(found: Posterior, record: WholeRecord) -> Posterior:
-    """The posterior whose errors hold what friction does during the record, where that is not one friction ratio."""
-    k, values = found.fit.find("beta"), found.values()
-    if k is None or not record.friction_wanders:
-        return found
-    shift, beta = np.zeros(len(found.unknowns)), found.unknowns[k]
-    shift[k] = beta.at(values["beta"] + float(np.std(record.cycle_friction))) - beta.at(values["beta"])
-    return found.with_shift(OVER_TIME, shift)

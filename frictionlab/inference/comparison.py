@@ -64,7 +64,7 @@ class WholeRecord:
             " that the law does not know"
             for begin, end, worst in self.left[:SHOWN]
         ]
-        if self.friction_wanders and np.ptp(self.cycle_friction) > MATTERS * np.max(self.cycle_friction):
+        if self.wandering and np.ptp(self.cycle_friction) > MATTERS * np.max(self.cycle_friction):
             friction, error, time = self.cycle_friction, self.cycle_friction_se, self.cycle_time
             ends = int(np.argmin(friction)), int(np.argmax(friction))
             least, most = (f"{with_error(friction[i], error[i])} at {time[i]:.4g} s" for i in ends)
@@ -74,13 +74,14 @@ class WholeRecord:
         return tuple(said)
 
     @property
-    def friction_wanders(self) -> bool:
-        """Whether it is beyond doubt that friction was not the same all the time."""
+    def wandering(self) -> float:
+        """Rms of the changes of friction over its mean; 0 where it is not beyond doubt that there are any."""
         friction, error = self.cycle_friction, self.cycle_friction_se
         if len(friction) < 2 or self.wanders < LIKELY:
-            return False
+            return 0.0
         low, high = int(np.argmin(friction)), int(np.argmax(friction))
-        return bool(friction[high] - friction[low] > SURE * math.hypot(float(error[low]), float(error[high])))
+        sure = friction[high] - friction[low] > SURE * math.hypot(float(error[low]), float(error[high]))
+        return float(np.std(friction) / np.mean(friction)) if sure else 0.0
 
 
 @dataclass(frozen=True)

@@ -293,6 +293,14 @@ class Posterior:
         old = self.shifts.get(source)
         return replace(self, shifts={**self.shifts, source: shift if old is None else np.hypot(old, shift)})
 
+    def with_doubt(self, source: str, share: float) -> "Posterior":
+        """Return the posterior whose friction ratio has one more error, a share of it."""
+        shift, beta = np.zeros(len(self.unknowns)), self.fit.find("beta")
+        if beta is None or not share:
+            return self
+        shift[beta] = share / self.relative(beta)
+        return self.with_shift(source, shift)
+
     def left_out(self, i: int) -> tuple[FloatArray, FloatArray]:
         """Return what the other tests say of test i's coordinates: mean and covariance, its own scatter included.
 

@@ -182,7 +182,7 @@ def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str
     """Return friction ratio, force (N) and coefficient as estimates, and what adds to their uncertainty.
 
     By the names of a comparison's fields: ``friction``, ``force``, ``coefficient``, ``budget``. ``amplitude``: Y [m],
-    that the friction ratio is over.
+    that the friction ratio is over. A measured force says them where there is one.
     """
     observation = found.tests[0].observation
     sources, normal_force = observation.sources, observation.normal_force
@@ -206,4 +206,6 @@ def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str
     for name, estimate, causes in (("friction_force_n", force, relative), ("friction_coefficient", coefficient, whole)):
         if estimate.value is not None and relative:
             budget[name] = {cause: estimate.value * share for cause, share in causes.items() if share}
-    return {"friction": friction, "force": force, "coefficient": coefficient, "budget": budget}
+    by_force = observation.in_newtons(found)
+    budget |= by_force.pop("budget", {})
+    return {"friction": friction, "force": force, "coefficient": coefficient, "budget": budget} | by_force
