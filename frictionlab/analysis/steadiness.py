@@ -48,7 +48,9 @@ def transient(parts: Sequence[Stretch], begin: float, natural: float | None = No
     if n < FEWEST:
         start = 0.0 if n < 4 else float(starts[1])
         return start, start
-    window = int(n * MEMORY_S / (until_s - from_s)) if until_s - from_s >= LONG_S else n // 3
+    window = n // 3
+    if until_s - from_s >= LONG_S:
+        window = min(window, max(FEWEST // 2, int(n * MEMORY_S / (until_s - from_s))))
     highest = math.ceil(max(spectrum.HIGH, 2.0 * (natural or 0.0) * longest.step / frequency))
     found = list[tuple[int, bool]]()
     for name in ("mass", "base"):

@@ -291,6 +291,9 @@ def compare_force(
     velocity, shown = measurement.cycle.mass_velocity, force * (1.0 + values.get(GAIN, 0.0))
     slides = np.isin(np.arange(len(force)) * observation.count // len(force), observation.parts)
     varies = 100.0 * float(np.max(np.abs(observation.force - force)[slides]) / np.mean(np.abs(force)))
+    seen = observation.force
+    if not measurement.slides_one_way:  # a load cell has no zero: it is fitted about the mean of these parts
+        seen = seen - np.mean((seen - shown)[slides])
     return _judged(
         *(found, scene, ladder, found.fit.nrmse(), said),
         what="force",
@@ -302,9 +305,9 @@ def compare_force(
         closure_error=None,
         **{key: getattr(measurement, key) for key in MEASURED[2:]},
         at_contact=_contact(
-            *(observation, measurement.cycle.tau, AtContact(observation.place, velocity, observation.force)),
+            *(observation, measurement.cycle.tau, AtContact(observation.place, velocity, seen)),
             *(AtContact(observation.place, velocity, shown), observation.unit_n),
-            residual=np.where(slides, observation.force - shown, math.nan),
+            residual=np.where(slides, seen - shown, math.nan),
             is_measured=True,
             is_one_way=measurement.slides_one_way,
         ),

@@ -141,8 +141,13 @@ def _drift(
         return 0.0, 0.0
     edges, duration = np.linspace(start, end, windows + 1), end - start
     apart = np.unwrap(_phases(*y, edges, frequency) - _phases(*x, edges, frequency))
-    slope, error = _robust_slope(0.5 * (edges[1:] + edges[:-1]), apart)
-    drift, uncertainty = slope / (2 * np.pi * frequency), error / (2 * np.pi * frequency)
+    at, (one, other) = 0.5 * (edges[1:] + edges[:-1]), np.triu_indices(windows, 1)
+    off = apart - float(np.median((apart[other] - apart[one]) / (at[other] - at[one]))) * at
+    off = np.abs(off - np.median(off))  # from the median line
+    keep = off <= 4.0 * 1.4826 * np.median(off) + 1e-9
+    keep = keep if np.count_nonzero(keep) >= _WINDOWS[0] // 2 + 1 else np.ones(windows, bool)
+    (slope, _), covariance = np.polyfit(at[keep], apart[keep] / (2 * np.pi * frequency), 1, cov=True)
+    drift, uncertainty = float(slope), float(np.sqrt(covariance[0, 0]))
     felt = abs(drift) > _CERTAIN * uncertainty and abs(drift) * duration > 0.25 * step
     applied = felt and abs(drift) <= (_MOST_OF_CLOCKS if absolute else _MOST_DRIFT)
     facts |= {"clock_drift": drift, "clock_drift_u": uncertainty, "clock_drift_applied": "yes" if applied else "no"}
@@ -158,17 +163,6 @@ def _drift(
             "million, more than clocks do: the stamps are left; if it is the clocks, give clock_drift in [log]"
         )
     return 0.0, 0.5 * (abs(drift) if felt else uncertainty) * duration
-
-
-def _robust_slope(at: FloatArray, values: FloatArray) -> tuple[float, float]:
-    """Slope of a line and its standard error; points four deviations off the median line are left out."""
-    one, other = np.triu_indices(len(at), 1)
-    off = values - float(np.median((values[other] - values[one]) / (at[other] - at[one]))) * at
-    off = np.abs(off - np.median(off))
-    keep = off <= 4.0 * 1.4826 * np.median(off) + 1e-9
-    keep = keep if np.count_nonzero(keep) >= _WINDOWS[0] // 2 + 1 else np.ones(len(at), bool)
-    (slope, _), covariance = np.polyfit(at[keep], values[keep], 1, cov=True)
-    return float(slope), float(np.sqrt(covariance[0, 0]))
 
 
 def _phases(time: FloatArray, values: FloatArray, edges: FloatArray, frequency: float) -> FloatArray:
@@ -195,12 +189,14 @@ def _on_mass_stamps(
             f"the base from {moved[0]:.6g} to {moved[-1]:.6g} s: check the files, or give --lag"
         )
     stamps = time[inside]
-    values, same = _interpolated(stamps, moved, base[1].values)
+    nearby = _SAME * (moved[-1] - moved[0]) / len(moved)
+    at = np.clip(np.searchsorted(moved, stamps - nearby), 0, len(moved) - 1)
+    same = bool(np.abs(moved[at] - stamps).max() <= nearby)
+    values = base[1].values[at] if same else cubic(stamps, moved, base[1].values)
     quality = mass[0].quality[inside] | mass[1].quality[inside]
     # flags of the two base samples around each stamp; a hole before a base sample marks the stamps inside it
-    flags, close_by = base[0].quality | base[1].quality, _SAME * (moved[-1] - moved[0]) / len(moved)
-    right = np.clip(np.searchsorted(moved, stamps - close_by), 1, len(moved) - 1)
-    left = np.where(np.abs(moved[right] - stamps) <= close_by, right, right - 1)
+    flags, right = base[0].quality | base[1].quality, np.maximum(at, 1)
+    left = np.where(np.abs(moved[right] - stamps) <= nearby, right, right - 1)
     quality |= flags[right] | (flags[left] & ~np.uint8(Quality.GAP_BEFORE | Quality.NOT_BRIDGED))
     quality[~np.isfinite(values)] |= np.uint8(Quality.NOT_BRIDGED)
     used = int(np.count_nonzero((moved >= stamps[0] - close) & (moved <= stamps[-1] + close)))
@@ -215,12 +211,3 @@ def _on_mass_stamps(
             f"({1 / mass[0].interval:.6g} Hz)"
         )
     return stamps, mass[1].values[inside], values, quality
-
-
-def _interpolated(stamps: FloatArray, time: FloatArray, values: FloatArray) -> tuple[FloatArray, bool]:
-    """Values at the stamps: as they are where all stamps coincide, else by the cubic through four neighbours."""
-    close = _SAME * (time[-1] - time[0]) / len(time)
-    at = np.clip(np.searchsorted(time, stamps - close), 0, len(time) - 1)
-    if np.abs(time[at] - stamps).max() <= close:
-        return values[at], True
-    return cubic(stamps, time, values), False

@@ -12,13 +12,16 @@ from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, is_acceleration, possible
-from frictionlab.logs.sensor import Sensed, bridge, examine, flag_dead, unit_by_step
+from frictionlab.logs.sensor import Sensed, bridge, examine, flag_dead, flag_spikes, step_and_range, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, naming, open_log, read_table
 from frictionlab.logs.text import Progress
 from frictionlab.recording import Channel, Fact, Quality, Recording, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
 _SENTINELS = (9999.0, 99999.0, 999999.0, 9999.9, 9999.99, 999.99)
+_JUMPS = {"displacement": (0.0, 1.0), "angle": (0.0, 1.0), "velocity": (0.0, 0.01)}
+"""Of a quantity: from where on a jump is a spike, and how many may be, by `flag_spikes`; of others `_ANY_JUMP`."""
+_ANY_JUMP = 0.75, 0.01
 
 
 @dataclass(frozen=True)
@@ -223,7 +226,10 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     values = to_si(values, unit)
     if not is_laser:
         quality = np.where(np.isnan(values), np.uint8(Quality.NO_VALUE), np.uint8(0))
-        return Sensed(role, values, quality, warnings=warnings)
+        sensed = Sensed(role, values, quality, step_and_range(values)[0] or 0.0, warnings=warnings)
+        beyond, at_most = _JUMPS.get(quantity, _ANY_JUMP)
+        flag_spikes(sensed, UNIT[quantity], beyond=beyond, at_most=at_most)
+        return replace(sensed, step=None)
     sensed = examine(values, role, options.measuring_range_m)
     sensed.warnings[:0] = warnings
     if per_volt is None and sensed.range is None and unit in ("m", "mm", "um"):

@@ -79,7 +79,7 @@ def examine(values: NDArray[np.float64], role: str, measuring_range: float | Non
     if channel.range is not None and not -0.01 * channel.range <= ends[0] < ends[1] <= 1.01 * channel.range:
         _flag_out_of_range(channel, channel.range)
     _flag_held(channel)
-    _flag_spikes(channel)
+    flag_spikes(channel, "mm", 1e3)
     return channel
 
 
@@ -151,20 +151,26 @@ def _flag_out_of_range(channel: Sensed, measuring_range: float) -> None:
         channel.flag(wrong, Quality.OUT_OF_RANGE, why)
 
 
-def _flag_spikes(channel: Sensed) -> None:
+def flag_spikes(channel: Sensed, unit: str, per_si: float = 1.0, *, beyond: float = 0.0, at_most: float = 1.0) -> None:
     """Flag runs of samples that leave the curve through those around them, and come back to it, within one sample.
 
     A motion bends and has corners, but does not jump. Reaching farther and farther around, longer runs are found.
+    ``beyond``: how far from the middle of all else a spike lies at least, over the range of that; ``at_most``: share of
+    the samples, above which it is not the sensor that jumps.
     """
     values, n = channel.values, len(channel.values)
     if channel.step is None or n < _BLOCK:
         return
     if channel.quality.any():
         values = np.where(channel.quality == 0, values, np.nan)
-    bends, wrong, whole = _bends(values), np.zeros(n, bool), n - n % _BLOCK
-    usual = np.median(bends[:whole].reshape(-1, _BLOCK)[:, ::4], axis=1)
+    bends, whole = _bends(values), n - n % _BLOCK
+    blocks, middle = bends[:whole].reshape(-1, _BLOCK), _BLOCK // 8
+    usual = np.partition(blocks[:, ::4], (middle - 1, middle), axis=1)[:, middle - 1 : middle + 1].mean(axis=1)
     around = np.max([usual, np.append(usual[1:], 0.0), np.append(0.0, usual[:-1])], axis=0)
-    most = np.pad(np.repeat(_FAR * (around + channel.step), _BLOCK), (0, n - whole), "edge")
+    limits = _FAR * (around + channel.step)
+    if max(np.max(blocks.max(axis=1) - limits), bends[whole:].max(initial=0.0) - limits[-1]) <= 0.0:
+        return
+    most, wrong = np.pad(np.repeat(limits, _BLOCK), (0, n - whole), "edge"), np.zeros(n, bool)
     for reach in _REACHES:
         if not (far := bends > most).any():
             break
@@ -179,16 +185,23 @@ def _flag_spikes(channel: Sensed) -> None:
             new[start:stop] = _jumps(off[start:stop])
         values, wrong = np.where(new, values - off, values), wrong | new
         bends = _bends(values)
-    if wrong.any():
-        share, largest = 100.0 * np.mean(wrong), 1e3 * np.nanmax(np.abs(values - channel.values))
+    if beyond:
+        low, high = np.nanmin(values), np.nanmax(values)
+        wrong &= np.abs(channel.values - 0.5 * (low + high)) > beyond * (high - low)
+    if wrong.any() and np.mean(wrong) <= at_most:
+        share, largest = 100.0 * np.mean(wrong), per_si * np.nanmax(np.abs(values - channel.values)[wrong])
         why = f"{np.count_nonzero(wrong)} values ({share:.2g} %) jump off the motion and back (spikes), by up to"
         look = "set aside as missing; look at plugs, cables and what crosses the beam"
-        channel.flag(wrong, Quality.ERROR_CODE, f"{why} {largest:.3g} mm: {look}")
+        channel.flag(wrong, Quality.ERROR_CODE, f"{why} {largest:.3g} {unit}: {look}")
 
 
 def _bends(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """How far each sample (n,) is off the cubic through two on either side; 0 where these are not known."""
-    return np.pad(np.nan_to_num(np.abs(np.diff(values, 4)) / 6.0, copy=False), 2)
+    bends = np.zeros(len(values))
+    for first in range(0, len(values) - 4, _SAMPLE):  # so many stay in the cache
+        some = np.abs(np.diff(values[first : first + _SAMPLE + 4], 4)) / 6.0
+        bends[first + 2 : first + 2 + len(some)] = np.nan_to_num(some, copy=False)
+    return bends
 
 
 def _jumps(off: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -237,13 +250,9 @@ def flag_dead(time: NDArray[np.float64], channels: Mapping[str, Sensed]) -> None
                 channel.flag(slice(start, stop + 1), Quality.HELD, why)
 
 
-def _sound_values(channel: Sensed) -> NDArray[np.float64]:
-    return np.where(channel.sound, channel.values, np.nan) if channel.quality.any() else channel.values
-
-
 def _flag_held(channel: Sensed) -> None:
     """Flag runs of one value at the channel's extremes that the motion enters and leaves at speed; the most decide."""
-    values, held = _sound_values(channel), np.zeros(len(channel.values), bool)
+    values, held = np.where(channel.sound, channel.values, np.nan), np.zeros(len(channel.values), bool)
     if np.isnan(values).all():
         return
     for end in (np.nanmax(values), np.nanmin(values)):

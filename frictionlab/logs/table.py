@@ -153,9 +153,9 @@ def _of_text(
 ) -> Body:
     """The columns of a text; ``test``: of those that a repeated header parts, what stands above it is preamble."""
     layout, encoding, size = log.layout, text.content_encoding, len(text.content)
-    # decimals of the last number of a line, if nearly all lines at hand agree: then one with fewer was cut. Where
+    # decimals of the last number of a line, if nearly all first lines agree: then one with fewer was cut. Where
     # trailing zeros are left out, a tenth of the lines have fewer.
-    found = Counter(decimals(cells[-1], layout.dialect.decimal) for cells in log.rows())
+    found = Counter(decimals(cells[-1], layout.dialect.decimal) for cells in log.rows(2000))
     found.pop(None, None)
     usual, times = found.most_common(1)[0] if found else (0, 0)
     last_decimals = usual or 0 if times >= 0.97 * found.total() else 0
@@ -218,6 +218,7 @@ _UNITS: dict[str, tuple[Collection[str], str]] = {
     "base_amplitude": (LENGTH, "a length such as [mm]"),
 }
 """Units of each column, and what is expected in words."""
+_COLUMNS = ("drive", "drive_u", "amplitude", "amplitude_u", "phase", "phase_u", "base_amplitude")
 _PART_OF_Y = re.compile(r"[\[({<]\s*(Y|-|1|x/y)\s*[\])}>]", re.IGNORECASE)
 
 
@@ -257,18 +258,12 @@ def _over_frequency(log: OpenLog) -> FrequencyTable | None:
         return None
     if log.text is not None and not log.text.whole:
         raise LogError("a table over frequency of more than 256 kB: expected some hundred rows")
-    numbers = log.numbers()
-    used = {c.index for c in found.values()}
+    numbers, used = log.numbers(), {c.index for c in found.values()}
     said = [f"column {c} is not used" for c in columns if c.index not in used]
     said += ["r is taken, frequency [Hz] is not used"] if len(drives) > 1 else []
-    of_drive = {"drive": drives[0], "drive_u": f"{drives[0]}_u"}
-    others = ("amplitude", "amplitude_u", "phase", "phase_u", "base_amplitude")
-    values = {
-        key: _in_si(numbers[:, found[name].index], found[name], name)
-        if name in found
-        else np.full(len(numbers), np.nan)
-        for key, name in (of_drive | dict(zip(others, others, strict=True))).items()
-    }
+    names = {key: key.replace("drive", drives[0]) for key in _COLUMNS}
+    values = dict.fromkeys(_COLUMNS, np.full(len(numbers), np.nan))
+    values |= {key: _in_si(numbers[:, (c := found[n]).index], c, n) for key, n in names.items() if n in found}
     phase = values["phase"]
     kept = np.isfinite(values["drive"]) & (np.isfinite(values["amplitude"]) | np.isfinite(phase))
     if not kept.any():

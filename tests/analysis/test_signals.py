@@ -264,6 +264,8 @@ def test_of_a_motion_that_never_settles_half_is_left() -> None:
     length, settled = steadiness.transient([Stretch(0.0, 0.004, {"mass": base * (1 + 0.02 * t), "base": base})], 0.0)
     assert length == pytest.approx(20.0)
     assert settled is None
+    slow = np.cos(2 * np.pi / 90.0 * np.arange(0.0, 900.0, 0.1))  # one that does, of cycles longer than a memory
+    assert steadiness.transient([Stretch(0.0, 0.1, {"mass": slow, "base": slow})], 0.0) == (0.0, 0.0)
 
 
 def test_a_trend_is_found_with_honest_confidence() -> None:

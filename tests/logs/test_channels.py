@@ -164,14 +164,9 @@ def test_force_names_a_column_or_replaces_an_output(tmp_path: Path) -> None:
 
 def test_grams_of_a_load_are_newtons_where_the_options_say_so(tmp_path: Path) -> None:
     """A tribometer's head: names, units below, a comma at the end, a blank line, the title of a time in sec."""
-    lines = [
-        "X,V,Fx,T",
-        "mm,mm/sec,g,sec,",
-        "",
-        *(f"{x},{v},{g},{t}" for x, v, g, t in zip(X, X, FORCE, T, strict=True)),
-    ]
+    rows = (f"{x},{v},{g},{t}" for x, v, g, t in zip(X, X, FORCE, T, strict=True))
     path = tmp_path / "umt.csv"
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text("\n".join(["X,V,Fx,T", "mm,mm/sec,g,sec,", "", *rows, ""]))
     recording = read_log(path, LogOptions(mass="X", contact_force="Fx", units="contact_force=gf"))
     assert recording.contact_force == pytest.approx(FORCE * 9.80665e-3)
     assert recording.mass_displacement == pytest.approx(X * 1e-3)
@@ -196,6 +191,19 @@ def test_a_hole_in_a_force_is_bridged_or_cuts(tmp_path: Path) -> None:
     assert recording.flag_counts()["no_value"] == 41
     assert recording.flag_counts()["interpolated"] == 1
     assert [len(part) for part in recording.stretches()] == [199, 161]
+
+
+def test_spikes_of_a_force_a_velocity_and_an_acceleration_are_set_aside(tmp_path: Path) -> None:
+    """60 of 20,000 samples made 0.94 N of 0.857, no stop of two, and an amplitude of 20 mm of 2.4; a flip is none."""
+    t, rng = np.arange(0.0, 20.0, 0.002), np.random.default_rng(5)
+    v, hit = np.maximum(np.sin(2 * np.pi * t), 0.3) - 0.3, rng.choice(len(t), 30, replace=False)
+    for head, signal in (("friction [N]", np.sign(v - 0.2)), ("mass velocity [m/s]", v), ("mass acc [g]", np.sign(v))):
+        seen = signal + 0.003 * rng.standard_normal(len(t))
+        for times in (0.0, 3.0):
+            seen[hit] += times * rng.choice([-1.0, 1.0], len(hit))
+            found = read_log(log(tmp_path, **{"t [s]": t, head: seen}))
+            assert np.flatnonzero(found.quality).tolist() == (sorted(hit.tolist()) if times else [])
+        assert "30 values (0.3 %) jump off the motion and back (spikes), by up to" in found.source.warnings[0]
 
 
 MODELS, KONRAD = "jchristopherson+FrictionModels.jl/examples", "KonradMnich+friction-identification/input"
