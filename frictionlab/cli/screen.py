@@ -96,6 +96,12 @@ def _is_large(row: Row) -> bool:
     return isinstance(work, float) and work >= LARGE_J
 
 
+def _in_joules(column: Shown) -> Shown:
+    """A column, of millijoules in joules."""
+    title = column.title.replace("[mJ]", "[J]")
+    return column if title == column.title else replace(column, title=title, times=lambda _: 1.0)
+
+
 def _millimetres(row: Row) -> float | None:
     base = row.get(BASE)
     return 1e3 * base if isinstance(base, float) else None
@@ -114,8 +120,7 @@ MEASURED = (
     *(*_FIRST, Shown("X [mm]", AMPLITUDE, 7, times=_millimetres)),
     Shown("X [Y]", AMPLITUDE, 7, times=_where_no(_millimetres)),
     *(Shown("stops", STOPS, 4, ".3g"), Shown("regime", REGIME, 5)),
-    Shown("E force [mJ]", WORK, 6, times=lambda row: None if _is_large(row) else 1e3),
-    Shown("E force [J]", WORK, 6, times=lambda row: 1.0 if _is_large(row) else None),
+    Shown("E force [mJ]", WORK, 6, times=lambda _: 1e3),
     *(Shown("F [N]", "measured_friction_force_n", 6), Shown("mu", "measured_friction_coefficient", 8)),
 )
 COMPARED = (
@@ -170,6 +175,8 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     short = short_names([str(row.get("source")) for row in rows])
     names = [n if k else printable(Path(str(r["source"])).name) for n, r, k in zip(short, rows, known, strict=True)]
     filled = _filled(columns, rows, known)
+    if any(map(_is_large, rows)):  # every energy of one table has one unit
+        filled = _filled(map(_in_joules, columns), rows, known)
     if wide is None:  # a law that the headline names is no column
         filled = {c: each for c, each in filled.items() if c.key != "law" or ", law " not in headline}
     else:

@@ -413,13 +413,13 @@ def test_a_published_tribometer_record() -> None:
 def test_a_damper_of_a_building_has_joules_and_options_of_units_add_up(tmp_path: Path) -> None:
     t = np.arange(0.0, 30.0, 0.002)
     motion = 25.0 * np.sin(np.pi * t) + 0.05 * np.sin(2 * np.pi * 37.3 * t)
-    table = np.column_stack([t, motion, 2.0 * np.sign(np.cos(np.pi * t))])
-    np.savetxt(tmp_path / "damper.csv", table, delimiter=",", header="t [s],x,force", comments="")
     (tmp_path / "rig.toml").write_text('[rig]\nkind = "prescribed"\n')
-    scene, log = ("--scene", tmp_path / "rig.toml"), tmp_path / "damper.csv"
     words = ("--mass", "2", "--contact-force", "3", "--units", "mass=mm", "--units", "contact_force=kN")
-    assert invoke("ingest", log, *words, *scene).exit_code == 0
-    shown = invoke("analyze", tmp_path / "damper.h5", *scene)
-    assert "E force [J]" in shown.stdout
+    for name, force in (("damper", 2.0), ("small", 2e-6)):
+        table = np.column_stack([t, motion, force * np.sign(np.cos(np.pi * t))])
+        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header="t [s],x,force", comments="")
+        invoke("ingest", tmp_path / f"{name}.csv", *words, "--scene", tmp_path / "rig.toml", status=0)
+    shown = invoke("analyze", *tmp_path.glob("*.h5"), "--scene", tmp_path / "rig.toml")
+    assert ("E force [J]" in shown.stdout, "[mJ]" in shown.stdout) == (True, False)  # of both, in one column
     assert "200." in shown.stdout
     assert "0.2 % of the motion's amplitude, no harmonic of the drive, is taken out" in shown.stderr
