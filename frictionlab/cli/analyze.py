@@ -209,6 +209,7 @@ def _tapped(file: Path, *, scene: "Scene") -> Made:
     from frictionlab.analysis.channels import other_masses
     from frictionlab.analysis.free_vibration import averages
     from frictionlab.logs import read_mass_log
+    from frictionlab.uncertainty import Estimate
     from frictionlab.verbs.one_test import free_vibration, free_vibration_modes, recording_given
 
     recording = recording_given(file, scene, read_mass_log)
@@ -224,16 +225,22 @@ def _tapped(file: Path, *, scene: "Scene") -> Made:
         stiffness = None
     elif stiffness is None and scene.rig.mass_kg is not None:
         stiffness = scene.rig.mass_kg * (2.0 * pi * means["natural_frequency_hz"].mean) ** 2
-    force_n = None if stiffness is None else stiffness * means["friction_m"].mean
+    mean = means["friction_m"]
+    force = Estimate(mean.mean, mean.se).scaled(stiffness)
+    each = (Estimate(tap.friction_m, tap.friction_m_se).scaled(stiffness) for tap in taps)
+    newtons = [{"friction_n": one.value, "friction_n_se": one.se} for one in each]
     row = {
         **head,
         "warnings": [*recording.source.warnings, *dict.fromkeys(w for tap in taps for w in tap.warnings)],
         **_numbers(means),
-        "friction_n": force_n,
-        "friction_n_se": None if stiffness is None else stiffness * means["friction_m"].se,
-        "friction_coefficient": force_n / normal if force_n is not None and normal else None,
+        "friction_n": force.value,
+        "friction_n_se": force.se,
+        "friction_coefficient": force.over(normal).value,
         "stiffness_n_per_m": stiffness,
-        "taps": [{f.name: getattr(tap, f.name) for f in fields(tap) if f.name not in DRAWN} for tap in taps],
+        "taps": [
+            {f.name: getattr(tap, f.name) for f in fields(tap) if f.name not in DRAWN} | friction
+            for tap, friction in zip(taps, newtons, strict=True)
+        ],
         "_taps": taps,
     }
     return row, {"free_vibration": taps}
@@ -252,7 +259,6 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
     if row["status"] != "ok":
         yield dict(row)
         return
-    stiffness = row.get("stiffness_n_per_m")
     what = "mode" if "modes" in row else "tap"
     for number, numbers in enumerate(screen.each_of(row[f"{what}s"]), 1):
         line = {"source": row["source"], "status": "ok", "reason": None, what: number, **numbers}
@@ -260,9 +266,6 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
             line["_shape"] = " ".join(f"{mass:+.3f}" for mass in numbers["shape"])
         if taps := screen.each_of(row.get("_taps")):
             line["_unit"] = taps[0].unit
-            for key, length in (("friction_n", "friction_m"), ("_friction_n_se", "friction_m_se")):
-                known_m = isinstance(stiffness, float) and numbers[length] is not None
-                line[key] = stiffness * numbers[length] if known_m else None
         yield line
 
 

@@ -68,9 +68,7 @@ def decays(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def test_each_decay_and_the_average_as_json(decays: list[str]) -> None:
-    result = invoke("free-vibration", *decays, "--json")
-    rows = rows_of(result)
-    assert result.exit_code == 0
+    rows = rows_of(invoke("free-vibration", *decays, "--json", status=0))
     assert [row["source"] for row in rows] == decays
     assert [row["damping_ratio"] for row in rows] == pytest.approx([0.0055, 0.0065, 0.0065], rel=0.01)
     assert rows[0]["mean_natural_frequency_hz"] == pytest.approx(TAP_HZ, rel=1e-3)
@@ -78,8 +76,7 @@ def test_each_decay_and_the_average_as_json(decays: list[str]) -> None:
 
 
 def test_what_it_prints_to_paste_is_a_scene(decays: list[str], tmp_path: Path) -> None:
-    result = invoke("free-vibration", *decays, status=0)
-    shown = result.stdout
+    shown = invoke("free-vibration", *decays, status=0).stdout
     assert "[rig]\nnatural_frequency_hz = 3.12" in shown
     assert "average of 3 taps" in shown
     scene = tmp_path / "scene.toml"
@@ -108,6 +105,7 @@ def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
     row = json.loads(invoke("free-vibration", taps, "--json", *files, status=0).stdout)
     assert [tap["damping_ratio"] for tap in row["taps"]] == pytest.approx([0.0055] * 2, rel=0.01)
     assert not {"measured", "fitted", "time"} & row["taps"][0].keys()
+    assert row["taps"][0]["friction_n"] == pytest.approx(row["stiffness_n_per_m"] * row["taps"][0]["friction_m"])
     assert row["damping_ratio"] == row["mean_damping_ratio"] == pytest.approx(0.0055, rel=0.005)
     assert row["friction_m"] == pytest.approx(5e-6, rel=0.02)
     assert row["friction_n"] == pytest.approx(5e-6 * 3.0 * (2 * np.pi * TAP_HZ) ** 2, rel=0.02)
