@@ -133,9 +133,18 @@ def _turning(part: Recording, pieces: list[slice]) -> tuple[list[slice], list[tu
 
 
 def _at_speed(time: FloatArray, way: FloatArray) -> list[tuple[int, int]]:
-    """First and past-last samples of what goes one way at its speed; of any other way (n,) rad all. Stamps (n,) s."""
+    """First and past-last samples of what goes one way at its speed, for two revolutions at least forward and back too.
+
+    Of any other way (n,) rad all. Stamps (n,) s.
+    """
     at = np.linspace(0, len(way) - 1, WINDOWS + 1).astype(np.intp)
-    moved, took = np.diff(way[at]) * np.sign(way[-1] - way[0]), np.diff(time[at])
+    moved, took = np.diff(way[at]), np.diff(time[at])
+    edges = [0, *at[np.flatnonzero(np.diff(np.sign(moved))) + 1].tolist(), len(way)]
+    long = [(a, b) for a, b in pairwise(edges) if abs(way[b - 1] - way[a]) >= 2.0 * REVOLUTION]
+    covered = sum(abs(way[b - 1] - way[a]) for a, b in long) > (1.0 - BACK) * np.abs(moved).sum()
+    if len(way) > WINDOWS and covered and len({way[b - 1] > way[a] for a, b in long}) > 1:
+        return [(a + i, a + j) for a, b in long for i, j in _at_speed(time[a:b], way[a:b])]
+    moved *= np.sign(way[-1] - way[0])
     if len(way) <= WINDOWS or not moved.sum() > 0.0 or np.minimum(moved, 0.0).sum() < -BACK * moved.sum():
         return [(0, len(way))]
     speed = moved / took
@@ -276,13 +285,14 @@ def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, F
     if signals.white_noise(signal) ** 2 >= 0.5 * power:
         raise AnalysisError(STANDS)
     way = signal - signal[0] if KNOWN[name] == 0 else np.cumsum(signal) * step
-    way = way if way[-1] > 0.0 else -way
+    forward = np.sign(way[-1:])
+    way = way * forward
     points = np.linspace(0, len(way) - 1, WINDOWS).round().astype(np.intp)  # noise of single samples is no way back
     back = np.minimum(np.diff(way[points]), 0.0)
     if way[-1] > 0.0 and -float(back.sum()) <= BACK * float(way[-1]):
         turns = name in ROTATIONS
         said = "it turns one way: a cycle is a revolution" if turns else "it slides one way, in ten parts"
-        return way, np.ones(1), turns, said
+        return way, forward, turns, said
     tone = spectrum.strongest_tone(spectrum.amplitude_spectrum(way, step))
     lag = round(1.0 / tone.frequency / step)  # joints and strokes are alike by 0.91 a period later, earthquakes by 0.33
     alike = 1.0 if 2 * lag > len(way) else float(np.corrcoef(way[:-lag], way[lag:])[0, 1])

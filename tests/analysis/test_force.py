@@ -344,14 +344,14 @@ def test_a_contact_that_turns_at_several_speeds_is_several_tests() -> None:
 
 
 @pytest.mark.parametrize("place", ["angle", "angular_velocity"])
-@pytest.mark.parametrize("ramp", [0.02, 2.0])
-def test_a_contact_that_turns_is_measured_while_it_has_its_speed(place: str, ramp: float) -> None:
-    """It was refused as one of several speeds."""
+@pytest.mark.parametrize(("ramp", "then"), [(0.02, 1.0), (2.0, 1.0), (2.0, -1.0)])
+def test_a_contact_that_turns_is_measured_while_it_has_its_speed(place: str, ramp: float, then: float) -> None:
+    """It was refused as one of several speeds, and as no drive where it turns back."""
     t, rng = np.arange(0.0, 50.0, 0.004), np.random.default_rng(3)
     turns = 2 * math.pi * 2.0 * np.clip(np.minimum(t - 8.0, 42.0 - t) / ramp, 0.0, 1.0)
-    turns *= 1.0 - ((t > 20.0) & (t < 24.0))  # and pauses
+    turns *= np.where(t > 22.0, then, 1.0) * (1.0 - ((t > 20.0) & (t < 24.0)))  # and pauses
     moved = {"angle": np.mod(np.cumsum(turns) * 0.004, 2 * math.pi), "angular_velocity": turns}[place]
-    force = 3.0 * (turns > 0.0) + 0.05 * rng.standard_normal(len(t))
+    force = 3.0 * np.sign(turns) + 0.05 * rng.standard_normal(len(t))
     noise = 1e-3 * rng.standard_normal(len(t))
     m = tribometer(t, contact_force=force, normal_force=np.full(len(t), 10.0), radius_m=0.02, **{place: moved + noise})
     assert m.drive_frequency_hz == pytest.approx(2.0, rel=1e-4)
