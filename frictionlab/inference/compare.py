@@ -104,13 +104,9 @@ def compare_record(
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
         record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
-        posterior = _as_cycle(cycle.under(best.law()), best).with_doubt(OVER_TIME, record.wandering)
-        posterior, uneven = _pressed_unevenly(posterior, measurement, counted=False)
-        said = (*said, *uneven)
-        by_record = compared(
-            *(measurement, scene, posterior, None, words.ANOTHER if climbed is None else OF_RECORD),
-            explains_record=explains(best.fit, [0]),
-        )
+        best = best.with_doubt(OVER_TIME, record.wandering)
+        step = words.ANOTHER if climbed is None else OF_RECORD
+        by_record = compared(measurement, scene, best, None, step, cycle=cycle.under(best.law()))
         laws = _rows(ladder, found, found.fit.nrmse(), explained=explains(found.fit, [0]))
         comparison = replace(by_record, laws=laws, cycle_law=cycle.law.name if law == AUTO else None)
     else:
@@ -321,32 +317,31 @@ def compared(
     ladder: Ladder | None,
     step: str = words.ANOTHER,
     *,
-    explains_record: bool = False,
+    cycle: CycleObservation | None = None,
 ) -> Comparison:
     """Return a measured cycle over the prediction of a posterior, diagnosed and judged; ``step``: as of `doubts`.
 
-    ``explains_record``: the whole record is explained; what its mean cycle misses is that it was not steady.
+    ``cycle``: the posterior is that of the whole record; where it explains that, what the mean cycle misses is that it
+    was not steady.
     """
-    observation = cycle_of(found.tests[0])
+    observation = cycle_of(found.tests[0]) if cycle is None else cycle
     state = observation.solved(found.values(), scene.model.solver)
     predicted, energy, amplitude = observation.shown(state, found.values())
     nrmse = None if predicted is None else observation.left(predicted, found.values())
     misfit = None if nrmse is None else nrmse / observation.floor
     first = "" if nrmse is None else words.start_left(observation, state, nrmse)
-    unsteady = explains_record and misfit is not None and misfit > EXPLAINED
-    if unsteady:  # such a cycle shows no other cause
-        diagnosis = Diagnosis(found, bool(found.strained), tuple(strained_facts(found, scene)))
-    else:
-        diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
+    explained = misfit is not None and misfit <= EXPLAINED
+    unsteady = cycle is not None and misfit is not None and not explained and explains(found.fit, [0])
+    diagnosis = diagnose(found, scene, explained=explained) if cycle is None else _of_whole(found, scene)
     found, restless = diagnosis.posterior, words.never_settles(state, measurement.cycles, observation.floor)
     if restless is not None:
         found = found.with_doubt(words.UNSETTLED, 1.0)
-    found, uneven = _pressed_unevenly(found, measurement, counted=observation.single)
+    found, uneven = _pressed_unevenly(found, measurement, counted=cycle is None and observation.single)
     contact = contact_of(observation, found.values(), state, scene.rig.stiffness)
     return _judged(
         *(found, scene, ladder, nrmse, [*measurement.warnings, *found.warnings, *diagnosis.said, *state.warnings]),
         after=[
-            *observation.disagreement(found),
+            *(observation.disagreement(found) if cycle is None else ()),
             *uneven,
             *([restless] if restless else []),
             *([f"no prediction: {state.outcome}"] if predicted is None else []),
@@ -395,6 +390,14 @@ def _pressed_unevenly(found: Posterior, measurement: Measurement, *, counted: bo
         " the fit to the mean cycle of a single mass counts: its error holds so much"
     )
     return found.with_doubt(UNEVEN, varies * (OF_UNEVEN if counted else 1.0)), [] if counted else [said]
+
+
+def _of_whole(found: Posterior, scene: Scene) -> Diagnosis:
+    """What else is to be said of a whole record: a law that misses it is held against a richer one."""
+    said = list[str]()
+    if found.strained or not explains(found.fit, [0]):
+        found, said = against_richer(found)
+    return Diagnosis(found, bool(found.strained), (*said, *strained_facts(found, scene)))
 
 
 def _rubs_on_base(observation: CycleObservation) -> bool:
@@ -562,8 +565,8 @@ def _without_cycle(
     record, motion = follow(observation, values, fits_start=False), observation.motion(values)
     if motion is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
-    found, moved = against_richer(found) if not explains(found.fit, [0]) or found.strained else (found, [])
-    found, amplitude = found.with_doubt(OVER_TIME, record.wandering), Estimate(observation.unit, 0.0)
+    diagnosis, amplitude = _of_whole(found, scene), Estimate(observation.unit, 0.0)
+    found = diagnosis.posterior.with_doubt(OVER_TIME, record.wandering)
     newtons = words.friction_of(found, scene, amplitude)
     if observation.unit_u:  # noise of Y changes the number that a force is expressed by, not the force
         by_unit = [abs(values[u.name]) / found.slope(k) if u.law else 0.0 for k, u in enumerate(found.unknowns)]
@@ -576,7 +579,8 @@ def _without_cycle(
     x0, v0 = motion.displacements[0], motion.velocities[0]
     judged = _judged(
         *(found, scene, climbed, found.fit.nrmse()),
-        [*scene.rig.doubts, *recording.source.warnings, no_cycle, *moved, *said, *found.warnings],
+        [*scene.rig.doubts, *recording.source.warnings, no_cycle, *diagnosis.said, *said, *found.warnings],
+        diagnosis=diagnosis,
         after=record.warnings,
         what="record",
         of="noise of its sensor",
@@ -600,20 +604,3 @@ def _of_record(record: WholeRecord, climbed: Ladder | None) -> dict[str, Any]:
         "record": record,
         "record_laws": None if climbed is None else _rows(climbed, climbed.posterior, record.nrmse),
     }
-
-
-def _as_cycle(observation: CycleObservation, record: Posterior) -> Posterior:
-    """The posterior of a record as that of its steady cycle: the values and errors of the record."""
-    model = record.fit.model
-    keep = [k for k, u in enumerate(record.unknowns) if u.law or u.level == "rig"]
-    test = Test(observation, np.arange(len(keep)), np.ones(len(keep)))
-    unknowns = tuple(record.unknowns[k] for k in keep)
-    cycle = replace(model, tests=(test,), unknowns=unknowns, scatter=np.zeros(len(keep)))
-    point = record.fit.point[keep]
-    looked = cycle.look(0, point)
-    residual = observation.white(observation.data) if looked is None else looked[0]
-    slopes = np.ones((len(residual), len(keep)))  # each determined, as far as its error says
-    holds = np.diag(model.holds(record.fit.point)[keep])
-    information = np.linalg.inv(record.covariance[np.ix_(keep, keep)]) - holds
-    fit = placed(cycle, point, [residual], [slopes])
-    return Posterior(fit, (information,), np.zeros(len(keep)), warnings=record.warnings)
