@@ -39,7 +39,6 @@ def plan(
     against: str | None = None,
     aim: list[str] | None = None,
     tests: int | None = None,
-    hours: float | None = None,
     measured: list[Path] | None = None,
     every: bool = False,
     to: Results,
@@ -48,7 +47,7 @@ def plan(
 
     Example: frictionlab plan --scene my_rig.toml --law coulomb+place+speed --tests 6 -o tests.csv
 
-    Two laws: frictionlab plan --scene my_rig.toml --law coulomb+place --against coulomb+speed --hours 2
+    Two laws: frictionlab plan --scene my_rig.toml --law coulomb+place --against coulomb+speed
     """
     from frictionlab.verbs.simulating import plan
 
@@ -58,7 +57,6 @@ def plan(
         law=law,
         against=against,
         tests=tests,
-        hours=hours,
         aim=aim or (),
         measured=measured or (),
         sheet=to.output,

@@ -24,6 +24,7 @@ from frictionlab.inference.material_law import COEFFICIENT, MaterialLaw, physica
 from frictionlab.inference.observation import simulated
 from frictionlab.inference.observations import CycleObservation, law_and_held, mean_cycle, of_cycle, parts
 from frictionlab.inference.posterior import Posterior, model_of, posterior_of
+from frictionlab.inference.starts import point_at
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
@@ -270,19 +271,18 @@ def virtual_test(lab: Laboratory, candidate: Candidate) -> VirtualTest:
         return found
     if cycles < 1 or varied is None or varied.orbit is None:
         return found
-    observation, values = _observation(lab, candidate, state, varied, cycles), lab.values(candidate)
-    stated = []
-    for rig in (False, True):  # of a fit that ends where it is expected to: nothing is left of the cycle
-        model = model_of([observation], rig=rig)
-        point = np.clip(np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns]), *model.bounds)
-        try:
-            slopes = model.slopes(0, point[model.tests[0].index])
-            stated.append(posterior_of(placed(model, point, [np.zeros(len(slopes))], [slopes])))
-        except (AnalysisError, np.linalg.LinAlgError):
-            return found
-    held, whole = stated
-    se = np.zeros(len(whole.unknowns))
-    se[[u.law for u in whole.unknowns]] = np.sqrt(np.diag(held.covariance))
+    observation = _observation(lab, candidate, state, varied, cycles)
+    plain, model = model_of([observation], rig=False), model_of([observation])
+    point, law = point_at(model, lab.values(candidate)), np.array([u.law for u in model.unknowns])
+    try:  # of a fit that ends where it is expected to: nothing is left of the cycle
+        slopes = model.slopes(0, point)
+        left = [np.zeros(len(slopes))]
+        held = posterior_of(placed(plain, point[law], left, [slopes[:, law]]))
+        whole = posterior_of(placed(model, point, left, [slopes]))
+    except (AnalysisError, np.linalg.LinAlgError):
+        return found
+    se = np.zeros(len(law))
+    se[law] = np.sqrt(np.diag(held.covariance))
     return replace(found, observation=observation, posterior=replace(whole, held_se=se), held=held)
 
 
@@ -338,7 +338,7 @@ def together(lab: Laboratory, tests: Sequence[VirtualTest], *, rig: bool = True)
     known = [p for t in tests if (p := t.posterior if rig else t.held) is not None]
     model = model_of([t.observation for t in tests if t.observation is not None], rig=rig)
     values, plan = lab.values(tests[0].candidate), lab.scene.plan
-    point = np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns])
+    point = point_at(model, values)
     drift = 0.5 * plan.drift_per_hour * max(t.candidate.duration_s for t in tests) / HOUR
     scatter = np.array([
         math.hypot(plan.repeatability, drift) * values["beta"] / u.slope(float(c)) if u.name == "beta" else 0.0

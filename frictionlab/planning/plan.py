@@ -22,7 +22,7 @@ from frictionlab.inference.fit import followed, weighed
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.inference.posterior import Posterior, infer
 from frictionlab.inference.verdict import friction_of
-from frictionlab.planning.candidates import HOUR, Candidate, Laboratory, VirtualTest, together, virtual_test
+from frictionlab.planning.candidates import Candidate, Laboratory, VirtualTest, together, virtual_test
 from frictionlab.scene import Scene
 from frictionlab.schema import PLANS, Result
 from frictionlab.simulator.laws import law_of
@@ -116,7 +116,6 @@ def plan_tests(
     *,
     against: str | None = None,
     tests: int | None = None,
-    hours: float | None = None,
     aim: Sequence[str] = (),
     everything: bool = False,
 ) -> Plan:
@@ -134,7 +133,7 @@ def plan_tests(
     if not lab.free:
         raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
     virtual = [virtual_test(lab, candidate) for candidate in lab.candidates]
-    limits = Limits.of(lab, virtual, tests or MOST, math.inf if hours is None else hours * HOUR)
+    limits = Limits.of(lab, virtual, tests or MOST)
     allowed, evidence = limits.allowed, np.full((2, len(virtual)), math.nan)
     if against is None:
         order = pick(_least_error(lab, virtual, aim), limits)
@@ -223,7 +222,7 @@ class Limits:
 
     ``running`` (n,): s, each time; ``change_force``, ``change_drive``: s, once for each of their groups; ``force``,
     ``drive`` (n,): number of the group that shares a normal force, or that and the motion of the base;
-    ``allowed`` (n,): by the rig; ``tests`` and ``budget`` (s): at most; ``most_repeats`` of one candidate.
+    ``allowed`` (n,): by the rig; ``tests``: at most; ``most_repeats`` of one candidate.
     """
 
     running: FloatArray
@@ -233,11 +232,10 @@ class Limits:
     change_drive: float
     allowed: NDArray[np.bool_]
     tests: int
-    budget: float
     most_repeats: float
 
     @classmethod
-    def of(cls, lab: Laboratory, tests: Sequence[VirtualTest], most: int, budget: float) -> "Limits":
+    def of(cls, lab: Laboratory, tests: Sequence[VirtualTest], most: int) -> "Limits":
         """Return them by ``[plan]``: each weight is put on once, each motion of the base set once for it."""
         plan, response = lab.scene.plan, np.array([test.response_m for test in tests])
         allowed = ~(response > (plan.largest_response_m or math.inf))
@@ -258,7 +256,7 @@ class Limits:
         )
         running, repeats = np.array([t.duration_s + plan.setup_s for t in lab.candidates]), plan.most_repeats
         change = plan.change_force_s, plan.change_drive_s
-        return cls(running, force, drive, *change, np.asarray(allowed), most, budget, repeats or math.inf)
+        return cls(running, force, drive, *change, np.asarray(allowed), most, repeats or math.inf)
 
     def more(self, order: Sequence[int]) -> FloatArray:
         """Time (n,) that each candidate would add to tests already chosen, s."""
@@ -278,11 +276,10 @@ class Limits:
     def next(self, order: Sequence[int], gain: Gain, free: NDArray[np.bool_] | None = None) -> int | None:
         """The candidate that shows most beside tests chosen, for the time it adds; None where none is ``free``.
 
-        Free are those that time and repeats allow, unless it is said.
+        Free are those that the rig and repeats allow, unless it is said.
         """
         more, often = self.more(order), self.often(order)
-        if free is None:
-            free = self.allowed & (self.total(order) + more <= self.budget) & (often < self.most_repeats)
+        free = self.allowed & (often < self.most_repeats) if free is None else free
         gained = gain(order) * (1.0 - AGAIN * often)
         rate = np.where(free, np.where(gained > 0.0, gained / more, gained * more), -math.inf)
         return int(np.argmax(rate)) if free.any() else None
@@ -304,9 +301,6 @@ def pick(gain: Gain, limits: Limits) -> list[int]:
             order.append(i)
         if sorted(order) == before:
             break
-    if not order:
-        least = float(limits.more([])[limits.allowed].min()) / HOUR
-        raise UsageError(f"hours: {limits.budget / HOUR:g} are less than any test takes: expected at least {least:.3g}")
     ranked: list[int] = []
     while (i := limits.next(ranked, gain, limits.often(order) > limits.often(ranked))) is not None:
         ranked.append(i)

@@ -162,7 +162,6 @@ def plan(
     law: str | None = None,
     against: str | None = None,
     tests: int | None = None,
-    hours: float | None = None,
     aim: Sequence[str] = (),
     measured: "Sequence[FilePath | Before]" = (),
     sheet: "FilePath | None" = None,
@@ -181,8 +180,8 @@ def plan(
         those that the sheet and the names of the logs say.
     law, against : str, optional
         A law in place of the scene's; another law that the tests are to decide against.
-    tests, hours : optional
-        How many at most (by default ten, between two laws no more than are expected to decide); laboratory time [h].
+    tests : int, optional
+        How many at most: by default ten, between two laws no more than are expected to decide.
     aim : sequence of str
         Parameters of the law whose errors count; by default all.
     measured : sequence of str, Path, rows or MaterialLaw
@@ -204,7 +203,7 @@ def plan(
         Natural frequency or stiffness is not known, ``[plan.expected]`` names what the law lacks, a range is empty, the
         bounds forbid all, or no test outlasts its transient.
     UsageError
-        A law or an aim cannot be, no candidate shows anything about it, no test fits the time, or the sheet exists.
+        A law or an aim cannot be, no candidate shows anything about it, or the sheet exists.
     """
     from frictionlab.planning.candidates import laboratory
     from frictionlab.planning.plan import plan_tests, sheet_rows, waiting
@@ -227,7 +226,7 @@ def plan(
         say(time)
     found = plan_tests(
         replace(lab, notes=(*notes, *lab.notes)),
-        against=against, tests=tests, hours=hours, aim=aim, everything=everything,
+        against=against, tests=tests, aim=aim, everything=everything,
     )  # fmt: skip
     if sheet is not None:
         write_rows(sheet_rows(found, known), Path(sheet), force=True, inputs=inputs)

@@ -157,7 +157,6 @@ def test_a_scene_without_candidates_takes_those_that_its_tests_were_made_at(tmp_
         ({"duration_s": 1.5}, {}, r"plan\.duration_s: 1\.5 s are over before the transient .*transient_s = 2 s"),
         ({"expected": {"beta": 0.3}}, {}, r"plan\.expected\.beta: it follows from friction_coefficient"),
         ({"normal_forces_n": [50.0]}, {}, "no candidate shows anything: the mass stands still"),
-        ({}, {"hours": 0.01}, r"hours: 0\.01 are less than any test takes: expected at least 0\.0167"),
         ({}, {"aim": ["gradient"]}, r"law coulomb has no parameter 'gradient' to find: expected beta"),
         ({}, {"against": "coulomb"}, r"against: law coulomb is the one that is planned for"),
         ({}, {"law": "coulomb+place", "against": "coulomb+nothing"}, r"nothing"),
