@@ -1,7 +1,7 @@
 """Which column is what: names, units and roles of a log's columns.
 
 Options win over the layout, the layout over names and units, names over elimination. A role is ``time``, ``mass``,
-``base`` or ``relative`` (displacements), or the name of a further channel of a recording.
+``base`` or ``relative`` (displacements; ``mass+2``: a second laser of it), or the name of a further channel.
 """
 
 import re
@@ -128,7 +128,9 @@ def _pick(columns: Sequence[LogColumn], role: str) -> LogColumn | None:
     """Give the one column of this role; ``None`` if none says so; an error if several do."""
     found = candidates(columns, role)
     if len(found) > 1:
-        raise LogError(f"which column is the {role}? {_list(found)} fit equally well: give --{role}")
+        all_of = "+".join(str(column.index + 1) for column in found)
+        both = "" if role == "time" else f", or, if they see one place, --{role} {all_of}"
+        raise LogError(f"which column is the {role}? {_list(found)} fit equally well: give --{role}{both}")
     return found[0] if found else None
 
 
@@ -141,8 +143,11 @@ def assign(
     found = {role: layout.columns[index] for role, index in layout.prefer.items() if role in ("time", *roles)}
     for role in ("time", *roles):
         if (said := getattr(options, role)) is not None:
-            found[role] = by_option(layout.columns, said, role)
+            whole = any(said in (c.title, c.name) for c in layout.columns)
+            for number, name in enumerate([said] if whole else str(said).split("+"), 1):
+                found[f"{role}+{number}" if number > 1 else role] = by_option(layout.columns, name, role)
     more, warnings = _further(layout, columns, found, options) if further else ({}, [])
+    more |= {role: column for role, column in found.items() if "+" in role}
     columns = _left(columns, more)
     if options.sampling_rate_hz is not None and options.time is None:
         stamps = found.pop("time", None) or next(iter(candidates(_left(columns, found), "time")), None)

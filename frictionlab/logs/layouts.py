@@ -143,7 +143,13 @@ def _rows_above(lines: Sequence[str], dialect: Dialect, *, deep: bool) -> list[t
     damaged = 0
     fewest = len(dialect.kinds.rstrip("e"))  # its last columns may always be empty
     for i in range(dialect.first - 1, -1, -1):
-        cells = _header_cells(lines[i], dialect)
+        line = lines[i]
+        text = line.lstrip().lstrip("#%!").lstrip("/").strip() if is_comment(line) else line
+        cells = [plain(c) for c in split(text, dialect.separator)]
+        if is_comment(line) and len(cells) != dialect.fields and len(text.split()) == dialect.fields:
+            cells = text.split()
+        while len(cells) > dialect.fields and not cells[-1]:
+            cells.pop()
         if not any(cells):
             continue
         units = _is_units_row(cells)
@@ -160,16 +166,6 @@ def _rows_above(lines: Sequence[str], dialect: Dialect, *, deep: bool) -> list[t
             if damaged > _DAMAGED_ABOVE:
                 break
     return rows
-
-
-def _header_cells(line: str, dialect: Dialect) -> list[str]:
-    text = line.lstrip().lstrip("#%!").lstrip("/").strip() if is_comment(line) else line
-    cells = [plain(c) for c in split(text, dialect.separator)]
-    if is_comment(line) and len(cells) != dialect.fields and len(text.split()) == dialect.fields:
-        cells = text.split()
-    while len(cells) > dialect.fields and not cells[-1]:
-        cells.pop()
-    return cells
 
 
 def _is_units_row(cells: Sequence[str]) -> bool:

@@ -12,16 +12,13 @@ from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, is_acceleration, possible
-from frictionlab.logs.sensor import Sensed, bridge, examine, flag_dead, flag_spikes, step_and_range, unit_by_step
+from frictionlab.logs.sensor import Sensed, bridge, examine, examine_further, flag_dead, together, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, naming, open_log, read_table
 from frictionlab.logs.text import Progress
-from frictionlab.recording import Channel, Fact, Quality, Recording, Source, quantity_named
+from frictionlab.recording import Channel, Fact, Recording, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
 _SENTINELS = (9999.0, 99999.0, 999999.0, 9999.9, 9999.99, 999.99)
-_JUMPS = {"displacement": (0.0, 1.0), "angle": (0.0, 1.0), "velocity": (0.0, 0.01)}
-"""Of a quantity: from where on a jump is a spike, and how many may be, by `flag_spikes`; of others `_ANY_JUMP`."""
-_ANY_JUMP = 0.75, 0.01
 
 
 @dataclass(frozen=True)
@@ -180,12 +177,17 @@ def _examined(table: LogTable, options: LogOptions, *, is_whole: bool = True) ->
     flag_dead(clock.time, channels)
     for channel in channels.values():
         bridge(clock.time, channel, clock.bridge)
+    for place in LASERS:
+        lasers = [role for role in channels if role.partition("+")[0] == place]
+        if len(lasers) > 1:
+            channels[place] = together([channels.pop(role) for role in lasers])
     return SensorLog(table, clock, channels)
 
 
 def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     """A channel in SI units: by its calibration, its unit, or the step that shows which laser it is."""
-    column, values, is_laser = table.columns[role], table.values.pop(role), role in LASERS
+    column, values, role = table.columns[role], table.values.pop(role), role.partition("+")[0]
+    is_laser = role in LASERS
     quantity = "displacement" if is_laser else quantity_named(role)
     a = "a length" if quantity == "displacement" else f"a{'n' * (quantity[0] == 'a')} {quantity}"
     said, per_volt = options.unit_of(role)
@@ -225,11 +227,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
         warnings.append(f"{role}: the unit in {column.title!r} is not known; the options say {said}, which is taken")
     values = to_si(values, unit)
     if not is_laser:
-        quality = np.where(np.isnan(values), np.uint8(Quality.NO_VALUE), np.uint8(0))
-        sensed = Sensed(role, values, quality, step_and_range(values)[0] or 0.0, warnings=warnings)
-        beyond, at_most = _JUMPS.get(quantity, _ANY_JUMP)
-        flag_spikes(sensed, UNIT[quantity], beyond=beyond, at_most=at_most)
-        return replace(sensed, step=None)
+        return examine_further(values, role, quantity, warnings)
     sensed = examine(values, role, options.measuring_range_m)
     sensed.warnings[:0] = warnings
     if per_volt is None and sensed.range is None and unit in ("m", "mm", "um"):
@@ -317,9 +315,9 @@ def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
         facts[f"{role}_column_number"] = column.index + 1
     seen = {role: column for role, column in table.columns.items() if role in sensors.channels}
     facts |= {f"{role}_unit": options.unit_of(role)[0] or column.unit for role, column in seen.items()}
-    facts |= sensors.clock.facts
-    facts |= {"sampling_rate_hz": 1.0 / sensors.clock.interval, "bridge_s": sensors.clock.bridge}
-    facts |= {"missing_samples": sensors.clock.missing}
+    clock = sensors.clock
+    facts |= clock.facts | {"sampling_rate_hz": 1.0 / clock.interval, "bridge_s": clock.bridge}
+    facts["missing_samples"] = clock.missing
     for role, channel in sensors.channels.items():
         facts |= {f"{role}_step_m": channel.step} if channel.step else {}
         facts |= {f"{role}_measuring_range_m": channel.range} if channel.range else {}

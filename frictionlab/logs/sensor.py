@@ -4,7 +4,7 @@ optoNCDT 1420: d = (102/65520 x - 1) MR/100, so one step is 1.02 MR / 65520, val
 and the error codes 262075 to 262082 read as about 4.07 MR (instruction manual; MR = measuring range).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import runs
 from frictionlab.recording import Quality
-from frictionlab.units import LENGTH
+from frictionlab.units import LENGTH, UNIT
 
 RANGES_M = (0.010, 0.025, 0.050, 0.100, 0.200, 0.500)
 _STEP = 1.02 / 65520
@@ -30,6 +30,10 @@ _BLOCK = 256  # samples, of which the median says how the motion usually bends
 _FAR = 10.0  # times that, and as many steps, from which a sample may be a spike
 _SHARP = 4.0  # of what is farthest off: a part that counts as being on the curve
 _REACHES = (2, 2, 2, 4, 8, 16)  # samples on either side of what may be a spike
+_JUMPS: dict[str, dict[str, float]] = {"displacement": {}, "angle": {}, "velocity": {"at_most": 0.01}}
+"""Of a quantity: what `_flag_spikes` is told; of others `_ANY_JUMP`."""
+_ANY_JUMP = {"beyond": 0.75, "at_most": 0.01}
+_DIFFER = 2.0  # per cent of the motion, from which lasers of one place are said to disagree
 _DEAD_S = 1.0
 _DEAD_NOISE = 0.5  # of a step, from which no sensor that lives shows one number for long
 
@@ -79,7 +83,17 @@ def examine(values: NDArray[np.float64], role: str, measuring_range: float | Non
     if channel.range is not None and not -0.01 * channel.range <= ends[0] < ends[1] <= 1.01 * channel.range:
         _flag_out_of_range(channel, channel.range)
     _flag_held(channel)
-    flag_spikes(channel, "mm", 1e3)
+    if channel.step is not None:
+        _flag_spikes(channel, channel.step, "mm", 1e3)
+    return channel
+
+
+def examine_further(values: NDArray[np.float64], role: str, quantity: str, warnings: list[str]) -> Sensed:
+    """Flag what is wrong with the values of a sensor of another quantity, SI units, or of a further mass."""
+    channel = Sensed(
+        role, values, np.where(np.isnan(values), np.uint8(Quality.NO_VALUE), np.uint8(0)), warnings=warnings
+    )
+    _flag_spikes(channel, step_and_range(values)[0] or 0.0, UNIT[quantity], **_JUMPS.get(quantity, _ANY_JUMP))
     return channel
 
 
@@ -151,7 +165,9 @@ def _flag_out_of_range(channel: Sensed, measuring_range: float) -> None:
         channel.flag(wrong, Quality.OUT_OF_RANGE, why)
 
 
-def flag_spikes(channel: Sensed, unit: str, per_si: float = 1.0, *, beyond: float = 0.0, at_most: float = 1.0) -> None:
+def _flag_spikes(
+    channel: Sensed, step: float, unit: str, per_si: float = 1.0, *, beyond: float = 0.0, at_most: float = 1.0
+) -> None:
     """Flag runs of samples that leave the curve through those around them, and come back to it, within one sample.
 
     A motion bends and has corners, but does not jump. Reaching farther and farther around, longer runs are found.
@@ -159,7 +175,7 @@ def flag_spikes(channel: Sensed, unit: str, per_si: float = 1.0, *, beyond: floa
     the samples, above which it is not the sensor that jumps.
     """
     values, n = channel.values, len(channel.values)
-    if channel.step is None or n < _BLOCK:
+    if n < _BLOCK:
         return
     if channel.quality.any():
         values = np.where(channel.quality == 0, values, np.nan)
@@ -167,7 +183,7 @@ def flag_spikes(channel: Sensed, unit: str, per_si: float = 1.0, *, beyond: floa
     blocks, middle = bends[:whole].reshape(-1, _BLOCK), _BLOCK // 8
     usual = np.partition(blocks[:, ::4], (middle - 1, middle), axis=1)[:, middle - 1 : middle + 1].mean(axis=1)
     around = np.max([usual, np.append(usual[1:], 0.0), np.append(0.0, usual[:-1])], axis=0)
-    limits = _FAR * (around + channel.step)
+    limits = _FAR * (around + step)
     if max(np.max(blocks.max(axis=1) - limits), bends[whole:].max(initial=0.0) - limits[-1]) <= 0.0:
         return
     most, wrong = np.pad(np.repeat(limits, _BLOCK), (0, n - whole), "edge"), np.zeros(n, bool)
@@ -232,6 +248,24 @@ def cubic(at: NDArray[np.float64], time: NDArray[np.float64], values: NDArray[np
     return result
 
 
+def _white_noise(values: NDArray[np.float64]) -> float:
+    return float(np.nanmedian(np.abs(np.diff(values, 6)))) / 20.5  # 0.6745 sqrt(924)
+
+
+def together(lasers: Sequence[Sensed]) -> Sensed:
+    """One channel of lasers that see one place: the mean of those with a value, weighted by noise; the first's zero."""
+    first = lasers[0]
+    about = np.ma.masked_array([laser.values - np.nanmedian(laser.values) for laser in lasers])
+    about.mask = [laser.quality != 0 for laser in lasers]
+    mean = np.ma.average(about, axis=0, weights=[1.0 / max(_white_noise(laser.values), 1e-15) ** 2 for laser in lasers])
+    apart = 100.0 * float(np.max((about - about[0]).std(axis=1)) / about[0].std())
+    said = f"{first.role}: {len(lasers)} lasers see it, which differ by {apart:.2g} % (rms): it rocks, or a gain is off"
+    first.values = np.where(np.ma.getmaskarray(mean), first.values, np.asarray(mean) + np.nanmedian(first.values))
+    first.quality = np.bitwise_and.reduce([laser.quality for laser in lasers])
+    first.warnings = [*(w for laser in lasers for w in laser.warnings), *([said] if apart > _DIFFER else [])]
+    return first
+
+
 def flag_dead(time: NDArray[np.float64], channels: Mapping[str, Sensed]) -> None:
     """Flag where a sensor shows one number for long, without the noise that it had, while the other one moves."""
     for role, other in (("mass", "base"), ("base", "mass")):
@@ -243,7 +277,7 @@ def flag_dead(time: NDArray[np.float64], channels: Mapping[str, Sensed]) -> None
             if not np.ptp(moving[start:stop]) > 0.1 * np.ptp(moving):
                 continue
             rest = max(channel.values[:start], channel.values[stop + 1 :], key=len)[:_SAMPLE]
-            noise = np.median(np.abs(np.diff(rest, 6))) / 20.5 if len(rest) > _NEAR else 0.0  # 0.6745 sqrt(924)
+            noise = _white_noise(rest) if len(rest) > _NEAR else 0.0
             if channel.step is not None and noise > _DEAD_NOISE * channel.step:
                 still_s = f"from {time[start]:.4g} to {time[stop]:.4g} s while the {other} moves"
                 why = f"the value does not change {still_s}: dead or disconnected? That part is left out"

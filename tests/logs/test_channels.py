@@ -41,9 +41,8 @@ def test_channels_are_found_by_name_and_unit_and_kept_in_si(tmp_path: Path) -> N
     assert recording.source.dialect["contact_force_column"] == "friction [kN]"
     write_recording(recording, tmp_path / "a.h5")
     again = read_recording(tmp_path / "a.h5")
-    assert [(c.name, c.unit, c.sensor) for c in again.channels] == [
-        (c.name, c.unit, c.sensor) for c in recording.channels
-    ]
+    one, other = ([(c.name, c.unit, c.sensor) for c in each.channels] for each in (again, recording))
+    assert one == other
     for name, column in again.measured().items():
         np.testing.assert_array_equal(column, found[name])
 
@@ -178,16 +177,23 @@ def test_what_fits_twice_is_left_out_and_said(tmp_path: Path) -> None:
     assert list(read_log(path, LogOptions(contact_force="force 2")).contact_force) == list(FORCE * 0 + X.round(9))
 
 
+def test_two_lasers_of_one_place_are_one_channel_by_their_noise(tmp_path: Path) -> None:
+    noisy = {s: X + s * np.random.default_rng(1).standard_normal((2, 400))[int(s > 0.01)] for s in (0.01, 0.02)}
+    path = log(tmp_path, **{"t [s]": T, **{f"mass {s} [mm]": x for s, x in noisy.items()}, "base [mm]": X})
+    with pytest.raises(LogError, match=r"fit equally well: give --mass, or, if they see one place, --mass 2\+3$"):
+        read_log(path)
+    found = read_log(path, LogOptions(mass="2+mass 0.02")).mass_displacement
+    assert np.std(found - 1e-3 * X) == pytest.approx(1e-5 * np.sqrt(0.8), rel=0.06)
+
+
 def test_a_hole_in_a_force_is_bridged_or_cuts(tmp_path: Path) -> None:
-    force = FORCE.copy()
-    path = log(tmp_path, **{"time [s]": T, "mass [mm]": X, "base [mm]": X, "force [N]": force})
+    path = log(tmp_path, **{"time [s]": T, "mass [mm]": X, "base [mm]": X, "force [N]": FORCE})
     lines = path.read_text().splitlines()
     for i in (50, *range(200, 240)):
         lines[i] = lines[i].rpartition(",")[0] + ",nan"
     path.write_text("\n".join(lines) + "\n")
     recording = read_log(path)
-    assert recording.flag_counts()["no_value"] == 41
-    assert recording.flag_counts()["interpolated"] == 1
+    assert [recording.flag_counts()[name] for name in ("no_value", "interpolated")] == [41, 1]
     assert [len(part) for part in recording.stretches()] == [199, 161]
 
 

@@ -341,9 +341,7 @@ def test_spikes_in_a_hundredth_of_the_samples_are_set_aside(r: float, rate: floa
     found = (read.quality & np.uint8(Quality.ERROR_CODE)) != 0
     assert np.count_nonzero(hit & ~found) < 0.02 * np.count_nonzero(hit)
     assert np.count_nonzero(found & ~hit) < 1e-4 * len(hit)
-    assert re.search(
-        r"mass: \d+ values \((1|0.9\d*) %\) jump off the motion and back \(spikes\)", read.source.warnings[0]
-    )
+    assert re.search(r"mass: \d+ values \((1|0.9\d*) %\) jump off .* \(spikes\)", read.source.warnings[0])
     sound, m = measure(made, scene()), measure(read, scene())
     assert m.stops_per_cycle == pytest.approx(sound.stops_per_cycle, abs=0.01)
     assert m.energy_per_cycle == pytest.approx(sound.energy_per_cycle, abs=sound.energy_per_cycle_se)
