@@ -96,12 +96,6 @@ def _is_large(row: Row) -> bool:
     return isinstance(work, float) and work >= LARGE_J
 
 
-def _in_joules(column: Shown) -> Shown:
-    """A column, of millijoules in joules."""
-    title = column.title.replace("[mJ]", "[J]")
-    return column if title == column.title else replace(column, title=title, times=lambda _: 1.0)
-
-
 def _millimetres(row: Row) -> float | None:
     base = row.get(BASE)
     return 1e3 * base if isinstance(base, float) else None
@@ -176,7 +170,8 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     names = [n if k else printable(Path(str(r["source"])).name) for n, r, k in zip(short, rows, known, strict=True)]
     filled = _filled(columns, rows, known)
     if any(map(_is_large, rows)):  # every energy of one table has one unit
-        filled = _filled(map(_in_joules, columns), rows, known)
+        joules = {c: replace(c, title=c.title.replace("[mJ]", "[J]"), times=lambda _: 1.0) for c in columns}
+        filled = _filled([joules[c] if "[mJ]" in c.title else c for c in columns], rows, known)
     if wide is None:  # a law that the headline names is no column
         filled = {c: each for c, each in filled.items() if c.key != "law" or ", law " not in headline}
     else:

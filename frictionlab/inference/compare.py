@@ -287,9 +287,8 @@ def compare_force(
     velocity, shown = measurement.cycle.mass_velocity, force * (1.0 + values.get(GAIN, 0.0))
     slides = np.isin(np.arange(len(force)) * observation.count // len(force), observation.parts)
     varies = 100.0 * float(np.max(np.abs(observation.force - force)[slides]) / np.mean(np.abs(force)))
-    seen = observation.force
-    if not measurement.slides_one_way:  # a load cell has no zero: it is fitted about the mean of these parts
-        seen = seen - np.mean((seen - shown)[slides])
+    # a load cell has no zero: it is fitted about the mean of these parts
+    seen = observation.force - (0.0 if measurement.slides_one_way else np.mean((observation.force - shown)[slides]))
     return _judged(
         *(found, scene, ladder, found.fit.nrmse(), said),
         what="force",
