@@ -43,6 +43,7 @@ from frictionlab.uncertainty import Estimate, bends
 
 Motion = tuple[SteadyState, ComplexArray]
 
+GAIN = "gain_{}"  # of the sensor of a mass, from the second on
 FEWEST_CYCLES = 3  # below so many the cycles say nothing of their own scatter
 MOST_HARMONICS = 128
 FEW = 3.0  # over the number of cycles: the share of the mean variance below which no variance is known
@@ -136,7 +137,8 @@ class CycleObservation(OfCycles):
 
     ``cycle``: as it was measured; ``energy`` (k Y^2), ``amplitude`` (Y), ``regime`` of it; ``rate``: of sampling, Hz;
     ``base``: its motion over Y, as its sensor shows it; ``kept`` (K,): how much of each harmonic the mass's filter
-    leaves; ``stands``: where the mass stands on average by a law, Y, which no sensor shows.
+    leaves; ``stands``: where the mass stands on average by a law, Y, which no sensor shows; ``seen_masses``: how many
+    of a frame's masses were measured, whose harmonics follow each other in the data.
     """
 
     cycle: Cycle
@@ -147,6 +149,7 @@ class CycleObservation(OfCycles):
     base: Base
     kept: FloatArray
     stands: float = 0.0
+    seen_masses: int = 1
     by_sensors: ClassVar = (*SENSORS, "mass_in_base")
 
     @property
@@ -214,30 +217,35 @@ class CycleObservation(OfCycles):
         return self.way * (more if self.pressed_more is None else more + self.pressed_more)
 
     def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
-        """Return the steady state at some values and its harmonics (K,), before the sensors; None where it has none."""
+        """Return the steady state at some values, and harmonics (n, K) before the sensors; None where it has none."""
         state = self.state(values, None if near is None else near[0])
         if state is None or (state.orbit is None and state.outcome != "stuck"):
             return None
         state = self.as_measured(state)
-        return state, harmonics_of(mean_cycle(state, max(LEAST_POINTS, 4 * self.count)), self.count)
+        cycles = mean_cycles(state, max(LEAST_POINTS, 4 * self.count), self.seen_masses)
+        return state, harmonics_of(cycles, self.count)
 
     def as_measured(self, state: SteadyState) -> SteadyState:
         """Return a state whose motion is not its own mirror image as the twin of the two that the cycle shows.
 
         A rig that starts the other way round runs on the other one: they have the even harmonics of opposite sign.
         """
-        if state.symmetric is not False or state.orbit is None or not state.problem.has_mirror_image:
+        if state.symmetric is not False or state.orbit is None or not (self.single and state.problem.has_mirror_image):
             return state
         even = harmonics_of(mean_cycle(state, max(LEAST_POINTS, 4 * self.count)), self.count)[1::2]
         is_twin = np.vdot(lines_of(self.data[: 2 * self.count])[1::2], even).real < 0.0
         return replace(state, orbit=replace(state.orbit, twin=True)) if is_twin else state
 
     def seen(self, motion: Motion, values: Values) -> FloatArray:
-        """Return harmonics as the sensors show them (2 K,): gain, lag, crosstalk, nonlinearity, filters."""
-        lines = motion[1]
+        """Return harmonics as the sensors show them (2 n K,): gain, lag, crosstalk, nonlinearity, filters.
+
+        Of masses above the first gain, lag and filters.
+        """
+        lines, *above = motion[1]
         gain, late = self.gain_and_phase(complex(lines[0]), values)
         order = np.arange(1, self.count + 1)
-        shown = gain * np.exp(1j * order * late) * lines
+        turned = np.exp(1j * order * late)
+        shown = gain * turned * lines
         shown[0] += values.get("base_in_mass", 0.0)
         for name, power in BENDS.items():
             if values.get(name):
@@ -249,7 +257,9 @@ class CycleObservation(OfCycles):
             if name == "filter_s":  # the base, that all is over and timed by, is smaller and behind too
                 passed *= np.exp(-1j * order * np.angle(passed[0])) / abs(passed[0])
             shown = shown * passed
-        return parts(np.asarray(self.kept * shown))
+        gains = (1.0 + values.get(GAIN.format(i), 0.0) for i in range(2, self.seen_masses + 1))
+        others = (self.kept * turned * own * line for own, line in zip(gains, above, strict=True))
+        return np.concatenate([parts(np.asarray(one)) for one in (self.kept * shown, *others)])
 
     def solved(self, values: Values, solver: Solver = "auto") -> SteadyState:
         """Return the state predicted by a solver; one without a frame's dashpot leaves out one that was only fitted."""
@@ -379,11 +389,17 @@ def lines_of(parts: FloatArray) -> ComplexArray:
 
 def mean_cycle(state: SteadyState, points: int, late: float = 0.0) -> FloatArray:
     """Return the displacement (p,) of a steady motion over a cycle, the mean over its period, from a phase on."""
+    return np.asarray(mean_cycles(state, points, late=late)[0])
+
+
+def mean_cycles(state: SteadyState, points: int, masses: int = 1, late: float = 0.0) -> FloatArray:
+    """Return the same of the first so many masses (n, p)."""
     periods = state.period_cycles or 1
     if state.orbit is None:
-        return np.zeros(points)
+        return np.zeros((masses, points))
     tau = 2.0 * np.pi * np.arange(points * periods) / points + late
-    return np.asarray(state.orbit.at(tau)[0].reshape(periods, points).mean(axis=0))
+    q = state.orbit.all_at(tau)[0][:, :masses]
+    return np.asarray(q.reshape(periods, points, masses).mean(axis=0).T)
 
 
 def refuse_several(scene: Scene) -> None:

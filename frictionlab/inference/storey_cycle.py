@@ -15,7 +15,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
 from frictionlab.inference.comparison import AtContact, base_lines, harmonics_of, left_for_contact, over_cycle
 from frictionlab.inference.observation import NO_MOTION, SENSORS, Values
-from frictionlab.inference.observations import LEAST_POINTS, CycleObservation, Motion, of_measurement, parts
+from frictionlab.inference.observations import GAIN, CycleObservation, of_measurement
 from frictionlab.inference.unknowns import SMALLEST, Unknown, damping_of
 from frictionlab.scene import Scene, Solver
 from frictionlab.scene.physical import contacts_of, storeys_of, structure_of
@@ -23,19 +23,15 @@ from frictionlab.simulator import Contact, SteadyState, Structure, steady_state
 from frictionlab.simulator.laws import Law, law_of
 
 COST = 400.0  # steps of integration that a steady state of several masses costs, about
-FREQUENCY, DAMPING, GAIN = "storey_{}_frequency", "storey_{}_damping", "gain_{}"  # from the second storey on
+FREQUENCY, DAMPING = "storey_{}_frequency", "storey_{}_damping"  # from the second storey on
 MOST = 9  # masses whose sensors may have a gain of their own
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoreyObservation(CycleObservation):
-    """The mean cycle of all measured masses of a frame, under the law of its first contact.
-
-    Data are harmonics of the first mass (2 K,), then of the next, as far as they were measured: ``seen_masses``.
-    """
+    """The mean cycle of all measured masses of a frame, under the law of its first contact."""
 
     scene: Scene
-    seen_masses: int
     single: ClassVar[bool] = False
     by_sensors: ClassVar = (*SENSORS, "mass_in_base", *(GAIN.format(i) for i in range(2, MOST + 1)))
 
@@ -107,29 +103,6 @@ class StoreyObservation(CycleObservation):
     def solved(self, values: Values, solver: Solver = "auto") -> SteadyState:  # noqa: ARG002 - there is one for frames
         """Return the steady state predicted."""
         return self.state(values) or SteadyState(self.problem(values), "exact", "not found")
-
-    def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
-        """Return the steady state and the harmonics (n K,) of the measured masses, before the sensors."""
-        state = self.state(values, None if near is None else near[0])
-        if state is None or state.orbit is None:
-            return None
-        points, periods = max(LEAST_POINTS, 4 * self.count), state.period_cycles or 1
-        tau = 2.0 * np.pi * np.arange(points * periods) / points
-        q = state.orbit.all_at(tau)[0][:, : self.seen_masses]
-        cycles = q.reshape(periods, points, -1).mean(axis=0)
-        return state, np.concatenate([harmonics_of(cycle, self.count) for cycle in cycles.T])
-
-    def seen(self, motion: Motion, values: Values) -> FloatArray:
-        """Return harmonics as the sensors show them (2 n K,)."""
-        lines = motion[1].reshape(self.seen_masses, -1)
-        shown = [super().seen((motion[0], lines[0]), values)]
-        _, late = self.gain_and_phase(complex(lines[0, 0]), values)
-        turned = self.kept * np.exp(1j * np.arange(1, self.count + 1) * late)
-        shown += [
-            parts(np.asarray((1.0 + values.get(GAIN.format(i), 0.0)) * turned * line))
-            for i, line in enumerate(lines[1:], 2)
-        ]
-        return np.concatenate(shown)
 
     def measured_contact(self, state: SteadyState, late: float) -> AtContact | None:
         """Return slip and force of the first contact by the measured motion; None where its masses were not measured.
