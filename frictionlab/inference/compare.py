@@ -246,8 +246,7 @@ def compare_table(
         )
     found, ladder = _found(observation, scene, law, friction_ratio)
     observation, values = cast("TableObservation", found.tests[0].observation), found.values()
-    states = list(observation.states(values))
-    reference = states[observation.reference]
+    state = observation.state(values)  # of the reference
     return _judged(
         *(found, scene, ladder, found.fit.nrmse(), [*scene.rig.doubts, *table.said, *found.warnings]),
         after=() if observation.is_stated else (NO_ERRORS,),
@@ -256,8 +255,8 @@ def compare_table(
         floor=observation.floor if observation.is_stated else None,
         amplitude=Estimate(observation.unit, 0.0) if math.isfinite(observation.unit) else Estimate(),
         model=words.model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
-        solver="exact" if reference is None else reference.solver,
-        closure_error=max((abs(s.closure_error) for s in states if s is not None and s.closure_error), default=None),
+        solver="exact" if state is None else state.solver,
+        closure_error=None if state is None else state.closure_error,
         over_frequency=observation.curve(values),
     )
 

@@ -36,9 +36,9 @@ class TableObservation(Observation):
 
     Amplitudes are half the swing, phases those of the fundamental, as the exact steady state has them. ``table``: as it
     was read, its amplitudes in Y; ``ratios``, ``ratios_u`` (n,): r; ``lengths`` (n,): Y of each row over that of the
-    reference, whose frequency ratio and Y are `r` and `unit` (NaN where it is not known); ``there`` (N,): which of all
-    amplitudes, then phases (2 n,), were measured; ``sizes`` (N,): what errors are relative to, the amplitude itself, or
-    one radian; ``is_stated``: whether every number has its error.
+    reference, the row of the middle frequency, whose frequency ratio and Y are `r` and `unit` (NaN where it is not
+    known); ``there`` (N,): which of all amplitudes, then phases (2 n,), were measured; ``sizes`` (N,): what errors are
+    relative to, the amplitude itself, or one radian; ``is_stated``: whether every number has its error.
     """
 
     table: FrequencyTable
@@ -53,11 +53,6 @@ class TableObservation(Observation):
     def tried(self, near: Values) -> list[dict[str, float]]:
         """Return values at which a fit is tried: friction ratios."""
         return [] if "beta" in self.held else [{**near, "beta": beta} for beta in SEARCH]
-
-    @property
-    def reference(self) -> int:
-        """The row whose dimensionless parameters are reported: that of the middle frequency."""
-        return int(np.argsort(self.ratios)[len(self.ratios) // 2])
 
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
