@@ -59,6 +59,7 @@ ON_BASE = 'model.wall: friction against what moves with the base explains this c
 NOT_STEADY = "its mean cycle is {:.3g} times its standard error off the steady state, for the motion was not steady"
 UNEVEN, OF_UNEVEN = "normal force that varies in the cycle", 0.02  # share of that that is open where it is counted
 OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
+OF_CYCLE = "the steady cycle of the record"
 MEASURED = ("frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime")
 """What a comparison repeats of its measurement."""
 
@@ -104,7 +105,8 @@ def compare_record(
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
         record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
-        best = best.with_doubt(OVER_TIME, record.wandering)
+        best, differs = _beside_cycle(best.with_doubt(OVER_TIME, record.wandering), found)
+        said = (*said, *differs)
         step = words.ANOTHER if climbed is None else OF_RECORD
         by_record = compared(measurement, scene, best, None, step, cycle=cycle.under(best.law()))
         laws = _rows(ladder, found, found.fit.nrmse(), explained=explains(found.fit, [0]))
@@ -388,6 +390,21 @@ def _pressed_unevenly(found: Posterior, measurement: Measurement, *, counted: bo
         " the fit to the mean cycle of a single mass counts: its error holds so much"
     )
     return found.with_doubt(UNEVEN, varies * (OF_UNEVEN if counted else 1.0)), [] if counted else [said]
+
+
+def _beside_cycle(record: Posterior, cycle: Posterior) -> tuple[Posterior, list[str]]:
+    """The posterior of a whole record whose errors hold what its steady cycle says of friction, and what is to be said.
+
+    Of the same law, where that explains the cycle: start-up and steady state are held against each other.
+    """
+    own, other = record.parameters()["beta"], cycle.parameters()["beta"]
+    known = own.u is not None and other.u is not None and cycle.law() == record.law() and explains(cycle.fit, [0])
+    if not known or abs(other.value - own.value) <= math.hypot(own.u or 0.0, other.u or 0.0):
+        return record, []
+    said = (
+        f"friction_ratio: {own.value:.4g} by the whole record, {other.value:.4g} by its steady cycle; its error holds"
+    )
+    return record.with_doubt(OF_CYCLE, other.value / own.value - 1.0), [f"{said} the difference"]
 
 
 def _of_whole(found: Posterior, scene: Scene) -> Diagnosis:
