@@ -285,7 +285,7 @@ def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, F
     if signals.white_noise(signal) ** 2 >= 0.5 * power:
         raise AnalysisError(STANDS)
     way = signal - signal[0] if KNOWN[name] == 0 else np.cumsum(signal) * step
-    forward = np.sign(way[-1:])
+    forward = np.where(way[-1:] < 0.0, -1.0, 1.0)
     way = way * forward
     points = np.linspace(0, len(way) - 1, WINDOWS).round().astype(np.intp)  # noise of single samples is no way back
     back = np.minimum(np.diff(way[points]), 0.0)
