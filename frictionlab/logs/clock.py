@@ -210,8 +210,11 @@ def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str
         return column.unit, [], [said]
     for unit in ("s", "ms", "us", "ns"):
         if step > 0.0 and _LOW_HZ <= TIME[unit] / step < _HIGH_HZ:
-            why = f"time: no unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
-            return unit, [why], [] if unit == "s" else [why]
+            unknown = column.title.endswith(("]", "}"))  # what stands there is no unit of the table
+            why = (
+                f"time: no {'known ' * unknown}unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
+            )
+            return unit, [why], [why] if unknown or unit != "s" else []
     raise LogError(f"the unit of time column {column} is not said and its steps of {step:g} fit none: give --time-unit")
 
 

@@ -128,8 +128,7 @@ def _pick(columns: Sequence[LogColumn], role: str) -> LogColumn | None:
     """Give the one column of this role; ``None`` if none says so; an error if several do."""
     found = candidates(columns, role)
     if len(found) > 1:
-        all_of = "+".join(str(column.index + 1) for column in found)
-        both = "" if role == "time" else f", or, if they see one place, --{role} {all_of}"
+        both = f", or if all see one place --{role} {'+'.join(str(c.index + 1) for c in found)}" * (role != "time")
         raise LogError(f"which column is the {role}? {_list(found)} fit equally well: give --{role}{both}")
     return found[0] if found else None
 

@@ -180,7 +180,7 @@ def test_what_fits_twice_is_left_out_and_said(tmp_path: Path) -> None:
 def test_two_lasers_of_one_place_are_one_channel_by_their_noise(tmp_path: Path) -> None:
     noisy = {s: X + s * np.random.default_rng(1).standard_normal((2, 400))[int(s > 0.01)] for s in (0.01, 0.02)}
     path = log(tmp_path, **{"t [s]": T, **{f"mass {s} [mm]": x for s, x in noisy.items()}, "base [mm]": X})
-    with pytest.raises(LogError, match=r"fit equally well: give --mass, or, if they see one place, --mass 2\+3$"):
+    with pytest.raises(LogError, match=r"fit equally well: give --mass, or if all see one place --mass 2\+3$"):
         read_log(path)
     found = read_log(path, LogOptions(mass="2+mass 0.02")).mass_displacement
     assert np.std(found - 1e-3 * X) == pytest.approx(1e-5 * np.sqrt(0.8), rel=0.06)
