@@ -170,12 +170,11 @@ def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[st
 
 
 def _is_numeric(dataset: Any) -> bool:
-    if not isinstance(dataset, h5py.Dataset):
+    if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
         return False
     kind = dataset.attrs.get("MATLAB_class", b"double")
     is_number = isinstance(kind, bytes) and kind.startswith((b"double", b"single", b"int", b"uint"))
-    stored_here = not dataset.is_virtual and not dataset.external
-    return dataset.dtype.kind in "fiu" and is_number and stored_here and "MATLAB_empty" not in dataset.attrs
+    return dataset.dtype.kind in "fiu" and is_number and "MATLAB_empty" not in dataset.attrs
 
 
 def write_map(

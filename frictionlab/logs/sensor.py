@@ -90,9 +90,7 @@ def examine(values: NDArray[np.float64], role: str, measuring_range: float | Non
 
 def examine_further(values: NDArray[np.float64], role: str, quantity: str, warnings: list[str]) -> Sensed:
     """Flag what is wrong with the values of a sensor of another quantity, SI units, or of a further mass."""
-    channel = Sensed(
-        role, values, np.where(np.isnan(values), np.uint8(Quality.NO_VALUE), np.uint8(0)), warnings=warnings
-    )
+    channel = Sensed(role, values, np.isnan(values) * np.uint8(Quality.NO_VALUE), warnings=warnings)
     _flag_spikes(channel, step_and_range(values)[0] or 0.0, UNIT[quantity], **_JUMPS.get(quantity, _ANY_JUMP))
     return channel
 
