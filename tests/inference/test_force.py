@@ -222,6 +222,14 @@ def test_force_and_motion_give_one_friction_and_together_a_surer_one(r: float, b
     assert (both.verdict, [w for w in both.warnings if "force" in w]) == ("explained", [])
 
 
+def test_start_up_and_steady_cycle_are_held_against_each_other() -> None:
+    """A record that begins in its steady state has a second valley, with another natural frequency."""
+    seen = recording(channels_of(0.5, 0.4), "mass_displacement", "base_displacement")
+    found = compare(seen, scene_of(), law="coulomb", fit="whole")
+    assert abs((found.friction_ratio or 0.0) - 0.4) < (found.friction_ratio_u or 0.0)
+    assert any("by the whole record, 0.4 by its steady cycle" in said for said in found.warnings)
+
+
 def test_a_force_without_a_known_stiffness_still_gives_newtons() -> None:
     tables = {"rig": {"natural_frequency_hz": 3.13}, "experiment": {"normal_force_n": NORMAL_N}}
     made = recording(channels_of(0.5, 0.4), "mass_displacement", "base_displacement", "contact_force")
