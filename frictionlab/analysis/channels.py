@@ -210,6 +210,7 @@ def displacement(measured: Mapping[str, FloatArray], place: str, step: float) ->
     slowest = 0.2 * min(tone.frequency for tone in tones)
     moved, _, said = integrated(signal, rate, slowest, times=times)
     words = f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: {said}"
+    words += "".join(f"; {other.replace('_', ' ')} is not used" for other in rates if other in measured.keys() - {name})
     return moved, [words], min(round(DOUBTFUL * rate / slowest), len(signal) // 4), times
 
 
