@@ -8,10 +8,13 @@ import contextlib
 import hashlib
 import json
 import os
+import secrets
+import shutil
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -63,15 +66,20 @@ class Batch:
 
     def each(self, *, workers: int | None = None, scheduler: str | None = None) -> Iterator[Row]:
         """Do what is due and yield the row of each such log as it is done, in order."""
-        rows = inputs.rows_of(self.due, self._make, workers=workers, scheduler=scheduler)
-        for log, row in zip(self.due, rows, strict=True):
-            place = self.results(log)["measurement"]
-            if not self.compares and row.get("status") == FAILED and not self._stamp_file(log).exists():
-                # a campaign lists it, and misses none; results that stand with their stamp stay: it was the disk
-                with contextlib.suppress(OSError):
-                    make_folder(place.parent)
-                    write_rows([row], place, force=True)
-            yield row
+        parts = self.folder / "made" / f"part.{secrets.token_hex(4)}"  # of this run: a worker may be ended amid its log
+        make = partial(self._make, parts=parts)
+        try:
+            with contextlib.closing(inputs.rows_of(self.due, make, workers=workers, scheduler=scheduler)) as rows:
+                for log, row in zip(self.due, rows, strict=True):
+                    place = self.results(log)["measurement"]
+                    if not self.compares and row.get("status") == FAILED and not self._stamp_file(log).exists():
+                        # a campaign lists it, and misses none; results that stand with their stamp stay: it was the disk
+                        with contextlib.suppress(OSError):
+                            make_folder(place.parent)
+                            write_rows([row], place, force=True)
+                    yield row
+        finally:
+            shutil.rmtree(parts, ignore_errors=True)
 
     def rows(self) -> list[Row]:
         """The rows of all logs that have one, in order."""
@@ -107,14 +115,14 @@ class Batch:
         made = stamp_at(self._stamp_file(log)) == self._stamp(log)
         return made and all(result.exists() for result in self.results(log).values())
 
-    def _make(self, log: Path) -> Row:
-        """Make all results of a log, put them in place together, give its row; of a log that fails none is left."""
+    def _make(self, log: Path, *, parts: Path) -> Row:
+        """Make all results of a log in ``parts``, put them in place together, give its row; of a failed one none stays."""
         stamp, places, stamp_file = self._stamp(log), self.results(log), self._stamp_file(log)
-        for place in (stamp_file, *places.values()):
+        for place in (parts / log.name, stamp_file, *places.values()):
             make_folder(place.parent)
         try:
             self._check(places)
-            with tempfile.TemporaryDirectory(prefix="part.", dir=stamp_file.parent) as part:
+            with tempfile.TemporaryDirectory(dir=parts) as part:
                 made = {kind: Path(part) / f"{kind}{place.suffix}" for kind, place in places.items()}
                 row = self._make_parts(log, made, places["recording"])
                 for kind, place in places.items():
