@@ -206,6 +206,8 @@ def _sheet_as_text(archive: zipfile.ZipFile, most: int) -> bytes:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # extensions of Excel that are of no use here
             sheet = _with_numbers(load_workbook(archive.fp, read_only=True, data_only=True))
+            if sheet.max_column is None:  # not every program that writes workbooks says how wide a sheet is
+                sheet.calculate_dimension(force=True)
             for row in sheet.iter_rows(values_only=True, max_col=min(sheet.max_column or 1, _WIDEST)):
                 cells = (cell.total_seconds() if isinstance(cell, timedelta) else cell for cell in row)
                 words = ("" if cell is None else " ".join(str(cell).split()) for cell in cells)
