@@ -64,7 +64,7 @@ def _are_units(said: Mapping[str, str] | str) -> bool:
     """Whether all names are options of columns, each with a unit, or so many of it for a volt."""
     for name, text in _pairs(said):
         match = _CALIBRATION.fullmatch(text)
-        unit, per_volt = (match[2], match[1].strip("+-.0")) if match else (text, "1")
+        unit, per_volt = (match[2], match[1].strip("+-.0")) if match else (text.removeprefix("-"), "1")
         if name not in (*LASERS, *FURTHER, "force") or not quantity_of(known_unit(unit)) or not per_volt:
             return False
     return True
@@ -129,7 +129,7 @@ class LogOptions(BaseModel, frozen=True, extra="forbid", strict=True, defer_buil
         "Unit of the displacements: m mm um nm cm in mil.", "UNIT"
     )
     units: Units = _key(
-        "Units of columns, also of a volt: contact_force=kN,torque=0.5 Nm/V,mass=5 mm/V.", "NAME=UNIT,..."
+        "Units of columns, of a volt too: contact_force=kN,mass=5 mm/V; mass=-mm turns a sign.", "NAME=UNIT,..."
     )
     time_unit: Annotated[Word, _unit("time", TIME)] = _key("Unit of the time column: s ms us ns min h.", "UNIT")
     variable: Annotated[Word, _checked(bool, "the name of a variable")] = _key(
@@ -166,6 +166,10 @@ class LogOptions(BaseModel, frozen=True, extra="forbid", strict=True, defer_buil
         """The same options but for these."""
         return self.model_copy(update=changes)
 
+    def is_turned(self, role: str) -> bool:
+        """Whether a channel counts the other way: its unit is said as ``-mm``."""
+        return bool(re.match(r"-\D", dict(_pairs(self.units or "")).get(role, "")))
+
     def unit_of(self, role: str) -> tuple[str, float | None]:
         """The unit said of a channel; where it stands for a volt, also how many of it a volt is."""
         pairs = dict(_pairs(self.units or ""))
@@ -173,5 +177,5 @@ class LogOptions(BaseModel, frozen=True, extra="forbid", strict=True, defer_buil
         said = pairs.get(role) or general.get(role) or ""
         match = _CALIBRATION.fullmatch(said)
         if match is None:
-            return known_unit(said), None
+            return known_unit(said.removeprefix("-")), None
         return known_unit(match[2]), float(match[1]) * (1e3 if match[3] == "mV" else 1.0)

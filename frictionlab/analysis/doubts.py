@@ -269,7 +269,7 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     elif energy <= -max(5.0 * (m.energy.se or 0.0), m.energy.u or 0.0, 0.01):  # unless by a lag that is not known
         size = [np.abs(np.fft.rfft(cycle)[1 : HARMONICS + 1]) for cycle in (mass, base)]
         of_m, of_b = (float(np.linalg.norm(lines[1:]) / max(float(lines[0]), 1e-300)) for lines in size)
-        cause = "a sensor counts the other way (turn its sign), or mass and base are swapped (--mass and --base)"
+        cause = "a sensor counts the other way (--units mass=-mm), or mass and base are swapped (--mass and --base)"
         if of_b > 0.02 and of_m < 0.3 * of_b:  # friction makes harmonics, a motor fewer
             shares = f"harmonics of the base {100.0 * of_b:.2g} %, of the mass {100.0 * of_m:.2g} %"
             cause = f"mass and base look swapped ({shares}): exchange --mass and --base ([log]), or turn one's sign"

@@ -223,7 +223,7 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start
     rate, none = options.sampling_rate_hz, np.zeros(0, np.int64)
     if rate is None and stated_s is None:
         in_hz = any(c.unit in ("hz", "khz") for c in table.log.layout.columns)
-        of_drive = "; a table over frequency is for compare-numeric" if in_hz else ""
+        of_drive = "; a table over frequency is for compare-numeric, with amplitude [Y] or phase [deg]" if in_hz else ""
         raise LogError("no time column found: give --time, or --sampling-rate" + of_drive)
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
     said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"

@@ -225,7 +225,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
         warnings.append(f"{role}: the log says {written}, the options say {said}: {said} is taken")
     elif per_volt is None and said and unknown:
         warnings.append(f"{role}: the unit in {column.title!r} is not known; the options say {said}, which is taken")
-    values = to_si(values, unit)
+    values = to_si(values, unit) * (-1.0 if options.is_turned(role) else 1.0)
     if not is_laser:
         return examine_further(values, role, quantity, warnings)
     sensed = examine(values, role, options.measuring_range_m)

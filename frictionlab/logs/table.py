@@ -205,7 +205,7 @@ def _finite(values: FloatArray) -> FloatArray:
 _OVER_FREQUENCY = {
     "r": re.compile(r"r|frequency[ _]ratio", re.IGNORECASE),
     "frequency": re.compile(r"(drive[ _])?(frequency|freq)|f|omega|(erreger)?frequenz", re.IGNORECASE),
-    "amplitude": re.compile(r"(response[ _])?(amplitude|amp)", re.IGNORECASE),
+    "amplitude": re.compile(r"((response|mass)[ _])?(amplitude|amp)([ _]ratio)?|transmissibility", re.IGNORECASE),
     "phase": re.compile(r"phase([ _](angle|lag))?|phi", re.IGNORECASE),
     "base_amplitude": re.compile(r"base[ _](amplitude|amp)(_m)?|basisamplitude", re.IGNORECASE),
 }
