@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from frictionlab.cli import printable, screen
+from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import Inputs, LogSettings, Made, number_of
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs
@@ -167,15 +167,22 @@ def init(
         if meant := get_close_matches(folder.name, same, n=1, cutoff=0.8):
             raise UsageError(f"{folder}: there is no such folder: did you mean {meant[0]}? --force makes it new")
     asks = sys.stdin.isatty() and sys.stdout.isatty() and not (quiet or every) and bool(found.tests)
-    prompts = {key: QUESTIONS[key] for key in found.lacks if asks}
-    said = {key: str(typer.prompt(text, default="", show_default=False)).strip() for key, text in prompts.items()}
-    answers = {key: text for key, text in said.items() if text}
-    facts = dict(_fact(key, text) for key, text in answers.items())
-    path = init(folder, force=force, everything=every, found=found, **facts)
+    answers = {key: fact for key in found.lacks if asks and (fact := _asked(key))}
+    path = init(folder, force=force, everything=every, found=found, **dict(answers.values()))
     if not quiet:
         if is_new:
             screen.paragraph(f"{folder} was not there: it was made new and is empty: put logs there")
         _print_found(found, path, open_keys=[key for key in found.lacks if key not in answers])
+
+
+def _asked(key: str) -> tuple[str, object] | None:
+    """What is answered to a question, asked again where it is no number; None: nothing."""
+    while said := str(typer.prompt(QUESTIONS[key], default="", show_default=False)).strip():
+        try:
+            return _fact(key, said)
+        except UsageError as error:
+            complain(str(error))
+    return None
 
 
 def _fact(key: str, said: str) -> tuple[str, object]:

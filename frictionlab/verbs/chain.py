@@ -12,7 +12,7 @@ import secrets
 import shutil
 import tempfile
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from os import PathLike
@@ -64,7 +64,7 @@ class Batch:
         made = dict(zip(self.due, self.each(workers=workers, scheduler=scheduler), strict=True))
         return [row for log in self.logs if (row := made.get(log) or self.row(log)) is not None]
 
-    def each(self, *, workers: int | None = None, scheduler: str | None = None) -> Iterator[Row]:
+    def each(self, *, workers: int | None = None, scheduler: str | None = None) -> Generator[Row, None, None]:
         """Do what is due and yield the row of each such log as it is done, in order."""
         parts = self.folder / "made" / f"part.{secrets.token_hex(4)}"  # of this run: a worker may be ended amid its log
         make = partial(self._make, parts=parts)
@@ -73,7 +73,7 @@ class Batch:
                 for log, row in zip(self.due, rows, strict=True):
                     place = self.results(log)["measurement"]
                     if not self.compares and row.get("status") == FAILED and not self._stamp_file(log).exists():
-                        # a campaign lists it, and misses none; results that stand with their stamp stay: it was the disk
+                        # a campaign lists it, and misses none; results with their stamp stay: it was the disk
                         with contextlib.suppress(OSError):
                             make_folder(place.parent)
                             write_rows([row], place, force=True)
@@ -116,7 +116,7 @@ class Batch:
         return made and all(result.exists() for result in self.results(log).values())
 
     def _make(self, log: Path, *, parts: Path) -> Row:
-        """Make all results of a log in ``parts``, put them in place together, give its row; of a failed one none stays."""
+        """Make all results of a log in ``parts``, put them in place together, give its row; of a failed log none."""
         stamp, places, stamp_file = self._stamp(log), self.results(log), self._stamp_file(log)
         for place in (parts / log.name, stamp_file, *places.values()):
             make_folder(place.parent)

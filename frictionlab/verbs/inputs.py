@@ -8,7 +8,7 @@ import difflib
 import os
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
@@ -17,6 +17,7 @@ from frictionlab.errors import FrictionlabError, LogError, SceneError, UsageErro
 from frictionlab.files import PACKED, as_disks_see, stem_of
 from frictionlab.scene import Scene, read_scene
 from frictionlab.tables import SUFFIXES, Row
+from frictionlab.tables.texts import few_of
 from frictionlab.workers import Lost, run_each
 
 FilePath = str | PathLike[str]
@@ -91,7 +92,8 @@ def logs_in(folder: Path) -> list[Path]:
     files = (p for p in sorted(folder.iterdir()) if is_log_name(p) and p.name[0] != "." and p.is_file())
     logs = [p for p in files if not is_sheet(p)]
     if not logs:
-        raise UsageError(f"no logs in {folder}: {EXPECTED_LOGS}")
+        inner = few_of([p.name for p in sorted(folder.iterdir()) if p.is_dir() and _holds_logs(p)])
+        raise UsageError(f"no logs in {folder}{f', but in its folders {inner}' * bool(inner)}: {EXPECTED_LOGS}")
     return logs
 
 
@@ -160,7 +162,7 @@ def names_of(logs: Sequence[Path]) -> Mapping[Path, str]:
 
 def rows_of(
     inputs: Sequence[Path], job: Callable[[Path], Row], *, workers: int | None = 1, scheduler: str | None = None
-) -> Iterator[Row]:
+) -> Generator[Row, None, None]:
     """Do the job on each input and yield its row, in order; a failed one yields its source, status and reason.
 
     Faults of the scene or of the command line concern all inputs and are raised. With workers or a scheduler the job

@@ -29,6 +29,11 @@ TOKEN = re.compile(r"([A-Za-z]*?\xa0?)(\d+(?:[.,]\d+)?)(\xa0?[A-Za-z]*)")
 HELD = re.compile(r"(?<=\d) (?=(?:n|g|kg|s)\b)|(?<=\b[nr]) (?=\d)", re.IGNORECASE)  # blanks inside "1 N", "r 0.5"
 PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
+NO_MATERIALS = ("run", "test", "log", "data", "record", "recording", "measurement", "messung", "versuch", "file", "exp")
+LISTS = (
+    "it names the logs: if it is a sheet of their facts, save it as CSV with these names in a column `log`, and columns"
+    " like material, normal_force_n, nominal_frequency_ratio"
+)
 TEN_KEYS = Path(__file__).with_name("init.toml.jinja")
 ASKED = ("natural_frequency_hz", "mass_kg", "stiffness_n_per_m", "damping_ratio", "material", "normal_force_n")
 
@@ -103,6 +108,7 @@ def look(folder: FilePath) -> Found:
             taps.append(log)
         except FrictionlabError as error:
             unread[log] = (reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: ")
+    unread |= {path: LISTS for path in unread if path.is_file() and _names_some(path, tests)}
     pattern, odd = pattern_of([stem_of(log) for log in tests])
     return Found(
         tests=tuple(tests),
@@ -118,6 +124,16 @@ def look(folder: FilePath) -> Found:
     )
 
 
+def _names_some(path: Path, logs: Sequence[Path]) -> bool:
+    """Whether a text or a workbook names several of these logs."""
+    from frictionlab.logs.text import read_text
+
+    with contextlib.suppress(FrictionlabError):
+        text = "\n".join(read_text(path).lines)
+        return sum(stem_of(log) in text for log in logs if len(stem_of(log)) > 2) > 1
+    return False
+
+
 def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
     """The ``name_pattern`` that the names of logs follow, and the odd names that do not; None where most do not.
 
@@ -127,6 +143,8 @@ def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
     (('{material}_N{normal_force_n}_r{nominal_frequency_ratio}', ()), ('{material}_{normal_force_g}g', ('steel_x',)))
     >>> pattern_of(["oak 1 N r 0.5", "oak 2 N r 0.7"]), pattern_of(["test1", "some other"])
     (('{material} {normal_force_n} N r {nominal_frequency_ratio}', ()), (None, ()))
+    >>> pattern_of(["run_1", "run_2"])
+    (None, ())
     """
     for sign in ("_", "-", " "):
         rows = {name: HELD.sub("\xa0", name).split(sign) for name in names}
@@ -152,7 +170,7 @@ def _part(words: Sequence[str]) -> str:
             if key is not None:
                 return f"{first[1]}{{{key}}}{first[3]}".replace("\xa0", " ")
         return "{repeat}" if len(set(words)) > 1 else words[0]
-    if all(word.isalpha() for word in words):
+    if all(word.isalpha() and word.lower() not in NO_MATERIALS for word in words):
         return "{material}"
     return "{note}" if len(set(words)) > 1 else words[0]
 
