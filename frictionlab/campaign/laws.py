@@ -100,13 +100,13 @@ def amontons(
     """
     freedom, weight = len(value) - 1, np.linalg.inv(covariance)
     if not freedom:
-        words = f"measured under one normal force only, so Amontons' law is not tested; mean coefficient {mean}"
-        return AmontonsTest(material, mean.value, mean.error, verdict=f"{material}: {words}.")
+        words = "measured under one normal force only, so Amontons' law is not tested."
+        return AmontonsTest(material, mean.value, mean.error, verdict=f"{material}: {words}")
     about = value - float(weight.sum(axis=0) @ value / weight.sum())
     square = float(about @ weight @ about)
     p = float(chdtrc(freedom, square))
     exponent, error = _exponent(forces, value, weight * np.outer(value, value))
-    proof = f"chi-square {square:.3g} on {freedom} degrees of freedom, p"
+    proof = f"chi-square {square:.3g} on {freedom} degree{'s' * (freedom > 1)} of freedom, p"
     proof += f" = {p:.2g}" if p >= 1e-4 else " = less than 0.0001"
     words = (
         f"the friction coefficient may be the same under all {freedom + 1} normal forces, as Amontons' law says"

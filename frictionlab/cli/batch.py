@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from frictionlab.verbs.chain import Batch
 
 TABLE = "comparisons.jsonl"
+FEW = 3  # tests left out, up to which each is named
 NO_SCENE = (
     "no scene: there is no frictionlab.toml in the working folder or beside the logs, and none is given (--scene FILE;"
     " make: SCENE=FILE): all settings are defaults and the rig is not known; `frictionlab init` writes one to fill in"
@@ -71,8 +72,8 @@ def batch(
     rows = todo.rows()
     good = [row for row in rows if row.get("status") == "ok"]
     if campaign:
-        if len(good) < len(rows) and not work.as_json:
-            screen.print_tests(rows, screen.MEASURED, screen.headline(rows, "logs measured"))
+        if 0 < len(good) < len(rows) and not work.as_json:
+            screen.print_failures(rows, screen.headline(rows, "logs measured"))
         if made.ended:  # a report of the tests done until then would look like one of all
             complain("the campaign is not evaluated: the same command goes on from here")
         else:
@@ -223,7 +224,7 @@ def _write_campaign(
     result = evaluate(rows, scene, watch=fitting, **asked)
     if len(result.failures) == len(result.trials):
         kinds = kinds_of((trial.source, str(trial.reason)) for trial in result.failures)
-        reasons = "; ".join(f"{reason} ({len(where)} tests)" for reason, where in kinds)
+        reasons = "; ".join(f"{reason} ({screen.counted(len(where), 'test')})" for reason, where in kinds)
         raise AnalysisError(f"campaign: all {len(result.trials)} tests failed: {reasons}: no report is written")
     publish(result, output, force=force, watch=drawing)
     return result
@@ -242,6 +243,9 @@ def _said(result: "Campaign") -> list[str]:
     notes = [(f"{fit.material} at {fit.normal_force_n:.4g} N", str(fit.note)) for fit in result.fits if fit.note]
     doubts = [note for note in result.notes if GRAVE.search(note)]
     doubts += [f"{note} ({', '.join(where)})" for note, where in kinds_of(notes)]
+    out = [v for fit in result.fits for v in fit.verdicts if v.excluded is not None and not v.trial.is_long]
+    for verdict in out if len(out) <= FEW else ():
+        doubts.append(f"{screen.short_names([verdict.trial.source])[0]} is left out: {verdict.excluded}")
     by_criterion = [f"by {criterion}: {order}" for criterion, order in zip(criteria, orders, strict=True)]
     return [*by_criterion, *slopes, *(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)]
 

@@ -7,6 +7,7 @@ import math
 import os
 import shutil
 import sys
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -18,7 +19,7 @@ import typer
 from frictionlab.cli import STOPPED, LostOutputError, complain, folded, printable
 from frictionlab.schema import AMPLITUDE, BASE, ENERGY, RATIO, REGIME, STOPS, Table, with_error
 from frictionlab.tables import Row, json_line, plain
-from frictionlab.tables.texts import kinds_of
+from frictionlab.tables.texts import few_of, kinds_of
 from frictionlab.verbs.inputs import FAILED
 
 if TYPE_CHECKING:
@@ -131,8 +132,8 @@ FOUND = (
 )
 FITTED = (
     *(Shown("material", "material"), Shown("N [N]", "normal_force_n"), Shown("tests", "tests")),
-    *(Shown("beta", "friction_ratio"), Shown("F [N]", "friction_force_n"), Shown("mu", "friction_coefficient")),
-    Shown("law", "law"),
+    Shown("beta", "friction_ratio", times=_where_no(lambda row: row.get("friction_force_n"))),
+    *(Shown("F [N]", "friction_force_n"), Shown("mu", "friction_coefficient"), Shown("law", "law")),
 )
 TAPPED = (
     *(Shown("tap", "tap", 7), Shown("mode", "mode"), Shown("f [Hz]", "natural_frequency_hz", error="se")),
@@ -185,7 +186,7 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
         del filled[least]
     first = max(min(widest, width // 2 if wide else width - sum(widths[c] for c in filled)), len("test"))
     typer.echo(_bold(headline))
-    cut = [name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}" for name in names]
+    cut = cut_names(names, first)
     lines: list[list[str] | str] = []
     for number, row in enumerate(rows):
         said = f"{names[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}"
@@ -194,6 +195,22 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     _print_blocks(["test", *(c.title for c in filled)], lines)
     if gone:
         typer.echo(f"no space for {', '.join(gone)}: {'--json' if columns is FOUND else '--wide'}")
+
+
+def cut_names(names: Sequence[str], most: int) -> list[str]:
+    """Names of so many letters at most, those that are longer cut where they differ least."""
+    ends = range(6, max(7, most - 5))
+    cuts = [[n if len(n) <= most else f"{n[: most - 2 - end]}..{n[-end:]}" for n in names] for end in ends]
+    return max(cuts, key=lambda cut: len(set(cut)))
+
+
+def print_failures(rows: Sequence[Row], headline: str) -> None:
+    """Print how many inputs went well and, once a reason, which did not."""
+    typer.echo(_bold(headline))
+    failed = [(Path(str(row["source"])).name, str(row.get("reason"))) for row in rows if row.get("status") == FAILED]
+    for reason, names in kinds_of(failed):
+        many = f" ({counted(len(names), 'log')})" * (len(names) > 1)
+        paragraph(f"failed: {few_of(names)}{many}: {reason}", indent="    ")
 
 
 def _print_blocks(heads: Sequence[str], lines: Sequence[Sequence[str] | str]) -> None:
@@ -235,10 +252,14 @@ def counted(number: int, noun: str) -> str:
 
 
 def short_names(sources: Sequence[str]) -> list[str]:
-    """The names of files without folder and suffix, where these differ; else as they are."""
-    stems = [printable(Path(source).name.removesuffix(".gz")) for source in sources]
-    stems = [Path(stem).stem if Path(stem).suffix[1:2].isalpha() else stem for stem in stems]  # r = 0.5 has none
-    return stems if len(set(stems)) == len(set(sources)) else [printable(source) for source in sources]
+    """The names of files without folder and suffix; with them where another file would be called the same."""
+    names = {source: Path(source).name for source in sources}
+    stems = {source: Path(name.removesuffix(".gz")) for source, name in names.items()}
+    short = {source: s.stem if s.suffix[1:2].isalpha() else s.name for source, s in stems.items()}  # r = 0.5 has none
+    for longer in (names, {source: source for source in names}):
+        owners = Counter(short.values())
+        short = {source: name if owners[name] == 1 else longer[source] for source, name in short.items()}
+    return [printable(short[source]) for source in sources]
 
 
 def print_warnings(rows: Iterable[Row], *, verbose: bool = False, notes: Sequence[str] = ()) -> None:
@@ -297,6 +318,8 @@ def print_table(rows: Iterable[Row], columns: Table | Mapping[str, str] | Sequen
         columns = [_column(name, columns) for name in (*more, *names)]
     elif isinstance(columns, Mapping):
         columns = [Shown(printable(title), key, form=".6g") for key, title in columns.items()]
+    else:
+        columns = list(_filled(columns, every, [True] * len(every)))
     _print_blocks([column.title for column in columns], [[column.text(row) for column in columns] for row in every])
 
 

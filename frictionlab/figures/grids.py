@@ -52,7 +52,7 @@ def varies(campaign: Campaign, known: Callable[[Trial], float | None]) -> bool:
 def irregularity(campaign: Campaign) -> Figure:
     """Irregularity index of the short tests.
 
-    Equation (4.1), a square for each test, on one scale for all materials.
+    Equation (4.1), of each test, on one scale for all materials.
     """
     return _grid(campaign, {"": lambda verdict: verdict.trial.irregularity}, "irregularity index")
 

@@ -65,7 +65,7 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     """The contact.
 
     Friction force over displacement and speed, of the tests that the legend names; broad: recovered from the motion, no
-    law assumed; black: the law. Right: log evidence of the laws tried, by all tests, less that of the law required
+    law assumed; thin: the law. Right: log evidence of the laws tried, by all tests, less that of the law required
     (orange).
     """
     loops = [loop for loop in campaign.loops if loop[0].material == material]
