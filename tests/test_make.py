@@ -1,5 +1,6 @@
 """The batch: one log, one recording, one measurement, one comparison; only what changed is done again."""
 
+import contextlib
 import json
 import os
 from math import cos, pi
@@ -148,6 +149,9 @@ def test_every_name_has_results_of_its_own(tmp_path: Path) -> None:
     for name, drive in drives.items():
         (tmp_path / "logs" / name).write_text(log_text(drive=drive))
     work = fl.batch(tmp_path / "logs", SHORT, output=tmp_path / "out", compare=False)
+    with contextlib.closing(work.each(workers=2)) as stopped:
+        next(stopped)
+    assert {path.suffix for path in (tmp_path / "out" / "made").iterdir()} == {".json"}, "no parts are left"
     rows = dict(zip(work.due, work.run(), strict=True))
     assert {log.name for log in rows} == set(HOSTILE)
     for log, row in rows.items():

@@ -18,8 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.cli.screen import COMPARED as COMPARISONS_SHOWN
-from frictionlab.cli.screen import MEASURED as MEASUREMENTS_SHOWN
+from frictionlab.cli import screen
 from frictionlab.cli.screen import cell, print_table, print_tests, print_warnings
 from frictionlab.cli.show import show
 from frictionlab.errors import LogError, UsageError
@@ -158,13 +157,10 @@ def test_whatever_one_input_raises_the_others_go_on(error: Exception, reason: st
     assert reason in str(rows[1]["reason"])
 
 
-def test_a_fault_of_the_program_says_where_it_is() -> None:
+def test_a_fault_of_the_program_says_where_it_is_and_one_of_the_command_line_concerns_all() -> None:
     row = row_of(lambda path: {"unit": split_unit(path)}, Path("a"), folder=None)  # type: ignore[arg-type]
     assert "AttributeError" in str(row["reason"])
     assert "(frictionlab/units.py, line " in str(row["reason"])
-
-
-def test_a_fault_of_the_command_line_concerns_all() -> None:
     with pytest.raises(UsageError, match="no such column"):
         list(rows_of([Path("a")], partial(job, UsageError("no such column"), "a")))
 
@@ -197,7 +193,7 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(
         "stops_per_cycle": 2.0, "regime": "stuck",
     }  # fmt: skip
     bad: Row = {"source": "logs/b\x1b[31m.csv", "status": "failed", "reason": "empty \x1b[2J" + " and long" * 20}
-    print_tests([good, bad], MEASUREMENTS_SHOWN, "1 of 2 recordings")
+    print_tests([good, bad], screen.MEASURED, "1 of 2 recordings")
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert lines[0] == "1 of 2 recordings"
@@ -206,17 +202,17 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(
     assert max(map(len, lines)) <= 80
     law = {"status": "ok", "law": "coulomb+place+speed+breakaway", "verdict": "strained", "friction_coefficient": 0.31}
     judged: Row = {**good, **law, "friction_coefficient_u": 0.03, "friction_force_n": 0.77, "friction_ratio": 0.2}
-    print_tests([judged], COMPARISONS_SHOWN, "1 of 1 logs, law coulomb+place+speed+breakaway")
+    print_tests([judged], screen.COMPARED, "1 of 1 logs, law coulomb+place+speed+breakaway")
     assert capsys.readouterr().out.splitlines()[1].split()[-3:] == ["[N]", "mu", "verdict"]
-    print_tests([judged, {**judged, "law": "coulomb"}], COMPARISONS_SHOWN, "2 of 2 logs")
+    print_tests([judged, {**judged, "law": "coulomb"}], screen.COMPARED, "2 of 2 logs")
     head, line, *_ = capsys.readouterr().out.splitlines()[1:]
     assert len(line) <= 80
     assert head.split()[-3:] == ["mu", "law", "verdict"]
     assert "coulomb+place+speed+breakaway" in line
     for size in range(30):  # the title of the first column is wider than these names
-        print_tests([{**judged, "source": "x.h5", "law": size * "c"}], COMPARISONS_SHOWN, "1 of 1 logs")
+        print_tests([{**judged, "source": "x.h5", "law": size * "c"}], screen.COMPARED, "1 of 1 logs")
         assert "verdict" in capsys.readouterr().out.splitlines()[1]
-    print_tests([bad], MEASUREMENTS_SHOWN, "0 of 1")
+    print_tests([bad], screen.MEASURED, "0 of 1")
     told = capsys.readouterr()
     assert (told.out, told.err.count("frictionlab: ")) == ("", 1)
 

@@ -229,10 +229,3 @@ def test_the_loop_of_force_over_displacement_has_the_energy_as_its_area() -> Non
     draw_contact_force(state, ax)
     x, n = (np.asarray(part, dtype=float) for part in ax.lines[0].get_data())
     assert np.sum(0.5 * (n[1:] + n[:-1]) * np.diff(x)) == pytest.approx(state.energy_per_cycle, rel=1e-3)
-
-
-def test_a_batch_that_is_stopped_leaves_no_parts(tmp_path: Path) -> None:
-    with contextlib.closing(fl.batch(ROOT / "sample_data", SCENE, output=tmp_path, compare=False).each(workers=2)) as r:
-        next(r)
-    assert [place.suffix for place in (tmp_path / "made").iterdir()].count(".json") > 0
-    assert not list((tmp_path / "made").glob("part.*"))

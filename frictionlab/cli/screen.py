@@ -3,7 +3,6 @@
 Text that stood in a log or a file name is never trusted: control characters are shown, not sent to the terminal.
 """
 
-import math
 import os
 import shutil
 import sys
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import typer
 
 from frictionlab.cli import STOPPED, LostOutputError, complain, folded, printable
-from frictionlab.schema import AMPLITUDE, BASE, ENERGY, RATIO, REGIME, STOPS, Table, with_error
+from frictionlab.schema import BASE, ENERGY, LINES, Table, with_error
 from frictionlab.tables import Row, json_line, plain
 from frictionlab.tables.texts import few_of, kinds_of
 from frictionlab.verbs.inputs import FAILED
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from frictionlab.scene import Scene
 
 GAP = 2  # blanks between columns
-WORK = f"force_{ENERGY}_j"
 LARGE_J = 10.0  # from here on joules are shown, not millijoules
 LEAST_TEXT = 17  # letters that a text keeps in one line before it is folded
 MOST_WARNINGS = 10  # lines
@@ -55,32 +53,52 @@ def cell(value: object) -> str:
 
 @dataclass(frozen=True)
 class Shown:
-    """A column of a table on a screen: title, key of what stands in it, how gladly a narrow window keeps it.
-
-    A number stands with its uncertainty, the row's KEY_error, or alone in its ``form``; ``times``: what turns it into
-    the title's unit; None: a dash.
-    """
+    """A column of a table on a screen, as ``columns.toml`` lists it: a number with its uncertainty, or in its form."""
 
     title: str
     key: str
     keep: int = 9
     form: str = ".4g"
     error: str = "u"
-    times: Callable[[Row], float | None] = lambda _: 1.0
+    times: str = "1"
+    where: str = ""
 
     def text(self, row: Row) -> str:
         """What stands in a row."""
-        value, factor, error = plain(row.get(self.key)), self.times(row), row.get(f"{self.key}_{self.error}")
+        value, factor, error = plain(row.get(self.key)), self._factor(row), row.get(f"{self.key}_{self.error}")
         if value is None or factor is None:
             return "-"
         if error is not None:
             return with_error(value, error, factor)
         return format(factor * value, self.form) if isinstance(value, float) else cell(value)
 
+    def _factor(self, row: Row) -> float | None:
+        """What turns the number into the title's unit; None: it does not stand here."""
+        key, equals, word = self.where.partition("=")
+        if equals and (str(row.get(key.removesuffix("!"))) == word) == key.endswith("!"):
+            return None
+        size, _, by = self.times.partition(" ")
+        length = row.get(by) if by else 1.0
+        return float(size) * length if isinstance(length, float) else None
+
+
+def _line(kind: str) -> tuple[Shown, ...]:
+    """The columns of one line a test of a kind of table."""
+    return tuple(
+        Shown(title, key, int(keep), form or ".4g", error or "u", times or "1", where)
+        for table, title, key, keep, form, error, times, where in LINES
+        if table == kind
+    )
+
+
+MEASURED, COMPARED, FITTED = _line("measurements"), _line("comparisons"), _line("friction")
+FOUND, TAPPED = _line("logs"), _line("free vibrations")
+"""What a screen shows of measurements, comparisons, rows of ``friction.csv``, ingested logs, and taps."""
+
 
 def _further(table: Table, columns: Collection[Shown]) -> list[Shown]:
     """What a screen shows of a table beside these columns; an error as a column where it is no other's uncertainty."""
-    there = {column.key for column in columns if column.times is not _millimetres} | {"source"}
+    there = {column.key for column in columns if BASE not in column.times} | {"source"}
     return [
         replace(_column(name, table), keep=0) for name in table.shown if name not in there and not name.endswith("_u")
     ]
@@ -91,69 +109,9 @@ def _column(name: str, table: Table) -> Shown:
     return Shown(_head(name, table), name, form=".6g")
 
 
-def _is_large(row: Row) -> bool:
-    """Whether the force's energy is that of a damper of a building, not of a tribometer."""
-    work = row.get(WORK)
-    return isinstance(work, float) and work >= LARGE_J
-
-
-def _millimetres(row: Row) -> float | None:
-    base = row.get(BASE)
-    return 1e3 * base if isinstance(base, float) else None
-
-
-def _where_no(known: Callable[[Row], object]) -> Callable[[Row], float | None]:
-    """Lets a dimensionless number stand where it is not known in physical units."""
-    return lambda row: 1.0 if known(row) is None else None
-
-
-_FIRST = (
-    *(Shown("r", RATIO, 6, ".3f", error=""), Shown("E [mJ]", f"{ENERGY}_j", 7, times=lambda _: 1e3)),
-    Shown("E [kY²]", ENERGY, 7, times=_where_no(lambda row: row.get(f"{ENERGY}_j"))),
-)
-MEASURED = (
-    *(*_FIRST, Shown("X [mm]", AMPLITUDE, 7, times=_millimetres)),
-    Shown("X [Y]", AMPLITUDE, 7, times=_where_no(_millimetres)),
-    *(Shown("stops", STOPS, 4, ".3g"), Shown("regime", REGIME, 5)),
-    Shown("E force [mJ]", WORK, 6, times=lambda _: 1e3),
-    *(Shown("F [N]", "measured_friction_force_n", 6), Shown("mu", "measured_friction_coefficient", 8)),
-)
-COMPARED = (
-    *(*_FIRST, Shown("beta", "friction_ratio", 4), Shown("F [N]", "friction_force_n", 8)),
-    *(Shown("mu", "friction_coefficient", 8), Shown("law", "law"), Shown("verdict", "verdict")),
-    Shown("record nrmse", "record_nrmse", 7, ".2%"),
-)
-FOUND = (
-    *(Shown("layout", "layout", 4), Shown("samples", "samples")),
-    *(Shown("rate [Hz]", "sampling_rate_hz", 8, ".6g"), Shown("length [s]", "duration_s")),
-    Shown("flagged", "flagged", 6, times=lambda row: 1.0 if row["flagged"] else None),
-    Shown("quarantined", "lines_quarantined", 5, times=lambda row: 1.0 if row["lines_quarantined"] else None),
-    Shown("recording", "output", 3),
-)
-FITTED = (
-    *(Shown("material", "material"), Shown("N [N]", "normal_force_n"), Shown("tests", "tests")),
-    Shown("beta", "friction_ratio", times=_where_no(lambda row: row.get("friction_force_n"))),
-    *(Shown("F [N]", "friction_force_n"), Shown("mu", "friction_coefficient"), Shown("law", "law")),
-)
-TAPPED = (
-    *(Shown("tap", "tap", 7), Shown("mode", "mode"), Shown("f [Hz]", "natural_frequency_hz", error="se")),
-    Shown("zeta", "damping_ratio", error="se"),
-    Shown("F/k [um]", "friction_m", 8, error="se", times=lambda row: _in_um(row, "m")),
-    Shown("F/k [deg]", "friction_m", 8, error="se", times=lambda row: _in_um(row, "rad")),
-    *(Shown("F [N]", "friction_n", 5, error="se"), Shown("half-cycles", "half_cycles", 4), Shown("shape", "shape", 5)),
-)
-"""What a screen shows of measurements, comparisons, ingested logs, rows of ``friction.csv``, and taps."""
-
-
 def each_of(value: Any) -> Sequence[Any]:
     """The members of a row's list, if it is one."""
     return value if isinstance(value, tuple | list) else ()
-
-
-def _in_um(row: Row, unit: str) -> float | None:
-    """What turns the friction of a tap into micrometres or, of an angle, into degrees; None: it has another unit."""
-    known_in = row.get("unit", "m")
-    return None if known_in != unit else 1e6 if unit == "m" else math.degrees(1.0)
 
 
 def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wide: Table | None = None) -> None:
@@ -170,8 +128,9 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     short = short_names([str(row.get("source")) for row in rows])
     names = [n if k else printable(Path(str(r["source"])).name) for n, r, k in zip(short, rows, known, strict=True)]
     filled = _filled(columns, rows, known)
-    if any(map(_is_large, rows)):  # every energy of one table has one unit
-        joules = {c: replace(c, title=c.title.replace("[mJ]", "[J]"), times=lambda _: 1.0) for c in columns}
+    works = [work for row in rows if isinstance(work := row.get(f"force_{ENERGY}_j"), float)]
+    if max(works, default=0.0) >= LARGE_J:  # of a damper of a building; every energy of one table has one unit
+        joules = {c: replace(c, title=c.title.replace("[mJ]", "[J]"), times="1") for c in columns}
         filled = _filled([joules[c] if "[mJ]" in c.title else c for c in columns], rows, known)
     if wide is None:  # a law that the headline names is no column
         filled = {c: each for c, each in filled.items() if c.key != "law" or ", law " not in headline}
