@@ -166,16 +166,12 @@ class LogOptions(BaseModel, frozen=True, extra="forbid", strict=True, defer_buil
         """The same options but for these."""
         return self.model_copy(update=changes)
 
-    def is_turned(self, role: str) -> bool:
-        """Whether a channel counts the other way: its unit is said as ``-mm``."""
-        return bool(re.match(r"-\D", dict(_pairs(self.units or "")).get(role, "")))
-
-    def unit_of(self, role: str) -> tuple[str, float | None]:
-        """The unit said of a channel; where it stands for a volt, also how many of it a volt is."""
+    def unit_of(self, role: str) -> tuple[str, float | None, float]:
+        """The unit said of a channel; how many of it a volt is, where it stands for one; -1 for one said as ``-mm``."""
         pairs = dict(_pairs(self.units or ""))
         general = {"contact_force": pairs.get("force")} | dict.fromkeys(LASERS, self.unit)
         said = pairs.get(role) or general.get(role) or ""
         match = _CALIBRATION.fullmatch(said)
         if match is None:
-            return known_unit(said.removeprefix("-")), None
-        return known_unit(match[2]), float(match[1]) * (1e3 if match[3] == "mV" else 1.0)
+            return known_unit(said.removeprefix("-")), None, -1.0 if said.startswith("-") else 1.0
+        return known_unit(match[2]), float(match[1]) * (1e3 if match[3] == "mV" else 1.0), 1.0

@@ -19,7 +19,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.cli import screen
-from frictionlab.cli.screen import cell, print_table, print_tests, print_warnings
 from frictionlab.cli.show import show
 from frictionlab.errors import LogError, UsageError
 from frictionlab.inference.material_law import example_law
@@ -46,7 +45,7 @@ def printed(width: int, rows: list[Row], columns: Table | list[str]) -> str:
     """What stands on a terminal of this width."""
     stream = io.StringIO()
     with mock.patch.dict(os.environ, {"COLUMNS": str(width)}), contextlib.redirect_stdout(stream):
-        print_table(rows, columns if isinstance(columns, Table) else {name: name for name in columns})
+        screen.print_table(rows, columns if isinstance(columns, Table) else {name: name for name in columns})
     return stream.getvalue()
 
 
@@ -59,7 +58,7 @@ def test_any_table_is_whole_at_any_width(body: list[list[object]], width: int) -
     heads = tuple(f"head {i} [kY²]" for i in range(4))
     rows: list[Row] = [dict(zip(heads, line, strict=True)) for line in body]
     text = printed(width, rows, list(heads))
-    numbers = {cell(row[name]) for row in rows for name in heads if isinstance(row.get(name), float)}
+    numbers = {screen.cell(row[name]) for row in rows for name in heads if isinstance(row.get(name), float)}
     assert not [number for number in numbers if number not in text]
 
 
@@ -168,18 +167,18 @@ def test_a_fault_of_the_program_says_where_it_is_and_one_of_the_command_line_con
 def test_warnings_are_printed_once_for_each_cause_and_grave_ones_first(capsys: pytest.CaptureFixture[str]) -> None:
     rows: list[Row] = [{"source": f"{n}.h5", "status": "ok", "warnings": [f"short: {n} s", "hum"]} for n in range(3)]
     rows[1]["warnings"] = ["short: 1 s", "not settled: at 3 s"]  # type: ignore[index]
-    print_warnings(rows, notes=["a note"])
+    screen.print_warnings(rows, notes=["a note"])
     assert capsys.readouterr().err.splitlines() == [
         "warning (1): not settled: at 3 s",
         "warning (3 tests): short: 0 ... 2 s",
         "warning (2 tests): hum",
         "note: a note",
     ]
-    print_warnings([{"warnings": [f"cause {'x' * n}" for n in range(30)]}])
+    screen.print_warnings([{"warnings": [f"cause {'x' * n}" for n in range(30)]}])
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 10
     assert lines[-1] == "... 21 more lines of warnings: -v shows them, --json has them"
-    print_warnings([{"warnings": [f"cause {'x' * n}" for n in range(30)]}], verbose=True)
+    screen.print_warnings([{"warnings": [f"cause {'x' * n}" for n in range(30)]}], verbose=True)
     assert len(capsys.readouterr().err.splitlines()) == 30
 
 
@@ -193,7 +192,7 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(
         "stops_per_cycle": 2.0, "regime": "stuck",
     }  # fmt: skip
     bad: Row = {"source": "logs/b\x1b[31m.csv", "status": "failed", "reason": "empty \x1b[2J" + " and long" * 20}
-    print_tests([good, bad], screen.MEASURED, "1 of 2 recordings")
+    screen.print_tests([good, bad], screen.MEASURED, "1 of 2 recordings")
     out = capsys.readouterr().out
     lines = out.splitlines()
     assert lines[0] == "1 of 2 recordings"
@@ -202,17 +201,17 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(
     assert max(map(len, lines)) <= 80
     law = {"status": "ok", "law": "coulomb+place+speed+breakaway", "verdict": "strained", "friction_coefficient": 0.31}
     judged: Row = {**good, **law, "friction_coefficient_u": 0.03, "friction_force_n": 0.77, "friction_ratio": 0.2}
-    print_tests([judged], screen.COMPARED, "1 of 1 logs, law coulomb+place+speed+breakaway")
+    screen.print_tests([judged], screen.COMPARED, "1 of 1 logs, law coulomb+place+speed+breakaway")
     assert capsys.readouterr().out.splitlines()[1].split()[-3:] == ["[N]", "mu", "verdict"]
-    print_tests([judged, {**judged, "law": "coulomb"}], screen.COMPARED, "2 of 2 logs")
+    screen.print_tests([judged, {**judged, "law": "coulomb"}], screen.COMPARED, "2 of 2 logs")
     head, line, *_ = capsys.readouterr().out.splitlines()[1:]
     assert len(line) <= 80
     assert head.split()[-3:] == ["mu", "law", "verdict"]
     assert "coulomb+place+speed+breakaway" in line
     for size in range(30):  # the title of the first column is wider than these names
-        print_tests([{**judged, "source": "x.h5", "law": size * "c"}], screen.COMPARED, "1 of 1 logs")
+        screen.print_tests([{**judged, "source": "x.h5", "law": size * "c"}], screen.COMPARED, "1 of 1 logs")
         assert "verdict" in capsys.readouterr().out.splitlines()[1]
-    print_tests([bad], screen.MEASURED, "0 of 1")
+    screen.print_tests([bad], screen.MEASURED, "0 of 1")
     told = capsys.readouterr()
     assert (told.out, told.err.count("frictionlab: ")) == ("", 1)
 

@@ -81,16 +81,15 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     for log in (ROOT / "sample_data").glob("steel*.csv"):
         (logs / log.name).write_bytes(log.read_bytes())
     tap(logs / "tap1.csv", 0.0)
-    (logs / "broken.csv").write_text("nothing")
+    (logs / "broken.csv").write_text("file;g\nsteel_N1.25_r0.3.csv;9\nsteel_N1.25_r1.2.csv;9\n")
     (logs / "more").mkdir()
     tap(logs / "more" / "steel.csv", 1.0)
     (logs / "plan.csv").write_text("log,material\n09_steel_N1.25_r0.3,steel\n")  # of tests to come
-    (logs / "facts.csv").write_text("file;weight (g)\nsteel_N1.25_r0.3.csv;128\nsteel_N1.25_r1.2.csv;128\n")
     (logs / "results").mkdir()  # of a campaign: no logs, whatever their suffix
     (logs / "results" / "measurements.csv").write_text("source\n")
     done = run("init", "logs", status=0)
-    assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 4 not read"
-    assert "not read: facts.csv: it names the logs: if it is a sheet" in done.stdout
+    assert done.stdout.splitlines()[0] == "2 tests, 1 tap, 3 not read"
+    assert "not read: broken.csv: it names the logs: as a sheet" in done.stdout
     assert "not read: more: logs of a folder in the folder" in done.stdout
     assert "not read: plan.csv: a sheet none of whose logs is here" in done.stdout
     assert "natural frequency 3.13" in done.stdout
@@ -112,7 +111,7 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     scene = read_scene(logs / "frictionlab.toml")
     assert (scene.experiment.sheet, scene.rig.mass_kg, scene.experiment.normal_force_n) == ("tests.csv", 3.08, 1.25)
     assert [log.name for log in fl.batch(logs, scene, output=tmp_path / "out").logs] == [
-        *("broken.csv", "facts.csv", "steel_N1.25_r0.3.csv", "steel_N1.25_r1.2.csv"),
+        *("broken.csv", "steel_N1.25_r0.3.csv", "steel_N1.25_r1.2.csv"),
     ]
 
 

@@ -156,10 +156,6 @@ class Commands(TyperGroup):
         names: Any = dict.fromkeys(COMMANDS)  # no commands yet: a misspelt name is compared with them
         self.commands = names
 
-    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - the name and order of Click's
-        """Names in the order of the data."""
-        return list(COMMANDS)
-
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         """The command of a name; None where there is none."""
         cmd_name = current_name(cmd_name)

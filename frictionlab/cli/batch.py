@@ -73,7 +73,8 @@ def batch(
     good = [row for row in rows if row.get("status") == "ok"]
     if campaign:
         if 0 < len(good) < len(rows) and not work.as_json:
-            screen.print_failures(rows, screen.headline(rows, "logs measured"))
+            typer.echo(screen.headline(rows, "logs measured"))
+            screen.print_tests([row for row in rows if row.get("status") != "ok"], screen.MEASURED, "")
         if made.ended:  # a report of the tests done until then would look like one of all
             complain("the campaign is not evaluated: the same command goes on from here")
         else:
@@ -244,8 +245,7 @@ def _said(result: "Campaign") -> list[str]:
     doubts = [note for note in result.notes if GRAVE.search(note)]
     doubts += [f"{note} ({', '.join(where)})" for note, where in kinds_of(notes)]
     out = [v for fit in result.fits for v in fit.verdicts if v.excluded is not None and not v.trial.is_long]
-    for verdict in out if len(out) <= FEW else ():
-        doubts.append(f"{screen.short_names([verdict.trial.source])[0]} is left out: {verdict.excluded}")
+    doubts += [f"{Path(v.trial.source).stem} is left out: {v.excluded}" for v in out if len(out) <= FEW]
     by_criterion = [f"by {criterion}: {order}" for criterion, order in zip(criteria, orders, strict=True)]
     return [*by_criterion, *slopes, *(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)]
 

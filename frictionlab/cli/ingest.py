@@ -176,23 +176,20 @@ def init(
 
 
 def _asked(key: str) -> tuple[str, object] | None:
-    """What is answered to a question, asked again where it is no number; None: nothing."""
+    """A key of the scene and its value, of what is answered; asked again where it is no number, None for nothing.
+
+    A stiffness may be given in place of the mass.
+    """
+    name = key.partition(".")[2]
     while said := str(typer.prompt(QUESTIONS[key], default="", show_default=False)).strip():
+        bare = said.replace(" ", "")
         try:
-            return _fact(key, said)
+            if name == "mass_kg" and bare.endswith("N/m"):
+                return "stiffness_n_per_m", number_of(bare.removesuffix("N/m"), "stiffness")
+            return name, said if name == "material" else number_of(said, QUESTIONS[key])
         except UsageError as error:
             complain(str(error))
     return None
-
-
-def _fact(key: str, said: str) -> tuple[str, object]:
-    """A key of the scene and its value, of what was answered; a stiffness may be given in place of the mass."""
-    name = key.partition(".")[2]
-    if name == "material":
-        return name, said
-    if name == "mass_kg" and said.replace(" ", "").endswith("N/m"):
-        return "stiffness_n_per_m", number_of(said.replace(" ", "").removesuffix("N/m"), "stiffness")
-    return name, number_of(said, QUESTIONS[key])
 
 
 def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:

@@ -18,7 +18,7 @@ import typer
 from frictionlab.cli import STOPPED, LostOutputError, complain, folded, printable
 from frictionlab.schema import BASE, ENERGY, LINES, Table, with_error
 from frictionlab.tables import Row, json_line, plain
-from frictionlab.tables.texts import few_of, kinds_of
+from frictionlab.tables.texts import kinds_of
 from frictionlab.verbs.inputs import FAILED
 
 if TYPE_CHECKING:
@@ -145,7 +145,9 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
         del filled[least]
     first = max(min(widest, width // 2 if wide else width - sum(widths[c] for c in filled)), len("test"))
     typer.echo(_bold(headline))
-    cut = cut_names(names, first)
+    ends = range(6, max(7, first - 5))  # letters that a cut name keeps of its end: where most names differ
+    cuts = [[n if len(n) <= first else f"{n[: first - 2 - end]}..{n[-end:]}" for n in names] for end in ends]
+    cut = max(cuts, key=lambda cut: len(set(cut)))
     lines: list[list[str] | str] = []
     for number, row in enumerate(rows):
         said = f"{names[number]:<{first}}{' ' * GAP}failed: {row.get('reason')}"
@@ -154,22 +156,6 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     _print_blocks(["test", *(c.title for c in filled)], lines)
     if gone:
         typer.echo(f"no space for {', '.join(gone)}: {'--json' if columns is FOUND else '--wide'}")
-
-
-def cut_names(names: Sequence[str], most: int) -> list[str]:
-    """Names of so many letters at most, those that are longer cut where they differ least."""
-    ends = range(6, max(7, most - 5))
-    cuts = [[n if len(n) <= most else f"{n[: most - 2 - end]}..{n[-end:]}" for n in names] for end in ends]
-    return max(cuts, key=lambda cut: len(set(cut)))
-
-
-def print_failures(rows: Sequence[Row], headline: str) -> None:
-    """Print how many inputs went well and, once a reason, which did not."""
-    typer.echo(_bold(headline))
-    failed = [(Path(str(row["source"])).name, str(row.get("reason"))) for row in rows if row.get("status") == FAILED]
-    for reason, names in kinds_of(failed):
-        many = f" ({counted(len(names), 'log')})" * (len(names) > 1)
-        paragraph(f"failed: {few_of(names)}{many}: {reason}", indent="    ")
 
 
 def _print_blocks(heads: Sequence[str], lines: Sequence[Sequence[str] | str]) -> None:

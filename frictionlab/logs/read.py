@@ -190,7 +190,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     is_laser = role in LASERS
     quantity = "displacement" if is_laser else quantity_named(role)
     a = "a length" if quantity == "displacement" else f"a{'n' * (quantity[0] == 'a')} {quantity}"
-    said, per_volt = options.unit_of(role)
+    said, per_volt, sign = options.unit_of(role)
     written = "" if column.unit in ("-", "1") else column.unit
     unit = said or written or (options.unit or "" if quantity == "displacement" else "")
     warnings = _without_sentinels(values, role)
@@ -225,7 +225,7 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
         warnings.append(f"{role}: the log says {written}, the options say {said}: {said} is taken")
     elif per_volt is None and said and unknown:
         warnings.append(f"{role}: the unit in {column.title!r} is not known; the options say {said}, which is taken")
-    values = to_si(values, unit) * (-1.0 if options.is_turned(role) else 1.0)
+    values = to_si(values, unit) * sign
     if not is_laser:
         return examine_further(values, role, quantity, warnings)
     sensed = examine(values, role, options.measuring_range_m)

@@ -30,10 +30,7 @@ HELD = re.compile(r"(?<=\d) (?=(?:n|g|kg|s)\b)|(?<=\b[nr]) (?=\d)", re.IGNORECAS
 PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
 NO_MATERIALS = ("run", "test", "log", "data", "record", "recording", "measurement", "messung", "versuch", "file", "exp")
-LISTS = (
-    "it names the logs: if it is a sheet of their facts, save it as CSV with these names in a column `log`, and columns"
-    " like material, normal_force_n, nominal_frequency_ratio"
-)
+LISTS = "it names the logs: as a sheet of facts save it as CSV with columns log, material, normal_force_n (or ..._g)"
 TEN_KEYS = Path(__file__).with_name("init.toml.jinja")
 ASKED = ("natural_frequency_hz", "mass_kg", "stiffness_n_per_m", "damping_ratio", "material", "normal_force_n")
 

@@ -112,12 +112,6 @@ def test_a_row_without_a_stamp_is_set_aside_and_a_missing_value_flagged(tmp_path
     assert recording.flag_counts()["no_value"] == 1
 
 
-def test_a_recording_is_no_log(tmp_path: Path) -> None:
-    write_recording(Recording(DATA.time, DATA.mass, DATA.base), tmp_path / "a.h5")
-    with pytest.raises(LogError, match="a recording of frictionlab, not a log"):
-        read_log(tmp_path / "a.h5")
-
-
 def test_excel_with_dates_and_a_hole(tmp_path: Path) -> None:
     start = datetime(2024, 9, 14, 2, 16, 47, tzinfo=UTC).replace(tzinfo=None)
     rows: list[tuple[object, ...]] = [
@@ -130,7 +124,10 @@ def test_excel_with_dates_and_a_hole(tmp_path: Path) -> None:
     assert recording.source.dialect["start_time"] == "2024-09-14T02:16:47.000+00:00"
 
 
-def test_excel_with_two_sheets_of_numbers_is_asked_about(tmp_path: Path) -> None:
+def test_a_recording_is_no_log_and_excel_with_two_sheets_of_numbers_is_asked_about(tmp_path: Path) -> None:
+    write_recording(Recording(DATA.time, DATA.mass, DATA.base), tmp_path / "a.h5")
+    with pytest.raises(LogError, match="a recording of frictionlab, not a log"):
+        read_log(tmp_path / "a.h5")
     book = openpyxl.Workbook()
     for sheet in (book.active, book.create_sheet("second")):
         for row in DATA.rows:
