@@ -37,7 +37,7 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     assert [row["tests"] for row in read_rows(tmp_path / "out" / "friction.csv")] == [5] * 9
     shown = done.stdout.splitlines()
     assert max(map(len, shown[:10])) <= 80
-    assert shown[0].split() == ["material", "N", "[N]", "tests", "F", "[N]", "mu", "law"]
+    assert shown[0].split() == ["material", "N", "[N]", "tests", "F", "[N]", "mu"]
     assert any(line.startswith("by energy: 1 ") for line in shown)
     assert "%/h of the energy, " in done.stdout
     assert "rubber" in done.stdout
