@@ -82,6 +82,15 @@ def inner(function: Function) -> Function:
     return fast
 
 
+def inlined(function: Function) -> Function:
+    """Compile a function into its only caller, in whose code numba would optimise it once more, and so at each level.
+
+    It pays where much is called: putting it in takes time, too.
+    """
+    fast: Function = _kept(numba.njit(nogil=True, inline="always", **OPTIONS), function)
+    return fast
+
+
 def entry(function: Function) -> Function:
     """Compile a function that Python calls, for the types of its first call, which are those of all.
 

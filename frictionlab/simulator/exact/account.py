@@ -12,7 +12,7 @@ from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import address_of, caller, entry, inner
+from frictionlab.simulator.compiled import address_of, caller, entry, inlined, inner
 from frictionlab.simulator.exact.flow import RECORDS, Carrier, is_integrated
 from frictionlab.simulator.exact.motion import (
     base_at_time,
@@ -65,7 +65,7 @@ def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
     return int(work.slot)
 
 
-@inner
+@inlined
 def enter(system: Any, work: Any, pieces: FloatArray, k: int) -> int:
     """Make a recorded piece the phase at hand; return its slot."""
     n, contacts, begun = system.masses, system.contacts, SIDE + system.contacts

@@ -12,7 +12,7 @@ from numba import from_dtype, types
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator import row as places
-from frictionlab.simulator.compiled import address_of, caller, compiled, entry, inner
+from frictionlab.simulator.compiled import address_of, caller, compiled, entry, inlined, inner
 from frictionlab.simulator.exact import orbit
 from frictionlab.simulator.exact.account import call_account
 from frictionlab.simulator.exact.flow import (
@@ -113,7 +113,7 @@ def crests(system: Any, work: Any, slot: int) -> tuple[float, float]:
     return high, low
 
 
-@inner
+@inlined
 def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
     """Return whether the motion of one mass with a rigid contact ends at rest; its place is written into y.
 
@@ -156,11 +156,14 @@ def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
     return rests
 
 
-@inner
+@inlined
 def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
-    """Write the forced motion at tau = 0 as a start: contacts without friction, or elastic ones held; False: none."""
+    """Write the forced motion at tau = 0 as a start: contacts without friction, or elastic ones held; False: none.
+
+    Of each harmonic the real parts of displacements are solved for, then the imaginary ones.
+    """
     n, start[:] = system.masses, 0.0
-    matrix, force, rows = np.empty((n, n), np.complex128), np.empty(n, np.complex128), np.empty(n, np.int64)
+    matrix, force, rows = np.empty((2 * n, 2 * n)), np.empty(2 * n), np.empty(2 * n, np.int64)
     for c in range(system.contacts):
         work.kappa[c] = 0.0
         for i in range(system.first[c], system.first[c + 1]):
@@ -170,18 +173,20 @@ def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
         for a in range(n):
             push = complex(system.push[a, 0], k * system.push[a, 1])
             for b in range(n):
-                matrix[a, b] = complex(system.stiffness[a, b] - k * k * system.inertia[a, b], k * system.damping[a, b])
+                stiff, thick = system.stiffness[a, b] - k * k * system.inertia[a, b], k * system.damping[a, b]
+                for c in range(system.contacts):
+                    stiff += work.kappa[c] * system.row[c, a] * system.row[c, b]
+                matrix[a, b] = matrix[n + a, n + b] = stiff
+                matrix[a, n + b], matrix[n + a, b] = -thick, thick
             for c in range(system.contacts):
                 push += work.kappa[c] * system.follow[c] * system.row[c, a]
-                for b in range(n):
-                    matrix[a, b] += work.kappa[c] * system.row[c, a] * system.row[c, b]
-            force[a] = push * line
-        if not factorise(matrix, n, rows, 1e-15):
+            force[a], force[n + a] = (push * line).real, (push * line).imag
+        if not factorise(matrix, 2 * n, rows, 1e-15):
             return False
-        substitute(matrix, n, rows, force)
+        substitute(matrix, 2 * n, rows, force)
         for a in range(n):
-            start[a] += force[a].real
-            start[n + a] -= k * force[a].imag
+            start[a] += force[a]
+            start[n + a] -= k * force[n + a]
     return True
 
 
@@ -203,7 +208,7 @@ def fill_starts(system: Any, work: Any, starts: FloatArray) -> None:
                 starts[kind, 2 * n + i] = 0.0 if kind == 1 else place_of(system, starts[kind], c, f)
 
 
-@inner
+@inlined
 def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
     """Write Den Hartog's motion as an orbit; return whether it is one: a straight way between two turns, no stop."""
     system, work = flow.system, flow.work
@@ -227,11 +232,11 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
     straight = work.signature == 1 + TURN_OF and abs(work.path - 2.0 * amplitude) <= 1e-9 * amplitude
     miss = orbit.distance(system, y, image)
     if code == DONE and straight and 1e-14 * amplitude < miss <= 1e-9 * amplitude:
-        miss, code = orbit.shoot(flow, leg, y, False)
+        miss, code = orbit.shoot(flow, leg, y, orbit.FULL)
     return code == DONE and straight and miss <= 1e-9 * amplitude
 
 
-@inner
+@inlined
 def find(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
     """Find a steady state without following the motion, and write the start of its orbit; return an outcome.
 
@@ -348,7 +353,7 @@ def begin_row(flow: Any, leg: Any, row: FloatArray) -> float:
     return work.left
 
 
-@inner
+@inlined
 def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: Any, row: FloatArray) -> None:
     """Fill the row of what was found with so many evaluations given; an orbit is that of the run last carried."""
     system, work, image = flow.system, flow.work, np.empty(len(y))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from numba import from_dtype
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import address_of, caller, inner, numba
+from frictionlab.simulator.compiled import address_of, caller, inlined, inner, numba
 from frictionlab.simulator.exact.motion import (
     STAGES,
     WORK,
@@ -321,7 +321,7 @@ def safe_step(value: float, slope: float, bend: float, bound: float, reach: floa
     return step
 
 
-@inner
+@inlined
 def first_event(system: Any, work: Any, slot: int, span: float) -> tuple[float, int, int]:
     """Return when the phase ends within a span, by which contact and how; (span, -1, 0) where nothing happens."""
     t, end, grows = 0.0, 0.0, system.harmonics == 0 or work.phases.close[slot]
@@ -349,7 +349,7 @@ def first_event(system: Any, work: Any, slot: int, span: float) -> tuple[float, 
     return span, -1, 0
 
 
-@inner
+@inlined
 def nearest_event(system: Any, work: Any, slot: int, t: float, reach: float) -> tuple[float, int, int]:
     """Return the least step that is proven free of events, and the contact and the event that it is of; none: -1."""
     least, contact, how = inf, -1, 0
@@ -426,7 +426,7 @@ def turn_corners(system: Any, work: Any) -> None:
             work.resting[c], work.side[c] = 0, 1 if ending >= 0.0 else -1
 
 
-@inner
+@inlined
 def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
     """Let a contact hold or give way at its event; return whether it does: then contacts are to be settled."""
     for other in range(system.contacts):
@@ -500,7 +500,7 @@ def begin_piece(system: Any, work: Any, pieces: FloatArray, length: float) -> in
     return int(at)
 
 
-@inner
+@inlined
 def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float, tangent: bool) -> None:
     """Carry the state at hand, and the derivative, over a piece of a phase; record and count it."""
     n, contacts = system.masses, system.contacts
@@ -660,7 +660,7 @@ def through_phase(system: Any, work: Any, pieces: FloatArray, slot: int, tangent
     return TIRED if work.contact >= 0 and work.left < 0.0 else DONE
 
 
-@inner
+@inlined
 def pass_event(system: Any, work: Any, slot: int, tangent: bool) -> int:
     """Let contacts do what they do at the event at hand, and the derivative jump; return as `settle`."""
     c, how, states = work.contact, work.how, system.law.states[work.contact]

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator import row as places
-from frictionlab.simulator.compiled import inner
+from frictionlab.simulator.compiled import inlined, inner
 from frictionlab.simulator.exact.flow import call_run, is_integrated
 from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED, factorise, substitute
 
 TURN = 2.0 * pi
-STEPS, FEW_STEPS = 60, 8  # of Newton's method, firmly and else
-LEAST = 0.01  # share of one that is tried
+STEPS, FEW_STEPS = 60, 8  # of Newton's method, firmly and in full steps alone
+LEAST, FULL = 0.01, 1.0  # share of a step that is tried at least
 ROUNDED = -1.0
 CONVERGED, ALMOST = 1e-13, 1e-8  # of an orbit's size: what steps leave of a miss, and what is taken where no less comes
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
@@ -158,7 +158,7 @@ def unknowns(system: Any, work: Any, sign: float) -> NDArray[np.int64]:
     return which[:count]
 
 
-@inner
+@inlined
 def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatArray, target: FloatArray) -> bool:
     """Write where Newton's method expects the fixed point; False if it cannot say."""
     which = unknowns(system, work, leg.sign)
@@ -180,26 +180,27 @@ def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatA
 
 
 @inner
-def shoot(flow: Any, leg: Any, y: FloatArray, firmly: bool) -> tuple[float, int]:
+def shoot(flow: Any, leg: Any, y: FloatArray, least: float) -> tuple[float, int]:
     """Move a state to the fixed point of a leg's map nearby; return its miss and how the last run ended.
 
-    Each of Newton's steps must halve the miss. `firmly`: they are shortened until the miss shrinks; where none helps,
-    the map itself is applied, once, then twice, and so on. The run last carried is that from the state.
+    Each of Newton's steps must halve the miss. Where `least`, the shortest share of one that is tried, is below 1, they
+    are shortened until the miss shrinks; where none helps, the map itself is applied, once, then twice, and so on. The
+    run last carried is that from the state.
     """
     system, work = flow.system, flow.work
     image, turns = np.empty(len(y)), 1
     code = carry(flow, leg, y, image, True)
     miss = distance(system, y, image)
-    for _ in range(STEPS if firmly else FEW_STEPS):
+    for _ in range(STEPS if least < FULL else FEW_STEPS):
         if code != DONE or miss <= (CONVERGED if is_integrated(system) else 2e-16) * size_of(system, work, y):
             break
-        less = stepped(flow, leg, y, image, miss, LEAST if firmly else 1.0)
+        less = stepped(flow, leg, y, image, miss, least)
         if ROUNDED < less < miss:
             miss = less
             continue
         if less == ROUNDED:  # only rounding is left
             break
-        if not firmly:
+        if least == FULL:
             return miss, carry(flow, leg, y, image, True)
         for _ in range(turns):
             copy(image, y)
@@ -210,7 +211,7 @@ def shoot(flow: Any, leg: Any, y: FloatArray, firmly: bool) -> tuple[float, int]
     return miss, code
 
 
-@inner
+@inlined
 def stepped(flow: Any, leg: Any, y: FloatArray, image: FloatArray, miss: float, least: float) -> float:
     """Move a state and its image by the longest share of Newton's step that helps; return the miss then.
 
@@ -288,7 +289,7 @@ def squared(matrix: FloatArray, share: float) -> FloatArray:
     return out
 
 
-@inner
+@inlined
 def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[float, int]:
     """Find the one orbit of a problem whose motions only draw nearer, from rest or another of some starts (k, size).
 
@@ -305,7 +306,7 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
         for _ in range(2 if attempt == 0 or attempt >= len(starts) else 0):
             carry(flow, leg, y, image, False)
             copy(image, y)
-        miss, code = shoot(flow, leg, y, True)
+        miss, code = shoot(flow, leg, y, LEAST)
         idle = attempt == 0 and not rubs and len(starts) > 1 and distance(system, starts[0], starts[1]) > 0.0
         if code != DONE or (miss <= floor_of(system, size_of(system, work, y)) and not idle):  # the next is the orbit
             return miss, code
@@ -314,7 +315,7 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
     return miss, code
 
 
-@inner
+@inlined
 def continued(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
     """Find the orbit that is reached from one with more friction, step by step.
 
@@ -329,13 +330,13 @@ def continued(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
         y[k] = 0.0
     while more > 0.0:
         system.limit[0] = limit * (1.0 + more)
-        shoot(flow, leg, y, True)
+        shoot(flow, leg, y, LEAST)
         more = 0.2 * more if more > 1e-17 else 0.0
     system.limit[0] = limit
-    return shoot(flow, leg, y, True)
+    return shoot(flow, leg, y, LEAST)
 
 
-@inner
+@inlined
 def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
     """Find the orbit beside a state; return its miss, and whether the motion from the state settles on it, as y then.
 
@@ -348,7 +349,7 @@ def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
     if carry(flow, leg, y, later, False) != DONE:
         return inf, False
     passed, extent = work.signature, size_of(system, work, y)
-    miss, code = shoot(flow, leg, orbit, False)
+    miss, code = shoot(flow, leg, orbit, FULL)
     floor, radius = floor_of(system, extent), abs(multiplier(system, work))
     if code != DONE or miss > floor:
         return miss, False
@@ -378,7 +379,7 @@ def whole(leg: Any, maps: int, each: int) -> None:
         leg.turns = maps if maps % 2 == 1 else maps // 2
 
 
-@inner
+@inlined
 def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
     """Shorten a leg to the fewest cycles after which the orbit already repeats; return its miss."""
     system, work = flow.system, flow.work
@@ -389,13 +390,13 @@ def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
             code = carry(flow, leg, y, image, True)
             less = distance(system, y, image)
             if code == DONE and less <= 1e3 * floor_of(system, size_of(system, work, y)):
-                return shoot(flow, leg, y, False)[0]
+                return shoot(flow, leg, y, FULL)[0]
     leg.turns = turns
     carry(flow, leg, y, image, True)
     return miss
 
 
-@inner
+@inlined
 def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, int]:
     """Find the orbit that the motion from a state at tau = 0 settles on; return its miss and an outcome.
 

@@ -17,7 +17,7 @@ from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.simulator.compiled import caller, inner
+from frictionlab.simulator.compiled import address_of, caller, inlined, inner
 
 SLOTS = 97  # phases remembered: odd, so that fields of one do not meet in one line of the processor's cache
 DONE, CHATTER, PULLS, TIRED, STEEP = range(5)  # how a run ended
@@ -57,7 +57,8 @@ SYSTEM = np.dtype(
         ("advance", "i8"),  # of what carries it through a phase, in closed form or by steps,
         ("look", "i8"),  # of what says its motion at a time within a recorded piece,
         ("account", "i8"),  # of `account.account`,
-        ("make", "i8"),  # of `make_modes`,
+        ("make", "i8"),  # of `make_phase`,
+        ("make_modes", "i8"),  # of `make_modes`,
         ("waiter", "i8"),  # and of what compiles `answer.wait`
         ("masses", "i8"),
         ("contacts", "i8"),
@@ -177,19 +178,26 @@ def slot_of(system: Any, phases: Any, kappa: FloatArray) -> int:
             c += 1
         if c == contacts:
             return i
-    i, made = phases.next, True
+    i = phases.next
     phases.count, phases.next = max(phases.count, i + 1), (i + 1) % SLOTS
     for c in range(contacts):
         phases.kappa[i, c] = kappa[c]
-    if system.masses > 1:
-        made = call_make(system.make, (system, phases, i)) != 0
-    elif not _constrain_one(system, phases, i):
-        made = _modes_of_one(system, phases, i)
-    if not made:
+    if call_make(system.make, (system, phases, i)) == 0:
         phases.count, phases.next = 0, 0
         return -STEEP
-    _complete(system, phases, i)
     return i
+
+
+def make_phase(system: Any, phases: Any, i: int) -> int:
+    """Write a phase in its slot; return 0 if a direction has no stiffness. Called by its address: see `flow.run`."""
+    made = True
+    if system.masses > 1:
+        made = call_make(system.make_modes, (system, phases, i)) != 0
+    elif not _constrain_one(system, phases, i):
+        made = _modes_of_one(system, phases, i)
+    if made:
+        _complete(system, phases, i)
+    return 1 if made else 0
 
 
 @inner
@@ -354,7 +362,7 @@ def mode_force(system: Any, phases: Any, i: int, j: int, f: complex, df: complex
     return total
 
 
-@inner
+@inlined
 def _complete(system: Any, phases: Any, i: int) -> None:
     """Write what follows from the modes of a phase: its contacts', and each mode's response to each harmonic."""
     _contact_rows(system, phases, i)
@@ -375,3 +383,6 @@ def _complete(system: Any, phases: Any, i: int) -> None:
             phases.close[i] = 1 if near else phases.close[i]
             phases.fore[i, j, m] = fore if near else fore / (turn - rate)
             phases.back[i, j, m] = back / (-turn - rate)
+
+
+MAKER = address_of(make_phase, MAKE)

@@ -27,7 +27,7 @@ from frictionlab.simulator.structure import Contact, Structure
 
 announce("frictionlab.simulator.exact.answer")
 
-MAKER, WAITER = address_in_python(phase.make_modes, phase.SYSTEM, phase.PHASES), address_in_python(answer.waiter)
+MODES, WAITER = address_in_python(phase.make_modes, phase.SYSTEM, phase.PHASES), address_in_python(answer.waiter)
 
 TURN = 2.0 * pi
 TOUCH = 1e-13  # rad: a shorter stick is no stop
@@ -134,7 +134,7 @@ def _systems(
     _refuse_more("harmonics of the base", base.harmonics, phase.HARMONICS)
     systems, (mass, damping, stiffness), n = record_of(phase.SYSTEM, len(r)), frame, len(frame[0])
     systems["run"], systems["advance"], systems["look"], systems["account"] = RUNNER, ADVANCER, LOOKER, ACCOUNT
-    systems["make"], systems["waiter"] = MAKER, WAITER
+    systems["make"], systems["make_modes"], systems["waiter"] = phase.MAKER, MODES, WAITER
     systems["harmonics"], systems["moves"], systems["lines"][:, : base.harmonics] = base.harmonics, 1.0, base.lines
     systems["masses"], systems["contacts"], systems["r"], each = n, len(contacts), r, np.reshape(r, (-1, 1, 1))
     systems["inertia"][:, :n, :n], systems["mobility"][:, :n, :n] = each * each * mass, _inverse(mass) / (each * each)

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import address_of, announce, inner
+from frictionlab.simulator.compiled import address_of, announce, inlined, inner
 from frictionlab.simulator.exact.account import LOOK, begin_look
 from frictionlab.simulator.exact.flow import (
     ADVANCE,
@@ -212,7 +212,7 @@ def solve_stages(steps: Any, h: float, n: int) -> None:
             right[n + k, i] = found[k * STAGES + i]
 
 
-@inner
+@inlined
 def correct(flow: Carrier, slot: int, h: float, fresh: int) -> float:
     """Correct the stages once by Newton's method; return its size over the scale, or FAILED if there is none."""
     steps, scale, n, worst = flow.work.steps, flow.system.law.scale, flow.system.masses, 0.0
@@ -299,7 +299,7 @@ def watch_nodes(flow: Carrier, c: int, which: int) -> Any:
     return scale
 
 
-@inner
+@inlined
 def carry_tangent(flow: Carrier, h: float) -> None:
     """Carry the derivative of the state by its start, q, v, anchors and inner states, through the step just solved."""
     system, work, steps = flow.system, flow.work, flow.work.steps
@@ -422,7 +422,7 @@ def first_crossing(steps: Any, scale: float) -> float:
     return begin + width
 
 
-@inner
+@inlined
 def land(flow: Carrier, slot: int, c: int, which: int, h: float, theta: float) -> float:
     """Make the trial step again so that it ends at an event; return its length, or -1 if there is none.
 
@@ -504,7 +504,7 @@ def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
     return 0
 
 
-@inner
+@inlined
 def first_event(flow: Carrier, corners: bool) -> tuple[float, int, int]:
     """Return the share of the trial step at which a phase ends, by which contact and how; (2, -1, 0): it does not.
 
@@ -524,7 +524,7 @@ def first_event(flow: Carrier, corners: bool) -> tuple[float, int, int]:
     return share, contact, how
 
 
-@inner
+@inlined
 def advance(flow: Carrier, slot: int, tangent: bool) -> bool:
     """Take one step, up to the end of the run or the phase at most; False: the steps allowed are used up.
 
