@@ -36,6 +36,8 @@ class Motion:
         The cycle that it begins with.
     twin : bool
         Whether it is the mirror image, half a cycle later, of what is recorded; rows and sums are of that.
+    section : ndarray of shape (size,), optional
+        Of a steady motion that is integrated: its state at phase 0 of the drive, where a search close by begins.
     """
 
     problem: Problem
@@ -45,6 +47,7 @@ class Motion:
     mirror: bool = False
     first: int = 0
     twin: bool = False
+    section: FloatArray | None = None
 
     @cached_property
     def rows(self) -> FloatArray:

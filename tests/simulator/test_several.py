@@ -152,9 +152,9 @@ def test_laws_with_states_of_their_own_move_two_masses_as_scipys_radau_does() ->
 
 def test_a_search_near_a_state_knows_what_its_elastic_sliders_hold() -> None:
     contacts = [rubs("coulomb+stribeck", 1, beta=0.2, **LAWS["coulomb+stribeck"]), TWO[2][0]]
-    flow = present(steady_state(of_two(contacts)).orbit).flow
-    assert len(flow.at_section) == flow.size == 5
-    assert flow.carried(flow.at_section, 0.0, TURN)[0] == pytest.approx(flow.at_section, abs=1e-8)
+    orbit = present(steady_state(of_two(contacts)).orbit)
+    assert len(present(orbit.section)) == orbit.flow.size == 5
+    assert orbit.flow.carried(orbit.section, 0.0, TURN)[0] == pytest.approx(orbit.section, abs=1e-8)
 
 
 def test_a_record_moves_two_masses_with_states_of_their_own_as_the_slow_twin_does() -> None:

@@ -48,7 +48,7 @@ def steady(what: Problem | Structure, rtol: float = RTOL, near: SteadyState | No
 
 def start_of(orbit: Motion, tau: float = 0.0) -> Floats:
     """Displacement, velocity and inner states of an orbit at a time."""
-    state = orbit.flow.carried(orbit.flow.at_section, 0.0, tau)[0]
+    state = orbit.flow.carried(orbit.section, 0.0, tau)[0]
     return np.concatenate(([float(value) for value in orbit.at(tau)], state[2:]))
 
 

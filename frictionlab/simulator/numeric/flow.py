@@ -40,13 +40,11 @@ class Integrated(Flow):
     """The flow of a problem or structure by steps.
 
     `rtol`: tolerance of the polynomial of each step, over the size of each component; 1e-12 to 1e-3. Where the two
-    energies of a steady state differ by more, steps are made finer, twice at most. `at_section`: where the steady
-    motion that it has found is at phase 0 of the drive.
+    energies of a steady state differ by more, steps are made finer, twice at most.
     """
 
     solver = "numeric"
     most, longest = MOST, LONGEST
-    at_section: FloatArray
 
     def __init__(self, what: Problem | Structure, rtol: float = RTOL) -> None:
         if not FINEST <= rtol <= COARSEST:
@@ -169,8 +167,8 @@ class Integrated(Flow):
         """Return the steady state that rest settles on, or a neighbour's branch: see `steady_state`."""
         weakens, spent = self.what.weakens, STATE
         begin = [self.carried(self.rest(), 0.0, TURN, FOLLOWED)[0] if weakens else self.rest()]
-        if near is not None and near.orbit is not None and near.orbit.solver == self.solver:
-            begin.insert(0, near.orbit.flow.at_section)
+        if near is not None and near.orbit is not None and near.orbit.section is not None:
+            begin.insert(0, near.orbit.section)
         for start, waits in [*((start, False) for start in begin), (begin[-1], True)]:
             left = inf if meter is None else meter.left - spent
             found = self.solved(start, waits=waits, left=left)
@@ -201,15 +199,15 @@ class Integrated(Flow):
             return replace(state, notes=state.notes | passive)
         for _ in range(TIGHTER + 1):
             tau = float(found.leg["tau"])
-            flow.at_section = flow.carried(found.y, tau, TURN - tau)[0] if tau else found.y
-            motion = flow.recorded(found.y, tau, found.cycles, periodic=True)
+            begun = flow.carried(found.y, tau, TURN - tau)[0] if tau else found.y
+            motion = replace(flow.recorded(found.y, tau, found.cycles, periodic=True), section=begun)
             numbers = numbers_of(motion, self.frame)
             off, size = numbers["closure_error"], taken_in(motion)
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
             dear = REFINING * len(motion.recorded) > MOST
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
                 break
-            begun, flow = flow.at_section, Integrated(what, flow.rtol * TIGHTEN)
+            flow = Integrated(what, flow.rtol * TIGHTEN)
             better = flow.solved(begun, waits=found.cycles > 1)
             if (better.row[places.OUTCOME], better.cycles) != (places.PERIODIC, found.cycles):
                 break
