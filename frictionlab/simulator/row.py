@@ -8,10 +8,9 @@ ROW = 15
 
 # Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
 # PARTING: the motion does not repeat, and its MISS is the factor by which a neighbour's distance grows in a cycle;
-# COSTLY: the search took more work than it may. OVERFULL: more pieces than there is space for. Within a search,
-# AWAITED: the motion from rest is to be followed.
-PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, PARTING, COSTLY, OVERFULL = range(10)
-AWAITED = 10
+# COSTLY: the search took more work than it may. Of a search that is to go on, OVERFULL: more pieces than there is space
+# for; AWAITED: the motion from a start is to be followed.
+PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, PARTING, COSTLY, OVERFULL, AWAITED = range(11)
 
 PATIENCE = 4096  # cycles that a motion is followed for
 EXACT, CLOSED_FORM, INTEGRATED = 0.0, 1.0, 2.0  # what SOLVER says

@@ -4,7 +4,6 @@ import io
 import json
 import logging
 import sys
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import pytest
 from frictionlab.cli import announce_compiling
 from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Contact, Problem, Structure, compiled, simulate, steady_state, sweep
-from frictionlab.simulator.exact import answer, solve
+from frictionlab.simulator.exact import phase
 from frictionlab.simulator.exact.phase import SIDE, SLOTS
 from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.numeric import Integrated
@@ -100,11 +99,10 @@ def test_where_nothing_can_be_kept_the_kernel_still_compiles(tmp_path: Path) -> 
 
 
 def test_what_is_raised_where_compiled_code_calls_python_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A Ctrl-C while the last part was compiled was ignored, and the process crashed."""
-    monkeypatch.setattr(answer, "address_of", lambda *_: int("interrupted"))
-    monkeypatch.setattr(solve, "_OWN", threading.local())  # where what is compiled is not known yet
+    """A Ctrl-C while it was in Python was ignored, and the process crashed."""
+    monkeypatch.setattr(phase, "_eigen", lambda *_: int("interrupted"))
     with pytest.raises(ValueError, match="interrupted"):
-        steady_state(Problem(0.5287, 0.2235, 3.27))
+        steady_state(Structure.of_storeys(0.5, [1.0, 1.0], [1.0, 1.0], [0.02, 0.02]))
 
 
 @pytest.fixture

@@ -8,15 +8,13 @@ from math import atan2, floor, hypot, inf, isnan, nan, pi, sqrt, tan
 from typing import Any
 
 import numpy as np
-from numba import from_dtype, types
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator import row as places
-from frictionlab.simulator.compiled import address_of, caller, compiled, entry, inlined, inner
+from frictionlab.simulator.compiled import compiled, entry, inlined, inner
 from frictionlab.simulator.exact import orbit
 from frictionlab.simulator.exact.account import call_account
 from frictionlab.simulator.exact.flow import (
-    RECORDS,
     TURN_OF,
     Carrier,
     call_run,
@@ -160,7 +158,7 @@ def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
 def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
     """Write the forced motion at tau = 0 as a start: contacts without friction, or elastic ones held; False: none.
 
-    Of each harmonic the real parts of displacements are solved for, then the imaginary ones.
+    Of each harmonic the imaginary parts of displacements are solved for, then the real ones.
     """
     n, start[:] = system.masses, 0.0
     matrix, force, rows = np.empty((2 * n, 2 * n)), np.empty(2 * n), np.empty(2 * n, np.int64)
@@ -177,16 +175,16 @@ def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
                 for c in range(system.contacts):
                     stiff += work.kappa[c] * system.row[c, a] * system.row[c, b]
                 matrix[a, b] = matrix[n + a, n + b] = stiff
-                matrix[a, n + b], matrix[n + a, b] = -thick, thick
+                matrix[a, n + b], matrix[n + a, b] = thick, -thick
             for c in range(system.contacts):
                 push += work.kappa[c] * system.follow[c] * system.row[c, a]
-            force[a], force[n + a] = (push * line).real, (push * line).imag
+            force[a], force[n + a] = (push * line).imag, (push * line).real
         if not factorise(matrix, 2 * n, rows, 1e-15):
             return False
         substitute(matrix, 2 * n, rows, force)
         for a in range(n):
-            start[a] += force[a]
-            start[n + a] -= k * force[n + a]
+            start[a] += force[n + a]
+            start[n + a] -= k * force[a]
     return True
 
 
@@ -240,7 +238,7 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
 def find(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
     """Find a steady state without following the motion, and write the start of its orbit; return an outcome.
 
-    AWAITED: orbits may coexist, and the motion from rest is to be followed: `wait`. What is integrated starts from y.
+    AWAITED: orbits may coexist, and the motion from rest is to be followed: `follow`. What is integrated starts from y.
     """
     system, work, starts, count, smooth = flow.system, flow.work, np.empty((3, len(y))), 1, True
     alone = bool(system.alone)
@@ -272,30 +270,7 @@ def find(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
     return places.PERIODIC if stable and (system.sliders <= 1 or is_integrated(system)) else places.AWAITED
 
 
-def wait(system: Any, work: Any, pieces: FloatArray, leg: Any, y: FloatArray, row: FloatArray) -> int:
-    """Find the orbit that the motion from a start settles on, from rest where `y[0]` is not a number; an outcome.
-
-    It is called by its address, and compiled when orbits may coexist for the first time.
-    """
-    if isnan(y[0]):
-        starts = np.empty((3, len(y)))
-        fill_starts(system, work, starts)
-        orbit.copy(starts[0], y)
-    each = 2 if system.mirrored else 1
-    row[places.MISS], outcome = orbit.settle_from(Carrier(system, work, pieces), leg, y, each)
-    return int(outcome)
-
-
-WAIT = types.int64(*RECORDS, from_dtype(orbit.LEG), types.float64[::1], types.float64[::1])
-call_wait, call_waiter = caller(WAIT), caller(types.int64(types.int64))
-
-
-def waiter(_: int) -> int:
-    """Compile what follows the motion from a start; return its address."""
-    return address_of(wait, WAIT)
-
-
-@inner
+@inlined
 def is_symmetric(flow: Any, leg: Any, y: FloatArray, image: FloatArray) -> bool:
     """Return whether an orbit is its own mirror image half a cycle later; the run last carried is that of the orbit."""
     system, work = flow.system, flow.work
@@ -353,11 +328,11 @@ def begin_row(flow: Any, leg: Any, row: FloatArray) -> float:
     return work.left
 
 
-@inlined
+@inner
 def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: Any, row: FloatArray) -> None:
     """Fill the row of what was found with so many evaluations given; an orbit is that of the run last carried."""
     system, work, image = flow.system, flow.work, np.empty(len(y))
-    outcome = places.COSTLY if work.left < 0.0 else found
+    outcome = places.COSTLY if work.left < 0.0 and found != places.AWAITED else found
     work.spent, work.left = given - work.left, inf
     row[places.OUTCOME] = float(outcome)
     if outcome not in (places.PERIODIC, places.STUCK):
@@ -387,37 +362,34 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
 
 @entry
 def solve(
-    systems: Any,
-    works: Any,
-    pieces: FloatArray,
-    legs: Any,
-    ys: FloatArray,
-    waits: bool,
-    sums: Any,
-    rows: FloatArray,
-    left: float,
+    systems: Any, works: Any, pieces: FloatArray, legs: Any, ys: FloatArray, sums: Any, rows: FloatArray, left: float
 ) -> None:
-    """Fill the rows (k, ROW) of steady states of systems, each by itself, that rest or a start settles on.
+    """Fill the rows (k, ROW) of steady states of systems, each by itself, as far as no motion has to be followed.
 
-    Starts are read from `ys` (k, size), rest where they are not numbers, and starts of the orbits are written there;
-    leg, pieces and sums (NUMBERS) are the last one's. `waits`: the motion is followed at once. `left`: evaluations that
-    each may take, if those are fewer than its share.
+    Starts are read from `ys` (k, size), where what is not integrated needs none, and starts of the orbits are written
+    there; leg, pieces and sums (NUMBERS) are the last one's. `left`: evaluations that each may take, if those are fewer
+    than its share.
     """
-    leg, begun = legs[0], np.empty(ys.shape[1])
     for k in range(len(rows)):
-        one, works[0].left = Carrier(systems[k], works[0], pieces), left
-        given = begin_row(one, leg, rows[k])
-        orbit.copy(ys[k], begun)
-        found = places.AWAITED if waits else find(one, leg, ys[k], rows[k])
-        if found == places.AWAITED:
-            one.work.left = given
-            orbit.copy(begun, ys[k])
-            if one.work.wait == 0:
-                one.work.wait = call_waiter(one.system.waiter, (0,))
-            if one.work.wait == 0:  # it raised
-                return
-            found = call_wait(one.work.wait, (one.system, one.work, pieces, leg, ys[k], rows[k]))
-        end_row(one, leg, ys[k], found, given, sums[0], rows[k])
+        flow, works[0].left = Carrier(systems[k], works[0], pieces), left
+        given = begin_row(flow, legs[0], rows[k])
+        end_row(flow, legs[0], ys[k], find(flow, legs[0], ys[k], rows[k]), given, sums[0], rows[k])
+
+
+@entry
+def follow(
+    systems: Any, works: Any, pieces: FloatArray, legs: Any, ys: FloatArray, sums: Any, rows: FloatArray, left: float
+) -> None:
+    """As `solve`, of the orbits that motions from starts settle on; from rest where those are not numbers."""
+    starts = np.empty((3, ys.shape[1]))
+    for k in range(len(rows)):
+        flow, works[0].left = Carrier(systems[k], works[0], pieces), left
+        given = begin_row(flow, legs[0], rows[k])
+        if isnan(ys[k, 0]):
+            fill_starts(flow.system, flow.work, starts)
+            orbit.copy(starts[0], ys[k])
+        rows[k, places.MISS], found = orbit.settle_from(flow, legs[0], ys[k], 2 if flow.system.mirrored else 1)
+        end_row(flow, legs[0], ys[k], found, given, sums[0], rows[k])
 
 
 @entry

@@ -63,7 +63,6 @@ WORK = np.dtype(
     [
         ("phases", PHASES),
         ("steps", STEPS),
-        ("wait", "i8"),  # address of `answer.wait`; 0: it is not known yet
         ("tau", "f8"),  # begin of the phase
         ("until", "f8"),  # end of the run
         ("count", "i8"),  # pieces met

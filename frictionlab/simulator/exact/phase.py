@@ -58,8 +58,7 @@ SYSTEM = np.dtype(
         ("look", "i8"),  # of what says its motion at a time within a recorded piece,
         ("account", "i8"),  # of `account.account`,
         ("make", "i8"),  # of `make_phase`,
-        ("make_modes", "i8"),  # of `make_modes`,
-        ("waiter", "i8"),  # and of what compiles `answer.wait`
+        ("make_modes", "i8"),  # and of `make_modes`
         ("masses", "i8"),
         ("contacts", "i8"),
         ("sliders", "i8"),

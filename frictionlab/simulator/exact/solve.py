@@ -27,7 +27,7 @@ from frictionlab.simulator.structure import Contact, Structure
 
 announce("frictionlab.simulator.exact.answer")
 
-MODES, WAITER = address_in_python(phase.make_modes, phase.SYSTEM, phase.PHASES), address_in_python(answer.waiter)
+MODES = address_in_python(phase.make_modes, phase.SYSTEM, phase.PHASES)
 
 TURN = 2.0 * pi
 TOUCH = 1e-13  # rad: a shorter stick is no stop
@@ -134,7 +134,7 @@ def _systems(
     _refuse_more("harmonics of the base", base.harmonics, phase.HARMONICS)
     systems, (mass, damping, stiffness), n = record_of(phase.SYSTEM, len(r)), frame, len(frame[0])
     systems["run"], systems["advance"], systems["look"], systems["account"] = RUNNER, ADVANCER, LOOKER, ACCOUNT
-    systems["make"], systems["make_modes"], systems["waiter"] = phase.MAKER, MODES, WAITER
+    systems["make"], systems["make_modes"] = phase.MAKER, MODES
     systems["harmonics"], systems["moves"], systems["lines"][:, : base.harmonics] = base.harmonics, 1.0, base.lines
     systems["masses"], systems["contacts"], systems["r"], each = n, len(contacts), r, np.reshape(r, (-1, 1, 1))
     systems["inertia"][:, :n, :n], systems["mobility"][:, :n, :n] = each * each * mass, _inverse(mass) / (each * each)
@@ -471,14 +471,19 @@ def _searched(
 ) -> tuple[FloatArray, Any, FloatArray]:
     """Return the rows (k, ROW) of steady states, leg and pieces of the last; starts are read from ys and put there."""
     legs, numbers, rows = record_of(orbit.LEG), record_of(NUMBERS), np.empty((len(systems), places.ROW))
-    some, begun = cast("Any", np.s_[:]), ys.copy()
+    some, begun, search = cast("Any", np.s_[:]), ys.copy(), answer.follow if waits else answer.solve
     while True:
         found, starts = rows[some], begun[some].copy()
-        answer.solve(systems[some], works, pieces, legs, starts, waits, numbers, found, float(left))
+        search(systems[some], works, pieces, legs, starts, numbers, found, float(left))
         rows[some], ys[some] = found, starts
-        if places.OVERFULL not in rows[:, places.OUTCOME].tolist():
+        outcomes = rows[:, places.OUTCOME].tolist()
+        if places.AWAITED in outcomes:
+            some, search = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED), answer.follow
+            continue
+        if places.OVERFULL not in outcomes:
             return rows, legs[0], pieces
         some = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL)
+        search = answer.follow if waits else answer.solve
         pieces = np.empty((max(4 * len(pieces), int(works[0]["count"])), pieces.shape[1]))
         if len(pieces) > MOST_PIECES:
             raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got more")
