@@ -125,8 +125,9 @@ def _turning(part: Recording, pieces: list[slice]) -> tuple[list[slice], list[tu
     if name is None:
         signal = signal * (PARTS * REVOLUTION / float(signal.mean()) / float(np.ptp(part.time)))
     for some in pieces:
-        way = np.unwrap(signal[some]) if name == "angle" else np.cumsum(signal[some] * np.gradient(part.time[some]))
-        found += [slice(some.start + a, some.start + b) for a, b in _at_speed(part.time[some], way)]
+        time, shown = part.time[some], signal[some]
+        way = np.unwrap(shown) if name == "angle" else np.cumsum(shown * np.diff(time, prepend=time[0]))
+        found += [slice(some.start + a, some.start + b) for a, b in _at_speed(time, way)]
     ends = [0, *(edge for some in found for edge in (some.start, some.stop)), len(part)]
     rests = [(a, b - 1) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
     return found, [(float(part.time[a]), float(part.time[b])) for a, b in rests]
@@ -299,5 +300,4 @@ def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, F
     if alike >= 0.6 and 0.5 * tone.amplitude**2 >= 0.2 * float(np.var(way)):  # of the power: it repeats
         return None
     moves = np.diff(channels.denoised(way, signals.white_noise(way)), prepend=0.0)
-    said = "it goes to and fro without repeating, its way in ten parts"
-    return np.cumsum(np.abs(moves)), np.sign(moves), False, said
+    return np.cumsum(np.abs(moves)), np.sign(moves), False, "it goes to and fro without repeating, in ten parts"

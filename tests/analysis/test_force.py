@@ -279,8 +279,8 @@ def test_an_earthquake_is_no_motion_that_repeats() -> None:
 
 @pytest.mark.parametrize(("start", "stop"), [(3.0, 40.0), (25.0, 40.0), (3.0, 30.0)])
 def test_a_force_without_a_motion_is_measured_while_it_is_there(start: float, stop: float) -> None:
-    """Its rest counted: 2.3 +- 1.6 N for 3, after 10 s of 40."""
-    rng, t = np.random.default_rng(1), np.arange(0.0, 40.0, 0.01)
+    """Its rest counted: 2.3 +- 1.6 N for 3, after 10 s of 40; a lone sample behind a break ended the program."""
+    rng, t = np.random.default_rng(1), np.append(np.arange(0.0, 40.0, 0.01), 45.0)
     force = np.where((t >= start) & (t < stop), 3.0 + 0.06 * np.sin(5 * t), 0.0) + 0.05 * rng.standard_normal(len(t))
     m = tribometer(t, contact_force=force, normal_force=np.full(len(t), 10.0))
     assert m.measured_friction_force_n == pytest.approx(3.0, rel=4e-3)
