@@ -145,7 +145,7 @@ WORDS: Mapping[Note, str] = {
         " bristle_damping (static_ratio - 1): term speed, or a smaller bristle_damping"
     ),
     Note.UNDAMPED: "nothing damps this motion: free vibration never dies out; this is the motion without",
-    Note.CONTINUUM: "this is one of a continuum of motions (3.3) of one energy, the symmetric; rest creeps to its edge",
+    Note.CONTINUUM: "this is the symmetric one of a continuum of motions (3.3) of one energy; rest leads to another",
     Note.FORGETS_SLOWLY: f"the motion forgets its start slowly: a disturbance lasts {1 / SLOW:g} periods or more",
     Note.MAY_COEXIST: (
         "friction that is larger at rest, falls with speed or varies along the path may have other motions beside this"

@@ -244,7 +244,7 @@ def test_a_sweep_tells_each_kind_of_warning_once_with_its_place(tmp_path: Path) 
     grid = ("sweep", "--r", "0.5,0.6", "--beta", "0.1,0.2", "-o", str(tmp_path / "map.csv"), "--force")
     ran = invoke(*grid)
     assert ran.stderr.count("warning") == 1
-    assert "warning: at 2 of 4 points this is one of a continuum of motions (3.3)" in ran.stderr
+    assert "warning: at 2 of 4 points this is the symmetric one of a continuum of motions (3.3)" in ran.stderr
     assert "(the first: r = 0.5, beta = 0.1" in ran.stderr
     assert "continuum" not in invoke(*grid, "--quiet").stderr
     rows = rows_of(invoke(*grid, "--json"))
