@@ -10,19 +10,18 @@ are kept, and its row says it.
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations, product
-from typing import Any
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, ParameterError
-from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, followed, tempered, weighed, with_scatter
-from frictionlab.inference.force import ForceObservation, of_parts
+from frictionlab.inference.fit import Fit, Model, cost, fit_from, followed, tempered, weighed, with_scatter
+from frictionlab.inference.force import ForceObservation
 from frictionlab.inference.observation import NO_MOTION, Observation
-from frictionlab.inference.observations import LEAST_POINTS, CycleObservation, OfCycles, cycle_of
+from frictionlab.inference.observations import CycleObservation, OfCycles
 from frictionlab.inference.posterior import Posterior, explains, infer, misfit_is_noise, model_of, posterior_of
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import Unknown
@@ -196,6 +195,8 @@ class _Climb:
         it is better.
         """
         tests, term = range(len(self.observations)), RIVALS.get(top.law.kind, "")
+        if top.law.kind == "elastic" and isinstance(self.observations[0], ForceObservation):
+            return top  # a force that is measured shows its size, however the contact yields
         if top.fit is None or not (term and (explains(top.fit, tests) or _is_noise(top.fit))):
             return top
         kept = "+".join(t.name for t in top.law.terms if t.name not in excluded_by(TERMS[term]))
@@ -277,16 +278,16 @@ class _Climb:
 
     def _fitted(self, model: Model, below: Fit, law: Law) -> Fit:
         """The best fit of a richer law near the values of a simpler one."""
-        begun = [_carried(model, below, trial) for trial in _trials(model, below)]
+        begun, sure = [_carried(model, below, trial) for trial in _trials(model, below)], law.is_exact
         several = len(model.tests) > 1 or not isinstance(model.tests[0].observation, CycleObservation)
         of_force = len(model.tests) == 1 and isinstance(model.tests[0].observation, ForceObservation)
         if "stiffness_ratio" in {u.name for u in model.unknowns} and (of_force or not several):
             begun = [*self._in_valleys(model, below), *(begun if of_force else ())]
         elif not law.is_exact:  # dear: the likeliest start first, for one may lead astray, or be enough
-            likeliest = max(self.rungs, key=lambda rung: rung.log_evidence).fit or below
-            points = [] if several else alike(model, likeliest, [point for _, point, _ in begun])
-            begun = [*((model, point, [np.zeros(len(point))]) for point in points), *begun]
+            points = [] if several else with_known_rig(model)
+            begun += [(model, point, [np.zeros(len(point))]) for point in points]
             begun.sort(key=lambda start: cost(*start))
+            sure = cost(*begun[0]) < below.cost  # no other start is worth keeping work for
         enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)
         best: Fit | None = None
         spent: OverspentError | None = None
@@ -294,7 +295,7 @@ class _Climb:
         for there, point, local in begun:
             if best is not None and law.kind != "rigid" and (best.cost > enough or _is_noise(best)):
                 break
-            kept = 0.0 if law.is_exact else SHARE * self.work.left  # a start that finds no end is not the last
+            kept = 0.0 if sure else SHARE * self.work.left  # a start without an end is not the last
             try:
                 with self.work.keeping(kept):
                     found = fit_from(there, [point], local, tempers=False)
@@ -467,28 +468,13 @@ def _carried(model: Model, below: Fit, new: Mapping[str, float], *, as_is: bool 
     return model, point, local
 
 
-def alike(model: Model, found: Fit, starts: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return the point at which a law has the force of the motion that another law was found with; nothing: none.
-
-    What explains a cycle as well moves alike, and has nearly that force while it slides: nothing is simulated for it.
-    """
-    observation, own = cycle_of(model.tests[0]), [u.law for u in model.unknowns]
-    known: dict[str, Any] = {f.name: getattr(observation, f.name, None) for f in fields(ForceObservation)}
+def with_known_rig(model: Model) -> list[FloatArray]:
+    """Return where a law fits with sensors and rig as known (nothing: nowhere); a simpler law's may lead it astray."""
+    plain = model_of([model.tests[0].observation.missing(0.0)], rig=False)
     try:
-        state = cycle_of(found.model.tests[0]).solved(found.values())
-        motion = observation.law_at_contact(state, 2.0 * np.pi * np.arange(LEAST_POINTS) / LEAST_POINTS)
-        if motion is None:
-            return []
-        place, speed, force = motion
-        parts = np.flatnonzero(np.abs(speed) > CREEPS * np.abs(speed).max())
-        known |= {"place": place, "parts": parts, "count": LEAST_POINTS, "directions": None, "r": state.problem.r}
-        known |= {"data": of_parts(force, LEAST_POINTS, parts), "variances": (observation.floor * np.std(force)) ** 2}
-        test = Test(ForceObservation(**known), np.arange(sum(own)), np.ones(sum(own)))
-        alone = Model((test,), tuple(u for u in model.unknowns if u.law), np.zeros(sum(own)))
-        fit = fit_from(alone, [start[own] for start in starts])
+        return [point_at(model, fit_from(plain, starting_points(plain)).values())]
     except NO_MOTION:
         return []
-    return [point_at(model, found.values() | fit.values())]
 
 
 def held_out(found: Fit) -> tuple[FloatArray, float | None]:
