@@ -15,6 +15,7 @@ import numpy as np
 
 from frictionlab.errors import FrictionlabError
 from frictionlab.simulator import Base, Contact, SteadyState, Structure, steady_state
+from frictionlab.simulator.exact.phase import SIDE
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.motion import Motion
 from tests.simulator.twin import TURN, Twin
@@ -56,7 +57,7 @@ def anchors_at_begin(structure: Structure, motion: Motion, twin: Twin, start: np
     """Where the springs of elastic contacts are relaxed at tau = 0; none of them has several sliders."""
     n, contacts = structure.masses, len(structure.contacts)
     places, index = twin.places(0.0, start)[0], motion.place([0.0], None)[1]
-    sides, _, offsets = np.split(motion.rows[index[0], 2:], (contacts, 2 * n + 2 * contacts))
+    sides, _, offsets = np.split(motion.rows[index[0], SIDE:], (contacts, 2 * n + 2 * contacts))
     slips = [places[i] - sides[i] * twin.kinetic(i, places[i]) / spring for i, _, spring in twin.elements]
     return np.array([slips[i] if sides[i] else -offsets[i] / spring for i, _, spring in twin.elements])
 
