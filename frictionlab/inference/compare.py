@@ -18,7 +18,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference import verdict as words
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
-from frictionlab.inference.diagnose import Diagnosis, against_richer, diagnose, strained_facts
+from frictionlab.inference.diagnose import OTHER_CAUSE, Diagnosis, against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.force import GAIN, ForceObservation, observe_force, with_force
 from frictionlab.inference.ladder import Ladder, climb
@@ -105,10 +105,9 @@ def compare_record(
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
         record = follow(cast("RecordObservation", best.tests[0].observation), best.values(), fits_start=False)
-        best, differs = _beside_cycle(best.with_doubt(OVER_TIME, record.wandering), found)
-        said = (*said, *differs)
+        whole = _of_whole(best.with_doubt(OVER_TIME, record.wandering), scene, found)
         step = words.ANOTHER if climbed is None else OF_RECORD
-        by_record = compared(measurement, scene, best, None, step, cycle=cycle.under(best.law()))
+        by_record = compared(measurement, scene, best, None, step, cycle=cycle.under(best.law()), diagnosis=whole)
         laws = _rows(ladder, found, found.fit.nrmse(), explained=explains(found.fit, [0]))
         comparison = replace(by_record, laws=laws, cycle_law=cycle.law.name if law == AUTO else None)
     else:
@@ -318,11 +317,12 @@ def compared(
     step: str = words.ANOTHER,
     *,
     cycle: CycleObservation | None = None,
+    diagnosis: Diagnosis | None = None,
 ) -> Comparison:
     """Return a measured cycle over the prediction of a posterior, diagnosed and judged; ``step``: as of `doubts`.
 
-    ``cycle``: the posterior is that of the whole record; where it explains that, what the mean cycle misses is that it
-    was not steady.
+    ``cycle``: the posterior is that of the whole record, whose ``diagnosis`` is known; where it explains that, what the
+    mean cycle misses is that it was not steady.
     """
     observation = cycle_of(found.tests[0]) if cycle is None else cycle
     state = observation.solved(found.values(), scene.model.solver)
@@ -332,7 +332,7 @@ def compared(
     first = "" if nrmse is None else words.start_left(observation, state, nrmse)
     explained = misfit is not None and misfit <= EXPLAINED
     unsteady = cycle is not None and misfit is not None and not explained and explains(found.fit, [0])
-    diagnosis = diagnose(found, scene, explained=explained) if cycle is None else _of_whole(found, scene)
+    diagnosis = diagnosis or diagnose(found, scene, explained=explained)
     found, restless = diagnosis.posterior, words.never_settles(state, measurement.cycles, observation.floor)
     if restless is not None:
         found = found.with_doubt(words.UNSETTLED, 1.0)
@@ -392,27 +392,29 @@ def _pressed_unevenly(found: Posterior, measurement: Measurement, *, counted: bo
     return found.with_doubt(UNEVEN, varies * (OF_UNEVEN if counted else 1.0)), [] if counted else [said]
 
 
-def _beside_cycle(record: Posterior, cycle: Posterior) -> tuple[Posterior, list[str]]:
-    """The posterior of a whole record whose errors hold what its steady cycle says of friction, and what is to be said.
+def _of_whole(found: Posterior, scene: Scene, cycle: Posterior | None = None) -> Diagnosis:
+    """What else may have made a whole record; ``cycle``: the posterior of its steady cycle, where it has one.
 
-    Of the same law, where that explains the cycle: start-up and steady state are held against each other.
+    A law that misses the record is held against a richer one. Other causes than the law are tried on the cycle (if that
+    is missed alone, it was not steady), and friction is held against the cycle's, if the same law explains it.
     """
-    own, other = record.parameters()["beta"], cycle.parameters()["beta"]
-    known = own.u is not None and other.u is not None and cycle.law() == record.law() and explains(cycle.fit, [0])
-    if not known or abs(other.value - own.value) <= math.hypot(own.u or 0.0, other.u or 0.0):
-        return record, []
-    said = (
-        f"friction_ratio: {own.value:.4g} by the whole record, {other.value:.4g} by its steady cycle; its error holds"
-    )
-    return record.with_doubt(OF_CYCLE, other.value / own.value - 1.0), [f"{said} the difference"]
-
-
-def _of_whole(found: Posterior, scene: Scene) -> Diagnosis:
-    """What else is to be said of a whole record: a law that misses it is held against a richer one."""
-    said = list[str]()
-    if found.strained or not explains(found.fit, [0]):
-        found, said = against_richer(found)
-    return Diagnosis(found, bool(found.strained), (*said, *strained_facts(found, scene)))
+    said, strained, causes = list[str](), bool(found.strained), tuple[str, ...]()
+    steady, missed = cycle is not None and explains(cycle.fit, [0]), not explains(found.fit, [0])
+    if cycle is not None and (steady or missed):
+        other = diagnose(cycle, scene, explained=steady)
+        own, there, moved = (one.parameters()["beta"] for one in (found, cycle, other.posterior))
+        own_u, there_u, moved_u = own.u or 0.0, there.u or 0.0, moved.u or 0.0
+        strained, causes = strained or (other.strained and not cycle.strained), other.causes
+        found = found.with_doubt(OTHER_CAUSE, math.sqrt(max(moved_u**2 - there_u**2, 0.0)) / (there.value or 1.0))
+        same = steady and cycle.law() == found.law()
+        if same and abs(there.value - own.value) > math.hypot(own_u, there_u) > 0.0:
+            found = found.with_doubt(OF_CYCLE, there.value / own.value - 1.0)
+            two = f"{own.value:.4g} by the whole record, {there.value:.4g} by its steady cycle"
+            said.append(f"friction_ratio: {two}; its error holds the difference")
+    if found.strained or missed:
+        found, more = against_richer(found)
+        said += more
+    return Diagnosis(found, strained, (*said, *strained_facts(found, scene), *causes), causes=causes)
 
 
 def _rubs_on_base(observation: CycleObservation) -> bool:

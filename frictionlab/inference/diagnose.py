@@ -58,13 +58,14 @@ class Diagnosis:
     """A posterior whose errors hold what other causes move, and what is to be said.
 
     ``strained``: whether sensors, rig or another cause stand where the scene does not put them; ``answered``: whether
-    another cause than the law explains what the law does not.
+    another cause than the law explains what the law does not; ``causes``: of what is said, what is said of others.
     """
 
     posterior: Posterior
     strained: bool
     said: tuple[str, ...]
     answered: bool = False
+    causes: tuple[str, ...] = ()
 
 
 def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
@@ -84,14 +85,15 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     if observation.settles_later_s is not None and not explained:
         named, answered = [], False  # a start that is still in the cycles looks like any cause
     facts = strained_facts(fitted, scene, [cause.name for cause, _ in named]) if explained else ()
-    said = [*facts, *said, *(_named(cause, other, found, scene) for cause, other in named)]
+    causes_said = [_named(cause, other, found, scene) for cause, other in named]
     error = found.parameters()["beta"].u or math.inf
     if explained and not named and moves > error:
-        said.append(
+        causes_said.append(
             f"friction_ratio: {1e6 * USUAL_PLAY:.0f} um of play in the frame to either side would look like friction"
             f" here and move the ratio by {moves:.2g}; its error of {error:.1g} assumes none"
         )
-    return Diagnosis(found, strained or bool(named), tuple(said), answered and not explained)
+    said = [*facts, *said, *causes_said]
+    return Diagnosis(found, strained or bool(named), tuple(said), answered and not explained, causes=tuple(causes_said))
 
 
 def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) -> Iterator[str]:
