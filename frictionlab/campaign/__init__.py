@@ -218,8 +218,10 @@ def evaluate(
             own.setdefault(trial.group, []).append(trial)
     groups = {setting: screen(some, model.first, scene) for setting, some in own.items()}
     by_mass = scene.rig.first.stiffness_n_per_m is None and stiffness is not None
-    cycles = _cycles(groups, observations)
-    joint, unfitted = fit_together(cycles, find_law=find_law, accuracy=scene.accuracy, by_mass=by_mass, watch=watch)
+    cycles, doubtful = _cycles(groups, observations)
+    joint, unfitted = fit_together(
+        cycles, find_law=find_law, accuracy=scene.accuracy, doubtful=doubtful, by_mass=by_mass, watch=watch
+    )
     joints = {} if joint is None else {setting: joint for setting in groups if joint.tests(*setting)}
     rest = {setting: group for setting, group in groups.items() if setting not in joints}
     by_rows, _ = fit_together(_rows(rest, model.first), find_law=False, accuracy=scene.accuracy)
@@ -257,20 +259,21 @@ def evaluate(
 
 def _cycles(
     groups: Mapping[Setting, Group], observations: Mapping[str, CycleObservation]
-) -> dict[str, list[CycleObservation]]:
-    """The observations of each material that a law can be fitted to.
+) -> tuple[dict[str, list[CycleObservation]], set[str]]:
+    """The observations of each material that a law can be fitted to, and which of them are doubtful.
 
-    Where Coulomb's law has many steady states the cycle depends on which of them it is more than on the law; it counts
-    only in a group that has no other tests.
+    Where a law has many steady states the cycle depends on which of them it is more than on the law. Those of Coulomb's
+    law are doubtful, but in a group that has no other tests.
     """
     found: dict[str, list[CycleObservation]] = {}
+    doubtful = set[str]()
     for (material, _), group in groups.items():
         out = {source for source, why in group.left_out.items() if why.cause in NO_STEADY_CYCLE}
         here = [t.source for t in group.trials if t.source in observations and t.source not in out]
-        here = [source for source in here if source not in group.not_unique] or here
+        doubtful |= unsure if len(unsure := group.not_unique & set(here)) < len(here) else set()
         if here:
             found.setdefault(material, []).extend(observations[source] for source in here)
-    return found
+    return found, doubtful
 
 
 def _rows(groups: Mapping[Setting, Group], model: Model) -> dict[str, list[RowObservation]]:

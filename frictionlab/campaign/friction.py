@@ -1,6 +1,6 @@
 """Friction of one material under one normal force: which tests count, what each says, and what the joint fit gives.
 
-A test is left out by what its row says, by the memory that Coulomb's law has of how a motion began, or because its own
+A test is left out by what its row says, by the memory that its law has of how a motion began, or because its own
 friction stands out of the joint fit.
 """
 
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtr
 
-from frictionlab.campaign.joint_fit import JointFit
+from frictionlab.campaign.joint_fit import KEPT, JointFit
 from frictionlab.campaign.prediction import Model, elasticity, fundamental, loop_ratio, observe_row, predict
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial, short_name
 from frictionlab.errors import DOUBTED
@@ -30,7 +30,6 @@ UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand 
 ASYMMETRIC = 0.1  # asymmetry above which a symmetric law cannot stand for the test
 NOTHING = 1e-9  # energy or amplitude below which the mass does not move
 UNSETTLED = 0.01  # what may be left of the transient, by Coulomb's own memory
-KEPT = 0.999  # of a disturbance after a cycle: from so much on a motion is one of many
 SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement says it
 FEWEST_BESIDE, OUTLYING, LEAST_OFF = 5, 0.01, 0.02  # tests, chance and relative size from which one stands out
 FEW = 3  # tests more than one, below which they hardly show how friction scatters
@@ -51,7 +50,7 @@ class Reason(Enum):
     UNSETTLED = "unsettled: by Coulomb's own reckoning {:.0%} of the transient is left where it was measured"
     UNEXPLAINED = "unexplained: alone it would say {:.3g} where the group says {:.3g}"
     NO_CYCLE = "no recording at hand, or no cycle in it that a law can be fitted to"
-    NOT_UNIQUE = "not unique: by Coulomb's law the motion keeps the asymmetry it began with: no one cycle stands for it"
+    NOT_UNIQUE = "not unique: by its law the motion keeps the asymmetry it began with: no one cycle stands for it"
     NO_PREDICTION = "no prediction: no steady state of the law explains these tests"
 
     @property
@@ -190,7 +189,7 @@ class Group:
 
     ``sources``: what is not known of sensors, rig and normal force. By source of a test: ``left_out``: why some say
     nothing of one friction ratio; ``betas``: about what theirs is; ``units``: base amplitudes, m (the mean one where a
-    row does not say it); ``not_unique``: those whose motion is one of many. ``note``: what a reader must know.
+    row does not say it); ``not_unique``: those with many motions by Coulomb's law. ``note``: what a reader must know.
     """
 
     trials: Sequence[Trial]
@@ -356,7 +355,7 @@ def _notes(
         yield f"{tests - len(used)} of {tests} tests left out"
     if misread := [short_name(v.trial.source) for v in verdicts if v.is_misread]:
         yield f"left out of all means, for {DOUBTED}: {', '.join(misread)}"
-    silent = sum(not v.trial.tells_errors for v in used)
+    silent = sum(any(e.se is None for e in v.trial.means) for v in used)
     if silent and not missed:
         yield f"{silent} tests give no standard error: {UNKNOWN_ERROR:.0%} is taken"
     if stiffness is None:

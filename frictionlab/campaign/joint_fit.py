@@ -7,8 +7,7 @@ friction ratio at each normal force: one linear step from it, by which Amontons'
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -19,14 +18,14 @@ from scipy.special import ndtr, stdtrit
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.prediction import Model, RowObservation
 from frictionlab.campaign.trials import short_name
-from frictionlab.inference.diagnose import OTHER_CAUSE, beside_the_law, strained_facts, to_declare
+from frictionlab.inference.diagnose import beside_the_law, named_cause, other_causes, strained_facts
+from frictionlab.inference.fit import Fit, scattered, stepped, weighed
 from frictionlab.inference.fit import Model as FitModel
-from frictionlab.inference.fit import scattered, stepped, weighed
 from frictionlab.inference.ladder import NO_DIFFERENCE, NOT_DISTINGUISHED, SPENT, Ladder, climb
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of
-from frictionlab.inference.unknowns import STRAINED, carried
+from frictionlab.inference.unknowns import STRAINED, Unknown, carried
 from frictionlab.inference.verdict import not_tried, start_left
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
@@ -35,6 +34,7 @@ from frictionlab.uncertainty import NOT_KNOWN, Estimate
 
 OUTLIER = 4.0  # robust standard deviations from which a test stands out ...
 FEWEST = 5  # ... among so many tests of its material
+KEPT = 0.999  # of a disturbance after a cycle: from so much on a motion is one of many
 SLIGHT = 1e-3  # relative: a friction ratio that differs by less does not stand out
 MOST_CLIMBED = 16  # tests of a material that climb the ladder: spread over r and force, they decide its law
 BY_TWO_NUMBERS = (
@@ -57,14 +57,9 @@ STRAYS = (
     " test's normal force ({:g} N), material and base amplitude"
 )
 AT_LAG = ": measurements.csv has energies at the lag declared, all else at the lag found"
-ASKED = (
-    "rig: all tests together contradict your scene's natural frequency; with another one their laws leave {:.2g} %"
-    " instead of {:.2g} %: {}; errors of friction hold the difference"
-)
 STIFFNESS = "stiffness by the frequency found"  # what adds to errors
-ANY = 0.3  # relative: a natural frequency that the tests alone find ...
 SAME = 5e-3  # relative: a friction coefficient that differs by less is not said to
-BETTER = 0.5  # ... and how much less it leaves of them where it is named
+BETTER = 0.5  # of what laws leave of tests that they do not explain: so much a cause may leave at most
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 Seen = CycleObservation | RowObservation
 
@@ -75,15 +70,15 @@ class JointFit:
 
     ``posterior``: one friction coefficient a material; ``by_force``: one friction ratio at each normal force of a
     material, tests in the same order; ``ladders``: of the materials whose law was looked for; ``out``: tests that stand
-    out, by source: their own friction ratio and that of the others; ``detuned``: the posterior with another natural
-    frequency, where that explains far more of the tests.
+    out, by source: their own friction ratio and that of the others; ``causes``: facts of the rig that answer what tests
+    leave, each with the fit of tests with it.
     """
 
     posterior: Posterior
     by_force: Posterior
     ladders: Mapping[str, Ladder] = field(default_factory=dict)
     out: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    detuned: Posterior | None = None
+    causes: tuple[tuple[Unknown, Fit], ...] = ()
 
     @cached_property
     def place(self) -> Mapping[str, int]:
@@ -117,6 +112,11 @@ class JointFit:
             for i, observation in enumerate(self.posterior.observations)
             if observation.material == material and normal_force_n in (None, observation.normal_force)
         ]
+
+    def some(self, material: str) -> list[int]:
+        """Return the numbers of at most `MOST_CLIMBED` tests of a material, spread over force and frequency ratio."""
+        spread_out = _spread_out([self.posterior.observations[i] for i in self.tests(material)])
+        return [self.place[observation.source] for observation in spread_out]
 
     def law(self, material: str) -> Law | None:
         """Return the law that a material's tests were fitted with; None where they were not."""
@@ -164,8 +164,7 @@ class JointFit:
         """Return where the tests find sensors and rig, and which of them are far from what is known.
 
         Measured energies are those of the declared lag, so one that is found elsewhere is to be declared; not where the
-        laws do not explain their tests, for then the rig makes up for what a law lacks. The natural frequency that all
-        tests ask for is said where that explains far more of them.
+        laws do not explain their tests, for then the rig makes up for what a law lacks.
         """
         posterior, parts, tests = self.posterior, [], range(len(self.posterior.tests))
         for k, u in enumerate(posterior.unknowns):
@@ -176,11 +175,7 @@ class JointFit:
                 parts.append(f"{u.words} {value:+.2g}{unit} ± {spread:.2g}{unit}, known to {known:.2g}{unit}")
         if not parts or len(tests) < 2:
             return ()
-        said = [FOUND.format("; ".join(parts))]
-        if self.detuned is not None:
-            seen, left = self.detuned.nuisances()["natural_frequency"], (self.detuned, posterior)
-            declare = to_declare("natural_frequency", seen["value"], seen["u"], scene)
-            said.append(ASKED.format(*(100.0 * one.fit.nrmse() for one in left), declare))
+        said = [FOUND.format("; ".join(parts)), *(named_cause(*one, posterior, scene) for one in self.causes)]
         if 2 * sum(explains(posterior.fit, [i]) for i in tests) >= len(tests):
             far = strained_facts(posterior, scene)
             said += [f"{one}; then measure again{AT_LAG if 'the lag ' in one else ''}" for one in far]
@@ -255,54 +250,67 @@ def fit_together(
     *,
     find_law: bool,
     accuracy: str,
+    doubtful: Container[str] = (),
     by_mass: bool = False,
     watch: Callable[[Sequence[Any]], Iterable[Any]] = iter,
 ) -> tuple[JointFit | None, list[str]]:
     """Fit the tests of all materials together, by their mean cycles or by their rows.
 
     ``tests``: observations by material, under the scene's law; ``find_law``: the tests of each material climb from
-    plain Coulomb friction to theirs; ``accuracy``: of that ladder; ``by_mass``: the frame's stiffness is that of its
-    mass and natural frequency; ``watch``: wraps the materials. Returns the joint fit (None where there is nothing to
-    fit), and sentences of the materials that could not be fitted.
+    plain Coulomb friction to theirs; ``accuracy``: of that ladder; ``doubtful``: sources of tests in which Coulomb's
+    law has many steady states, which count where the law found has one; ``by_mass``: the frame's stiffness is that of
+    its mass and natural frequency; ``watch``: wraps the materials. Returns the joint fit (None where there is nothing
+    to fit), and sentences of the materials that could not be fitted.
     """
     chosen: list[Seen] = []
     ladders: dict[str, Ladder] = {}
     notes: list[str] = []
     for material, own in watch(tuple(tests.items())):
+        sure = _spread_out([o for o in own if o.source not in doubtful])
         try:
             law = own[0].law
             if find_law:
-                ladders[material] = climb([o.under(law_of("coulomb")) for o in _spread_out(own)], accuracy=accuracy)
+                ladders[material] = climb([o.under(law_of("coulomb")) for o in sure], accuracy=accuracy)
                 law = ladders[material].chosen.law
                 notes += [f"{material}: {said}" for said in not_tried(ladders[material]) if SPENT in said]
-            under = [observation.under(law) for observation in own]
-            if law.is_exact or not find_law:
-                infer(_spread_out(under)[:3])  # a material that cannot be fitted alone would end the fit of all
+            if law.is_exact or not find_law:  # a material that cannot be fitted alone would end the fit of all
+                found = infer([o.under(law) for o in sure[:3]])
+            else:
+                found = ladders[material].posterior
         except NO_MOTION as error:
             notes.append(BY_TWO_NUMBERS.format(material, error))
             continue
-        chosen += under
+        under = [o.under(law) for o in own]
+        chosen += [o for o in under if o.source not in doubtful or _forgets(o, found)]
     if not chosen:
         return None, notes
-    near = next(iter(ladders.values())).posterior.values() if ladders and len(chosen) == 1 else None
     of_cycles, out = isinstance(chosen[0], CycleObservation), dict[str, tuple[float, float]]()
     try:
-        posterior = infer(chosen, near=near, at=_as_climbed(chosen, ladders))
+        posterior = infer(chosen, at=_as_climbed(chosen, ladders))
         bare = posterior
         if not of_cycles:  # two numbers show an outlier by their noise alone
             bare = replace(posterior, fit=weighed(posterior.fit, np.zeros(len(chosen)), follows=False))
         if out := standing_out(bare):  # made again without those that stand out
             kept = [o for o in chosen if o.source not in out]
-            posterior = infer(kept, near=posterior.values(), at=_as_climbed(kept, ladders))
-        detuned = None
+            posterior = infer(kept, at=_as_climbed(kept, ladders))
+        causes = list[tuple[Unknown, Fit]]()
         if of_cycles:
-            posterior, detuned = _against_another_rig(posterior, by_mass=by_mass)
+            posterior, causes, hidden = _against_another_rig(posterior, by_mass=by_mass)
             posterior, said = _against_richer_laws(posterior, do="" if find_law else DO_FIND)
             posterior, others = _undistinguished(posterior, ladders)
-            notes += [*said, *others]
-        return JointFit(posterior, at_each_force(posterior), ladders, out, detuned), notes
+            notes += [*hidden, *said, *others]
+        return JointFit(posterior, at_each_force(posterior), ladders, out, tuple(causes)), notes
     except NO_MOTION as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
+
+
+def _forgets(observation: Seen, found: Posterior) -> bool:
+    """Whether the motion of a test, by what others of its material have found, forgets how it began."""
+    model = model_of([found.observations[0], observation])
+    known = {u.name: u.at(found.shared(k, 0)[0]) for u in model.unknowns if (k := found.fit.find(u.name)) is not None}
+    point = np.array([known.get(u.name, 0.0) for u in model.unknowns])
+    state = observation.state(model.values(1, point[model.tests[1].index]))
+    return state is not None and state.memory < KEPT
 
 
 def _climbed(model: FitModel, ladders: Mapping[str, Ladder]) -> Iterator[tuple[int, float, float]]:
@@ -319,8 +327,8 @@ def _climbed(model: FitModel, ladders: Mapping[str, Ladder]) -> Iterator[tuple[i
 
 
 def _as_climbed(tests: Sequence[Seen], ladders: Mapping[str, Ladder]) -> FloatArray | None:
-    """The point of ladders, of several tests with an integrated law: other starts are dear, or have no motion."""
-    if not ladders or len(tests) < 2 or all(observation.law.is_exact for observation in tests):
+    """The point of ladders, of one test or an integrated law: other starts are dear, or have no motion."""
+    if not ladders or (len(tests) > 1 and all(observation.law.is_exact for observation in tests)):
         return None
     model = model_of(tests)
     point = np.zeros(len(model.unknowns))
@@ -339,37 +347,28 @@ def _undistinguished(posterior: Posterior, ladders: Mapping[str, Ladder]) -> tup
     return posterior.with_shift(NOT_DISTINGUISHED, shift) if shift.any() else posterior, said
 
 
-def _against_another_rig(posterior: Posterior, *, by_mass: bool) -> tuple[Posterior, Posterior | None]:
-    """The posterior whose errors hold what another natural frequency moves, and the one with that frequency.
+def _against_another_rig(
+    posterior: Posterior, *, by_mass: bool
+) -> tuple[Posterior, list[tuple[Unknown, Fit]], list[str]]:
+    """The posterior whose errors hold what another rig moves, the causes that answer, what is said of a hidden play.
 
-    Where the laws leave a misfit and a free frequency leaves far less. An uncertainty declared too small would keep
-    the frequency where it is, and the friction carries what is wrong with it. Where the stiffness follows from a mass
-    (``by_mass``) it is the scene's times the square of the frequency's factor, and forces carry it once more: only of a
-    frequency that is far from what is declared.
+    Where the stiffness follows from a mass (``by_mass``) it is the scene's times the square of the natural frequency's
+    factor, and forces carry it once more: only of a frequency that is far from what is declared.
     """
-    detuned: Posterior | None = None
-    if not explains(posterior.fit, range(len(posterior.tests))):
-        free = [replace(o, sources=replace(o.sources, natural_frequency=ANY)) for o in posterior.observations]
-        with suppress(*NO_MOTION):  # no motion there: nothing that would explain the tests
-            found = infer(free, near=posterior.values())
-            detuned = found if found.fit.nrmse() <= BETTER * posterior.fit.nrmse() else None
-    frequency = (detuned or posterior).nuisances().get("natural_frequency")
-    if detuned is not None:
-        shift = np.zeros(len(posterior.unknowns))
-        for i, test in enumerate(posterior.tests):
-            for k in test.index.tolist():
-                u, there = posterior.unknowns[k], detuned.fit.find(posterior.unknowns[k].name, i)
-                if u.law and there is not None:
-                    here = float(posterior.fit.point[k])
-                    shift[k] = (u.value(float(detuned.fit.point[there])) - u.value(here)) / u.slope(here)
-        posterior = posterior.with_shift(OTHER_CAUSE, shift)
+    joint = JointFit(posterior, posterior)
+    some = [i for material in joint.materials for i in joint.some(material)]
+    explained = explains(posterior.fit, some)
+    found, causes, _, said = other_causes(posterior, some, explained=explained)
+    better = explained or any(fit.nrmse() <= BETTER * posterior.fit.nrmse(some) for _, fit in causes)
+    posterior, causes = (found, causes) if better else (posterior, [])
+    asked = [fit.values()[cause.name] for cause, fit in causes if cause.name == "natural_frequency"]
+    detuned = next(iter(asked), posterior.values().get("natural_frequency", 0.0))
     declared = max((o.sources.natural_frequency for o in posterior.observations), default=0.0)
-    if by_mass and frequency is not None and abs(frequency["value"]) > STRAINED * declared:
-        stiffer = abs((1.0 + frequency["value"]) ** 2 - 1.0)
-        known = zip(posterior.unknowns, posterior.fit.point.tolist(), strict=True)
-        moved = [u.value(c) * stiffer / u.slope(c) if u.name == "beta" else 0.0 for u, c in known]
+    if by_mass and abs(detuned) > STRAINED * declared:
+        stiffer = abs((1.0 + detuned) ** 2 - 1.0)
+        moved = [stiffer / posterior.relative(k) if u.name == "beta" else 0.0 for k, u in enumerate(posterior.unknowns)]
         posterior = posterior.with_shift(STIFFNESS, np.array(moved))
-    return posterior, detuned
+    return posterior, causes, said
 
 
 def _against_richer_laws(posterior: Posterior, do: str) -> tuple[Posterior, list[str]]:
@@ -379,8 +378,7 @@ def _against_richer_laws(posterior: Posterior, do: str) -> tuple[Posterior, list
         tests = joint.tests(material)
         if explains(posterior.fit, tests):
             continue
-        some = [joint.place[o.source] for o in _spread_out([posterior.observations[i] for i in tests])]
-        posterior, times, why = beside_the_law(posterior, some)
+        posterior, times, why = beside_the_law(posterior, joint.some(material))
         varies = VARIES.format(times, why) if abs(times - 1.0) > SAME else ""
         missed, first = [i for i in tests if joint.misfit(i) > EXPLAINED], list[str]()
         for i in missed:  # what to do about one whose motion settled only after what is fitted begins

@@ -107,11 +107,6 @@ class Trial:
         return energy, amplitude
 
     @property
-    def tells_errors(self) -> bool:
-        """Whether its measurement says how sure energy and amplitude are."""
-        return all(e.se is not None for e in self.means)
-
-    @property
     def systematic(self) -> tuple[float | None, float | None, float | None]:
         """Relative uncertainty of energy, amplitude and r by what sensors, clock and rig do; None: not known."""
         energy, amplitude, ratio = (

@@ -14,12 +14,12 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
-from frictionlab.inference.fit import Fit, Test, cost, fit_from, weighed
+from frictionlab.inference.fit import Fit, Test, cost, fit_from, weighed, with_scatter
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of, mean_cycle
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
-from frictionlab.inference.starts import point_at, starting_points
-from frictionlab.inference.unknowns import STRAINED, Unknown
+from frictionlab.inference.starts import at_medians, point_at, starting_points
+from frictionlab.inference.unknowns import STRAINED, Unknown, factor
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.problem import Meter
@@ -51,6 +51,10 @@ TRIED = {
 }
 """Coordinates at which each cause is tried."""
 USUAL_PLAY = 1e-5  # m to either side: what a bolted frame may have
+HIDDEN_PLAY = (
+    "friction_ratio: {:.0f} um of play in the frame to either side would look like friction here and move the ratio by"
+    " {:.2g}; its error of {:.1g} assumes none"
+)
 
 
 @dataclass(frozen=True)
@@ -71,29 +75,16 @@ class Diagnosis:
 def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     """Return what else may have made the recording of one test; ``explained``: its law leaves no more than noise."""
     fitted, strained, said = found, bool(found.strained), list[str]()
-    observation = cycle_of(found.tests[0])
     if not found.unknowns:
         return Diagnosis(found, strained, tuple(said))
     if strained or not explained:
         found, said = against_richer(found)
-    causes, enough = _causes(observation, misses=not explained), ANSWERS
-    if explained and not strained and observation.r <= NEAR_RESONANCE:
-        enough = BY_FAR
-        if len(observation.data) >= FEW * len(found.unknowns):
-            causes = tuple(sorted((c for c in causes if c.name in ALWAYS), key=lambda c: ALWAYS.index(c.name)))
-    found, named, answered, moves = _other_causes(found, causes, enough, explained=explained)
-    if observation.settles_later_s is not None and not explained:
+    found, named, answered, hidden = other_causes(found, [0], explained=explained)
+    if cycle_of(found.tests[0]).settles_later_s is not None and not explained:
         named, answered = [], False  # a start that is still in the cycles looks like any cause
     facts = strained_facts(fitted, scene, [cause.name for cause, _ in named]) if explained else ()
-    causes_said = [_named(cause, other, found, scene) for cause, other in named]
-    error = found.parameters()["beta"].u or math.inf
-    if explained and not named and moves > error:
-        causes_said.append(
-            f"friction_ratio: {1e6 * USUAL_PLAY:.0f} um of play in the frame to either side would look like friction"
-            f" here and move the ratio by {moves:.2g}; its error of {error:.1g} assumes none"
-        )
-    said = [*facts, *said, *causes_said]
-    return Diagnosis(found, strained or bool(named), tuple(said), answered and not explained, causes=tuple(causes_said))
+    causes = (*(named_cause(cause, other, found, scene) for cause, other in named), *hidden)
+    return Diagnosis(found, strained or bool(named), (*facts, *said, *causes), answered and not explained, causes)
 
 
 def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) -> Iterator[str]:
@@ -146,8 +137,11 @@ def to_declare(name: str, value: float, u: float, scene: Scene) -> str:
     return f"{table}.{key} = {said} would fit: {key} = {with_digits(value, u)} and {key}_u = {u:.2g}"
 
 
-def _causes(observation: CycleObservation, *, misses: bool) -> tuple[Unknown, ...]:
-    """What is tried free, a filter where a law misses: each with a prior so wide that only the data hold it."""
+def _causes(observation: CycleObservation, *, misses: bool, few: bool) -> tuple[Unknown, ...]:
+    """What is tried free, a filter where a law misses: each with a prior so wide that only the data hold it.
+
+    ``few``: those alone that are tried on every fit.
+    """
     unit, lag = observation.unit, max(5.0 / observation.rate, 0.04 * math.pi / observation.turn)
     frequency = {"sd": WIDE, "low": -1.8, "high": 4.0, "key": "rig.natural_frequency_hz"}
     causes: tuple[Unknown, ...] = (
@@ -164,23 +158,32 @@ def _causes(observation: CycleObservation, *, misses: bool) -> tuple[Unknown, ..
         Unknown("filter_s", place("both channels"), sd=lag, low=0.0, folded=True, unit=delay),
     )
     causes = causes if observation.wall == "fixed" and observation.single else causes[:3]
+    if few:
+        return tuple(sorted((c for c in causes if c.name in ALWAYS), key=lambda c: ALWAYS.index(c.name)))
     return (*causes, *filters) if misses and (observation.kept == 1.0).all() else causes
 
 
-def _other_causes(
-    found: Posterior, causes: tuple[Unknown, ...], enough: float, *, explained: bool
-) -> tuple[Posterior, list[tuple[Unknown, Fit]], bool, float]:
-    """The posterior whose errors hold what causes move, those to name with their fits, whether one explains the test.
+def other_causes(
+    found: Posterior, some: Sequence[int], *, explained: bool
+) -> tuple[Posterior, list[tuple[Unknown, Fit]], bool, list[str]]:
+    """Return the posterior whose errors hold what causes move, those to name with their fits, whether one explains.
 
-    Then by how much a usual play that the recording does not show moves the friction ratio: a warning speaks of it.
-    ``enough``: gain from which a cause is named.
+    Then what is to be said of a usual play that the tests do not show, where it would move the friction ratio far.
+    ``some``: the tests that show it; a cause is one fact of the rig, the same in all: what differs from test to test as
+    it says is no scatter of the material. ``explained``: whether the laws leave no more than noise of them.
     """
+    tests = [cycle_of(found.tests[i]) for i in some]
+    plain = explained and not found.strained and max(test.r for test in tests) <= NEAR_RESONANCE
+    few = plain and sum(len(test.data) for test in tests) >= FEW * len(found.unknowns)
+    causes, enough = _causes(tests[0], misses=not explained, few=few), BY_FAR if plain and len(some) == 1 else ANSWERS
     try:
-        main = _alone(found)
+        main = _alone(found, some)
     except NO_MOTION:
-        return found, [], False, 0.0
+        return found, [], False, []
     likely: list[tuple[float, Unknown, Fit]] = []  # the likeliest fit with each cause
-    more, beta, hidden = np.zeros(len(found.unknowns)), found.fit.find("beta"), 0.0
+    more, known, hidden = np.zeros(len(found.unknowns)), np.diag(found.covariance), 0.0
+    friction = [k for k, u in enumerate(found.unknowns) if u.name == "beta"]
+    before = (found.fit.point, known) if len(some) == 1 else (main.point, np.diag(np.linalg.inv(main.precision)))
     for cause in causes:
         tried = list[tuple[float, Fit]]()
         with suppress(*NO_MOTION):
@@ -188,46 +191,54 @@ def _other_causes(
         if not tried:  # or no motion with this cause: it shows nothing
             continue
         likely.append((tried[0][0], cause, tried[0][1]))
-        hidden = _of_hidden_play(tried[0][1], cause, cycle_of(found.tests[0]).unit) if cause.name == "play" else hidden
+        hidden = _of_hidden_play(tried[0][1], cause, tests[0].unit) if cause.name == "play" else hidden
         assumed_none = cause.name == "play" and hidden > 0.0  # a warning says what a usual one would move
         for gain, other in tried:
             if gain > (ANSWERS if assumed_none else AS_LIKELY):
-                apart, wider = _apart(found, other)
+                apart, wider = _apart(main, other, *before)
                 moved = np.hypot(apart, wider) if cause.name in ALWAYS and not assumed_none else apart
                 more += math.exp(min(0.0, gain)) * moved**2
     named, answered = list[tuple[Unknown, Fit]](), False
     best = max((gain for gain, _, _ in likely), default=0.0)
     for gain, cause, other in sorted(likely, key=lambda one: -one[0]):
-        far = beta is not None and _apart(found, other)[0][beta] > math.sqrt(float(found.covariance[beta, beta]))
-        fits = explained or explains(other, [0])
+        far = (_apart(main, other, *before)[0][friction] > np.sqrt(known[friction])).any()
+        fits = explained or explains(other, range(len(some)))
         answers = gain > max(enough, best - ANSWERS) and (fits or gain > BY_FAR)
         eases = _strain(other, cause) < max(STRAINED, _strain(found.fit, cause))
         if eases and (answers or (enough == ANSWERS and explained and gain > 0.0 and far)):
             named.append((cause, other))
             answered = answered or fits
-    if (more > 0.09 * np.diag(found.covariance)).any():
+    if (more > 0.09 * known).any():
         found = found.with_shift(OTHER_CAUSE, np.sqrt(more))
-    return found, named, answered, hidden
+    error = found.estimate("beta", some[0]).u or math.inf
+    is_silent = explained and not named and hidden > error
+    return found, named, answered, [HIDDEN_PLAY.format(1e6 * USUAL_PLAY, hidden, error)] if is_silent else []
 
 
-def _alone(found: Posterior) -> Fit:
-    """The same fit weighed by noise alone, followed to its minimum; the mass stands where its law has it."""
-    own, observation = found.fit, cycle_of(found.tests[0])
-    motion = observation.motion(own.values()) if observation.single else None
-    stands = 0.0 if motion is None else float(mean_cycle(motion[0], len(observation.cycle.tau)).mean())
-    bare = replace(found.tests[0], observation=replace(observation.metered(Meter(WORK)), stands=stands))
-    return weighed(replace(own, model=replace(own.model, tests=(bare,), most=STEPS)), np.zeros(1))
+def _alone(found: Posterior, some: Sequence[int]) -> Fit:
+    """The same fit of some tests, weighed by noise alone, at its minimum; the mass stands where its law has it."""
+    own, meter, tests = found.fit, Meter(WORK * math.sqrt(len(some))), list[Test]()
+    for i in some:
+        observation = cycle_of(own.model.tests[i])
+        motion = observation.motion(own.values(i)) if observation.single else None
+        stands = 0.0 if motion is None else float(mean_cycle(motion[0], len(observation.cycle.tau)).mean())
+        tests.append(replace(own.model.tests[i], observation=replace(observation.metered(meter), stands=stands)))
+    local, residuals, slopes = (tuple(each[i] for i in some) for each in (own.local, own.residuals, own.slopes))
+    model = replace(own.model, tests=tuple(tests), most=STEPS)
+    bare = replace(own, model=model, local=local, residuals=residuals, slopes=slopes, motions=())
+    return with_scatter(weighed(bare, np.zeros(len(some))))
 
 
-def _apart(found: Posterior, other: Fit) -> tuple[FloatArray, FloatArray]:
-    """How far the law's coordinates (m,) of another fit are, and by how much less sure (standard deviations)."""
-    apart, wider = np.zeros(len(found.unknowns)), np.zeros(len(found.unknowns))
-    variance, known = np.diag(np.linalg.inv(other.precision)), np.diag(found.covariance)
-    for k, u in enumerate(found.unknowns):
-        there = other.find(u.name)
-        if u.law:
-            apart[k] = abs((0.0 if there is None else float(other.point[there])) - float(found.fit.point[k]))
-            wider[k] = 0.0 if there is None else math.sqrt(max(float(variance[there] - known[k]), 0.0))
+def _apart(main: Fit, other: Fit, point: FloatArray, known: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How far the law's coordinates (m,) of another fit are from a point, and by how much less sure than ``known``."""
+    apart, wider = np.zeros(len(point)), np.zeros(len(point))
+    variance = np.diag(np.linalg.inv(other.precision))
+    for i, test in enumerate(main.model.tests):
+        for k in test.index.tolist():
+            u, there = main.model.unknowns[k], other.find(main.model.unknowns[k].name, i)
+            if u.law:
+                apart[k] = abs((0.0 if there is None else float(other.point[there])) - float(point[k]))
+                wider[k] = 0.0 if there is None else math.sqrt(max(float(variance[there] - known[k]), 0.0))
     return apart, wider
 
 
@@ -239,7 +250,7 @@ def _tried(main: Fit, cause: Unknown) -> list[tuple[float, Fit]]:
     """
     freed, observation = _freed(main, cause), cycle_of(main.model.tests[0])
     found = [(_gain(main, freed), freed)]
-    if cause.name == "natural_frequency" and observation.single:
+    if cause.name == "natural_frequency" and observation.single and len(main.model.tests) == 1:
         plain = replace(model_of([observation.under(law_of("coulomb+place+speed"))]), most=STEPS)
         held = fit_from(plain, starting_points(plain), tempers=False)
         freed = _freed(held, cause)
@@ -263,24 +274,28 @@ def _gain(main: Fit, other: Fit) -> float:
 def _freed(main: Fit, cause: Unknown) -> Fit:
     """The fit with a cause let free: from the main fit's values, and from each value tried with friction to match."""
     names = [u.name for u in main.model.unknowns]
-    unknowns, test = list(main.model.unknowns), main.model.tests[0]
+    unknowns, tests, first = list(main.model.unknowns), main.model.tests, cycle_of(main.model.tests[0])
     k = names.index(cause.name) if cause.name in names else len(names)
     unknowns[k:] = [cause, *unknowns[k + 1 :]]
+    scatter, local = np.append(main.model.scatter, 0.0)[: len(unknowns)], main.local
+    scatter[k] = 0.0
     if k == len(names):
-        test = Test(test.observation, np.append(test.index, k), np.append(test.factors, 1.0))
-    open_ = replace(main.model, tests=(test,), unknowns=tuple(unknowns), scatter=np.zeros(len(unknowns)), most=STEPS)
-    starts, at_loop = list[FloatArray](), None
+        lengths = [t.observation.unit / first.unit for t in tests]
+        times = [factor(cause, first.law, length=length, rate=1.0, force=1.0) for length in lengths]
+        each = zip(tests, times, strict=True)
+        tests = tuple(replace(t, index=np.append(t.index, k), factors=np.append(t.factors, x)) for t, x in each)
+        local = tuple(np.append(d, 0.0) for d in local)
+    open_ = replace(main.model, tests=tests, unknowns=tuple(unknowns), scatter=scatter, most=STEPS)
+    begun = [np.append(main.point, 0.0)[: len(unknowns)]]
     if cause.name == "natural_frequency" and "beta" in main.values():  # a wrong one changes the friction ratio with it
         with suppress(FrictionlabError):
-            at_loop = np.clip(point_at(open_, {"beta": cycle_of(test).loop_friction_ratio}), *open_.bounds)
-    for c in (cause.at(main.values().get(cause.name, 0.0)), *TRIED[cause.name]):
-        here = np.concatenate([main.point, np.zeros(len(unknowns) - len(main.point))])
-        for point in (here, at_loop):
-            if point is not None:
-                starts.append(np.where(np.arange(len(point)) == k, c, point).clip(*open_.bounds))
-    costs = [cost(open_, start) for start in starts]
+            begun.append(at_medians(open_, point_at(open_, {}), [cycle_of(t).loop_friction_ratio for t in tests]))
+    own, its = (cause.at(main.values().get(cause.name, 0.0)), *TRIED[cause.name]), np.arange(len(unknowns)) == k
+    starts = [np.where(its, c, point).clip(*open_.bounds) for c in own for point in begun]
+    costs = [cost(open_, start, local) for start in starts]
     order = [starts[j] for j in np.argsort(costs)[:2] if math.isfinite(costs[j])]
-    return min((fit_from(open_, [start], tempers=False) for start in order), key=lambda fit: fit.cost)
+    fits = (with_scatter(fit_from(open_, [start], local, tempers=False)) for start in order)
+    return min(fits, key=lambda fit: fit.cost + 2.0 * fit.reduced.log_volume)
 
 
 def _of_hidden_play(freed: Fit, play: Unknown, unit: float) -> float:
@@ -297,16 +312,17 @@ def _of_hidden_play(freed: Fit, play: Unknown, unit: float) -> float:
     return abs(freed.model.unknowns[beta].slope(float(freed.point[beta])) * float(moved[beta] / moved[k])) * usual
 
 
-def _named(cause: Unknown, other: Fit, found: Posterior, scene: Scene) -> str:
-    """Say which cause answers, its value, and what it makes of the friction ratio."""
+def named_cause(cause: Unknown, other: Fit, found: Posterior, scene: Scene) -> str:
+    """Say which cause answers, its value, and what it makes of the friction ratio of the first test."""
     k, value, frequency = other.find(cause.name), other.values()[cause.name], scene.rig.natural_frequency
+    who = "this recording asks" if len(found.tests) == 1 else "all tests together ask"
     if cause.name == "natural_frequency" and frequency:
-        asks = f"{frequency:.4g} Hz is declared; this recording asks for {frequency * (1 + value):.4g} Hz"
+        asks = f"{frequency:.4g} Hz is declared; {who} for {frequency * (1 + value):.4g} Hz"
     else:
         sign, unit = "" if cause.folded else "+", f" {cause.unit[1]}".rstrip()
-        asks = f"this recording asks for {cause.unit[0] * value:{sign}.3g}{unit}"
+        asks = f"{who} for {cause.unit[0] * value:{sign}.3g}{unit}"
     u = 0.0 if k is None else cause.sd * math.sqrt(float(np.linalg.inv(other.precision)[k, k]))
-    declare = to_declare(cause.name, value, u, scene) if explains(other, [0]) else ""
+    declare = to_declare(cause.name, value, u, scene) if explains(other, range(len(other.model.tests))) else ""
     declared = f"; {declare}" if declare else ""
     own, there = found.values().get("beta"), other.values().get("beta")
     moves = "" if own is None or there is None else f"; the friction ratio would be {there:.4g} in place of {own:.4g}"

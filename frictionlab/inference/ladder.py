@@ -284,8 +284,7 @@ class _Climb:
         if "stiffness_ratio" in {u.name for u in model.unknowns} and (of_force or not several):
             begun = [*self._in_valleys(model, below), *(begun if of_force else ())]
         elif not law.is_exact:  # dear: the likeliest start first, for one may lead astray, or be enough
-            points = [] if several else with_known_rig(model)
-            begun += [(model, point, [np.zeros(len(point))]) for point in points]
+            begun += [(model, p, [np.zeros(len(p))]) for p in ([] if several else with_known_rig(model))]
             begun.sort(key=lambda start: cost(*start))
             sure = cost(*begun[0]) < below.cost  # no other start is worth keeping work for
         enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)

@@ -46,7 +46,7 @@ def starting_points(model: Model, near: Mapping[str, float] | None = None) -> li
             return [tried[j] for j in order[: 1 if near else OF_RECORD]]
         return [*(tried[j] for j in minima(np.array([cost(model, point) for point in tried]))[:2]), *close]
     if first.guess is not None:
-        return [_at_medians(model, np.zeros(len(names)), [t.observation.guess for t in model.tests]), *close]
+        return [at_medians(model, np.zeros(len(names)), [t.observation.guess for t in model.tests]), *close]
     if "stiffness_ratio" in names and len(model.tests) == 1:
         return [*_over_stiffness(model, near or {}), *close]
     if "beta" in names:
@@ -64,8 +64,8 @@ def point_at(model: Model, values: Mapping[str, float]) -> FloatArray:
     return np.clip(point, *model.bounds)
 
 
-def _at_medians(model: Model, point: FloatArray, each: Sequence[float | None]) -> FloatArray:
-    """A point with the friction ratio of each material: the median of what its tests say, those that say one."""
+def at_medians(model: Model, point: FloatArray, each: Sequence[float | None]) -> FloatArray:
+    """Return a point with the friction ratio of each material: the median of what its tests say, those that say one."""
     found = point.copy()
     for k, u in enumerate(model.unknowns):
         if u.name == "beta":
@@ -98,7 +98,7 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
         point = guesses.copy()
         if lag is not None:
             point[lag] = LAGS[turn]
-        return _at_medians(model, point, [SEARCH[j] * ratio for j, ratio in zip(places, ratios, strict=True)])
+        return at_medians(model, point, [SEARCH[j] * ratio for j, ratio in zip(places, ratios, strict=True)])
 
     if len(model.tests) == 1:
         left = costs[0].min(axis=1)
