@@ -300,4 +300,4 @@ def _way(measured: Mapping[str, FloatArray], step: float) -> tuple[FloatArray, F
     if alike >= 0.6 and 0.5 * tone.amplitude**2 >= 0.2 * float(np.var(way)):  # of the power: it repeats
         return None
     moves = np.diff(channels.denoised(way, signals.white_noise(way)), prepend=0.0)
-    return np.cumsum(np.abs(moves)), np.sign(moves), False, "it goes to and fro without repeating, in ten parts"
+    return np.cumsum(np.abs(moves)), np.sign(moves), False, "it goes to and fro without repeating: its way in ten parts"

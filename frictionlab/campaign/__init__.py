@@ -270,7 +270,8 @@ def _cycles(
     for (material, _), group in groups.items():
         out = {source for source, why in group.left_out.items() if why.cause in NO_STEADY_CYCLE}
         here = [t.source for t in group.trials if t.source in observations and t.source not in out]
-        doubtful |= unsure if len(unsure := group.not_unique & set(here)) < len(here) else set()
+        unsure = group.not_unique & set(here)
+        doubtful |= unsure if len(unsure) < len(here) else set()
         if here:
             found.setdefault(material, []).extend(observations[source] for source in here)
     return found, doubtful

@@ -414,7 +414,7 @@ def _of_whole(found: Posterior, scene: Scene, cycle: Posterior | None = None) ->
     if found.strained or missed:
         found, more = against_richer(found)
         said += more
-    return Diagnosis(found, strained, (*said, *strained_facts(found, scene), *causes), causes=causes)
+    return Diagnosis(found, strained, (*said, *strained_facts(found, scene), *causes))
 
 
 def _rubs_on_base(observation: CycleObservation) -> bool:

@@ -62,7 +62,7 @@ class Diagnosis:
     """A posterior whose errors hold what other causes move, and what is to be said.
 
     ``strained``: whether sensors, rig or another cause stand where the scene does not put them; ``answered``: whether
-    another cause than the law explains what the law does not; ``causes``: of what is said, what is said of others.
+    another cause than the law explains what the law does not; ``causes``: the sentences on other causes.
     """
 
     posterior: Posterior

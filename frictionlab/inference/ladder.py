@@ -43,7 +43,6 @@ RESERVE = 1e5  # the same for the values of the one that is required, found once
 OF_RIVAL = 2.0, 4.0  # ... times so much, of one test and of several, for one held against it: it may take half
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
-CREEPS = 0.01  # of the largest speed: below it a motion does not slide
 PUSHED = 3.0  # standard deviations from which what is known of sensors and rig is not where a richer law begins
 SURE = 3.5  # errors from where a term of a record does nothing: half its square is an evidence of 6
 TRIALS = (1.0, -1.0, 0.0)  # standard deviations from its prior's mean at which a new parameter is tried
