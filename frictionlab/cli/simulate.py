@@ -254,7 +254,7 @@ def _numbers_of(row: Row) -> Row:
     from frictionlab.simulator.state import KEYS
 
     hidden = {"status", "warnings", "response_amplitudes", "peak_displacements", "contacts"}
-    hidden |= {k for k, value in row.items() if value is None and (k not in KEYS or k == "growth_per_cycle")}
+    hidden |= {k for k, value in row.items() if value is None and k not in KEYS}
     hidden |= set() if row.get(f"frame_{ENERGY}") else {f"contact_{ENERGY}", f"frame_{ENERGY}"}
     held, found = row.get("parameters"), dict[str, object]()
     for key, value in row.items():

@@ -28,7 +28,6 @@ class Note(IntFlag):
     RUNS_AWAY = auto()
     PULLS = auto()
     CHATTERS = auto()
-    PARTS = auto()
     GIVEN_UP = auto()
     UNSETTLED = auto()
     NOT_PASSIVE = auto()
@@ -69,7 +68,6 @@ def notes_of(values: Mapping[str, Any], wall: "Wall", base: "Base", row: Any, *,
         Note.RUNS_AWAY: outcome == places.RUNAWAY,
         Note.PULLS: outcome == places.PULLING,
         Note.CHATTERS: outcome == places.CHATTERED,
-        Note.PARTS: outcome == places.PARTING,
         Note.GIVEN_UP: outcome == places.COSTLY,
         Note.UNSETTLED: outcome == places.NOT_FOUND,
         Note.UNDAMPED: (moves & free) | (held & undamped),
@@ -94,12 +92,6 @@ def _not(truth: Any) -> Any:
 def sentences(state: "SteadyState") -> tuple[str, ...]:
     """Return the notes of a steady state as sentences, with its numbers."""
     return tuple(MORE[note](state) if note in MORE else f"{WORDS[note]}." for note in Note if note & state.notes)
-
-
-def _parts(state: "SteadyState") -> str:
-    grown = state.growth_per_cycle
-    mean = "" if grown is None else f", in the mean by a factor of {grown:.3g} in each cycle"
-    return f"the motion does not repeat: motions beside it move apart{mean} (chaos). {LAST_OF}, --all other starts."
 
 
 def _given_up(state: "SteadyState") -> str:
@@ -137,9 +129,11 @@ WORDS: Mapping[Note, str] = {
         " take a smaller gradient"
     ),
     Note.CHATTERS: "events without end: more phases in a cycle than any motion has",
-    Note.PARTS: "the motion does not repeat (chaos)",
     Note.GIVEN_UP: "the search was given up after its share of work",
-    Note.UNSETTLED: f"the motion from rest was not seen to settle on an orbit within the work allowed; {LAST_OF}",
+    Note.UNSETTLED: (
+        "the motion from rest was not seen to settle on an orbit within the work allowed: it settles slowly, or is"
+        f" chaos; {LAST_OF}"
+    ),
     Note.NOT_PASSIVE: (
         "LuGre friction is not passive: it may give energy back; passive needs 2 contact_damping_ratio r >"
         " bristle_damping (static_ratio - 1): term speed, or a smaller bristle_damping"
@@ -156,7 +150,6 @@ WORDS: Mapping[Note, str] = {
 }
 """What each note says, of many points as of one state ..."""
 MORE: Mapping[Note, Callable[["SteadyState"], str]] = {
-    Note.PARTS: _parts,
     Note.GIVEN_UP: _given_up,
     Note.FEWER_DIGITS: _fewer_digits,
 }

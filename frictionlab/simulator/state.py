@@ -23,7 +23,7 @@ OUTCOMES: dict[int, Outcome] = {
     places.STUCK: "stuck",
     places.UNBOUNDED: "unbounded",
     places.NOT_FOUND: "not found",
-    **dict.fromkeys((places.CHATTERED, places.RUNAWAY, places.PULLING, places.PARTING, places.COSTLY), "not found"),
+    **dict.fromkeys((places.CHATTERED, places.RUNAWAY, places.PULLING, places.COSTLY), "not found"),
 }
 SOLVERS = ("exact", "closed-form", "numeric")  # what the number SOLVER of a row says
 PARAMETERS = ("r", "beta", "mu", "zeta", "wall")
@@ -38,7 +38,6 @@ NUMBERS = {  # of a state: their places in a row, if they have one
     "floquet_multiplier": places.MULTIPLIER,
     "closure_error": places.CLOSURE,
     "residual": places.MISS,
-    "growth_per_cycle": places.GROWTH,
     f"contact_{ENERGY}": places.CONTACT_ENERGY,
     f"frame_{ENERGY}": places.FRAME_ENERGY,
     "warnings": None,
@@ -95,8 +94,6 @@ class SteadyState(Result):
         |energy put in (2.16) - energy dissipated| per cycle: zero but for rounding.
     residual : float or None
         By how much the state misses itself after one period (z and r z').
-    growth_per_cycle : float or None
-        Of a motion that does not repeat: the factor by which motions close to it move apart in a cycle, in the mean.
     notes : int
         What the numbers do not say: `notes.Note` as bits; `warnings` are their sentences.
     orbit : Motion or None
@@ -125,7 +122,6 @@ class SteadyState(Result):
     floquet_multiplier: float | None = None
     closure_error: float | None = None
     residual: float | None = None
-    growth_per_cycle: float | None = None
     notes: int = 0
     orbit: Motion | None = None
     structure: Structure | None = None

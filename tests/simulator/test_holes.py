@@ -81,13 +81,11 @@ def test_with_static_friction_the_orbit_told_is_the_one_that_rest_settles_on(
     assert settles_on(state, 1500, 1e-6)
 
 
-def test_a_motion_that_does_not_repeat_is_named_with_how_fast_its_neighbours_part() -> None:
+def test_a_motion_that_does_not_repeat_is_not_found() -> None:
     uneven = {"static_ratio_up": 1.22424753, "static_ratio_down": 1.49454725}
     state = steady_state(Problem(0.4689669, 0.20974344, law="coulomb+breakaway", parameters=uneven))
     assert state.outcome == "not found"
-    assert "does not repeat" in state.verdict
-    growth = float(state.verdict.split("factor of ")[1].split()[0])
-    assert growth == pytest.approx(1.2055, abs=0.03)  # exp(0.187), over 19,000 cycles
+    assert "is chaos" in state.verdict
 
 
 def sticky(ratio: float, **numbers: float) -> dict[str, float]:

@@ -336,7 +336,6 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
     work.spent, work.left = given - work.left, inf
     row[places.OUTCOME] = float(outcome)
     if outcome not in (places.PERIODIC, places.STUCK):
-        row[places.GROWTH] = row[places.MISS] if outcome == places.PARTING else nan
         row[places.MISS] = row[places.MISS] if outcome == places.COSTLY and row[places.MISS] < inf else nan
         return
     if outcome == places.STUCK:

@@ -4,7 +4,7 @@ The section is at a phase of the drive. Its map is of whole cycles, or of half a
 problem is its own mirror image. Where friction is the same at rest, in slip and at all places, two motions never move
 apart in ``sum dq^2 + (r dv)^2 + spring d(force)^2``: there is one orbit. Else orbits may coexist, last many cycles or
 not exist at all, and the motion from a start is followed until it is about to repeat: its cycles pass the same events
-as those one period before, motions beside it draw nearer, and the orbit that Newton's method finds there draws it.
+as those one period before, and the orbit that Newton's method finds there draws it.
 """
 
 from math import exp, inf, log, pi, sqrt
@@ -28,10 +28,6 @@ SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
 SECTIONS = 4  # phases of the drive from which the only orbit is tried
 LONGEST = 512  # cycles of the longest orbit looked for
 LONGEST_ELASTIC = 128
-ENOUGH = 1024  # of them for a motion whose neighbours do not draw nearer
-WINDOW = 256  # cycles over which that is judged
-PARTED = 8.0  # e-fold growth over the window by which a motion does not repeat
-GROWN = 1e-3  # the least that is no rounding
 FOR_GOOD = 1e-7  # of its size: a motion so near to an orbit slips where that does, and nowhere else
 NEAR = 0.01  # of its size: how near a motion must come to where it was before an orbit is tried
 EAGER = 64  # maps after each of which that is looked for; later after every eighth
@@ -401,17 +397,16 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, i
     """Find the orbit that the motion from a state at tau = 0 settles on; return its miss and an outcome.
 
     Trials may cost half of the cycles followed, and each period is tried again only when the motion has come ten times
-    nearer. PARTING: motions beside it move apart, and the miss is their growth in a cycle.
+    nearer.
     """
     system, work, size = flow.system, flow.work, len(y)
     most = (LONGEST_ELASTIC if system.sliders else LONGEST) * each
     keep = 2 * most + 1
-    past, passed, grown = np.zeros((keep, size)), np.zeros(keep, np.int64), np.zeros(keep)
-    tried, beside, total, spent, still = np.full(most + 1, NEAR), np.zeros(size), 0.0, 0.0, 0
-    beside[0] = 1.0
+    past, passed = np.zeros((keep, size)), np.zeros(keep, np.int64)
+    tried, spent, still = np.full(most + 1, NEAR), 0.0, 0
     for at in range(1, places.PATIENCE * each + 1):
         whole(leg, 1, each)
-        code = carry(flow, leg, y, past[at % keep], True)
+        code = carry(flow, leg, y, past[at % keep], False)
         if code != DONE:
             return inf, verdict_of(code)
         still = still + 1 if work.path == 0.0 else 0
@@ -421,40 +416,16 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, i
                 y[k] = -y[k] if each == 2 and at % 2 == 1 else y[k]
             whole(leg, 1, 1)
             return 0.0, places.STUCK
-        total += stretch(system, work, beside)
-        passed[at % keep], grown[at % keep] = work.signature, total
-        extent = size_of(system, work, y)
+        passed[at % keep], extent = work.signature, size_of(system, work, y)
         if at <= EAGER or at % 8 == 0:
-            maps, away = nearest(system, past, passed, grown, at, tried, each, extent)
+            maps, away = nearest(system, past, passed, at, tried, each, extent)
             whole(leg, max(maps, 1), each)
             if maps > 0 and (away <= 1e-9 * extent or spent + leg.turns <= 16.0 + 0.5 * at / each):
                 miss, settles = finish(flow, leg, y)
                 if settles:
                     return shortest(flow, leg, y, miss), places.PERIODIC
                 spent, tried[maps] = spent + 2.0 * leg.turns, 0.1 * away / extent
-        growth = parting(grown, at, each)
-        if growth > 0.0:
-            return growth, places.PARTING
     return inf, places.NOT_FOUND
-
-
-@inner
-def stretch(system: Any, work: Any, beside: FloatArray) -> float:
-    """Carry a neighbour's direction over the map last carried; return the logarithm of its growth."""
-    size = len(beside)
-    ahead, none = np.empty(size), np.zeros(size)
-    for k in range(size):
-        ahead[k] = 0.0
-        for j in range(size):
-            ahead[k] += work.jacobian[k, j] * beside[j]
-    long, before = distance(system, ahead, none), distance(system, beside, none)
-    if not long > 1e-30 * before:
-        for k in range(size):
-            beside[k] = 1.0 if k == 0 else 0.0
-        return -69.0
-    for k in range(size):
-        beside[k] = ahead[k] / long
-    return log(long / before)
 
 
 @inner
@@ -462,7 +433,6 @@ def nearest(
     system: Any,
     past: FloatArray,
     passed: NDArray[np.int64],
-    grown: FloatArray,
     at: int,
     tried: FloatArray,
     each: int,
@@ -470,14 +440,14 @@ def nearest(
 ) -> tuple[int, float]:
     """Return the number of maps after which a motion has come nearest to where it was, and how near; none: 0, inf.
 
-    Of two about as near the shorter; only where it passes the same events as one period before, and has drawn nearer.
+    Of two about as near the shorter; only where it passes the same events as one period before.
     """
     keep, best, least = len(past), 0, inf
     for maps in range(1, min(len(tried) - 1, at // 2) + 1):
         if each == 2 and at % 2 == 1 and maps > 1:  # the mirror image of the motion, not the motion
             continue
         now, old = at % keep, (at - maps) % keep
-        if passed[now] != passed[old] or grown[now] > grown[old]:
+        if passed[now] != passed[old]:
             continue
         away = distance(system, past[now], past[old])
         if not away <= min(0.1 * least, tried[maps] * extent):
@@ -488,15 +458,6 @@ def nearest(
         if i == maps:
             best, least = maps, away
     return best, least
-
-
-@inner
-def parting(grown: FloatArray, at: int, each: int) -> float:
-    """Return by how much a neighbour's distance grows in a cycle, if a motion does not repeat for that; else 0."""
-    if at % (WINDOW * each) != 0 or at < 2 * WINDOW * each:
-        return 0.0
-    apart = grown[at % len(grown)] - grown[(at - WINDOW * each) % len(grown)]
-    return exp(apart / WINDOW) if apart > PARTED or (at >= ENOUGH * each and apart > GROWN) else 0.0
 
 
 @inner
