@@ -16,9 +16,7 @@ from frictionlab.errors import UsageError
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Problem
-from frictionlab.simulator.numeric import Integrated
 from frictionlab.tradeoff import Setting, marked
-from tests.simulator.twin import TURN, Twin, start_of
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "frictionlab" / "tradeoff" / "README.md"
@@ -45,18 +43,6 @@ def _once(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_references_are_the_fifty_digit_orbits(problem: Problem, energy: float) -> None:
     (row,) = [row for row in ORBITS if (row["r"], row["beta"], row["parameters"]) == (problem.r, problem.beta, {})]
     assert energy == float(row["energy_per_cycle"])
-
-
-@pytest.mark.parametrize("name", ["stribeck", "lugre", "rate-state"])
-def test_the_references_of_numeric_laws_are_another_methods(name: str) -> None:
-    """DOP853 carries the orbit over a cycle: back to its start, and with this energy."""
-    problem, energy = tradeoff.CONTACTS[name]
-    motion = Integrated(problem, 1e-12).steady().orbit
-    assert motion is not None
-    assert motion.solver == "numeric"
-    start, twin = start_of(motion), Twin(problem, method="DOP853")
-    assert twin.run([0.0, TURN], start) == pytest.approx(start, abs=2e-11)
-    assert twin.friction + twin.viscous == pytest.approx(energy, rel=2e-11)
 
 
 @pytest.mark.parametrize("knob", IN_README)
