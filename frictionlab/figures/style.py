@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps, rc_context
+from matplotlib import colormaps, rc_context, rc_params_from_file
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -58,27 +58,7 @@ LINES: Mapping[str, Mapping[str, Any]] = {
 logging.getLogger("matplotlib").setLevel(logging.ERROR)
 """It says at length where it keeps its fonts when nothing can be written at home: nothing that a figure depends on."""
 
-LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.titlelocation": "left",
-    "axes.titley": 1.0,  # where a title goes anyway: not said, it is looked for at each drawing, a tenth of the time
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#E4E4E4",
-    "grid.linewidth": 0.5,
-    "lines.linewidth": 1.2,
-    "legend.frameon": False,
-    "legend.fontsize": 7.0,
-    "figure.dpi": 100.0,
-    "savefig.dpi": 200.0,
-    "image.cmap": "viridis",
-    "pdf.fonttype": 42,
-    "svg.hashsalt": "frictionlab",
-    "svg.fonttype": "path",
-}
+LOOK: dict[Any, Any] = rc_params_from_file(Path(__file__).with_name("print.mplstyle"), use_default_template=False)
 PLAIN_TEXT: dict[Any, Any] = {"text.parse_math": False}  # a material or a file may well be called "$5"
 
 
