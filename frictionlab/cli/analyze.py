@@ -264,8 +264,9 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
         line = {"source": row["source"], "status": "ok", "reason": None, what: number, **numbers}
         if "shape" in numbers:
             line["_shape"] = " ".join(f"{mass:+.3f}" for mass in numbers["shape"])
-        if taps := screen.each_of(row.get("_taps")):
-            line["_unit"] = taps[0].unit
+        if (taps := screen.each_of(row.get("_taps"))) and taps[0].unit != "m":
+            line |= {"_friction_deg": degrees(numbers["friction_m"])}
+            line |= {"_friction_deg_se": degrees(numbers["friction_m_se"]) if numbers["friction_m_se"] else None}
         yield line
 
 

@@ -60,12 +60,13 @@ def ingest(
     if not dry_run:
         outputs = _places(inputs, output)
         refuse_inputs(outputs.values(), [*inputs, *([] if base_log is None else [base_log]), *scene.files])
-    alone = len(inputs) == 1 and not (work.quiet or work.as_json)
-    job = partial(ingested, scene=scene, base=base_log, outputs=outputs, force=force, alone=alone)
-    rows = work.rows(inputs, job, "ingest", watched=not alone)
+    job = partial(ingested, scene=scene, base=base_log, outputs=outputs, force=force)
+    rows = work.rows(inputs, job, "ingest")
     if not work.as_json:
         good = [row for row in rows if row["status"] == "ok"]
-        screen.print_tests(rows, screen.FOUND, f"{len(good)} of {len(rows)} logs {'read' if dry_run else 'ingested'}")
+        faults = ("flagged", "lines_quarantined")  # where there are none, no column counts them
+        shown = [{**row, **{key: row.get(key) or None for key in faults}} for row in rows]
+        screen.print_tests(shown, screen.FOUND, f"{len(good)} of {len(rows)} logs {'read' if dry_run else 'ingested'}")
         seen: list[Any] = good if dry_run else []
         for sentence, where in kinds_of((row["source"], said) for row in seen for said in row["evidence"]):
             whose = where[0] if len(where) == 1 else f"{len(where)} logs"
@@ -86,14 +87,12 @@ def ingested(
     base: Path | None = None,
     outputs: Mapping[Path, Path] | None = None,
     force: bool = False,
-    alone: bool = False,
 ) -> Made:
     """What was found in a log, as one row; its recording goes where ``outputs`` says."""
     from frictionlab.verbs.one_test import ingest
 
     output = (outputs or {}).get(log)
-    with screen.count(log.name, quiet=not alone, in_bytes=True) as progress:
-        recording = ingest(log, scene, base_log=base, output=output, force=force, progress=progress)
+    recording = ingest(log, scene, base_log=base, output=output, force=force)
     source = recording.source
     row = {
         "source": str(log),

@@ -245,7 +245,6 @@ class Inputs:
         *,
         force: bool = False,
         silent: bool = False,
-        watched: bool = True,
     ) -> "Rows":
         """The rows of all inputs; those of --json are printed unless ``silent``. Keys in _ are the command's own."""
         from frictionlab.cli.screen import report_rows, track
@@ -253,7 +252,7 @@ class Inputs:
 
         one = partial(_done, job=job, places=places or {}, force=force)
         made = rows_of(inputs, one, workers=self.workers, scheduler=self.scheduler)
-        watching = track(made, total=len(inputs), title=title, quiet=self.quiet or self.as_json or not watched)
+        watching = track(made, total=len(inputs), title=title, quiet=self.quiet or self.as_json)
         rows = report_rows(watching, as_json=self.as_json and not silent)
         done: list[Any] = rows
         drawn = [figure for row in done for figure in row.get("_figures", ())]

@@ -61,32 +61,25 @@ class Shown:
     form: str = ".4g"
     error: str = "u"
     times: str = "1"
-    where: str = ""
 
     def text(self, row: Row) -> str:
         """What stands in a row."""
-        value, factor, error = plain(row.get(self.key)), self._factor(row), row.get(f"{self.key}_{self.error}")
-        if value is None or factor is None:
+        value, error = plain(row.get(self.key)), row.get(f"{self.key}_{self.error}")
+        size, _, by = self.times.partition(" ")
+        length = row.get(by) if by else 1.0
+        if value is None or not isinstance(length, float):
             return "-"
+        factor = float(size) * length
         if error is not None:
             return with_error(value, error, factor)
         return format(factor * value, self.form) if isinstance(value, float) else cell(value)
-
-    def _factor(self, row: Row) -> float | None:
-        """What turns the number into the title's unit; None: it does not stand here."""
-        key, equals, word = self.where.partition("=")
-        if equals and (str(row.get(key.removesuffix("!"))) == word) == key.endswith("!"):
-            return None
-        size, _, by = self.times.partition(" ")
-        length = row.get(by) if by else 1.0
-        return float(size) * length if isinstance(length, float) else None
 
 
 def _line(kind: str) -> tuple[Shown, ...]:
     """The columns of one line a test of a kind of table."""
     return tuple(
-        Shown(title, key, int(keep), form or ".4g", error or "u", times or "1", where)
-        for table, title, key, keep, form, error, times, where in LINES
+        Shown(title, key, int(keep), form or ".4g", error or "u", times or "1")
+        for table, title, key, keep, form, error, times in LINES
         if table == kind
     )
 
@@ -186,9 +179,14 @@ def _print_blocks(heads: Sequence[str], lines: Sequence[Sequence[str] | str]) ->
 
 
 def _filled(columns: Iterable[Shown], rows: Sequence[Row], known: Sequence[bool]) -> dict[Shown, list[str]]:
-    """The columns in which something stands, with the text of each row; of one that is not known there is none."""
+    """The columns in which something stands, with the text of each row; of one that is not known there is none.
+
+    Of columns of one quantity, ``E [mJ]`` and ``E [kY²]``, the first that is known stands.
+    """
     texts = {c: [printable(c.text(row)) if k else "" for row, k in zip(rows, known, strict=True)] for c in columns}
-    return {c: each for c, each in texts.items() if set(each) - {"", "-"}}
+    found = {c: each for c, each in texts.items() if set(each) - {"", "-"}}
+    first = {c.title.partition(" [")[0]: c for c in reversed(found)}
+    return {c: each for c, each in found.items() if c in first.values()}
 
 
 def counted(number: int, noun: str) -> str:
@@ -361,10 +359,8 @@ def track(items: Iterable[T], *, total: int, title: str, quiet: bool = False) ->
 
 
 @contextmanager
-def count(
-    title: str, *, quiet: bool = False, total: int | None = None, in_bytes: bool = False
-) -> Iterator[Callable[[int, int], None]]:
-    """Give a function of what is done and what there is in all, which shows it with speed and time left."""
+def count(title: str, *, quiet: bool = False, total: int | None = None) -> Iterator[Callable[[int, int], None]]:
+    """Give a function of what is done and what there is in all, which shows it with the time taken and left."""
     if quiet or not sys.stderr.isatty():
         yield lambda *_: None
         return
@@ -373,8 +369,7 @@ def count(
     from rich.markup import escape
 
     counted = (bars.MofNCompleteColumn(), bars.TimeElapsedColumn(), bars.TextColumn("left"), bars.TimeRemainingColumn())
-    done = (bars.DownloadColumn(), bars.TransferSpeedColumn()) if in_bytes else counted
-    columns = (bars.TextColumn("{task.description}"), bars.BarColumn(), *done)
+    columns = (bars.TextColumn("{task.description}"), bars.BarColumn(), *counted)
     with bars.Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task(escape(title.encode("ascii", "backslashreplace").decode()), total=total)
         yield lambda done, total: progress.update(task, completed=done, total=total)

@@ -14,7 +14,6 @@ from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, is_acceleration, possible
 from frictionlab.logs.sensor import Sensed, bridge, examine, examine_further, flag_dead, together, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, naming, open_log, read_table
-from frictionlab.logs.text import Progress
 from frictionlab.recording import Channel, Fact, Recording, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
@@ -57,7 +56,7 @@ class SensorLog:
         return [*written, *layout, *found, *self.clock.evidence, *of_channels]
 
 
-def read_log(path: Path, options: LogOptions | None = None, *, progress: Progress | None = None) -> Recording:
+def read_log(path: Path, options: LogOptions | None = None) -> Recording:
     r"""Read a log that holds both displacements, or further channels: one sample for each line of data, damage flagged.
 
     It may be text, packed or not, or binary of a kind that is registered; ``options`` say what it does not, or says
@@ -74,12 +73,12 @@ def read_log(path: Path, options: LogOptions | None = None, *, progress: Progres
     """
     options = options or LogOptions()
     with naming(path):
-        return _read(open_log(path, options), options, progress)
+        return _read(open_log(path, options), options)
 
 
-def _read(log: OpenLog, options: LogOptions, progress: Progress | None = None) -> Recording:
+def _read(log: OpenLog, options: LogOptions) -> Recording:
     roles = ("mass" if options.relative is None else "relative", "base")
-    table = read_table(log, options, roles, progress, further=True)
+    table = read_table(log, options, roles, further=True)
     if "base_time" in table.values:
         times = table.values["time"], table.values.pop("base_time")
         if not np.array_equal(*times):
@@ -135,9 +134,7 @@ def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
     return next((column for column in columns if alone and is_acceleration(column)), None)
 
 
-def read_two_logs(
-    mass_log: Path, base_log: Path, options: LogOptions | None = None, *, progress: Progress | None = None
-) -> Recording:
+def read_two_logs(mass_log: Path, base_log: Path, options: LogOptions | None = None) -> Recording:
     """Read one log per sensor, each with its own clock and rate, and put both on the mass's clock.
 
     Kept are the samples of the mass's log inside both; the base is interpolated to them, and ``source.dialect`` says
@@ -147,7 +144,7 @@ def read_two_logs(
     logs = []
     for path, role in ((mass_log, "mass"), (base_log, "base")):
         with naming(path):
-            logs.append(_examined(read_table(open_log(path, options), options, (role,), progress), options))
+            logs.append(_examined(read_table(open_log(path, options), options, (role,)), options))
     with naming(mass_log, base_log):
         return _recording(logs, options)
 

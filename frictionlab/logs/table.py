@@ -21,7 +21,7 @@ from frictionlab.logs.containers import Sheet, read_binary
 from frictionlab.logs.dialect import Dialect, decimals, is_comment, number, split
 from frictionlab.logs.layouts import LogLayout, find_layout
 from frictionlab.logs.lines import KEEP, Body, Reader
-from frictionlab.logs.text import Progress, Text, read_text
+from frictionlab.logs.text import Text, read_text
 from frictionlab.recording import FrequencyTable, LineCount, QuarantinedLine, SourceFile
 from frictionlab.units import LENGTH, QUANTITIES, known_unit, to_si
 
@@ -120,13 +120,11 @@ class LogTable:
         return (QuarantinedLine(self.log.name, *line) for line in self.body.quarantined)
 
 
-def read_table(
-    log: OpenLog, options: LogOptions, roles: Sequence[str], progress: Progress | None = None, *, further: bool = False
-) -> LogTable:
+def read_table(log: OpenLog, options: LogOptions, roles: Sequence[str], *, further: bool = False) -> LogTable:
     """Read the columns of these roles and time, if there is one; with ``further`` all channels. A log is read once."""
     columns, warnings = assign(log, options, roles, further=further)
     if log.text is not None:
-        body = _of_text(log, log.text, columns, options.test, progress)
+        body = _of_text(log, log.text, columns, options.test)
     elif log.sheet is not None:
         body = _of_sheet(log.sheet, columns)
     data, bad = body.counts["data"], body.counts["quarantined"] - (body.cut > 0)
@@ -148,9 +146,7 @@ def read_table(
     return LogTable(log, columns, dict(zip(columns, body.values, strict=True)), body, tuple(warnings))
 
 
-def _of_text(
-    log: OpenLog, text: Text, columns: dict[str, LogColumn], test: str | int | None, progress: Progress | None
-) -> Body:
+def _of_text(log: OpenLog, text: Text, columns: dict[str, LogColumn], test: str | int | None) -> Body:
     """The columns of a text; ``test``: of those that a repeated header parts, what stands above it is preamble."""
     layout, encoding, size = log.layout, text.content_encoding, len(text.content)
     # decimals of the last number of a line, if nearly all first lines agree: then one with fewer was cut. Where
@@ -161,7 +157,7 @@ def _of_text(
     last_decimals = usual or 0 if times >= 0.97 * found.total() else 0
 
     reader = Reader(layout, columns, first=layout.body, last_decimals=last_decimals, encoding=encoding, size=size)
-    for block in text.blocks(layout.body, progress):
+    for block in text.blocks(layout.body):
         reader.read(block)
     body = reader.finish()
     if test is not None:

@@ -13,7 +13,7 @@ import re
 import warnings
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from gzip import GzipFile
@@ -26,7 +26,6 @@ import numpy as np
 from frictionlab.errors import LogError
 from frictionlab.logs.containers import refuse_by_name
 
-Progress = Callable[[int, int], None]
 """Called with bytes read and bytes in all."""
 FREE, MOST_EXPANSION = 1 << 26, 50
 """What is packed may grow to so many bytes, or to this many times its size (text of numbers reaches 10)."""
@@ -68,7 +67,7 @@ class Text:
         """The encoding of ``content``."""
         return "utf-8" if self.encoding.startswith("utf") else self.encoding
 
-    def blocks(self, skip: int, progress: Progress | None = None) -> Iterator[bytes]:
+    def blocks(self, skip: int) -> Iterator[bytes]:
         """Some megabytes of whole lines each, from the line of this index on; the last line may be unended."""
         start, size = 0, len(self.content)
         for _ in range(skip):
@@ -80,8 +79,6 @@ class Text:
                 raise LogError(f"a line longer than {_LONGEST_LINE} bytes: expected a log of lines")
             yield self.content[start:stop]
             start = stop
-            if progress is not None:
-                progress(self.size * stop // size, self.size)
 
     def texts_of(self, numbers: Sequence[int]) -> dict[int, str]:
         """The texts of some lines, by their numbers from 1; cut to 300 characters."""

@@ -117,7 +117,7 @@ for _key, _kind, _unit, _numbers, _title, _sentence in csv.reader(io.StringIO(_F
     _plain, _limits = _name.rpartition(":")[2], tuple(map(float, _numbers.split()))
     _COLUMNS[_name] = Column(_plain, _attribute or _plain, Type(_kind), _unit, _title, _sentence, _limits)
 LINES: list[list[str]] = list(csv.reader(io.StringIO(_FACTS.pop("lines").strip())))
-"""The columns of tables of one line a test: kind of table, title, key, keep, form, error, times, where."""
+"""The columns of tables of one line a test: kind of table, title, key, keep, form, error, times."""
 
 
 def _column_named(name: str, table: str = "") -> Column:

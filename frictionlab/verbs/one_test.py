@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from frictionlab.inference.comparison import Comparison, Fitted
     from frictionlab.inference.explain import Explanation
     from frictionlab.inference.material_law import MaterialLaw
-    from frictionlab.logs.text import Progress
     from frictionlab.recording import FrequencyTable, Recording
     from frictionlab.scene import LogOptions, Scene
 
@@ -37,7 +36,6 @@ def ingest(
     base_log: FilePath | None = None,
     output: FilePath | None = None,
     force: bool = False,
-    progress: "Progress | None" = None,
     **settings: object,
 ) -> "Recording":
     r"""Read a log, whatever its dialect and damage, into a recording in SI units.
@@ -54,8 +52,6 @@ def ingest(
         Write the recording here too (HDF5), whole or not at all.
     force : bool
         Replace whatever file stands there; else only a recording of the same log.
-    progress : callable, optional
-        Called with bytes read and bytes in all.
     **settings
         Keys of ``[log]`` and ``[experiment]`` that win over the scene's: ``unit="mm"``, ``material="steel"``.
 
@@ -89,9 +85,9 @@ def ingest(
     if base_log is None and is_recording_name(Path(log)) and is_recording(Path(log)):
         read = read_recording(Path(log))
     elif base_log is None:
-        read = read_log(Path(log), known.log, progress=progress)
+        read = read_log(Path(log), known.log)
     else:
-        read = read_two_logs(Path(log), Path(base_log), known.log, progress=progress)
+        read = read_two_logs(Path(log), Path(base_log), known.log)
     source = replace(read.source, warnings=(*read.source.warnings, *facts.warnings))
     recording = read.changed(source=source, experiment=facts.values)
     if place is not None:
