@@ -146,7 +146,7 @@ def cut(base: FloatArray, frequency: float, *, noise: float) -> Cut:
     if not found.drifts or len(found) < 3:
         return found
     # the phase again, in cycles of the length that each one has: no offset or harmonic leaks into it
-    lines = _fundamentals(base, found.start, found.end, points_per_cycle(float((found.end - found.start).mean())))
+    lines = fundamentals(base, found.start, found.end, points_per_cycle(float((found.end - found.start).mean())))
     phase = np.angle(1j * lines) / (2.0 * math.pi)  # 0 where a cycle starts as the fundamental rises through zero
     centre, turns = 0.5 * (found.start + found.end), np.arange(len(found)) + 0.25 + phase
     size = 2.0 * float(np.mean(np.abs(lines)))
@@ -178,7 +178,7 @@ def _phase_track(base: FloatArray, frequency: float) -> _Track:
     few = count < 3
     begins = np.arange(0.0, count - 1 + max(fits - count, 1e-9), 0.125) if few else np.arange(float(count))
     start = 1.0 + period * begins
-    lines = _fundamentals(base, start, start + period, points_per_cycle(period))
+    lines = fundamentals(base, start, start + period, points_per_cycle(period))
     phase = np.unwrap(np.angle(lines)) / (2.0 * math.pi) - (begins if few else 0.0)
     centre = start + 0.5 * period
     slope, residual, _ = line(centre, phase)
@@ -186,7 +186,7 @@ def _phase_track(base: FloatArray, frequency: float) -> _Track:
     return _Track(count, centre, begins + 0.5 + phase, slope, residual, amplitude)
 
 
-def _fundamentals(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) -> ComplexArray:
+def fundamentals(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) -> ComplexArray:
     """First Fourier coefficient of each cycle (n,), what the sensor's zero drifts by within a cycle taken off."""
     angle = 2.0 * math.pi * np.arange(points) / points
     lines, means = np.empty(len(start), dtype=np.complex128), np.empty(len(start))

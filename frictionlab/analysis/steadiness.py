@@ -127,13 +127,16 @@ def steps(parts: Sequence[Stretch]) -> tuple[list[str], list[str]]:
             continue
         at = rises - (about[rises] - level) / (about[rises] - about[rises - 1])
         time, samples, rough = part.time + at * part.step, np.diff(at), 1e3 * white_noise(part.mass)
-        swings = [np.maximum.reduceat(each, rises) - np.minimum.reduceat(each, rises) for each in (about, part.mass)]
-        base, mass = (500.0 * each[:-1] for each in swings)
+        few = float(np.median(samples))
+        # a half swing of noisy samples is too large, and scatters
+        base = 2e3 * np.abs(cycles.fundamentals(part.base, at[:-1], at[1:], cycles.points_per_cycle(few)))
+        mass = 500.0 * (np.maximum.reduceat(part.mass, rises) - np.minimum.reduceat(part.mass, rises))[:-1]
         force, mean = (
             np.add.reduceat(each, rises)[:-1] / np.diff(rises)
             for each in (part.channels.get("normal_force", np.zeros(len(about))), part.mass)
         )
-        exact, size = 0.1 / float(np.median(samples)), float(np.median(mass))
+        size, of_noise = float(np.median(mass)), 1e3 * white_noise(part.base) * math.sqrt(2.0 / few)
+        exact = math.hypot(0.1 / few, of_noise / float(np.median(base)))
         for said, name, series, usual, unit, noise, least in (
             (causes, "drive_frequency_hz: the drive's frequency", 1.0 / (samples * part.step), 0.0, "Hz", exact, STEP),
             (causes, "base_amplitude_m: the base's amplitude", base, 0.0, "mm", exact, STEP),

@@ -206,6 +206,8 @@ def test_a_test_in_steps_is_told_by_its_causes_and_times() -> None:
         assert [w for w in told if w.startswith(said)]
         assert not [w for w in told if "wear, or a sensor" in w or "wanders" in w or "settled" in w]
     assert not any(steadiness.steps([Stretch(0.0, 0.004, {"mass": 8e-7 * np.round(0.5 * NOISE[0]), "base": Y})]))
+    noisy = (Y + 1e-4 * np.random.default_rng(seed).normal(size=len(T)) for seed in (33, 52, 126, 162, 188))
+    assert not any(steadiness.steps([Stretch(0.0, 0.004, {"mass": X, "base": base}) for base in noisy]))
 
 
 def test_a_name_that_contradicts_the_drive_is_said() -> None:
