@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from itertools import count, islice, takewhile
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
 from frictionlab.analysis import spectrum
 from frictionlab.analysis.signals import line, white_noise
@@ -148,6 +147,8 @@ def best_penalty(signal: FloatArray, noise: float) -> float:
 
 def spline(signal: FloatArray, penalty: float, order: int = ORDER) -> FloatArray:
     """Return the curve of a penalty: the normal equations, unit plus penalty times D'D, as a band of its order."""
+    from scipy.linalg import solveh_banded  # noqa: PLC0415 - 0.1 s that only noise to be taken off needs
+
     n = len(signal)
     weights = np.array([(-1) ** k * math.comb(order, k) for k in range(order + 1)], dtype=np.float64)
     bands = np.zeros((order + 1, n))

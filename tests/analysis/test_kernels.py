@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.fft import next_fast_len
 
 from frictionlab.analysis import cycles, response, signals, stops
 from frictionlab.analysis.cycles import smoothed, smoother
 from frictionlab.analysis.measurement import measure, used_cycles
 from frictionlab.analysis.response import half_range
-from frictionlab.analysis.spectrum import amplitude_spectrum, fast_length, strongest_tone
+from frictionlab.analysis.spectrum import amplitude_spectrum, strongest_tone
 from frictionlab.errors import AnalysisError, UsageError
 from tests.analysis.seen import motion, scene, seen, steady
 
@@ -163,11 +162,6 @@ def test_what_holds_no_line_is_refused() -> None:
         amplitude_spectrum(np.arange(5.0), 0.01)
     turn = 0.8 * np.pi * np.arange(100) / 100 + 1.0  # less than a cycle: a frequency below 0 was found
     assert strongest_tone(amplitude_spectrum(np.cos(turn) + 0.3 * np.cos(2 * turn), 1.0)).frequency > 0.0
-
-
-@given(st.integers(1, 10**9))
-def test_a_fast_length_is_scipys(least: int) -> None:
-    assert fast_length(least) == next_fast_len(least, real=True)
 
 
 def test_a_long_record_is_padded_less(monkeypatch: pytest.MonkeyPatch) -> None:
