@@ -73,10 +73,10 @@ def _from_name(pattern: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
     if texts is None:
         warnings.append(f"the file name does not follow name_pattern {pattern!r}: its facts are not known")
         return {}
-    found = {key: _number(text) if key in _NUMERIC else text.strip() for key, text in texts.items()}
-    none = [key for key, value in found.items() if value == 0.0]
-    warnings += [f"{key}: the file name says 0: expected a number above 0: it is not known" for key in none]
-    return {key: value for key, value in found.items() if key not in none}
+    found = {key: _fact(key, text) for key, text in texts.items()}
+    none = [key for key, value in found.items() if value is None]
+    warnings += [f"{key}: the file name says {texts[key]}: expected a number above 0: it is not known" for key in none]
+    return {key: value for key, value in found.items() if value is not None}
 
 
 def _parts_of(pattern: str) -> list[str]:
@@ -144,7 +144,10 @@ def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict
     if len(own) > 1:
         raise SceneError(f"{where}: {len(own)} rows for {log.name}: expected one")
     ((number, facts),) = own.items()
-    return {key: _sheet_fact(key, text, f"{where}: row {number}") for key, text in facts.items() if key and text}
+    found = {key: _fact(key, text) for key, text in facts.items() if key and text}
+    if none := [key for key, value in found.items() if value is None]:
+        raise SceneError(f"{where}: row {number}: {none[0]}: expected a number above 0; got {facts[none[0]]!r}")
+    return {key: value for key, value in found.items() if value is not None}
 
 
 def _sheet_rows(folder: Path, name: str) -> list[tuple[int, str, dict[str, str]]]:
@@ -206,18 +209,12 @@ def _sheet_text(folder: Path, name: str) -> str:
         return raw.decode("cp1252", "replace")  # as Excel saves it in Western Europe
 
 
-def _number(text: str) -> float:
-    return float(text.replace(",", "."))
-
-
-def _sheet_fact(key: str, text: str, where: str) -> Fact:
-    """One cell of a sheet; numbers are positive and finite, as the scene's own."""
+def _fact(key: str, text: str) -> Fact | None:
+    """A fact as a name or a cell has it; None where a number above 0 is expected, as in a scene, and it is none."""
     if key not in _NUMERIC:
-        return text
+        return text.strip()
     try:
-        number = _number(text)
+        number = float(text.replace(",", "."))
     except ValueError:
-        number = math.nan
-    if not 0.0 < number < math.inf:
-        raise SceneError(f"{where}: {key}: expected a number above 0; got {text!r}")
-    return number
+        return None
+    return number if 0.0 < number < math.inf else None
