@@ -26,7 +26,6 @@ import numpy as np
 from frictionlab.errors import LogError
 from frictionlab.logs.containers import refuse_by_name
 
-"""Called with bytes read and bytes in all."""
 FREE, MOST_EXPANSION = 1 << 26, 50
 """What is packed may grow to so many bytes, or to this many times its size (text of numbers reaches 10)."""
 _BLOCK = 1 << 22
