@@ -12,7 +12,7 @@ from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, is_acceleration, possible
-from frictionlab.logs.sensor import Sensed, bridge, examine, examine_further, flag_dead, together, unit_by_step
+from frictionlab.logs.sensor import Sensed, bridge, examine, flag_dead, together, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, naming, open_log, read_table
 from frictionlab.recording import Channel, Fact, Recording, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
@@ -223,11 +223,8 @@ def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
     elif per_volt is None and said and unknown:
         warnings.append(f"{role}: the unit in {column.title!r} is not known; the options say {said}, which is taken")
     values = to_si(values, unit) * sign
-    if not is_laser:
-        return examine_further(values, role, quantity, warnings)
-    sensed = examine(values, role, options.measuring_range_m)
-    sensed.warnings[:0] = warnings
-    if per_volt is None and sensed.range is None and unit in ("m", "mm", "um"):
+    sensed = examine(values, role, quantity, measuring_range=options.measuring_range_m, warnings=warnings)
+    if is_laser and per_volt is None and sensed.range is None and unit in ("m", "mm", "um"):
         by_step = unit_by_step(values, LENGTH[unit])
         if by_step is not None and by_step[0] != unit:
             sensed.warnings.append(

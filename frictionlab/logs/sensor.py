@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.arrays import runs
+from frictionlab.log_options import LASERS
 from frictionlab.recording import Quality
 from frictionlab.units import LENGTH, UNIT
 
@@ -61,38 +62,42 @@ class Sensed:
         return np.asarray((self.quality & np.uint8(Quality.NO_VALUE | Quality.ERROR_CODE)) == 0)
 
 
-def examine(values: NDArray[np.float64], role: str, measuring_range: float | None = None) -> Sensed:
-    """Flag what is wrong with the values [m] of one sensor; nan where the log has no value. No value is changed."""
-    channel = Sensed(role, values, np.zeros(len(values), np.uint8))
-    some = values
-    if np.isnan(values.min()):  # one pass where all is well
-        none = np.isnan(values)
-        channel.flag(none, Quality.NO_VALUE)
-        some = values[~none]
-    if len(some) == 0:
+def examine(
+    values: NDArray[np.float64],
+    role: str,
+    quantity: str = "displacement",
+    *,
+    measuring_range: float | None = None,
+    warnings: Sequence[str] = (),
+) -> Sensed:
+    """Flag what is wrong with the values of one sensor, SI units; nan where the log has no value. No value is changed.
+
+    A laser of mass or base has a step and a measuring range [m] too, error codes, and holds its value at their ends.
+    """
+    none, is_laser = np.isnan(values), role in LASERS
+    channel = Sensed(role, values, none * np.uint8(Quality.NO_VALUE), warnings=[*warnings])
+    if none.all():
         return channel
-    channel.step, channel.range = step_and_range(some)
+    step, found = step_and_range(values)
+    if is_laser:
+        channel.step, channel.range = step, found
+        _examine_laser(channel, measuring_range)
+    if step is not None or not is_laser:
+        _flag_spikes(channel, step or 0.0, quantity, **_JUMPS.get(quantity, _ANY_JUMP))
+    return channel
+
+
+def _examine_laser(channel: Sensed, measuring_range: float | None) -> None:
     if channel.range is not None and channel.step is not None:
-        channel.evidence.append(
-            f"{role}: values are {channel.step * 1e6:.4g} um apart: an optoNCDT of {channel.range * 1e3:g} mm range"
-        )
+        apart = f"{channel.role}: values are {channel.step * 1e6:.4g} um apart"
+        channel.evidence.append(f"{apart}: an optoNCDT of {channel.range * 1e3:g} mm range")
     channel.range = measuring_range or channel.range
-    ends = float(some.min()), float(some.max())
+    ends = float(np.nanmin(channel.values)), float(np.nanmax(channel.values))
     if max(-ends[0], ends[1]) > 4.0 * RANGES_M[0]:
         _flag_error_codes(channel)
     if channel.range is not None and not -0.01 * channel.range <= ends[0] < ends[1] <= 1.01 * channel.range:
         _flag_out_of_range(channel, channel.range)
     _flag_held(channel)
-    if channel.step is not None:
-        _flag_spikes(channel, channel.step, "mm", 1e3)
-    return channel
-
-
-def examine_further(values: NDArray[np.float64], role: str, quantity: str, warnings: list[str]) -> Sensed:
-    """Flag what is wrong with the values of a sensor of another quantity, SI units, or of a further mass."""
-    channel = Sensed(role, values, np.isnan(values) * np.uint8(Quality.NO_VALUE), warnings=warnings)
-    _flag_spikes(channel, step_and_range(values)[0] or 0.0, UNIT[quantity], **_JUMPS.get(quantity, _ANY_JUMP))
-    return channel
 
 
 def step_and_range(values: NDArray[np.float64]) -> tuple[float | None, float | None]:
@@ -163,9 +168,7 @@ def _flag_out_of_range(channel: Sensed, measuring_range: float) -> None:
         channel.flag(wrong, Quality.OUT_OF_RANGE, why)
 
 
-def _flag_spikes(
-    channel: Sensed, step: float, unit: str, per_si: float = 1.0, *, beyond: float = 0.0, at_most: float = 1.0
-) -> None:
+def _flag_spikes(channel: Sensed, step: float, quantity: str, *, beyond: float = 0.0, at_most: float = 1.0) -> None:
     """Flag runs of samples that leave the curve through those around them, and come back to it, within one sample.
 
     A motion bends and has corners, but does not jump. Reaching farther and farther around, longer runs are found.
@@ -203,10 +206,11 @@ def _flag_spikes(
         low, high = np.nanmin(values), np.nanmax(values)
         wrong &= np.abs(channel.values - 0.5 * (low + high)) > beyond * (high - low)
     if wrong.any() and np.mean(wrong) <= at_most:
-        share, largest = 100.0 * np.mean(wrong), per_si * np.nanmax(np.abs(values - channel.values)[wrong])
+        share, largest = 100.0 * np.mean(wrong), np.nanmax(np.abs(values - channel.values)[wrong])
+        by = f"{1e3 * largest:.3g} mm" if quantity == "displacement" else f"{largest:.3g} {UNIT[quantity]}"
         why = f"{np.count_nonzero(wrong)} values ({share:.2g} %) jump off the motion and back (spikes), by up to"
         look = "set aside as missing; look at plugs, cables and what crosses the beam"
-        channel.flag(wrong, Quality.ERROR_CODE, f"{why} {largest:.3g} {unit}: {look}")
+        channel.flag(wrong, Quality.ERROR_CODE, f"{why} {by}: {look}")
 
 
 def _bends(values: NDArray[np.float64]) -> NDArray[np.float64]:
