@@ -235,19 +235,13 @@ def _further(
         if name and name not in more:
             fitting.setdefault(name, []).append(column)
     lost = [role for role in FURTHER if options.unit_of(role)[1] and role not in more and role not in fitting]
-    bare = [column for column in left if column.title and not column.name and column.unit in ("", *VOLTS)]
-    if len(lost) == len(bare) == 1:  # a column that is called "[V]" is what a volt was declared of
-        fitting[lost[0]] = bare
     warnings = [
         f"{_list(several)} could each be {name.replace('_', ' ')}: none is taken"
         + (f"; give {_flag(name)}" if name in FURTHER else "; name them apart")
         for name, several in fitting.items()
         if len(several) > 1
     ]
-    if bare and len(lost) != len(bare):
-        warnings += [
-            f"{role}: a volt of it is declared, but no column is called so: give {_flag(role)}" for role in lost
-        ]
+    warnings += [f"{role}: a volt of it is declared, but no column is called so: give {_flag(role)}" for role in lost]
     return more | {name: several[0] for name, several in fitting.items() if len(several) == 1}, warnings
 
 

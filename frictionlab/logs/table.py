@@ -6,7 +6,7 @@ Also a table over frequency (amplitude and phase of a steady motion) in any dial
 import hashlib
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ from frictionlab.logs.layouts import LogLayout, find_layout
 from frictionlab.logs.lines import KEEP, Body, Reader
 from frictionlab.logs.text import Text, read_text
 from frictionlab.recording import FrequencyTable, LineCount, QuarantinedLine, SourceFile
-from frictionlab.units import LENGTH, QUANTITIES, known_unit, to_si
+from frictionlab.units import LENGTH, QUANTITIES, known_unit
 
 _MOST_EMPTY = 0.25
 """Share of all values (time, mass and base) that may be missing: not much more than half of one channel."""
@@ -198,22 +198,22 @@ def _finite(values: FloatArray) -> FloatArray:
 
 # Tables over frequency -----------------------------------------------------------------------------------------------
 
-_OVER_FREQUENCY = {
-    "r": re.compile(r"r|frequency[ _]ratio", re.IGNORECASE),
-    "frequency": re.compile(r"(drive[ _])?(frequency|freq)|f|omega|(erreger)?frequenz", re.IGNORECASE),
-    "amplitude": re.compile(r"((response|mass)[ _])?(amplitude|amp)([ _]ratio)?|transmissibility", re.IGNORECASE),
-    "phase": re.compile(r"phase([ _](angle|lag))?|phi", re.IGNORECASE),
-    "base_amplitude": re.compile(r"base[ _](amplitude|amp)(_m)?|basisamplitude", re.IGNORECASE),
+_OVER_FREQUENCY: dict[str, tuple[str, Mapping[str, float], str]] = {
+    "r": (r"r|frequency[ _]ratio", dict.fromkeys(("", "-", "1"), 1.0), "r has no unit"),
+    "frequency": (
+        r"(drive[ _])?(frequency|freq)|f|omega|(erreger)?frequenz",
+        {"hz": 1.0, "khz": 1e-3, "rad/s": 2.0 * np.pi},
+        "[Hz] or [rad/s]",
+    ),
+    "amplitude": (
+        r"((response|mass)[ _])?(amplitude|amp)([ _]ratio)?|transmissibility",
+        LENGTH,
+        "[Y] (over the base's amplitude) or a length such as [mm]",
+    ),
+    "phase": (r"phase([ _](angle|lag))?|phi", QUANTITIES["angle"], "[deg] or [rad]"),
+    "base_amplitude": (r"base[ _](amplitude|amp)(_m)?|basisamplitude", LENGTH, "a length such as [mm]"),
 }
-_HERTZ = {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / np.pi}
-_UNITS: dict[str, tuple[Collection[str], str]] = {
-    "r": (("", "-", "1"), "r has no unit"),
-    "frequency": (_HERTZ, "[Hz] or [rad/s]"),
-    "amplitude": (LENGTH, "[Y] (over the base's amplitude) or a length such as [mm]"),
-    "phase": (QUANTITIES["angle"], "[deg] or [rad]"),
-    "base_amplitude": (LENGTH, "a length such as [mm]"),
-}
-"""Units of each column, and what is expected in words."""
+"""Of each column: its names, how many of its units make that of a `FrequencyTable`, and what is expected in words."""
 _COLUMNS = ("drive", "drive_u", "amplitude", "amplitude_u", "phase", "phase_u", "base_amplitude")
 _PART_OF_Y = re.compile(r"[\[({<]\s*(Y|-|1|x/y)\s*[\])}>]", re.IGNORECASE)
 
@@ -284,8 +284,8 @@ def _by_name(columns: tuple[LogColumn, ...]) -> dict[str, LogColumn]:
     for column in columns:
         plain = re.sub(r"[ _]u$", "", column.name)
         of_error = plain != column.name or column.title.endswith("_u")
-        for name, pattern in _OVER_FREQUENCY.items():
-            if not pattern.fullmatch(plain.removesuffix("_u")):
+        for name, (pattern, *_) in _OVER_FREQUENCY.items():
+            if not re.fullmatch(pattern, plain.removesuffix("_u"), re.IGNORECASE):
                 continue
             key = f"{name}_u" if of_error else name
             if key in found:
@@ -299,10 +299,8 @@ def _in_si(values: FloatArray, column: LogColumn, name: str) -> FloatArray:
     name = name.removesuffix("_u")
     if name == "amplitude" and _PART_OF_Y.search(column.title):
         return values.copy()
-    known, expected = _UNITS[name]
+    _, known, expected = _OVER_FREQUENCY[name]
     if column.unit not in known:
         got = column.unit or "no unit"
         raise LogError(f"column {column}: expected {expected}; got {got}: name the unit in the head")
-    if name in ("r", "frequency"):
-        return values * _HERTZ.get(column.unit, 1.0)
-    return to_si(values.copy(), column.unit)
+    return values / known[column.unit]

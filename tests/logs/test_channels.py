@@ -80,7 +80,7 @@ def test_a_normal_force_in_any_unit_is_read_or_named(unit: str, size: float, tmp
 
 CALIBRATED = {  # title, role, unit of its calibration
     "friction [V]": ("contact_force", "N/V"), "friction": ("contact_force", "N/V"), "Fn": ("normal_force", "kN/V"),
-    "mass velocity [mV]": ("mass_velocity", "m/s/mV"), "moment": ("torque", "Nm/mV"), "[V]": ("contact_force", "N/V"),
+    "mass velocity [mV]": ("mass_velocity", "m/s/mV"), "moment": ("torque", "Nm/mV"),
 }  # fmt: skip
 
 
@@ -97,7 +97,10 @@ def test_a_declared_calibration_takes_the_column_that_is_called_so_or_named(titl
 
 
 def test_volts_that_are_not_taken_are_said(tmp_path: Path) -> None:
-    one = read_log(log(tmp_path, **{"t [s]": T, "mass [V]": X, "[V]": FORCE}), LogOptions(units="contact_force=4 N/V"))
+    one = read_log(
+        log(tmp_path, **{"t [s]": T, "mass [V]": X, "[V]": FORCE}),
+        LogOptions(units="contact_force=4 N/V", contact_force=3),
+    )
     assert list(one.measured()) == ["contact_force"]
     assert one.source.warnings == ("column 2 ('mass [V]') is not taken: say what a volt is, --units 'mass=5 mm/V'",)
     path = log(tmp_path, **{"t [s]": T, "mass [mm]": X, "base [mm]": X, "[V]": FORCE})
