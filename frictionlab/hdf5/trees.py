@@ -143,26 +143,20 @@ def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[st
     RecordingError
         If it is no HDF5 file, or damaged. Links out of the file are not followed.
     """
+    found, tree = dict[str, h5py.Dataset](), dict[str, Any]()
 
-    def numbers_in(group: h5py.Group, take: Callable[[h5py.Dataset], Any], *, deep: bool = True) -> dict[str, Any]:
-        """What is taken of each dataset of numbers; groups without any are left out."""
-        found = dict[str, Any]()
-        for name in group:
-            if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                continue  # MATLAB's own, or elsewhere
-            node = group[name]
-            if _is_numeric(node):
-                found[name] = take(node)
-            elif deep and isinstance(node, h5py.Group) and (inner := numbers_in(node, take, deep=False)):
-                found[name] = inner
-        return found
+    def take(name: str, node: h5py.Group | h5py.Dataset) -> None:
+        if _is_numeric(node) and name.count("/") < 2 and not name.startswith("#"):  # MATLAB's own
+            found[name] = node
 
-    sizes = list[int]()
     try:
         with opening.to_read(path) as file:
-            numbers_in(file, lambda dataset: sizes.append(int(dataset.size)))
-            check_size(sum(sizes), path.stat().st_size)
-            return numbers_in(file, lambda dataset: np.asarray(dataset[()], dtype=np.float64))
+            file.visititems(take)  # no links
+            check_size(sum(int(dataset.size) for dataset in found.values()), path.stat().st_size)
+            for name, dataset in found.items():
+                group, _, own = name.rpartition("/")
+                (tree.setdefault(group, {}) if group else tree)[own] = np.asarray(dataset[()], dtype=np.float64)
+            return tree
     except FrictionlabError:
         raise
     except opening.NO_FILE as error:
