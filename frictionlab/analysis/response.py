@@ -1,10 +1,9 @@
 """How the mass answers, cycle by cycle: noise taken off, energy, amplitude, position, stops and regime.
 
-Energy per cycle is the area of the hysteresis loop, eq. (2.18); the energy input, eq. (2.16), stands beside it. A load
-cell at the contact gives energy, friction force and coefficient without a model. The energy is the loop of force over
-displacement, ``E = integral F dx`` once round; what a mass between sensor and contact adds, ``m x''``, closes to
-nothing in it. The friction force is that energy over the way, ``E / integral |dx|``, a mean over the way of sliding,
-and the coefficient is ``E / integral N |dx|``.
+Energy per cycle is the area of the hysteresis loop, eq. (2.18). A load cell at the contact gives energy, friction force
+and coefficient without a model. The energy is the loop of force over displacement, ``E = integral F dx`` once round;
+what a mass between sensor and contact adds, ``m x''``, closes to nothing in it. The friction force is that energy over
+the way, ``E / integral |dx|``, a mean over the way of sliding, and the coefficient is ``E / integral N |dx|``.
 """
 
 import math
@@ -52,13 +51,13 @@ class Response:
 
     ``series``: of each cycle; ``found``: each stop; ``energy_noise``, ``amplitude_noise``: standard error of one
     cycle's value from sensor noise alone; ``energy_shared``: standard error that all cycles have in common;
-    ``stops_per_cycle``, ``stuck_fraction``, ``regime``: over all cycles; ``energy_input_per_cycle``, eq. (2.16): over
-    those used; ``asymmetry``: rms of the even part of the mean cycle over its rms; ``irregularity_index``,
-    ``irregularity_floor``, ``base_irregularity_index``: eq. (4.1), and what noise alone would give; None where the mass
-    does not move, or of one cycle; ``how``: the smoother of all cycles; ``shortest_stop``: shortest stop that differs
-    from a slow passage, in cycles (1: none can); ``doubtful``: pauses of a cycle that are too short to be sure, and
-    their mean length in cycles; ``smallest_slip``: way (Y) of the smallest slip within a stop of a tenth of a cycle
-    that is seen; ``unclear``: a move within a stop that may part it or not.
+    ``stops_per_cycle``, ``stuck_fraction``, ``regime``: over all cycles; ``asymmetry``: rms of the even part of the
+    mean cycle over its rms; ``irregularity_index``, ``irregularity_floor``, ``base_irregularity_index``: eq. (4.1), and
+    what noise alone would give; None where the mass does not move, or of one cycle; ``how``: the smoother of all
+    cycles; ``shortest_stop``: shortest stop that differs from a slow passage, in cycles (1: none can); ``doubtful``:
+    pauses of a cycle that are too short to be sure, and their mean length in cycles; ``smallest_slip``: way (Y) of the
+    smallest slip within a stop of a tenth of a cycle that is seen; ``unclear``: a move within a stop that may part it
+    or not.
     """
 
     series: CycleSeries
@@ -68,7 +67,6 @@ class Response:
     amplitude_noise: float
     stops_per_cycle: float
     stuck_fraction: float
-    energy_input_per_cycle: float
     regime: str
     asymmetry: float | None
     irregularity_index: float | None
@@ -147,7 +145,6 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
         ),
         stops_per_cycle=float(count.mean()),
         stuck_fraction=float(stuck.mean()),
-        energy_input_per_cycle=float(energy_input(layout.mass[used]).mean()),
         regime="stuck" if is_stuck else "stick-slip" if count.mean() >= 0.5 else "continuous",
         asymmetry=None if is_stuck else math.sqrt(float(power[1::2].sum() / max(power.sum(), 1e-300))),
         irregularity_index=index,
@@ -336,16 +333,6 @@ def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
         for stride in (1, 2)
     )
     return np.asarray((4.0 * fine - 0.5 * coarse) / 3.0)
-
-
-def energy_input(mass: FloatArray) -> FloatArray:
-    """Energy input of a pure cosine base, eq. (2.16): the integral of x' cos(tau), as pi times x's sine part.
-
-    ``mass`` (n, points): x/Y, one cycle a row, from tau = -pi/2 (the base rises through zero).
-    """
-    points = mass.shape[1]
-    tau = 2.0 * math.pi * np.arange(points) / points - 0.5 * math.pi
-    return np.asarray(np.einsum("ij,j->i", mass, np.sin(tau)) * (2.0 * math.pi / points))
 
 
 def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_noise: float, samples: float) -> float:

@@ -31,7 +31,6 @@ def test_truth_is_found_through_the_laser(r: float, beta: float) -> None:
     assert m.regime == state.regime
     assert m.stuck_fraction == pytest.approx(state.stuck_fraction, abs=0.05)
     assert abs(m.energy_per_cycle - energy) < 4 * m.energy_per_cycle_se
-    assert m.energy_input_per_cycle == pytest.approx(m.energy_per_cycle, rel=2e-3)
     assert m.warnings == ()
 
 
