@@ -7,7 +7,7 @@ import os
 import shutil
 import sys
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -89,17 +89,12 @@ FOUND, TAPPED = _line("logs"), _line("free vibrations")
 """What a screen shows of measurements, comparisons, rows of ``friction.csv``, ingested logs, and taps."""
 
 
-def _further(table: Table, columns: Collection[Shown]) -> list[Shown]:
-    """What a screen shows of a table beside these columns; an error as a column where it is no other's uncertainty."""
-    there = {column.key for column in columns if BASE not in column.times} | {"source"}
-    return [
-        replace(_column(name, table), keep=0) for name in table.shown if name not in there and not name.endswith("_u")
-    ]
+def _columns(table: Table, names: Iterable[str]) -> list[Shown]:
+    """Columns of a table as `show` has them: six significant digits of a number without an uncertainty.
 
-
-def _column(name: str, table: Table) -> Shown:
-    """A column of a table as `show` has it: six significant digits of a number without an uncertainty."""
-    return Shown(_head(name, table), name, form=".6g")
+    An error is a column where it is no other's uncertainty.
+    """
+    return [Shown(_head(name, table), name, form=".6g") for name in names if not name.endswith("_u")]
 
 
 def each_of(value: Any) -> Sequence[Any]:
@@ -128,7 +123,8 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str, wi
     if wide is None:  # a law that the headline names is no column
         filled = {c: each for c, each in filled.items() if c.key != "law" or ", law " not in headline}
     else:
-        filled |= _filled(_further(wide, filled), rows, known)
+        there = {column.key for column in filled if BASE not in column.times} | {"source"}
+        filled |= _filled(_columns(wide, (name for name in wide.shown if name not in there)), rows, known)
     width, widest = _width(), max(map(len, ["test", *names]))
     widths = {c: max(len(c.title), *map(len, texts)) + GAP for c, texts in filled.items()}
     gone: list[str] = []
@@ -255,10 +251,9 @@ def print_table(rows: Iterable[Row], columns: Table | Mapping[str, str] | Sequen
     every = [{**row, "source": name} if "source" in row else row for row, name in zip(every, short, strict=True)]
     if isinstance(columns, Table):
         known = {key for row in every for key, value in row.items() if plain(value) is not None}
-        names = [name for name in columns.shown if name in known and not name.endswith("_u")]
         own = {*columns.names, *(() if columns.kind in ("map", "motion") else known)}
         more = dict.fromkeys(key for row in every for key in row if key not in own)  # the parameters of a map's law
-        columns = [_column(name, columns) for name in (*more, *names)]
+        columns = _columns(columns, (*more, *(name for name in columns.shown if name in known)))
     elif isinstance(columns, Mapping):
         columns = [Shown(printable(title), key, form=".6g") for key, title in columns.items()]
     else:

@@ -20,7 +20,6 @@ from frictionlab.schema import AMPLITUDE, ENERGY, STEADY_STATES, STOPS
 from frictionlab.simulator import StateMap
 from frictionlab.simulator.sweep import Grid, named
 
-CLIP = 0.1  # the colour scale ends this far below the maximum, as in Fig. 4.5
 SQUARE = 6.0  # points: side of a test's square in a map
 FEW = 8  # classes of stops for which a low figure has space
 PANELS = {c.name: c.head for c in STEADY_STATES.columns if c.name in (ENERGY, AMPLITUDE, STOPS)}
@@ -123,15 +122,9 @@ def _draw_map(ax: Axes, tests: FloatArray, colours: Mapping[str, Any]) -> PathCo
 
 
 def colour_limit(values: FloatArray) -> float:
-    """Where the colour scale ends: 0.1 below the maximum (section 4.3.1), or at it where that would cut half of it off.
-
-    Examples
-    --------
-    >>> round(colour_limit(np.array([0.05, 0.4])), 9), colour_limit(np.array([0.1, 0.15]))
-    (0.3, 0.15)
-    """
-    top = float(values.max()) if len(values) else 0.0
-    return top - CLIP if top > 2 * CLIP else max(top, 1e-6)
+    """Where a colour scale of these numbers ends: above it are a few, as of the most irregular test."""
+    known = values[np.isfinite(values)]
+    return max(float(np.percentile(known, PERCENTILE)) if known.size else 1.0, 1e-6)
 
 
 def check_axes(grid: Grid) -> Mapping[str, FloatArray]:
@@ -156,14 +149,13 @@ def state_map_figure(found: StateMap) -> Figure:
             ax.set(title=f"{words}{', white: none' * bool(rest)}", xlabel=name)
             if rest:
                 classes = StopColours(values) if key == STOPS else None
-                known = values[np.isfinite(values)]
-                top = float(np.percentile(known, PERCENTILE)) if known.size else 1.0
+                top = colour_limit(values)
                 colours: dict[str, Any] = classes.mapped if classes else {"norm": Normalize(0.0, top)}
                 mesh = ax.pcolormesh(along, rest[0][1], values.T, shading="nearest", rasterized=True, **colours)
                 if classes:
                     classes.bar(figure, mesh, ax)
                 else:
-                    figure.colorbar(mesh, ax=ax, extend="max" if known.max(initial=0.0) > top else "neither")
+                    figure.colorbar(mesh, ax=ax, extend="max" if np.nanmax(values, initial=0.0) > top else "neither")
                 ax.set_ylabel(rest[0][0])
                 ax.grid(visible=False)
             else:
