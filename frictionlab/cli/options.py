@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import partial, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -87,7 +87,7 @@ def _log_settings() -> dict[str, tuple[type, Words]]:
 
 
 LOG: Settings = _log_settings()
-_ANALYSIS = {"natural_frequency_hz": float, "transient_s": float, "cycles": str, "padding": int}
+_ANALYSIS = {"natural_frequency_hz": float, "transient_s": float, "cycles": str, "padding": int, "accuracy": str}
 ANALYSIS: Settings = {key: (kind, WORDS[key]) for key, kind in _ANALYSIS.items()}
 LogSettings = Annotated[Mapping[str, object], LOG]
 AnalysisSettings = Annotated[Mapping[str, object], ANALYSIS]
@@ -318,12 +318,6 @@ class Judged(ManyInputs):
     """The options of analyze, compare-numeric and explain."""
 
     budget: bool = False
-    accuracy: Literal["fast", "balanced", "exact"] | None = None
-
-    def scene_for(self, first: Path | None, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
-        """The scene, its knobs set to the level of accuracy."""
-        scene = super().scene_for(first, settings, tables)
-        return scene if self.accuracy is None else scene.with_accuracy(self.accuracy)
 
 
 MOST_VALUES = 10_000_000

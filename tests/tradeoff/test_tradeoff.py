@@ -17,6 +17,7 @@ from frictionlab.scene import Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Problem
 from frictionlab.tradeoff import Setting, marked
+from frictionlab.verbs.inputs import scene_given
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "frictionlab" / "tradeoff" / "README.md"
@@ -74,5 +75,7 @@ def test_a_level_of_accuracy_is_its_knobs() -> None:
         assert Scene().with_accuracy(level).accuracy == level
     own = Scene.model_validate({"analysis": {"padding": 7}})
     assert own.accuracy == "own"
+    said = scene_given(None, {"accuracy": "fast", "padding": 7}, ("analysis", "rig"))
+    assert (said.analysis.padding, said.analysis.most_points) == (7, 64)
     with pytest.raises(UsageError, match="accuracy: expected one of fast, balanced, exact; got 'sloppy'"):
         Scene().with_accuracy("sloppy")
