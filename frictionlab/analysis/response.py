@@ -55,9 +55,8 @@ class Response:
     mean cycle over its rms; ``irregularity_index``, ``irregularity_floor``, ``base_irregularity_index``: eq. (4.1), and
     what noise alone would give; None where the mass does not move, or of one cycle; ``how``: the smoother of all
     cycles; ``shortest_stop``: shortest stop that differs from a slow passage, in cycles (1: none can); ``doubtful``:
-    pauses of a cycle that are too short to be sure, and their mean length in cycles; ``smallest_slip``: way (Y) of the
-    smallest slip within a stop of a tenth of a cycle that is seen; ``unclear``: a move within a stop that may part it
-    or not.
+    pauses of a cycle that are too short to be sure, and their mean length in cycles; ``unclear``: a move within a stop
+    that may part it or not.
     """
 
     series: CycleSeries
@@ -74,7 +73,6 @@ class Response:
     base_irregularity_index: float | None
     shortest_stop: float
     doubtful: tuple[float, float]
-    smallest_slip: float
     unclear: Move | None
     how: Smoother
 
@@ -153,7 +151,6 @@ def response(layout: Layout, used: slice, *, wall_moves: bool = False) -> Respon
         how=how,
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / stops.TURN,
         doubtful=(len(doubts) / n, float(np.mean(doubts)) / stops.TURN if len(doubts) else 0.0),
-        smallest_slip=stops.smallest_slip(rough, layout.samples),
         unclear=None if is_stuck else unclear,
     )
 

@@ -127,11 +127,6 @@ def parted(
     return split, max(moves, default=None)
 
 
-def smallest_slip(noise: float, points: float) -> float:
-    """Way of the smallest step that is seen in the middle of a stop of a tenth of a cycle, of so many points."""
-    return SEEN * noise * 2.0 / math.sqrt(max(1.0, 0.1 * points))
-
-
 def _of_the_middle(found: FloatArray, cycles: int) -> Iterator[tuple[float, float]]:
     """Stops that begin in the middle cycle, as radians from its start."""
     start = (cycles // 2) * TURN

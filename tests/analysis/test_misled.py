@@ -9,7 +9,7 @@ import pytest
 
 from frictionlab.analysis.doubts import is_clipped
 from frictionlab.analysis.measurement import Measurement, measure
-from frictionlab.analysis.stops import parted, smallest_slip
+from frictionlab.analysis.stops import SEEN, parted
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.logs.read import read_log
@@ -439,11 +439,11 @@ def test_the_error_of_an_amplitude_holds_that_of_its_unit() -> None:
     assert np.std(misses) > 0.1
 
 
-def test_steps_in_the_place_of_a_stop_are_seen_down_to_what_is_stated() -> None:
+def test_steps_in_the_place_of_a_stop_are_seen_from_six_errors_on() -> None:
     place = np.concatenate([np.zeros(50), np.full(50, 1.0), np.linspace(1.0, 5.0, 900)])
     noise = np.random.default_rng(4).standard_normal(1000)
     one, dwell = np.array([[0.0], [0.2 * np.pi]]), 0.0075 * 2 * np.pi
-    least = smallest_slip(1.0, 1000.0)
+    least = SEEN * 2.0 / np.sqrt(100.0)  # of a step in the middle of a stop of so many points
     for size, shows in ((0.3, False), (2.0, True)):
         mean = place * size * least + noise
         split, found = parted(one, mean, noise=1.0, dwell=dwell, cycles=1)
