@@ -5,14 +5,17 @@ import io
 import math
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
 from frictionlab.errors import SceneError
 from frictionlab.files import check_regular, stem_of
 from frictionlab.scene import Experiment, Scene
+from frictionlab.units import NORMAL_FORCE, TIME, UNIT, quantity_of, split_unit, to_si
 
 Fact = str | float
 _SOURCES = ("name_pattern", "sheet", "taps", "broken_off")
@@ -22,6 +25,15 @@ _FACTS = {key: field.annotation for key, field in Experiment.model_fields.items(
 _KNOWN = (*_FACTS, *WEIGHTS)
 _NUMERIC = (*(key for key, kind in _FACTS.items() if "float" in str(kind)), *WEIGHTS)
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
+_HEADINGS = {  # of a sheet, besides the keys themselves, in English and German
+    "log": re.compile(r"(log|mess)?[ _-]?(file|datei)[ _-]?(name)?", re.IGNORECASE),
+    "material": re.compile(r"material|werkstoff|material(paarung|s| pair(ing)?)", re.IGNORECASE),
+    "nominal_frequency_ratio": re.compile(r"(frequency[ _-]ratio|frequenzverh(ä|ae)ltnis|(?-i:r))", re.IGNORECASE),
+    "normal_force_n": NORMAL_FORCE,
+    "base_amplitude_m": re.compile(r"(base|basis|fu(ß|ss)punkt)[ _-]?amplitude", re.IGNORECASE),
+    "duration_s": re.compile(r"duration|dauer|messdauer", re.IGNORECASE),
+}
+_QUANTITIES = {"normal_force_n": "force", "base_amplitude_m": "displacement", "duration_s": "time"}
 _SHEET_LIMIT = 1 << 24
 _WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
@@ -62,9 +74,8 @@ def facts_of(scene: Scene, log: Path) -> Facts:
             found[key] = value, source
     if len(sources) > 1 and not any("its facts are not known" in said for said in warnings):
         lacking = [key for key in ("material", "normal_force_n") if key not in found]
-        other = ", ".join(key for key in found if key not in _KNOWN)  # of a sheet: what may be meant for it
-        hint = f"; the sheet's {other} is taken as a remark: facts are in columns {', '.join(_KNOWN)}" if other else ""
-        warnings += [f"{key} of this test is not known{hint}" for key in lacking]
+        other = [key for key in found if key not in _KNOWN]  # of a sheet: what may be meant for it
+        warnings += [f"{key} of this test is not known{f'; {as_remarks(other)}' * bool(other)}" for key in lacking]
     return Facts({key: value for key, (value, _) in found.items()}, tuple(warnings))
 
 
@@ -129,13 +140,26 @@ def rows_without_log(scene: Scene, places: Iterable[Path]) -> list[str]:
 def logs_in_sheet(folder: Path, sheet: str, files: Iterable[Path]) -> tuple[list[str], list[str]]:
     """Logs that a sheet names, with or without their suffix: those among these files, and those that are not."""
     there = {name for path in files for name in (path.name, stem_of(path))}
-    named = [entry for _, entry, _ in _sheet_rows(folder, sheet)]
+    named = [entry for _, entry, _ in _sheet_rows(folder, sheet)[1]]
     return [entry for entry in named if entry in there], [entry for entry in named if entry not in there]
+
+
+def headings_of(folder: Path, sheet: str) -> tuple[list[str], list[str]]:
+    """The facts that a sheet's headings say, as keys, and the headings that are none: remarks."""
+    meanings = _sheet_rows(folder, sheet)[0]
+    keys = [key for key, _ in meanings.values() if key in _KNOWN]
+    return keys, [heading for heading, (key, _) in meanings.items() if heading and key not in ("log", *_KNOWN)]
+
+
+def as_remarks(headings: Iterable[str]) -> str:
+    """Say that headings of a sheet are none of a fact, and what those of facts are."""
+    wanted = f"facts are in columns {', '.join(_KNOWN)}, or by name and unit, such as normal force [N]"
+    return f"the sheet's {', '.join(headings)} is taken as a remark: {wanted}"
 
 
 def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
     """The facts in a log's row of a sheet; the row is found by the log's name, with or without its suffix."""
-    rows = _sheet_rows(folder, name)
+    meanings, rows = _sheet_rows(folder, name)
     own = {number: facts for number, entry, facts in rows if entry in (log.name, stem_of(log))}
     where = f"experiment.sheet: {name}"
     if not own:
@@ -144,31 +168,56 @@ def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict
     if len(own) > 1:
         raise SceneError(f"{where}: {len(own)} rows for {log.name}: expected one")
     ((number, facts),) = own.items()
-    found = {key: _fact(key, text) for key, text in facts.items() if key and text}
-    if none := [key for key, value in found.items() if value is None]:
-        raise SceneError(f"{where}: row {number}: {none[0]}: expected a number above 0; got {facts[none[0]]!r}")
+    given = {meanings[heading]: (heading, text) for heading, text in facts.items() if heading and text}
+    found = {key: _fact(key, text, unit) for (key, unit), (_, text) in given.items()}
+    for (key, _), (heading, text) in given.items():
+        if found[key] is None:
+            raise SceneError(f"{where}: row {number}: {heading}: expected a number above 0; got {text!r}")
     return {key: value for key, value in found.items() if value is not None}
 
 
-def _sheet_rows(folder: Path, name: str) -> list[tuple[int, str, dict[str, str]]]:
-    """Number, log and facts of each row of a sheet."""
+def _sheet_rows(folder: Path, name: str) -> tuple[dict[str, tuple[str, str]], list[tuple[int, str, dict[str, str]]]]:
+    """What a sheet's headings mean; number, log and facts of each of its rows, by heading."""
     where = f"experiment.sheet: {name}"
     try:
         every = [*enumerate(_cells(_sheet_text(folder, name)), start=1)]
     except csv.Error as error:
         raise SceneError(f"{where}: {error}") from error
-    (_, keys), *rows = [(number, row) for number, row in every if any(row)] or [(1, [])]
-    if "log" not in keys or len(set(keys)) < len(keys):
-        raise SceneError(f"{where}: expected a `log` column and each column once; got {keys}")
+    (_, head), *rows = [(number, row) for number, row in every if any(row)] or [(1, [])]
+    meanings = _meanings(head)
+    keys = [key for key, _ in meanings.values()]
+    if "log" not in keys or len(set(keys)) < len(head):
+        raise SceneError(f"{where}: expected a `log` column and each column once; got {head}")
+    for heading, (key, unit) in meanings.items():
+        if unit and quantity_of(unit) != _QUANTITIES[key]:
+            raise SceneError(f"{where}: column {heading!r}: expected a unit like {UNIT[_QUANTITIES[key]]}; got {unit}")
     found = list[tuple[int, str, dict[str, str]]]()
     for number, row in rows:
-        if len(row) != len(keys):
-            raise SceneError(f"{where}: row {number}: expected {len(keys)} cells; got {len(row)}")
-        facts = dict(zip(keys, row, strict=True))
-        entry = Path(facts.pop("log"))
+        if len(row) != len(head):
+            raise SceneError(f"{where}: row {number}: expected {len(head)} cells; got {len(row)}")
+        facts = dict(zip(head, row, strict=True))
+        entry = Path(facts.pop(head[keys.index("log")]))
         if entry.is_absolute() or ".." in entry.parts:
             raise SceneError(f"{where}: row {number}: {str(entry)!r} leaves the sheet's folder")
         found.append((number, entry.name, facts))
+    return meanings, found
+
+
+def _meanings(head: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """The key and the unit of each heading of a sheet; a heading that says no fact stands for itself.
+
+    A number that has a unit is one only where that is said; a key as a heading wins over one in words.
+    """
+    found = dict[str, tuple[str, str]]()
+    for heading in head:
+        name, unit = split_unit(heading)
+        key = next((key for key, words in _HEADINGS.items() if words.fullmatch(name)), heading)
+        unit = "" if unit in ("-", "1") else unit
+        if heading in _KNOWN or (key in head and key != heading) or (key in _QUANTITIES) != bool(unit):
+            key, unit = heading, ""
+        elif key == "normal_force_n" and f"normal_force_{unit}" in WEIGHTS:
+            key, unit = f"normal_force_{unit}", ""
+        found[heading] = key, unit
     return found
 
 
@@ -179,11 +228,14 @@ def _cells(text: str) -> Iterator[list[str]]:
 
 
 def is_sheet(path: Path) -> bool:
-    """Whether a file is a sheet of facts: a small CSV whose head has a `log` column."""
+    """Whether a file is a sheet of facts: a small CSV whose head has a `log` column, or files, facts and no time."""
     if path.suffix.lower() not in (".csv", ".txt", ".tsv") or path.stat().st_size > 1 << 20:
         return False
     with path.open(encoding="utf-8-sig", errors="replace") as file:
-        return "log" in next(_cells(file.readline()), [])
+        head = next(_cells(file.readline()), [])
+    keys = {key for key, _ in _meanings(head).values()}
+    is_log = any(split_unit(key)[1] in TIME for key in keys.difference(_KNOWN))
+    return "log" in head or ("log" in keys and not keys.isdisjoint(_KNOWN) and not is_log)
 
 
 def _sheet_text(folder: Path, name: str) -> str:
@@ -209,12 +261,13 @@ def _sheet_text(folder: Path, name: str) -> str:
         return raw.decode("cp1252", "replace")  # as Excel saves it in Western Europe
 
 
-def _fact(key: str, text: str) -> Fact | None:
-    """A fact as a name or a cell has it; None where a number above 0 is expected, as in a scene, and it is none."""
+def _fact(key: str, text: str, unit: str = "") -> Fact | None:
+    """A fact as a name or a cell has it, in SI units; None where a number above 0 is expected, and it is none."""
     if key not in _NUMERIC:
         return text.strip()
     try:
         number = float(text.replace(",", "."))
     except ValueError:
         return None
+    number = float(to_si(np.array(number), unit)) if unit else number
     return number if 0.0 < number < math.inf else None

@@ -38,6 +38,8 @@ QUANTITIES: dict[str, dict[str, float]] = {
 """Quantity -> unit -> how many of it make the quantity's first unit, which recordings use."""
 UNIT = {quantity: next(iter(units)) for quantity, units in QUANTITIES.items()}
 """Quantity -> the unit of recordings."""
+NORMAL_FORCE = re.compile(r"fn|fz|n|.*(normal|load|clamp|preload|anpress).*", re.IGNORECASE)
+"""Names of a normal force, as a log's column or a sheet's heading, whose unit is that of a force."""
 _QUANTITY = {unit: quantity for quantity, units in QUANTITIES.items() for unit in units}
 
 _SPELLINGS = {

@@ -29,7 +29,7 @@ recording: errors schema units
 units:
 log_options: units
 scene: errors files log_options simulator
-experiment: errors files scene
+experiment: errors files scene units
 hdf5: __init__ errors files recording schema units
 maps: errors files hdf5 schema simulator tables workers
 logs: errors files hdf5 log_options recording units

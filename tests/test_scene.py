@@ -8,7 +8,7 @@ import pydantic
 import pytest
 
 from frictionlab.errors import SceneError
-from frictionlab.experiment import facts_of
+from frictionlab.experiment import facts_of, is_sheet
 from frictionlab.scene import Scene, read_scene, scene_from_tables
 from tests.desk import STOREYS
 
@@ -199,6 +199,19 @@ def test_the_sheet(tmp_path: Path) -> None:
     assert "no row for c.csv" in facts_of(what, Path("c.csv")).warnings[0]
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "log;material;normal force [N];frequency [Hz]\na;oak;2,5;1,9\n",
+        "Datei;Werkstoff;Normalkraft [kN];Frequenz [Hz]\na;oak;0,0025;1,9\n",
+    ],
+)
+def test_headings_in_words_with_units_are_read(text: str, tmp_path: Path) -> None:
+    (tmp_path / "tests.csv").write_text(text)
+    facts = facts_of(scene(tmp_path, sheet="tests.csv"), Path("a.csv")).values
+    assert (is_sheet(tmp_path / "tests.csv"), facts["material"], facts["normal_force_n"]) == (True, "oak", 2.5)
+
+
 def test_a_sheet_as_excel_saves_it_is_read_and_a_workbook_is_named(tmp_path: Path) -> None:
     what = scene(tmp_path, sheet="tests.csv")
     (tmp_path / "tests.csv").write_bytes("log;material\na;Gu\u00dfeisen\n".encode("cp1252"))
@@ -217,6 +230,7 @@ def test_a_sheet_as_excel_saves_it_is_read_and_a_workbook_is_named(tmp_path: Pat
         ("log,normal_force_n\na,heavy\n", "row 2: normal_force_n: expected a number above 0; got 'heavy'"),
         ("log,normal_force_n\n,\n\nb,10\na,-3\n", "row 5: normal_force_n: expected a number above 0; got '-3'"),
         ("log,normal_force_n\na,inf\n", "row 2: normal_force_n: expected a number above 0; got 'inf'"),
+        ("log,normal force [mm]\na,3\n", r"column 'normal force \[mm\]': expected a unit like N; got mm"),
         ("log,material\n../../etc/passwd,steel\n", "leaves the sheet's folder"),
         ("", "expected a `log` column"),
     ],

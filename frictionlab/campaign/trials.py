@@ -25,6 +25,7 @@ TURNED = (
     " the log again with the right columns (--mass, --base)"
 )
 PRESCRIBED = "its motion is prescribed: no frame answers it: `frictionlab batch` without --campaign compares each test"
+NO_FACTS = ("its facts are not known", "is taken as a remark")  # of sentences on a name or a sheet
 LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
 NEEDED = (RATIO, ENERGY, AMPLITUDE)
 ESTIMATES = ("ratio", "energy", "energy_joules", "amplitude", "steady_energy", "steady_amplitude")
@@ -220,7 +221,7 @@ def _reason(trial: Trial) -> str | None:
         return encodable(str(said)) if said else "its measurement failed and gives no reason"
     gone = [key for key in ("material", "normal_force_n") if not getattr(trial, key)]
     if gone:
-        why = next((f"{said}: " for said in trial.warnings if "its facts are not known" in said), "")
+        why = next((f"{said}: " for said in trial.warnings if any(word in said for word in NO_FACTS)), "")
         return f"no {', no '.join(gone)}: {why}name them in the scene ([experiment], name_pattern or sheet)"
     if len(trial.material or "") > LONGEST_NAME:
         got = len(trial.material or "")

@@ -13,7 +13,7 @@ import numpy as np
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import FURTHER, LASERS, LogOptions
-from frictionlab.units import ACCELERATION, LENGTH, TIME, UNIT, VOLTS, known_unit, quantity_of, split_unit
+from frictionlab.units import ACCELERATION, LENGTH, NORMAL_FORCE, TIME, UNIT, VOLTS, known_unit, quantity_of, split_unit
 
 if TYPE_CHECKING:
     from frictionlab.logs.layouts import LogLayout
@@ -35,7 +35,6 @@ _BASE = re.compile(
 )
 _RELATIVE = re.compile(r"(.*[\W_])?(rel|relative|relativ)(\d*[\W_].*)?\d*|x ?[-–−] ?y|mass ?[-–−] ?base", re.IGNORECASE)
 _NUMBERED = re.compile(r"(?:.*[\W_])?(?:mass|masse|massa|m|x)[ _-]?(\d{1,2})(?:[\W_].*)?", re.IGNORECASE)
-_NORMAL = re.compile(r"fn|fz|n|.*(normal|load|clamp|preload|anpress).*", re.IGNORECASE)
 _FRICTION = re.compile(r"f|ft|fx|fr|.*(friction|tangential|lateral|force|kraft|reib).*", re.IGNORECASE)
 _SAYS = re.compile(  # what a column holds, by the words of its name
     r"(?P<force>force|kraft|reib|friction|tangential|\bnormal|\bload\b)|(?P<torque>torque|dreh?moment|\bmoment\b)"
@@ -256,7 +255,7 @@ def channel_named(column: LogColumn, *, numbered: bool = True) -> str:
             return f"mass{f'_{number}' if number not in ('', '1') else ''}_{quantity}"
         return f"base_{quantity}" if _BASE.fullmatch(column.name) else ""
     if quantity == "force":
-        if _NORMAL.fullmatch(column.name):
+        if NORMAL_FORCE.fullmatch(column.name):
             return "normal_force"
         return "contact_force" if _FRICTION.fullmatch(column.name) else ""
     if is_displacement(column) and numbered and number not in ("", "1"):

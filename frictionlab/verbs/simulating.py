@@ -242,14 +242,13 @@ def _of_material(scene: "Scene", found: Iterable[object]) -> "Scene":
 
 def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
     """The scene with forces and frequency ratios of its tests where ``[plan]`` has none, and lines that say so."""
-    from frictionlab.experiment import facts_of
-    from frictionlab.tables import read_rows
+    from frictionlab.experiment import facts_of, logs_in_sheet
     from frictionlab.verbs.inputs import logs_in
 
     experiment, given = scene.experiment, scene.plan.model_fields_set
     logs = set[Path]()
     if experiment.sheet is not None and (scene.folder / experiment.sheet).is_file():  # a plan may be what writes it
-        logs |= {Path(str(row["log"])) for row in read_rows(scene.folder / experiment.sheet) if row.get("log")}
+        logs |= {Path(log) for log in logs_in_sheet(scene.folder, experiment.sheet, ())[1] if log}
     elif experiment.name_pattern is not None:
         others = {tap for pattern in experiment.taps for tap in scene.folder.glob(pattern)}
         with contextlib.suppress(UsageError, OSError):

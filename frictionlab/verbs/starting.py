@@ -4,14 +4,14 @@ import contextlib
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.experiment import is_sheet, logs_in_sheet, matched
+from frictionlab.experiment import as_remarks, headings_of, is_sheet, logs_in_sheet, matched
 from frictionlab.files import make_folder, stem_of, write_whole
 from frictionlab.scene import SCENE_NAME
 from frictionlab.scene.text import template, value_text
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from frictionlab.uncertainty import Average
 
 MOST_READ = 12  # logs that are read; the names of all are
+SHEETS = 1 << 16  # bytes; a larger file is no list of tests
 MOVES = 0.05  # a base that moves more than this share of the mass drives it
 OF_CONTACT = ("contact_force", "torque")  # channels of a tribometer, whose logs have no base
 LATEST = 0.7  # share of a record after which nothing is said to have settled
@@ -43,20 +44,21 @@ class Found:
     taps: tuple[Path, ...] = ()  # logs of free decays of the mass
     unread: Mapping[Path, str] = field(default_factory=dict)  # logs that cannot be read as they are, with the reason
     sheet: str | None = None  # name of a CSV that lists the tests: it has a `log` column
+    sheet_says: tuple[str, ...] = ()  # which facts of them
     name_pattern: str | None = None  # what the names of the logs say, as in [experiment]
     odd: tuple[str, ...] = ()  # tests whose names do not say it
     is_tribometer: bool = False  # no test has a base, all measure a force of the contact: [rig] kind = "prescribed"
     settled_s: Mapping[Path, float] = field(default_factory=dict)  # when the motion of each test looked at had settled
     frame: "Mapping[str, Average]" = field(default_factory=dict)  # natural frequency and damping ratio, from the taps
-    doubts: tuple[str, ...] = ()  # of taps that contradict each other
+    doubts: tuple[str, ...] = ()  # of taps that contradict each other, of a sheet's headings
 
     @property
     def lacks(self) -> tuple[str, ...]:
         """What nobody can find in logs: what is to be asked for, as keys of a scene."""
         rig = () if "natural_frequency_hz" in self.frame else ("rig.natural_frequency_hz",)
         rig = () if self.is_tribometer else (*rig, "rig.mass_kg")
-        facts = self.name_pattern or ""
-        open_keys = [] if self.sheet else [f for f in ("material", "normal_force_n") if f.rstrip("_n") not in facts]
+        facts = " ".join((self.name_pattern or "", *self.sheet_says))
+        open_keys = [f for f in ("material", "normal_force_n") if f.rstrip("_n") not in facts]
         return (*rig, *(f"experiment.{key}" for key in open_keys))
 
 
@@ -72,6 +74,7 @@ def look(folder: FilePath) -> Found:
     files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
     sheets = [p for p in files if is_sheet(p)]
     sheet = next((p.name for p in sheets if logs_in_sheet(place, p.name, files)[0]), None)
+    says, others = headings_of(place, sheet) if sheet else ([], [])
     logs = [p for p in files if p not in sheets and not p.name.startswith(".")]
     tests: list[Path] = []
     taps: list[Path] = []
@@ -83,7 +86,8 @@ def look(folder: FilePath) -> Found:
     for number, log in enumerate(logs):
         reason = ""
         try:
-            if number >= MOST_READ and not stem_of(log).lower().startswith("tap"):
+            is_list = log.stat().st_size < SHEETS and _names_some(log, logs)
+            if number >= MOST_READ and not is_list and not stem_of(log).lower().startswith("tap"):
                 tests.append(log)
                 continue
             recording = ingest(log)
@@ -107,11 +111,12 @@ def look(folder: FilePath) -> Found:
             unread[log] = (reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: ")
     unread |= {path: LISTS for path in unread if path.is_file() and _names_some(path, tests)}
     pattern, odd = pattern_of([stem_of(log) for log in tests])
-    return Found(
+    found = Found(
         tests=tuple(tests),
         taps=tuple(taps),
         unread=unread,
         sheet=sheet,
+        sheet_says=tuple(says),
         name_pattern=pattern,
         odd=odd,
         is_tribometer=has_base == {False},
@@ -119,6 +124,8 @@ def look(folder: FilePath) -> Found:
         frame=averages(decays),
         doubts=tuple(f"{of_log[number]}: {sentence}" for number, sentence in taps_apart(decays)),
     )
+    is_open = others and any(key.startswith("experiment.") for key in found.lacks)
+    return replace(found, doubts=(*found.doubts, f"{sheet}: {as_remarks(others)}")) if is_open else found
 
 
 def _names_some(path: Path, logs: Sequence[Path]) -> bool:
