@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 CERTAIN = 1000.0  # logarithm of a Bayes factor
 SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
-SEVERAL = 5  # predictions from which progress is shown
 HEADS = {
     "rank": "test",
     "frequency_ratio": "r",
@@ -156,8 +155,7 @@ def predict(
     ratios = None if r is None else values_of(r, "--r")
     if to.output is not None:
         check_output(to.output, PREDICTIONS, force=to.force, inputs=read)
-    several = len(ratios or ())
-    with count("predict", quiet=to.quiet or to.as_json or several < SEVERAL, total=several) as progress:
+    with count("predict", quiet=to.quiet or to.as_json or ratios is None, total=len(ratios or ())) as progress:
         found = predict(
             law_file, ratios, normal_force_n=normal_force, base_amplitude_m=base_amplitude, base_motion=base_motion,
             progress=progress,

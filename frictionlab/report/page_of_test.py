@@ -50,7 +50,7 @@ def write_sheets(campaign: Campaign, folder: Path, *, force: bool = False) -> No
             with contextlib.suppress(AnalysisError):
                 measured = measure(recording, scene)
         seen = (trial, scene, verdicts.get(trial.source), fitted.get(trial.source), measured)
-        text = sheet_page(*seen, lag=lag, back="../report.html#tests")
+        text = sheet_page(*seen, lag=lag)
         write_whole(folder / sheet_name(number, trial), text.encode(), replace=force or is_page)
 
 
@@ -62,13 +62,12 @@ def sheet_page(
     measurement: Measurement | None = None,
     *,
     lag: str = "",
-    back: str = "",
 ) -> str:
     """The page of a test; whatever stood in a log is escaped by the template.
 
     ``verdict``: what the campaign's fit says of it; ``fitted``: what the fit of all tests simulates for this one, and
     the phase (rad) by which its base's channel is late; ``measurement``: where the recording is at hand; ``lag``: in
-    words, that its energies are those at the lag found; ``back``: link to the page of all tests.
+    words, that its energies are those at the lag found.
     """
     shares = (share or 0.0 for share in trial.systematic)
     means = [mean.widened(share) if mean.u is None else mean for mean, share in zip(trial.means, shares, strict=False)]
@@ -80,7 +79,6 @@ def sheet_page(
         warnings=dict.fromkeys((*trial.warnings, *(measurement.warnings if measurement else ()))),
         verdict=verdict,
         lag=lag,
-        back=back,
         force=Estimate(trial.normal_force_n),
         base=Estimate(trial.base_amplitude_m).scaled(1e3),
         means=means,

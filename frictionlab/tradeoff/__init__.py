@@ -111,7 +111,7 @@ R, BETA, NATURAL_HZ, BASE_M = 0.3, 0.6, 3.13, 1.8e-3
 DRIVE_HZ = R * NATURAL_HZ  # 0.939 Hz
 NOISE = 4.4e-4  # rms over Y: 0.8 um on 1.8 mm
 DURATION_S, RATE_HZ = 70.0, 250.0
-RECORDINGS, FEW = 12, 4  # of each kind, each with its own noise and phase; where recordings are long
+RECORDINGS = 4  # each with its own noise and phase
 TRUTH = "synthetic recordings of the exact orbit"
 SCENE = Scene(rig=Rig(natural_frequency_hz=NATURAL_HZ), analysis=Analysis(transient_s=20.0, cycles="all"))
 
@@ -156,18 +156,16 @@ def _each(
     settings: Mapping[str, Scene],
     default: str,
     measured: Callable[[Recording, Scene], float | FloatArray],
-    *,
-    count: int = FEW,
 ) -> tuple[Setting, ...]:
     """Measure every recording with each setting."""
-    those = [recording(seed) for seed in range(count)]
+    those = [recording(seed) for seed in range(RECORDINGS)]
 
     def run(scene: Scene) -> FloatArray:
         return np.hstack([measured(one, scene) for one in those])
 
     runs = {name: partial(run, scene) for name, scene in settings.items()}
     found = run_trials(knob, quantity, truth, TRUTH, runs, default)
-    return tuple(replace(s, seconds=s.seconds / count) for s in found)
+    return tuple(replace(s, seconds=s.seconds / RECORDINGS) for s in found)
 
 
 def _analysis(**keys: object) -> Scene:
@@ -179,7 +177,7 @@ def padding() -> tuple[Setting, ...]:
     settings = {f"{n}x": _analysis(padding=n) for n in (1, 4, 16)}
     return _each(
         "fft padding", "drive_frequency_hz", DRIVE_HZ, settings, "4x",
-        lambda one, scene: measure(one, scene).drive_frequency_hz, count=RECORDINGS,
+        lambda one, scene: measure(one, scene).drive_frequency_hz,
     )  # fmt: skip
 
 

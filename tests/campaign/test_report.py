@@ -208,14 +208,14 @@ def test_a_page_without_a_recording_tells_numbers_and_joules(campaign: Campaign)
     first, scene, verdicts = campaign.trials[0], campaign.scene, campaign.verdicts
     pages = [sheet_page(trial, scene, verdicts.get(trial.source)) for trial in campaign.trials]
     known = replace(first, energy_joules=Estimate(4.4712e-3, None, 1.9e-5))
-    text = sheet_page(known, scene, verdicts[first.source], back="../report.html")
+    text = sheet_page(known, scene, verdicts[first.source])
     assert "4.471 ± 0.019 mJ" in text, "as the measurement has them: with the stiffness's error"
     assert "mJ" not in pages[0]
     assert "The recording is not at hand" in text
     assert "in the fit of its group" in text
     assert any(">1 standard error<" in one for one in pages)
     assert not any(">1 standard errors<" in one for one in pages)
-    assert 'href="../report.html"' in text
+    assert 'href="../report.html#tests"' in text
     assert "<b>Failed:</b> no drive &amp; &lt;b&gt;nothing" in pages[-1]
 
 
