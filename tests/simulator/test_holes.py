@@ -169,6 +169,12 @@ def test_so_near_to_resonance_that_no_cycle_of_thousands_repeats_is_refused_by_n
     assert "was not seen to settle on an orbit within the work allowed" in state.verdict
 
 
+def test_a_contact_that_holds_on_a_moving_wall_holds_from_cycle_to_cycle() -> None:
+    uneven = {"static_ratio_up": 1.2, "static_ratio_down": 1.1}
+    run = simulate(Problem(0.4, 0.3, wall="base", law="coulomb+breakaway", parameters=uneven), cycles=6)
+    assert np.ptp(run.stops[-1]) > 4.0 * pi
+
+
 def test_the_motion_told_next_to_resonance_is_where_rest_goes_in_the_end() -> None:
     state = steady_state(Problem(1.0001, 0.1, 1.9))
     assert settles_on(state, 400_000, 1e-6 * (state.response_amplitude or 0.0))

@@ -79,10 +79,7 @@ def grows(system: Any) -> bool:
         force += system.brake[c]
     for m in range(system.harmonics):
         k = m + 1.0
-        drive = system.push[0, 0]
-        for c in range(system.contacts):  # relative to a wall that moves with the base the force is r^2 k^2
-            drive = system.inertia[0, 0] * k * k if system.follow[c] != 0.0 else drive
-        if gap(system.r, k) == 0.0 and force < 0.25 * pi * abs(drive * system.lines[m]):
+        if gap(system.r, k) == 0.0 and force < 0.25 * pi * abs(system.push[0, 0] * system.lines[m]):
             return True
     return False
 
@@ -132,9 +129,9 @@ def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
     least, largest = (high - up) / up_share, (low + down) / down_share
     if least > largest:
         return False
-    if system.follow[0] == 0.0 and least <= y[0] <= largest and y[1] == 0.0:
+    if least <= y[0] <= largest and y[1] == 0.0:
         return True
-    image, before, f = np.empty(len(y)), 0.0, 0.0
+    image, before = np.empty(len(y)), 0.0
     leg.tau, leg.span, leg.turns, leg.sign = 0.0, TURN, 1, 1.0
     for cycle in range(RESTING):
         if orbit.carry(flow, leg, y, image, False) != DONE:
@@ -143,14 +140,13 @@ def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
         if work.path == 0.0:
             return True
         before = work.path if cycle == RESTING // 2 else before
-    f = work.f[0] * system.follow[0]
-    place, inside = y[0] - f, 4e-16 * (orbit.drive_size(system) + abs(least) + abs(largest))
+    inside = 4e-16 * (orbit.drive_size(system) + abs(least) + abs(largest))
     aim = 0.5 * (least + largest)
     if largest - least > 2.0 * inside:
-        aim = min(max(place, least + inside), largest - inside)
-    rests = alone or (work.path < 0.5 * before and abs(place - aim) < 4.0 * RESTING * work.path)
+        aim = min(max(y[0], least + inside), largest - inside)
+    rests = alone or (work.path < 0.5 * before and abs(y[0] - aim) < 4.0 * RESTING * work.path)
     if rests:
-        y[0], y[1] = aim + f, system.follow[0] * work.f[1]
+        y[0], y[1] = aim, 0.0
     return rests
 
 
@@ -194,16 +190,13 @@ def fill_starts(system: Any, work: Any, starts: FloatArray) -> None:
     n = system.masses
     work.tau = 0.0
     base_at_time(system, work)
-    f = work.f[0]
     for kind in range(3):
         if kind == 0 or not start_from(system, work, starts[kind], kind == 1):
             for k in range(2 * n + system.sliders):
                 starts[kind, k] = 0.0
-            if n == 1 and system.contacts == 1:  # at rest on its wall
-                starts[kind, 0], starts[kind, 1] = system.follow[0] * f, system.follow[0] * work.f[1]
         for c in range(system.contacts):
             for i in range(system.first[c], system.first[c + 1]):
-                starts[kind, 2 * n + i] = 0.0 if kind == 1 else place_of(system, starts[kind], c, f)
+                starts[kind, 2 * n + i] = 0.0 if kind == 1 else place_of(system, starts[kind], c, work.f[0])
 
 
 @inlined
@@ -212,16 +205,14 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
     system, work = flow.system, flow.work
     if not is_plain(system) or system.harmonics != 1 or system.limit[0] == 0.0:
         return False
-    drive = abs(system.lines[0]) * (system.inertia[0, 0] if system.follow[0] != 0.0 else 1.0)
-    amplitude, phase = den_hartog(system.r, system.limit[0] / drive)
-    amplitude *= drive
+    drive = system.push[0, 0] * system.lines[0]
+    amplitude, phase = den_hartog(system.r, system.limit[0] / abs(drive))
+    amplitude *= abs(drive)
     if amplitude * system.inertia[0, 0] <= system.limit[0] * (1.0 - 1e-9) or amplitude == 0.0:
         return False
     image = np.empty(2)
-    leg.tau, leg.span, leg.turns, leg.sign = (phase - np.angle(system.lines[0])) % TURN, 0.5 * pi, 1, 1.0
-    work.tau = leg.tau
-    base_at_time(system, work)
-    y[0], y[1] = amplitude + system.follow[0] * work.f[0], system.follow[0] * work.f[1]
+    leg.tau, leg.span, leg.turns, leg.sign = (phase - np.angle(drive)) % TURN, 0.5 * pi, 1, 1.0
+    y[0], y[1] = amplitude, 0.0
     if orbit.carry(flow, leg, y, image, False) != DONE:
         return False
     y[0], y[1] = image[0], image[1]
@@ -287,8 +278,8 @@ def is_symmetric(flow: Any, leg: Any, y: FloatArray, image: FloatArray) -> bool:
 
 
 @inner
-def fill_energies(system: Any, leg: Any, held: bool, numbers: Any, row: FloatArray) -> None:
-    """Fill what an account says into a row; an orbit whose energies do not close is none."""
+def fill_energies(system: Any, leg: Any, held: bool, size: float, numbers: Any, row: FloatArray) -> None:
+    """Fill what an account says of an orbit of a size into a row; one whose energies do not close is none."""
     cycles, taken = leg.span * leg.turns / TURN, 0.0
     for c in range(system.contacts):
         taken += numbers.contact[c]
@@ -296,18 +287,19 @@ def fill_energies(system: Any, leg: Any, held: bool, numbers: Any, row: FloatArr
     row[places.CONTACT_ENERGY], row[places.FRAME_ENERGY] = taken / cycles, numbers.frame / cycles
     row[places.CLOSURE] = abs(numbers.gap) / cycles
     alone = system.masses == system.contacts == 1 and system.damping[0, 0] == system.dashpot[0]
-    if alone and (system.follow[0] == 0.0 or system.harmonics == 1):  # then the loop is what the contact takes
-        row[places.ENERGY] = taken / cycles / (system.inertia[0, 0] if system.follow[0] != 0.0 else 1.0)
+    if alone and (system.moves or system.harmonics == 1):  # then the loop is what the contact takes
+        row[places.ENERGY] = taken / cycles / (1.0 if system.moves else system.inertia[0, 0])
         row[places.FRAME_ENERGY] = 0.0
     high, low = numbers.high[0], numbers.low[0]
     row[places.AMPLITUDE] = max(high, -low) if leg.sign < 0.0 else 0.5 * (high - low)
     if held and system.sliders == 0 and system.masses == 1:  # it stands, or moves with the base: to the letter
         row[places.ENERGY] = row[places.CONTACT_ENERGY] = row[places.CLOSURE] = 0.0
-        row[places.AMPLITUDE] = row[places.AMPLITUDE] if system.follow[0] != 0.0 else 0.0
+        row[places.AMPLITUDE] = 0.0 if system.moves else row[places.AMPLITUDE]
     row[places.STOPS] = 0.0 if held or system.contacts == 0 else numbers.stops[0] / cycles
     row[places.STUCK_SHARE] = 1.0 if held else numbers.stuck[0] / (cycles * TURN)
     row[places.OUTCOME] = places.STUCK if held else places.PERIODIC
-    least = 1e-3 * (taken + numbers.frame) / cycles + 1e-10 * orbit.drive_size(system) * row[places.AMPLITUDE]
+    force = abs(system.push[0, 0]) * orbit.drive_size(system)
+    least = 1e-3 * (taken + numbers.frame) / cycles + 1e-10 * force * size
     if not held and row[places.CLOSURE] > least:
         for k in range(places.ENERGY, places.MISS + 1):
             row[k] = nan
@@ -353,7 +345,7 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
         return
     held = (work.path == 0.0 or outcome == places.STUCK) and system.contacts > 0
     call_account(system.account, (system, work, flow.pieces, work.count, sums))
-    fill_energies(system, leg, held, sums, row)
+    fill_energies(system, leg, held, orbit.size_of(system, work, y), sums, row)
     straight = leg.sign < 0.0 and work.signature == 1 + TURN_OF and is_plain(system) and system.limit[0] > 0.0
     if straight and system.harmonics == 1 and row[places.OUTCOME] == places.PERIODIC:  # it is Den Hartog's
         row[places.SOLVER] = places.CLOSED_FORM

@@ -130,7 +130,11 @@ def _systems(
     contacts: Sequence[tuple[FloatArray, float, Mapping[str, Any]]],
     base: Base,
 ) -> Any:
-    """Return frames (k,): r (k,), mass, damping and stiffness; of each contact row, whether it follows, and numbers."""
+    """Return frames (k,): r (k,), mass, damping and stiffness; of each contact row, whether it follows, and numbers.
+
+    Where contacts are against the base and none against the wall, coordinates are relative to the base, which drives by
+    its acceleration.
+    """
     _refuse_more("harmonics of the base", base.harmonics, phase.HARMONICS)
     systems, (mass, damping, stiffness), n = record_of(phase.SYSTEM, len(r)), frame, len(frame[0])
     systems["run"], systems["advance"], systems["look"], systems["account"] = RUNNER, ADVANCER, LOOKER, ACCOUNT
@@ -154,18 +158,15 @@ def _systems(
         systems["first"][:, c + 1] = systems["first"][:, c]
         for k in range(len(r) if "stiffness_ratio" in values else 0):
             _set_sliders(systems[k], c, {name: float(np.ravel(numbers)[k]) for name, numbers in values.items()})
+    if any(follow for _, follow, _ in contacts) and all(follow or row.sum() == 0.0 for row, follow, _ in contacts):
+        systems["push"][:, :n, 0], systems["push"][:, :n, 1] = -systems["inertia"][:, :n, :n].sum(axis=-1), 0.0
+        systems["follow"], systems["moves"] = 0.0, 0.0
+        systems["lines"][:, : base.harmonics] *= -(np.arange(1.0, base.harmonics + 1.0) ** 2)
     return systems
 
 
 def _inverse(mass: FloatArray) -> FloatArray:
     return np.asarray(1.0 / mass if len(mass) == 1 else np.linalg.inv(mass))
-
-
-def feel_acceleration(systems: Any) -> None:
-    """Change a system's coordinates to those relative to the base, which then drives by its acceleration."""
-    n = int(systems[0]["masses"])
-    systems["push"][0, :n, 0], systems["push"][0, :n, 1] = -systems["inertia"][0, :n, :n].sum(axis=1), 0.0
-    systems["follow"][:], systems["moves"] = 0.0, 0.0
 
 
 def _set_sliders(system: Any, contact: int, numbers: Mapping[str, float]) -> None:

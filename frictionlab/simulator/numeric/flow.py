@@ -13,7 +13,7 @@ from frictionlab.simulator.compiled import address_of, record_of
 from frictionlab.simulator.exact.flow import FORMULA
 from frictionlab.simulator.exact.motion import COUNT, WORK
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, SLIDERS, STEEP
-from frictionlab.simulator.exact.solve import Flow, Solved, feel_acceleration
+from frictionlab.simulator.exact.solve import Flow, Solved
 from frictionlab.simulator.laws import TERMS, formula_of
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
@@ -54,9 +54,6 @@ class Integrated(Flow):
         self.what, self.frame, self.rtol, self.works = what, frame, rtol, record_of(WORK)
         self.problem = what if isinstance(what, Problem) else what.first_contact
         system, n, h = self.systems[0], self.masses, int(self.systems[0]["harmonics"])
-        if frame.follows_base:
-            feel_acceleration(self.systems)
-            system["lines"][:h] *= -(np.arange(1.0, h + 1.0) ** 2)
         waves = 1j * np.arange(1, h + 1) * system["push"][:n, 1:] + system["push"][:n, :1]
         self._sizes = np.abs(waves * system["lines"][:h])  # (n, h): of the forces on the masses
         fastest = 1.0 if n == 1 else float(frame.natural_frequencies[-1])

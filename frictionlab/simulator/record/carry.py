@@ -9,7 +9,7 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.exact.account import NUMBERS
 from frictionlab.simulator.exact.answer import travel
-from frictionlab.simulator.exact.solve import Flow, feel_acceleration
+from frictionlab.simulator.exact.solve import Flow
 from frictionlab.simulator.numeric import Integrated
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record.base import BaseRecord
@@ -32,8 +32,6 @@ def carry(
     flow: Flow = Flow(what) if exact else Integrated(what)
     parts = 1 if exact else ceil(float(np.diff(base.time).max()) / LONGEST)
     time, cubics = base.pieces(parts, acceleration=frame.follows_base)
-    if exact and frame.follows_base:
-        feel_acceleration(flow.systems)
     system, n = flow.systems[0], flow.masses
     if isinstance(flow, Integrated):
         push = np.array([system["push"][:n] @ cubics[:, k : k + 2].T for k in (0, 1)])  # on the masses, and its slope
