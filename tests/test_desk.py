@@ -212,10 +212,7 @@ def test_an_explanation_is_short_and_tells_what_the_comparison_found(told: Expla
 
 
 def test_a_dozen_lines_keep_law_values_doubts_and_what_to_do_next(told: Explanation) -> None:
-    said = (
-        "friction_ratio: the fit moved the lag by 12 ms: measure it and declare it",
-        *(f"odd {n}" for n in "abcdef"),
-    )
+    said = ("friction_ratio: the fit moved the lag by 12 ms: measure it and declare it", *"abcdef")
     much = replace(told, comparison=replace(told.comparison, warnings=said))
     lines = much.short(11)
     assert 8 <= len(lines) <= 11
@@ -277,8 +274,9 @@ def test_the_figure_has_newtons_and_millimetres_every_law_tried_the_verdict_and_
     assert np.abs(recovered).max(axis=0) == pytest.approx(  # half the swing [mm]; force of friction and dashpot [N]
         [1e3 * BASE_M * (told.comparison.response_amplitude or 0.0), STIFFNESS * BASE_M * 0.43], rel=0.1
     )
-    jump = np.unique(np.abs(np.asarray(speed.lines[1].get_xydata())[:, 0]) < 1e-9)
-    assert jump.tolist() == [False, True]
+    x, y = np.asarray(speed.lines[1].get_xydata()).T
+    steep = np.flatnonzero(np.abs(np.diff(y)) > 0.2 * y.max())
+    assert np.abs(x[[steep, steep + 1]]).max() < 1e-9, "friction jumps where the mass rests, and nowhere else"
     assert len(misfit.get_yticklabels()) == len(evidence.get_yticklabels()) == len(told.comparison.laws or ())
     assert "coulomb+speed: explained" in figure.get_suptitle()
     assert "! friction_ratio: a warning" in figure.get_supxlabel()

@@ -12,7 +12,7 @@ import typer
 from frictionlab.cli import complain
 from frictionlab.cli.options import ANALYSIS, LOG, Drawn, doubt_amplitude, named_values, number_of, scene_of
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.schema import AMPLITUDE, ENERGY, MOTIONS
+from frictionlab.schema import AMPLITUDE, BASE, ENERGY, MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ SAMPLES = 1000  # per cycle, of the motion in an .h5
 READ = ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")
 SETTINGS = {"natural_frequency_hz": ANALYSIS["natural_frequency_hz"], **{key: LOG[key] for key in READ}}
 SI = {
+    "Y": (BASE, 1e3, "mm"),
     "X": (f"{AMPLITUDE}_m", 1e3, "mm"),
     "E": (f"{ENERGY}_j", 1e3, "mJ"),
     "F": ("friction_force_n", 1, "N"),
@@ -39,6 +40,7 @@ OF_A_DAMPED_FRAME = (
     "With a damped frame: energy is the area of the loop, what the frame's spring gives the mass; contact energy is"
     " what spring and dashpot give it together; frame energy is what the dashpot takes itself."
 )
+ASSUMED = "base_amplitude_m: not given: {:.4g} mm is assumed: --base-amplitude M, or base_amplitudes_m under [plan]"
 IN_ALL = {"energy": "energy [kY²]", "peak_force": "peak force [kY]"}  # under a record
 SolverName = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
@@ -103,6 +105,9 @@ def simulate(
     amplitude = 1.0 if known is None else rubbing.base_amplitude or known.plan.base_amplitudes_m[0]
     problem = _posed(rubbing, known, [option for option in given if option != "--all"])(r, amplitude)
     in_si = partial(_in_si, y=amplitude, k=None if known is None else known.rig.stiffness)
+    given_y = known is None or rubbing.base_amplitude or "base_amplitudes_m" in known.plan.model_fields_set
+    if not (given_y or to.quiet):
+        complain(ASSUMED.format(1e3 * amplitude))
     _settle(problem, None if known is None else in_si, to, every=every, solver=solver, cycles=cycles)
 
 
@@ -111,7 +116,7 @@ def _in_si(row: Row, *, y: float, k: float | None) -> Row:
     amplitude, energy, beta = (row.get(key) for key in (AMPLITUDE, ENERGY, "beta"))
     if not isinstance(beta, float):
         return {}
-    known = {f"{AMPLITUDE}_m": amplitude * y if isinstance(amplitude, float) else None}
+    known = {BASE: y, f"{AMPLITUDE}_m": amplitude * y if isinstance(amplitude, float) else None}
     if k is None:
         return known
     joules = energy * k * y**2 if isinstance(energy, float) else None

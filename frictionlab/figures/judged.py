@@ -8,9 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
 from frictionlab.figures import style
 from frictionlab.inference.comparison import Comparison, ContactForce, OverFrequency
+from frictionlab.simulator.laws import law_of
 
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 ROW = 0.115  # inches: a law of the ladder
@@ -113,11 +115,22 @@ def draw_force(
     """
     size, newtons = 1e3 * contact.unit_m * (contact.turn if over_speed else 1.0), contact.unit_n or 1.0
     ways = (contact.velocity, contact.law_velocity) if over_speed else (contact.displacement, contact.law_displacement)
+    jumps = over_speed and law_of(contact.law).kind in ("rigid", "smooth")  # others yield in a stop
     for way, force, look in zip(ways, (contact.force, contact.law_force), (measured, law), strict=True):
         if way is not None and force is not None:
-            ax.plot(size * style.closed(way), newtons * style.closed(force), **look)
+            x, y = style.closed(way), style.closed(force)
+            x, y = _with_jumps(x, y) if jumps and look is law else (x, y)
+            ax.plot(size * x, newtons * y, **look)
     ax.set_xlabel("speed of the mass [mm/s]" if over_speed else "displacement of the mass [mm]")
     ax.set_ylabel("force of the contact, n / kY" if contact.unit_n is None else "force of the contact [N]")
+
+
+def _with_jumps(speed: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The line with two points at rest wherever the speed turns or stops: friction of a stiff contact jumps there."""
+    places = np.flatnonzero(np.diff(np.where(np.abs(speed) < STILL, 0.0, np.sign(speed)))) + 1
+    before_after = np.stack([force[places - 1], force[places]], axis=1)
+    twice = np.repeat(places, 2)
+    return np.insert(speed, twice, 0.0), np.insert(force, twice, before_after.ravel())
 
 
 def _draw_residual(contact: ContactForce, ax: Axes) -> None:

@@ -17,6 +17,7 @@ from frictionlab.figures import style
 from frictionlab.figures.judged import draw_evidence, draw_force
 
 SHOWN = 16  # laws of a ladder
+ASIDE = 0.015  # of the largest force: between the points of two materials
 HIGH = 6  # rows of a legend beside a low panel
 NORMAL = 1.96
 MOST_USED = 95  # per cent of the tests that a fit used are inside their panel
@@ -35,25 +36,29 @@ def friction(campaign: Campaign) -> Figure:
     """Friction coefficient over normal force.
 
     Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed: each material's
-    mean, where all its points would lie by Amontons' law. Right: the distance from it; dotted: the mean's confidence.
+    mean by the fit of one coefficient, where all its points would lie by Amontons' law; sensors and rig, common to all
+    points, are found anew for them, so all may lie on one side of it. Right: the distance from it, materials side by
+    side; dotted: the mean's confidence.
     """
     with style.drawing(3.2) as figure:
         axes = style.panels(figure, 2 if has_several_forces(campaign) else 1)
-        for i, test in enumerate(campaign.amontons):
+        most = max((f.normal_force_n for f in campaign.fits), default=1.0)
+        for i, (test, marker) in enumerate(zip(campaign.amontons, cycle(style.MARKERS), strict=False)):
             colour = style.PALETTE[i % len(style.PALETTE)]
             known = [f for f in campaign.fits if f.material == test.material and f.friction_coefficient is not None]
             force, value, low, high = (np.array([getattr(f, k) for f in known], dtype=np.float64) for k in POINT)
-            how: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 3.5, "capsize": 2}
+            how: dict[str, Any] = {"fmt": marker, "color": colour, "markersize": 3.5, "capsize": 2}
             axes[0].errorbar(force, value, yerr=[value - low, high - value], label=test.material, **how)
             if test.coefficient is not None and test.coefficient_se is not None:
                 percent, reach = 100.0 / test.coefficient, NORMAL * test.coefficient_se
                 axes[0].axhline(test.coefficient, color=colour, linewidth=0.6, linestyle="--")
-                for ax in axes[1:]:  # shifted sideways so that bars stay apart
+                for ax in axes[1:]:  # shifted sideways so that bars stay apart; dots of all lines take turns
+                    aside = most * ASIDE * (i - 0.5 * (len(campaign.amontons) - 1))
+                    dots = (2.0 * i, (1.0, 2.0 * len(campaign.amontons) - 1.0))
                     bars = [percent * (value - low), percent * (high - value)]
-                    ax.errorbar(force + 0.02 * i, percent * value - 100.0, yerr=bars, **how)
+                    ax.errorbar(force + aside, percent * value - 100.0, yerr=bars, **how)
                     for end in (-percent * reach, percent * reach):
-                        ax.axhline(end, color=colour, linewidth=0.8, linestyle=":")
-        most = max((f.normal_force_n for f in campaign.fits), default=1.0)
+                        ax.axhline(end, color=colour, linewidth=0.8, linestyle=dots)
         for ax, label in zip(axes, ("friction coefficient", "deviation from the material's mean [%]"), strict=False):
             ax.set(xlabel="normal force [N]", ylabel=label, xlim=(0.0, 1.1 * most))
         axes[0].set_ylim(bottom=0)
@@ -65,8 +70,8 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     """The contact.
 
     Friction force over displacement and speed, of the tests that the legend names; broad: recovered from the motion, no
-    law assumed; thin: the law. Right: log evidence of the laws tried, by all tests, less that of the law required
-    (orange).
+    law assumed, its corners rounded above 25 harmonics; thin: the law. Right: log evidence of the laws tried, by all
+    tests, less that of the law required (orange).
     """
     loops = [loop for loop in campaign.loops if loop[0].material == material]
     loops.sort(key=lambda loop: (round(loop[0].r, 2), loop[0].normal_force or 0.0))

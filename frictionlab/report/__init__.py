@@ -58,10 +58,10 @@ class Listing(NamedTuple):
     failed: frozenset[int] = frozenset()
 
 
-def with_se(value: object, error: object = None) -> str:
+def with_se(value: object, error: object = None, times: float = 1.0) -> str:
     """A number with its error, held together in one line; a dash if it is not known."""
     known = isinstance(value, (int, float)) and math.isfinite(value)
-    return with_error(value, error).replace(" ", "\N{NO-BREAK SPACE}") if known else UNKNOWN
+    return with_error(value, error, times).replace(" ", "\N{NO-BREAK SPACE}") if known else UNKNOWN
 
 
 def listing(table: schema.Table, listed: Sequence[Row], without: Sequence[str] = ()) -> Listing:
@@ -72,7 +72,10 @@ def listing(table: schema.Table, listed: Sequence[Row], without: Sequence[str] =
     names = [name for name in table.shown if name not in without]
     known = [name for name in names if any(row.get(name) not in (None, "") for row in listed)]
     columns = [column for name in known if (column := table.column(name)) is not None]
-    heads = [Cell(column.head, title=column.sentence, is_number=column.type.is_number) for column in columns]
+    heads = [
+        Cell("energy [mJ]" if column.unit == "J" else column.head, None, column.sentence, "", column.type.is_number)
+        for column in columns
+    ]
     return Listing(
         heads, [[_cell(row, head, column.name) for head, column in zip(heads, columns, strict=True)] for row in listed]
     )
@@ -82,7 +85,9 @@ def _cell(row: Row, head: Cell, name: str) -> Cell:
     value = row.get(name)
     if head.is_number:
         known = float(value) if isinstance(value, (int, float)) and math.isfinite(value) else None
-        return Cell(with_se(value, row.get(f"{name}_u") or row.get(f"{name}_se")), known, is_number=True)
+        times = 1e3 if head.text.endswith("[mJ]") else 1.0
+        said = with_se(value, row.get(f"{name}_u") or row.get(f"{name}_se"), times)
+        return Cell(said, known, is_number=True)
     if isinstance(value, bool):
         return Cell("yes" if value else "no")
     text = str(value or UNKNOWN)

@@ -263,7 +263,10 @@ def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
             notes.append(f"plan.{key}: not given: those of {where} are taken: {', '.join(f'{x:g}' for x in found)}")
     scene = _of_material(scene, [one.get("material") for one in facts])
     assumed = [f"{key} = {getattr(scene.plan, key)}" for key in ("base_amplitudes_m", "duration_s") if key not in given]
-    return scene, [*notes, f"plan: not given, assumed: {', '.join(assumed)}"] if assumed and notes else notes
+    return scene, [
+        *notes,
+        f"plan: not given, assumed: {', '.join(assumed)}: name yours under [plan]",
+    ] if assumed else notes
 
 
 def _known_in(folder: Path) -> list[Path]:

@@ -20,7 +20,7 @@ from frictionlab.analysis.measurement import measure
 from frictionlab.campaign import Campaign, evaluate
 from frictionlab.campaign.trials import trial_of
 from frictionlab.errors import UsageError
-from frictionlab.figures.materials import energy
+from frictionlab.figures.materials import energy, friction
 from frictionlab.figures.plates import plates
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference.compare import compare_record
@@ -35,7 +35,7 @@ from frictionlab.uncertainty import Estimate
 from frictionlab.verbs.evaluate import evaluate as evaluate_all
 from tests.analysis import test_force as cell
 from tests.campaign.fabricate import RATIOS, SCENE, row, steady_recording
-from tests.desk import ROOT, invoke
+from tests.desk import invoke
 
 SVG = b'<svg xmlns="http://www.w3.org/2000/svg" width="518pt" height="200pt"></svg>'
 EVIL = "<img src=x onerror=document.title='owned'>"
@@ -91,9 +91,13 @@ def test_the_answer_stands_first_and_every_part_is_there(text: str, campaign: Ca
     for material, verdict in ((test.material, test.verdict) for test in campaign.amontons):  # as the screen says it
         assert html.unescape(text).count(verdict.removeprefix(f"{material}: t")) == 1
     assert text.count("<figure") == len(plates(campaign)) + 1  # and all tests in one chart
+    beside = friction(campaign).axes[1].containers
+    assert len({bars[0].get_marker() for bars in beside}) == len(beside) == len(campaign.materials)
     assert "stiffness_n_per_m = 1191.0" in text[places[-1] :]
     assert "frictionlab 0" in text[places[-1] :]
     assert page_of(campaign) == text, "the same campaign gives the same page"
+    printed = text.partition("@media print")[2]  # a browser draws no button again on the next page
+    assert "th button { display: contents; }" in printed, "heads of a long table stand on each page"
 
 
 def test_one_material_is_not_ranked_and_energies_are_told_once(scene: Scene) -> None:
@@ -103,6 +107,7 @@ def test_one_material_is_not_ranked_and_energies_are_told_once(scene: Scene) -> 
     assert "energy [kY²]" in text
     joules = page_of(evaluate([trial_of({**one, "energy_per_cycle_j": 1e-3}) for one in rows], scene))
     assert "energy [kY²]" not in joules
+    assert re.search(r"energy \[mJ\](?s:.*)>1</td>", joules), "in millijoules, as on the screen and a test's page"
 
 
 def test_each_test_is_a_point_that_opens_its_page(text: str, campaign: Campaign) -> None:
@@ -196,12 +201,6 @@ def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").partition('<section id="warnings">')[2]
     assert page.count("in some cycles") == 1
     assert page.count("steel_N1_r0.5") == page.count("steel_N1_r0.7") == 1
-
-
-def test_heads_of_a_long_table_are_printed_on_each_page() -> None:
-    """A browser draws no button a second time: in print the head's words stand without theirs."""
-    style = (ROOT / "frictionlab" / "report" / "page.css").read_text(encoding="utf-8")
-    assert "th button { display: contents; }" in style.partition("@media print")[2]
 
 
 def test_a_page_without_a_recording_tells_numbers_and_joules(campaign: Campaign) -> None:

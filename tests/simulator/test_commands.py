@@ -32,7 +32,11 @@ def test_a_scene_gives_newtons_millimetres_and_millijoules(tmp_path: Path) -> No
     assert row["energy_per_cycle"] == pytest.approx(2.1260422664, abs=1e-10)
     assert row["energy_per_cycle_j"] == pytest.approx(row["energy_per_cycle"] * 800.0 * 4e-6, rel=1e-12)
     assert row["response_amplitude_m"] == pytest.approx(row["response_amplitude"] * 2e-3, rel=1e-12)
-    assert "F 0.64 N" in run(*words, "--coefficient", "0.32").stdout
+    shown = run(*words, "--coefficient", "0.32")
+    assert re.search("^Y 2 mm, X 2.*F 0.64 N$", shown.stdout, re.MULTILINE)
+    assert "assumed" not in shown.stderr
+    scene.write_text(scene.read_text().partition("[plan]")[0])
+    assert "1.8 mm is assumed: --base-amplitude M" in run(*words, "--coefficient", "0.32").stderr
     assert "or, all of them: --coefficient MU" in run(*words, status=2).stderr
 
 
