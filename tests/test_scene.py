@@ -199,17 +199,11 @@ def test_the_sheet(tmp_path: Path) -> None:
     assert "no row for c.csv" in facts_of(what, Path("c.csv")).warnings[0]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "log;material;normal force [N];frequency [Hz]\na;oak;2,5;1,9\n",
-        "Datei;Werkstoff;Normalkraft [kN];Frequenz [Hz]\na;oak;0,0025;1,9\n",
-    ],
-)
-def test_headings_in_words_with_units_are_read(text: str, tmp_path: Path) -> None:
-    (tmp_path / "tests.csv").write_text(text)
-    facts = facts_of(scene(tmp_path, sheet="tests.csv"), Path("a.csv")).values
-    assert (is_sheet(tmp_path / "tests.csv"), facts["material"], facts["normal_force_n"]) == (True, "oak", 2.5)
+def test_headings_in_words_with_units_are_read(tmp_path: Path) -> None:
+    for head, force in (("log;material;normal force [N];f", "2,5"), ("Datei;Werkstoff;Normalkraft [kN];f", "0,0025")):
+        (tmp_path / "tests.csv").write_text(f"{head} [Hz]\na;oak;{force};1,9\n")
+        facts = facts_of(scene(tmp_path, sheet="tests.csv"), Path("a.csv")).values
+        assert (is_sheet(tmp_path / "tests.csv"), facts["material"], facts["normal_force_n"]) == (True, "oak", 2.5)
 
 
 def test_a_sheet_as_excel_saves_it_is_read_and_a_workbook_is_named(tmp_path: Path) -> None:

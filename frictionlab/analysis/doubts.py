@@ -247,6 +247,7 @@ def _of_the_load_cell(m: "Measurement", taken: float) -> Iterator[str]:
 
 # Channels that are not what they are called --------------------------------------------------------------------------
 
+SMALL = 5e-3  # times the amplitude without friction: so little is a unit of another channel, or a contact that holds
 OFF, FITS, CLEARER = 0.1, 0.3, 2.0  # what friction leaves of the force where the mass never stops, one over the other
 
 
@@ -277,6 +278,9 @@ def _of_the_channels(layout: Layout, m: "Measurement", *, wall_moves: bool) -> I
     elif m.size > 5.0 * free:
         without = f"{free:.3g} Y without friction at r = {r:.3g}"
         yield f"response_amplitude: {m.size:.3g} Y, but {without}: {DOUBTED} (--unit), or the natural frequency"
+    elif r is not None and m.size < SMALL * free and _left(mass, base, r) > CLEARER * _left(1e3 * mass, base, r):
+        fits = "a thousand times as much fits the equation of motion"
+        yield f"response_amplitude: {m.size:.3g} Y, and {fits}: {DOUBTED} (--units mass=mm,base=mm, as each is)"
     elif r is not None and not m.is_blurred:
         yield from _relative(mass, base, m.stuck_fraction, r)
 

@@ -136,6 +136,8 @@ def _attribute_lines(node: h5py.Group, indent: str) -> Iterator[str]:
 def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[str, Any]:
     """Read the numeric arrays at the root of a file, and those one group deep as a mapping under the group's name.
 
+    The attribute ``units`` of arrays stands beside them, in a mapping ``units`` by their names.
+
     ``check_size`` is called with how many numbers all arrays hold and the file's size in bytes, and may raise.
 
     Raises
@@ -155,7 +157,10 @@ def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[st
             check_size(sum(int(dataset.size) for dataset in found.values()), path.stat().st_size)
             for name, dataset in found.items():
                 group, _, own = name.rpartition("/")
-                (tree.setdefault(group, {}) if group else tree)[own] = np.asarray(dataset[()], dtype=np.float64)
+                place = tree.setdefault(group, {}) if group else tree
+                place[own] = np.asarray(dataset[()], dtype=np.float64)
+                if units := text(dataset.attrs.get("units", "")):
+                    place.setdefault("units", {})[own] = units
             return tree
     except FrictionlabError:
         raise

@@ -14,7 +14,7 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
-from frictionlab.errors import UsageError
+from frictionlab.errors import DOUBTED, UsageError
 from frictionlab.schema import OUTCOME, Column, Table, Type, column_of, table_of
 
 Row = Mapping[str, object]
@@ -270,7 +270,7 @@ def few_of(names: Sequence[str]) -> str:
 
 
 def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, ...]]]:
-    """Group warnings (source, sentence) by cause, grave ones first.
+    """Group warnings (source, sentence) by cause: doubts of a unit first, of which others follow, then grave ones.
 
     Sentences that differ in their numbers alone, or in the source's name, are one, with the least and the largest of
     each number; of ranges the ends that are farthest. Where one source has several, as of gaps, its first stands for
@@ -299,7 +299,7 @@ def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, 
         sources = tuple(dict.fromkeys(source for source, _ in alike))
         said = _in_one(list(dict.fromkeys(first[source] for source in sources)))
         kinds.append((f"{said} (and {more} more such)" if more else said, sources))
-    return sorted(kinds, key=lambda kind: (not GRAVE.search(kind[0]), -len(kind[1])))
+    return sorted(kinds, key=lambda kind: (DOUBTED not in kind[0], not GRAVE.search(kind[0]), -len(kind[1])))
 
 
 def _in_one(sentences: Sequence[str]) -> str:

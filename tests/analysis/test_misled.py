@@ -88,6 +88,7 @@ def test_a_quiet_sensor_is_measured_by_its_step(r: float, beta: float, size: flo
         (0.5, lambda _, y: (y, y), "mass: its channel repeats the base's .*--mass"),
         (0.5, lambda _, y: (through_laser(y, np.random.default_rng(9)), y), "mass: its channel repeats the base's"),
         (0.5, lambda x, y: (1e-4 * np.random.default_rng(3).standard_normal(len(x)), y), "nothing but noise .*--mass"),
+        (0.5, lambda x, y: (1e-3 * x, y), "response_amplitude: .* a thousand times .* the unit looks wrong"),
     ],
 )
 def test_channels_that_are_not_what_they_are_called_are_named(r: float, fault: Fault, said: str) -> None:

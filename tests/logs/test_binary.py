@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Literal
 
+import h5py
 import numpy as np
 import openpyxl
 import pyarrow as pa
@@ -89,6 +90,11 @@ def test_a_matrix_has_a_column_for_each_channel(tmp_path: Path) -> None:
     path = matlab(tmp_path / "log.mat", "7.3", data=np.array([T, X, Y]))
     options = LogOptions(time="data1", mass="data2", base=3, unit="mm")
     assert_is_the_log(read_log(path, options))
+    path = matlab(tmp_path / "named.mat", "7.3", t=T, x=X, y=Y)
+    with h5py.File(path, "r+") as file:
+        for name, unit in (("t", "s"), ("x", "mm"), ("y", "mm")):
+            file[name].attrs["units"] = unit
+    assert_is_the_log(read_log(path))
 
 
 def test_matlab_that_holds_no_vectors_is_named(tmp_path: Path) -> None:
