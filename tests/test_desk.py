@@ -110,10 +110,8 @@ STUMBLES = [
     (("init", "typo"), "typo was not there: it was made new and is empty"),
     (("init", "emtpy"), "emtpy: there is no such folder: did you mean empty?"),
     (("campaign", "quoted.csv", "-o", "out"), "of raw logs, `frictionlab batch LOGS --campaign`"),
-    (
-        ("batch", LOG, "--scene", "rig.toml", "-o", "out", "--campaign", "--law", "coulomb+place"),
-        "no normal_force_n",
-    ),
+    (("batch", LOG, "--scene", "rig.toml", "--campaign", "--law", "coulomb+place"), "no normal_force_n"),
+    (("compare-numeric", LOG, "--mass", "x"), "--mass is an option of `frictionlab ingest`, whose recordings every"),
     (("compare-numeric", LOG, *SCENED, "--law-file", "law.toml", "--whole"), "`frictionlab predict --law-file LAW"),
     (("batch", LOG, "--scene", "disc.toml", "--campaign"), "frictionlab: rig.kind: its motion is prescribed"),
     (("batch", LOG, "--scene", "storeys.toml", "--campaign"), "frictionlab: rig: expected one mass with one contact"),

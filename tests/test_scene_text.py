@@ -84,6 +84,9 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     (logs / "broken.csv").write_text("file;g\nsteel_N1.25_r0.3.csv;9\nsteel_N1.25_r1.2.csv;9\n")
     (logs / "more").mkdir()
     tap(logs / "more" / "steel.csv", 1.0)
+    assert run("init", "logs/more").stdout.endswith("next: frictionlab free-vibration logs/more\n")
+    (logs / "more" / "frf.csv").write_text("r,amplitude [Y]\n0.5,1.1\n0.8,1.6\n")
+    assert run("init", "logs/more", "--force").stdout.endswith("next: frictionlab compare-numeric logs/more/frf.csv\n")
     (logs / "plan.csv").write_text("log,material\n09_steel_N1.25_r0.3,steel\n")  # of tests to come
     (logs / "results").mkdir()  # of a campaign: no logs, whatever their suffix
     (logs / "results" / "measurements.csv").write_text("source\n")

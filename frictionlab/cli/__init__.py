@@ -87,12 +87,24 @@ class Command(TyperCommand):
                 " set?"
             )
         if not ctx.resilient_parsing:
+            self._refuse_of_logs(ctx, args)
             self._check_values(ctx, args)
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
             error.message = _in_words(error)
             raise
+
+    def _refuse_of_logs(self, ctx: Any, args: list[str]) -> None:
+        """Refuse options of logs that this command has none of, and say which takes them."""
+        own = {name for param in self.get_params(ctx) for name in (*param.opts, *param.secondary_opts)}
+        words = (word.partition("=")[0] for word in args if word.startswith("--"))
+        for word in (word for word in words if word not in own):
+            from frictionlab.log_options import LogOptions
+
+            if word[2:].replace("-", "_") in LogOptions.model_fields:
+                said = "is an option of `frictionlab ingest`, whose recordings every command takes"
+                raise typer.BadParameter(f"{word} {said}; or give it in the scene, under [log]", ctx=ctx)
 
     def _check_values(self, ctx: Any, args: list[str]) -> None:
         """Refuse ``1_0`` and digits other than ASCII, which Python takes, weights for forces, names like options."""

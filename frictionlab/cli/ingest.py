@@ -193,6 +193,9 @@ def _asked(key: str) -> tuple[str, object] | None:
 
 def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
     """What was found, what is still to be filled in, and the one next command."""
+    from frictionlab.experiment import as_remarks
+    from frictionlab.verbs.starting import OVER_FREQUENCY
+
     counts = [screen.counted(len(logs), noun) for logs, noun in ((found.tests, "test"), (found.taps, "tap")) if logs]
     counts += [f"{len(found.unread)} not read"] if found.unread else []
     typer.echo(", ".join(counts) or printable(f"no logs in {path.parent} yet"))
@@ -203,17 +206,26 @@ def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
         typer.echo(f"natural frequency {with_error(mean.mean, mean.se)} Hz, from the taps")
     for doubt in found.doubts:
         screen.paragraph(f"warning: {doubt}", indent="    ")
+    is_open = any(key.startswith("experiment.") for key in open_keys)
     if found.sheet or found.name_pattern:
         where = f"the sheet {found.sheet}" if found.sheet else f"their names, {found.name_pattern}"
         screen.paragraph(f"facts of the tests: from {where}", indent="    ")
+    elif found.tests and is_open:
+        pattern = "[experiment] name_pattern takes them from names, like '{material} {normal_force_n}N {note}'"
+        screen.paragraph(f"facts of the tests: none found: {pattern}", indent="    ")
+    if found.remarks and is_open:
+        screen.paragraph(f"warning: {as_remarks(found.remarks)}", indent="    ")
     if found.odd and not found.sheet:
         odd = f"names that do not follow it: {few_of(found.odd)}: rename them, or list all in a sheet"
         screen.paragraph(odd, indent="    ")
     to_fill_in = f"; to fill in: {', '.join(open_keys)}" if open_keys else ""
     screen.paragraph(f"the scene is {path}{to_fill_in}", indent="    ")
-    if found.unread and not found.tests:
+    table = next((log for log, reason in found.unread.items() if reason == OVER_FREQUENCY), None)
+    if found.unread and not (found.tests or table):
         typer.echo("next: mend what is not read, as it says, and frictionlab init again")
         return
     together = " --campaign" if len(found.tests) > 1 and not found.is_tribometer else ""
-    place = f'"{path.parent}"' if " " in str(path.parent) else path.parent
-    typer.echo(printable(f"next: frictionlab batch {place}{together}"))
+    verb = "batch" if found.tests or not (found.taps or table) else "compare-numeric" if table else "free-vibration"
+    place = table if verb == "compare-numeric" else path.parent
+    shown = f'"{place}"' if " " in str(place) else place
+    typer.echo(printable(f"next: frictionlab {verb} {shown}{together}"))

@@ -4,16 +4,16 @@ import contextlib
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.experiment import as_remarks, headings_of, is_sheet, logs_in_sheet, matched
+from frictionlab.experiment import headings_of, is_sheet, logs_in_sheet, matched
 from frictionlab.files import make_folder, stem_of, write_whole
-from frictionlab.scene import SCENE_NAME
+from frictionlab.scene import SCENE_NAME, Scene
 from frictionlab.scene.text import template, value_text
 from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in
 
@@ -32,6 +32,7 @@ PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequen
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
 NO_MATERIALS = ("run", "test", "log", "data", "record", "recording", "measurement", "messung", "versuch", "file", "exp")
 LISTS = "it names the logs: as a sheet of facts save it as CSV with columns log, material, normal_force_n (or ..._g)"
+OVER_FREQUENCY = "a table over frequency, no log: `frictionlab compare-numeric` reads it"
 TEN_KEYS = Path(__file__).with_name("init.toml.jinja")
 ASKED = ("natural_frequency_hz", "mass_kg", "stiffness_n_per_m", "damping_ratio", "material", "normal_force_n")
 
@@ -45,12 +46,13 @@ class Found:
     unread: Mapping[Path, str] = field(default_factory=dict)  # logs that cannot be read as they are, with the reason
     sheet: str | None = None  # name of a CSV that lists the tests: it has a `log` column
     sheet_says: tuple[str, ...] = ()  # which facts of them
+    remarks: tuple[str, ...] = ()  # its headings that say none
     name_pattern: str | None = None  # what the names of the logs say, as in [experiment]
     odd: tuple[str, ...] = ()  # tests whose names do not say it
     is_tribometer: bool = False  # no test has a base, all measure a force of the contact: [rig] kind = "prescribed"
     settled_s: Mapping[Path, float] = field(default_factory=dict)  # when the motion of each test looked at had settled
     frame: "Mapping[str, Average]" = field(default_factory=dict)  # natural frequency and damping ratio, from the taps
-    doubts: tuple[str, ...] = ()  # of taps that contradict each other, of a sheet's headings
+    doubts: tuple[str, ...] = ()  # of taps that contradict each other
 
     @property
     def lacks(self) -> tuple[str, ...]:
@@ -58,7 +60,8 @@ class Found:
         rig = () if "natural_frequency_hz" in self.frame else ("rig.natural_frequency_hz",)
         rig = () if self.is_tribometer else (*rig, "rig.mass_kg")
         facts = " ".join((self.name_pattern or "", *self.sheet_says))
-        open_keys = [f for f in ("material", "normal_force_n") if f.rstrip("_n") not in facts]
+        asked = ("material", "normal_force_n") if self.tests or not self.taps else ()
+        open_keys = [key for key in asked if key.rstrip("_n") not in facts]
         return (*rig, *(f"experiment.{key}" for key in open_keys))
 
 
@@ -68,7 +71,7 @@ def look(folder: FilePath) -> Found:
     A folder that is not there, or has no logs, is an empty one.
     """
     from frictionlab.analysis.free_vibration import averages, taps_apart
-    from frictionlab.verbs.one_test import analyze, free_vibration, ingest
+    from frictionlab.verbs.one_test import analyze, free_vibration, frequency_table_given, ingest
 
     place = Path(folder)
     files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
@@ -86,8 +89,7 @@ def look(folder: FilePath) -> Found:
     for number, log in enumerate(logs):
         reason = ""
         try:
-            is_list = log.stat().st_size < SHEETS and _names_some(log, logs)
-            if number >= MOST_READ and not is_list and not stem_of(log).lower().startswith("tap"):
+            if number >= MOST_READ and not stem_of(log).lower().startswith("tap") and not _names_some(log, logs):
                 tests.append(log)
                 continue
             recording = ingest(log)
@@ -104,6 +106,9 @@ def look(folder: FilePath) -> Found:
         except FrictionlabError as error:
             reason = str(error)
         try:
+            if reason and frequency_table_given(log, Scene()) is not None:
+                unread[log] = OVER_FREQUENCY
+                continue
             decays += free_vibration(log)
             of_log += [log.name] * (len(decays) - len(of_log))
             taps.append(log)
@@ -111,12 +116,13 @@ def look(folder: FilePath) -> Found:
             unread[log] = (reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: ")
     unread |= {path: LISTS for path in unread if path.is_file() and _names_some(path, tests)}
     pattern, odd = pattern_of([stem_of(log) for log in tests])
-    found = Found(
+    return Found(
         tests=tuple(tests),
         taps=tuple(taps),
         unread=unread,
         sheet=sheet,
         sheet_says=tuple(says),
+        remarks=tuple(others),
         name_pattern=pattern,
         odd=odd,
         is_tribometer=has_base == {False},
@@ -124,14 +130,14 @@ def look(folder: FilePath) -> Found:
         frame=averages(decays),
         doubts=tuple(f"{of_log[number]}: {sentence}" for number, sentence in taps_apart(decays)),
     )
-    is_open = others and any(key.startswith("experiment.") for key in found.lacks)
-    return replace(found, doubts=(*found.doubts, f"{sheet}: {as_remarks(others)}")) if is_open else found
 
 
 def _names_some(path: Path, logs: Sequence[Path]) -> bool:
-    """Whether a text or a workbook names several of these logs."""
+    """Whether a small text or workbook names several of these logs."""
     from frictionlab.logs.text import read_text
 
+    if path.stat().st_size > SHEETS:
+        return False
     with contextlib.suppress(FrictionlabError):
         text = "\n".join(read_text(path).lines)
         return sum(stem_of(log) in text for log in logs if len(stem_of(log)) > 2) > 1
@@ -147,8 +153,8 @@ def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
     (('{material}_N{normal_force_n}_r{nominal_frequency_ratio}', ()), ('{material}_{normal_force_g}g', ('steel_x',)))
     >>> pattern_of(["oak 1 N r 0.5", "oak 2 N r 0.7"]), pattern_of(["test1", "some other"])
     (('{material} {normal_force_n} N r {nominal_frequency_ratio}', ()), (None, ()))
-    >>> pattern_of(["run_1", "run_2"])
-    (None, ())
+    >>> pattern_of(["run_1", "run_2"]), pattern_of(["oak 3N long"]), pattern_of(["oak dry 3N", "oak wet 3N"])
+    ((None, ()), ('{material} {normal_force_n}N long', ()), (None, ()))
     """
     for sign in ("_", "-", " "):
         rows = {name: HELD.sub("\xa0", name).split(sign) for name in names}
@@ -156,7 +162,11 @@ def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
         usual, count = Counter(kinds.values()).most_common(1)[0] if rows else ((), 0)
         if len(usual) < 2 or 2 * count <= len(rows):
             continue
-        parts = [_part(column) for column in zip(*(row for n, row in rows.items() if kinds[n] == usual), strict=True)]
+        columns = [*zip(*(row for n, row in rows.items() if kinds[n] == usual), strict=True)]
+        parts = [*map(_part, columns)]
+        words = [i for i, part in enumerate(parts) if part == "{material}"]
+        if all(len(set(columns[i])) == 1 for i in words):  # of words that are the same in all names the first counts
+            parts = [columns[i][0] if i in words[1:] else part for i, part in enumerate(parts)]
         keys = Counter(key for part in parts for key in re.findall(r"\{(\w+)\}", part))
         if "material" in keys and max(keys.values()) == 1:
             return sign.join(parts), tuple(name for name in names if matched(sign.join(parts), name) is None)
