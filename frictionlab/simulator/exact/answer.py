@@ -85,15 +85,23 @@ def grows(system: Any) -> bool:
 
 
 @inner
-def crests(system: Any, work: Any, slot: int) -> tuple[float, float]:
-    """Return the largest and the least force that holds one mass at s = 0."""
-    by_f = work.phases.seen_f
+def places_of_rest(system: Any, work: Any, slot: int) -> tuple[float, float]:
+    """Return the least and the largest place at which friction holds one mass; none does where the least is larger.
+
+    By the extremes of the force that holds it at s = 0; times all over the cycle come first, so that few rule rest out.
+    """
+    by_f, stiffness, least, largest = work.phases.seen_f, system.stiffness[0, 0], inf, -inf
+    up, down = system.up[0] * system.limit[0], system.down[0] * system.limit[0]
+    up_share, down_share = stiffness + up * system.gradient[0], stiffness - down * system.gradient[0]
+    if min(up_share, down_share) <= 0.0:
+        return least, largest
     if system.harmonics == 1:
         size = abs(system.lines[0] * complex(by_f[slot, 0, 0] - by_f[slot, 0, 2], by_f[slot, 0, 1]))
-        return size, -size
-    high, low, count = -inf, inf, 64 * max(1, system.harmonics)
-    for i in range(count):
-        begin, end = TURN * i / count, TURN * (i + 1) / count
+        return (size - up) / up_share, (down - size) / down_share
+    high, low, finer = -inf, inf, max(1, system.harmonics)
+    for k in range(64 * finer):
+        i = 25 * k % 64 * finer + k // 64
+        begin, end = TURN * i / (64 * finer), TURN * (i + 1) / (64 * finer)
         for _ in range(54):
             middle = 0.5 * (begin + end)
             work.tau = middle
@@ -105,7 +113,10 @@ def crests(system: Any, work: Any, slot: int) -> tuple[float, float]:
             if abs(slope) > abs(bend) * (end - begin):  # no crest here
                 break
             begin, end = (middle, end) if slope * bend < 0.0 else (begin, middle)
-    return high, low
+        least, largest = (high - up) / up_share, (low + down) / down_share
+        if least > largest:
+            break
+    return least, largest
 
 
 @inlined
@@ -120,13 +131,7 @@ def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
         return False
     work.kappa[0] = inf
     slot = slot_of(system, work.phases, work.kappa)
-    stiffness = system.stiffness[0, 0]
-    up, down = system.up[0] * system.limit[0], system.down[0] * system.limit[0]
-    up_share, down_share = stiffness + up * system.gradient[0], stiffness - down * system.gradient[0]
-    if min(up_share, down_share) <= 0.0:
-        return False
-    high, low = crests(system, work, slot)
-    least, largest = (high - up) / up_share, (low + down) / down_share
+    least, largest = places_of_rest(system, work, slot)
     if least > largest:
         return False
     if least <= y[0] <= largest and y[1] == 0.0:

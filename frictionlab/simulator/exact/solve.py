@@ -141,7 +141,8 @@ def _systems(
     systems["make"], systems["make_modes"] = phase.MAKER, MODES
     systems["harmonics"], systems["moves"], systems["lines"][:, : base.harmonics] = base.harmonics, 1.0, base.lines
     systems["masses"], systems["contacts"], systems["r"], each = n, len(contacts), r, np.reshape(r, (-1, 1, 1))
-    systems["inertia"][:, :n, :n], systems["mobility"][:, :n, :n] = each * each * mass, _inverse(mass) / (each * each)
+    inverse = 1.0 / mass if n == 1 else np.linalg.inv(mass)
+    systems["inertia"][:, :n, :n], systems["mobility"][:, :n, :n] = each * each * mass, inverse / (each * each)
     systems["stiffness"][:, :n, :n] = stiffness
     systems["frame"][:, :n, :n] = systems["damping"][:, :n, :n] = each * damping
     systems["push"][:, :n, 0], systems["push"][:, :n, 1] = stiffness.sum(axis=-1), (each * damping).sum(axis=-1)
@@ -163,10 +164,6 @@ def _systems(
         systems["follow"], systems["moves"] = 0.0, 0.0
         systems["lines"][:, : base.harmonics] *= -(np.arange(1.0, base.harmonics + 1.0) ** 2)
     return systems
-
-
-def _inverse(mass: FloatArray) -> FloatArray:
-    return np.asarray(1.0 / mass if len(mass) == 1 else np.linalg.inv(mass))
 
 
 def _set_sliders(system: Any, contact: int, numbers: Mapping[str, float]) -> None:
