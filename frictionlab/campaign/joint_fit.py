@@ -274,7 +274,7 @@ def fit_together(
                 law = ladders[material].chosen.law
                 notes += [f"{material}: {said}" for said in not_tried(ladders[material]) if SPENT in said]
             if law.is_exact or not find_law:  # a material that cannot be fitted alone would end the fit of all
-                found = infer([o.under(law) for o in sure[:3]])
+                found = infer([o.under(law) for o in own if any(o is one for one in sure[:3])])
             else:
                 found = ladders[material].posterior
         except NO_MOTION as error:
@@ -286,8 +286,8 @@ def fit_together(
         return None, notes
     of_cycles, out = isinstance(chosen[0], CycleObservation), dict[str, tuple[float, float]]()
     try:
-        posterior = infer(chosen, at=_as_climbed(chosen, ladders))
-        bare = posterior
+        is_all = not ladders and len(tests) == 1 and len(found.tests) == len(chosen)  # who was fitted alone
+        posterior = bare = found if is_all else infer(chosen, at=_as_climbed(chosen, ladders))
         if not of_cycles:  # two numbers show an outlier by their noise alone
             bare = replace(posterior, fit=weighed(posterior.fit, np.zeros(len(chosen)), follows=False))
         if out := standing_out(bare):  # made again without those that stand out

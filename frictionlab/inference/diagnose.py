@@ -273,13 +273,12 @@ def _gain(main: Fit, other: Fit) -> float:
 
 def _freed(main: Fit, cause: Unknown) -> Fit:
     """The fit with a cause let free: from the main fit's values, and from each value tried with friction to match."""
-    names = [u.name for u in main.model.unknowns]
     unknowns, tests, first = list(main.model.unknowns), main.model.tests, cycle_of(main.model.tests[0])
-    k = names.index(cause.name) if cause.name in names else len(names)
+    k = next((j for j, u in enumerate(unknowns) if u.name == cause.name), len(unknowns))
     unknowns[k:] = [cause, *unknowns[k + 1 :]]
     scatter, local = np.append(main.model.scatter, 0.0)[: len(unknowns)], main.local
     scatter[k] = 0.0
-    if k == len(names):
+    if k == len(main.point):
         lengths = [t.observation.unit / first.unit for t in tests]
         times = [factor(cause, first.law, length=length, rate=1.0, force=1.0) for length in lengths]
         each = zip(tests, times, strict=True)

@@ -463,8 +463,7 @@ def with_scatter(found: Fit, farthest: float = FARTHEST, *, lifts: bool = False)
     if len(model.tests) < 2:
         return found
     for _ in range(2):
-        moved = scattered(found, farthest)
-        found = descend(fit_at(moved.model, moved.point, moved.local))
+        found = descend(scattered(found, farthest))
     bounds = [FARTHEST * u.scatter_scale(c) for u, c in zip(model.unknowns, found.point.tolist(), strict=True)]
     return with_scatter(found, math.inf) if lifts and (found.model.scatter > bounds).any() else found
 

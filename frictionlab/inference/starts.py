@@ -145,8 +145,12 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
     energy, lines = observation.loop_energy, harmonics_of(observation.slid)
     speed = float(np.sum((np.arange(1, len(lines) + 1) * np.abs(lines)) ** 2))
     energy -= 2.0 * known.get("contact_damping_ratio", 0.0) * observation.r * math.pi * speed  # to the dashpot
-    strokes, exact = strokes_of(observation.slid), observation.law.kind == "elastic"
-    roots = _roots(observation.r, observation.count) if exact else np.linspace(*ROOTS, COARSE)
+    strokes, roots = strokes_of(observation.slid), np.linspace(*ROOTS, COARSE)
+    if observation.law.kind == "elastic":  # close together as far as the ringing shows among so many harmonics
+        step = min(ROOT_STEP, RING_STEP * observation.r)
+        roots = np.linspace(*ROOTS, 1 + math.ceil((ROOTS[1] - ROOTS[0]) / step))
+        seen = int(np.searchsorted(roots, ROOTS[0] + SEEN * observation.count * observation.r))
+        roots = np.concatenate([roots[:seen], roots[seen :: max(1, round(ROOT_STEP / step))]])
     found: list[tuple[float, FloatArray]] = []
     lag = _undeclared_lag(model)
     for branch in (0, 1):
@@ -166,14 +170,6 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
     begun = [point for _, point in found[:BEGUN]] or [point_at(model, known)]
     stepped = [fit_from(replace(model, most=2), [point], tempers=False) for point in begun]  # narrow valleys show so
     return [fit.point for fit in sorted(stepped, key=lambda fit: fit.cost)[:FOLLOWED]]
-
-
-def _roots(r: float, harmonics: int) -> FloatArray:
-    """Roots of the stiffness that are tried: close together as far as the ringing shows among so many harmonics."""
-    step = min(ROOT_STEP, RING_STEP * r)
-    roots = np.linspace(*ROOTS, 1 + math.ceil((ROOTS[1] - ROOTS[0]) / step))
-    seen = int(np.searchsorted(roots, ROOTS[0] + SEEN * harmonics * r))
-    return np.concatenate([roots[:seen], roots[seen :: max(1, round(ROOT_STEP / step))]])
 
 
 def elastic_friction_ratios(strokes: FloatArray, energy: float, stiffness: float) -> tuple[float, ...]:
