@@ -178,7 +178,7 @@ class CycleObservation(OfCycles):
         for order, size in bent.items():
             lines[order - 1] -= size
         if cubic or play or varies:
-            force = np.clip(self.stretch, -play, play) - cubic * self.stretch**3
+            force = np.clip(self.stretch, -play, play) - (cubic * self.stretch**3 if cubic else 0.0)
             if varies:
                 force = force - values.get("beta", self.held.get("beta", 0.0)) * self.limit_moved(load)
             by_displacement = (self.r * np.arange(1, count + 1)) ** 2 if self.wall == "base" else 1.0
