@@ -68,7 +68,7 @@ def test_what_a_start_that_has_not_died_out_leaves_is_not_laid_to_the_law() -> N
     contact = Problem(0.5, 0.1, frame_damping_ratio=zeta)
     log = recorded(contact, np.random.default_rng(3), scatter=0.0, sensors=with_start)
     said = " ".join(compare(log, scene(rig={"damping_ratio": zeta}, analysis={"transient_s": 10.0})).warnings)
-    asked = re.search(r"the start of the recording may still be in it.*: --transient ([0-9]+)", said)
+    asked = re.search(r"start of the recording may still be in it.*: --transient ([0-9]+)", said)
     assert 40.0 < float(present(asked)[1]) < 120.0
     assert "--law auto" in said  # which it may be too
 
@@ -81,7 +81,7 @@ def test_a_start_that_is_still_in_the_cycles_is_not_taken_for_play() -> None:
     found = compare(log, scene(rig=rig, model=model, analysis={"transient_s": 10.0}))
     assert found.verdict == "misfit"
     assert not any(said.startswith("rig: ") for said in found.warnings)
-    assert any("the start of the recording may still be in it" in said for said in found.warnings)
+    assert any("start of the recording may still be in it" in said for said in found.warnings)
 
 
 def test_a_frame_whose_damping_is_not_known_is_found_to_be_damped() -> None:
@@ -304,7 +304,7 @@ def test_play_that_friction_cannot_be_told_from_is_said(fit: Literal["cycle", "w
     """7 um of play at r = 0.12: the ratio is off by the play over Y, 70 stated errors, and nothing shows it."""
     found = fl.compare((draw := drawn(2026, 10)).recording(), draw.scene(), law="coulomb+place+speed", fit=fit)
     assert found.friction_ratio - draw.values["beta"] == pytest.approx(draw.values["play"], rel=0.05)
-    assert any("10 um of play in the frame to either side would look like friction" in s for s in found.warnings)
+    assert any("10 um of play to either side would look like friction" in s for s in found.warnings)
 
 
 def test_a_normal_force_that_follows_the_base_is_named_with_its_value() -> None:

@@ -395,7 +395,8 @@ def values_of(text: str, option: str) -> list[float]:
         ) from error
     if not 0 < number <= MOST_VALUES or step <= 0.0 or stop < start or (number == 1 and stop > start):
         raise UsageError(
-            f"{option}: expected a range of up to {MOST_VALUES} values going up, with both ends; got {text!r}"
+            f"{option}: expected START:STOP:STEP, going up, of at most {MOST_VALUES} values;"
+            f" got {text!r}, whose step is {by}"
         )
     values = (start * step**i if is_factor else start + i * step for i in range(number))
     return [float(f"{value:.14g}") for value in values]

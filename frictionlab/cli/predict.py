@@ -169,7 +169,11 @@ def predict(
         size = f"{1e3 * first.base_amplitude_m:.4g} mm"
         base = size if first.frequency_ratio is not None else f"at most {size} away from where it begins"
         about = f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base {base}"
+        asked = {"normal_force_n": normal_force, "base_amplitude_m": base_amplitude or base_motion}
+        taken = [f"--{key.rpartition('_')[0].replace('_', '-')}" for key, given in asked.items() if given is None]
         paragraph(f"{about}; each number with its 95 % band")
+        if taken:
+            paragraph(f"Not given, so the middle of those that the law was found under: {', '.join(taken)}.")
         heads = PREDICTED | ({"unsteady": "no steady state"} if any(test.unsteady for test in found.tests) else {})
         print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], heads)
         if not to.quiet:

@@ -52,8 +52,8 @@ TRIED = {
 """Coordinates at which each cause is tried."""
 USUAL_PLAY = 1e-5  # m to either side: what a bolted frame may have
 HIDDEN_PLAY = (
-    "friction_ratio: {:.0f} um of play in the frame to either side would look like friction here and move the ratio by"
-    " {:.2g}; its error of {:.1g} assumes none"
+    "friction_ratio: its error of {:.1g} assumes a frame without play. {:.0f} um of play to either side would look like"
+    " friction here and move the ratio by {:.2g}: make sure that nothing is loose"
 )
 
 
@@ -212,7 +212,7 @@ def other_causes(
         found = found.with_shift(OTHER_CAUSE, np.sqrt(more))
     error = found.estimate("beta", some[0]).u or math.inf
     is_silent = explained and not named and hidden > error
-    return found, named, answered, [HIDDEN_PLAY.format(1e6 * USUAL_PLAY, hidden, error)] if is_silent else []
+    return found, named, answered, [HIDDEN_PLAY.format(error, 1e6 * USUAL_PLAY, hidden)] if is_silent else []
 
 
 def _alone(found: Posterior, some: Sequence[int]) -> Fit:
@@ -324,7 +324,7 @@ def named_cause(cause: Unknown, other: Fit, found: Posterior, scene: Scene) -> s
     declare = to_declare(cause.name, value, u, scene) if explains(other, range(len(other.model.tests))) else ""
     declared = f"; {declare}" if declare else ""
     own, there = found.values().get("beta"), other.values().get("beta")
-    moves = "" if own is None or there is None else f"; the friction ratio would be {there:.4g} in place of {own:.4g}"
+    moves = "" if own is None or there is None else f". The friction ratio would be {there:.4g} in place of {own:.4g}"
     return f"rig: {cause.words}: {asks}{declared}{moves}; its error holds the difference"
 
 
@@ -385,5 +385,5 @@ def against_richer(found: Posterior) -> tuple[Posterior, list[str]]:
     """Return the posterior of one test whose errors hold what its law misses, and what is to be said of it."""
     found, times, why = beside_the_law(found, [0])
     own = found.values().get("beta", math.nan)
-    said = f"friction_ratio: {own:.4g} under this law, {own * times:.4g} {why}; its error holds the difference"
+    said = f"friction_ratio: {own:.4g} under this law, {own * times:.4g} {why}. Its error holds the difference"
     return found, [said] if why else []

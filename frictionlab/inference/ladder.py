@@ -220,7 +220,10 @@ class _Climb:
         except NO_MOTION as fault:
             if (own := top.posterior) is None:
                 raise AnalysisError(f"law {top.law.name}: {fault}") from fault
-            self.left_out[top.law.name] = f"its values are those near the simpler laws': {fault}"
+            self.left_out[top.law.name] = (
+                f"its values and errors are those found from the simpler laws, for the search without them did not end"
+                f" ({fault}). Compare with --law {top.law.name}, which searches longer"
+            )
             return own
         return found
 
@@ -238,13 +241,13 @@ class _Climb:
         if self.observations[0].shows_rig or not law.is_exact:  # one that finds no end leaves as much to the others
             kept = SHARE * self.work.left
         if law.kind != "rigid" and self.work.left - kept < self.least:
-            said = f"not tried: {SPENT}; give --law to fit it alone"
+            said = f"not tried, for {SPENT}. Give one to --law to fit it alone"
         else:
             try:
                 with self.work.keeping(kept):
                     made = self._rung(law, below)
             except OverspentError:
-                said = f"not fitted to the end: {SPENT}; give --law to fit it"
+                said = f"not fitted to the end, for {SPENT}. Give one to --law to fit it alone"
             except Exception as fault:  # one law's fault must not end the others
                 if below is None and isinstance(fault, AnalysisError):
                     raise
@@ -557,7 +560,7 @@ def undistinguished(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Po
         law = f"{chosen.law.name} ({found.values()['beta']:.4g})"
         said = (
             f"friction_ratio: what is recorded {NO_DIFFERENCE} {law} from {', '.join(dict.fromkeys(named))}: its"
-            " error holds the difference; tests at other frequencies or forces distinguish them (frictionlab plan)"
+            " error holds the difference. Tests at other frequencies or forces do: frictionlab plan chooses them"
         )
         found = replace(found, warnings=(*found.warnings, said))
     return found

@@ -20,7 +20,7 @@ OUTLASTS = 100.0  # times the cycles measured: what disturbs a motion so long ha
 START = 0.3  # of what a law misses, or of the noise: of a start as large as the motion, less than that is gone
 LARGEST = 5.0  # friction coefficient of a dry contact
 UNLIKELY = 100.0  # of log evidence: more than unknowns that are not needed cost
-ANOTHER = "another may: --law auto"
+ANOTHER = "another law may explain it: --law auto looks for one"
 UNSETTLED = "motion that is not steady"
 
 
@@ -51,7 +51,7 @@ def better_of(ladder: Ladder, misfit: float) -> str:
         if rung.nrmse is not None and rung.nrmse <= most and rung.log_evidence > least
     ]
     if better:
-        return f"{' or '.join(better)} would, but the evidence does not require so much: record more cycles"
+        return f"the law {' or '.join(better)} would, but the evidence does not require so much: record more cycles"
     spent, laws = left_for_work(ladder.left_out), [rung.law for rung in ladder.rungs]
     dear = dict.fromkeys(t.name for law in laws for t in law.terms if t.kind in ("smooth", "inner"))
     alone = [name for name in dear if not any(law.has(name) and len(law.terms) > 2 for law in laws)]
@@ -148,9 +148,9 @@ def doubts(
         missed = f"what it misses is {misfit:.3g} times the {of}"
         if verdict == "strained":
             words = f"explains this {what} only with a rig or sensors unlike the scene"
-            step = "other warnings name which"
+            step = "other warnings name what to check"
         step = f"{first}; else {step}" if first else step
-        yield f"verdict: {observation.law.name} {words}: {missed}; {step}"
+        yield f"verdict: {observation.law.name} {words}: {missed}. {step[0].upper()}{step[1:]}"
     for term in observation.law.terms if ladder is not None else ():
         own = [parameters[p.name] for p in term.parameters if p.name not in observation.held and not p.whole]
         if own and term.name != "coulomb" and not any(e.told for e in own):

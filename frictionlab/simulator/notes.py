@@ -143,7 +143,7 @@ WORDS: Mapping[Note, str] = {
     Note.FORGETS_SLOWLY: f"the motion forgets its start slowly: a disturbance lasts {1 / SLOW:g} periods or more",
     Note.MAY_COEXIST: (
         "friction that is larger at rest, falls with speed or varies along the path may have other motions beside this"
-        " one, which rest settles on: --all lists them with their shares"
+        " one, which rest settles on: `frictionlab simulate --all` lists them with their shares"
     ),
     Note.MAY_GO_ON: "the mass rests, but a motion once begun might go on: kinetic friction alone does not hold it",
     Note.FEWER_DIGITS: "numbers are good to fewer digits than usual: energies in and out differ",

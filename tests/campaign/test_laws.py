@@ -157,7 +157,7 @@ def test_laws_that_a_campaign_did_not_try_are_named(monkeypatch: pytest.MonkeyPa
     joint, notes = fit_together({"steel": seen}, find_law=True, accuracy="balanced")
     (row,) = (row for row in laws_together(present(joint).ladders) if row["law"] == "coulomb+stribeck")
     assert (row["log_evidence"], row["required"]) == (None, None)
-    assert str(row["note"]).endswith("the work of a ladder was used up; give --law to fit it alone")
+    assert str(row["note"]).endswith("the work of a ladder was used up. Give one to --law to fit it alone")
     (said,) = (note for note in notes if note.startswith("steel: ") and "coulomb+stribeck" in note)
     assert GRAVE.search(said)
 

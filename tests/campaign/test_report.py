@@ -96,8 +96,7 @@ def test_the_answer_stands_first_and_every_part_is_there(text: str, campaign: Ca
     assert "stiffness_n_per_m = 1191.0" in text[places[-1] :]
     assert "frictionlab 0" in text[places[-1] :]
     assert page_of(campaign) == text, "the same campaign gives the same page"
-    printed = text.partition("@media print")[2]  # a browser draws no button again on the next page
-    assert "th button { display: contents; }" in printed, "heads of a long table stand on each page"
+    assert "th button { display: contents; }" in text.partition("@media print")[2]  # heads stand on each page
 
 
 def test_one_material_is_not_ranked_and_energies_are_told_once(scene: Scene) -> None:

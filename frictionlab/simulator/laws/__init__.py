@@ -100,7 +100,7 @@ BREAKAWAY = Term(
         Parameter(
             f"static_ratio_{way}",
             f"μ_{way}",
-            f"static over kinetic friction force, for a start {way} in z",
+            f"static over kinetic friction force, for a start towards {'more' if way == 'up' else 'less'} displacement",
             low=1.0,
             usual=(1.0, 1.5),
             neutral=1.0,
