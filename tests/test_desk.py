@@ -229,8 +229,7 @@ def test_a_dozen_lines_keep_law_values_doubts_and_what_to_do_next(told: Explanat
 def test_values_in_newtons_are_those_of_the_contact_that_made_the_recording(told: Explanation) -> None:
     force, force_u, unit, _ = told.physical["beta"]
     assert unit == "N"
-    assert force_u is not None
-    assert force == pytest.approx(BETA * STIFFNESS * BASE_M, abs=3 * force_u)
+    assert force == pytest.approx(BETA * STIFFNESS * BASE_M, abs=3 * present(force_u))
     assert force == told.comparison.friction_force_n
     dashpot, dashpot_u, unit, _ = told.physical["contact_damping_ratio"]
     assert unit == "N s/m"
@@ -241,8 +240,7 @@ def test_values_in_newtons_are_those_of_the_contact_that_made_the_recording(told
 
 def test_what_a_law_misses_is_the_residual_part_by_part(told: Explanation) -> None:
     contact = present(told.contact)
-    parts, residual = missed(contact), contact.residual
-    assert residual is not None
+    parts, residual = missed(contact), present(contact.residual)
     assert set(parts) == {"stops", "slides up", "slides down"}
     assert min(parts.values()) <= math.sqrt(float(np.mean(residual**2))) <= max(parts.values())
     assert present(told.simpler)["response_nrmse"] > 3 * (told.comparison.response_nrmse or math.inf)

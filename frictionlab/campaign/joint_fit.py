@@ -383,7 +383,7 @@ def _against_richer_laws(posterior: Posterior, do: str) -> tuple[Posterior, list
         missed, first = [i for i in tests if joint.misfit(i) > EXPLAINED], list[str]()
         for i in missed:  # what to do about one whose motion settled only after what is fitted begins
             observation = posterior.observations[i]
-            state = None if observation.settles_later_s is None else observation.state(posterior.values(i))
+            state = observation.state(posterior.values(i)) if observation.starting else None
             start = "" if state is None else start_left(observation, state, posterior.fit.nrmse([i]))
             first += [f"{short_name(observation.source)}: {start}; else "] if start else []
         unlike = UNLIKE.format(material, "".join(first), posterior.law(tests[0]).name)

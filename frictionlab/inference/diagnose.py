@@ -26,6 +26,7 @@ from frictionlab.simulator.problem import Meter
 from frictionlab.uncertainty import with_digits
 
 NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
+OF_START = 0.5  # of what a law misses: where the cycles show so much of the start, nothing else is asked for
 FEW = 4  # data an unknown: with fewer nothing strains, whatever the rig is
 ALWAYS = ("spring_cubic", "play", "load_by_base", "natural_frequency")  # tried on every fit, the dearest last
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
@@ -80,7 +81,9 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     if strained or not explained:
         found, said = against_richer(found)
     found, named, answered, hidden = other_causes(found, [0], explained=explained)
-    if cycle_of(found.tests[0]).settles_later_s is not None and not explained:
+    cycle = cycle_of(found.tests[0])
+    starts = cycle.starting and cycle.start_seen(found.values()) > OF_START * found.fit.nrmse()
+    if (starts or cycle.settles_later_s is not None) and not explained:
         named, answered = [], False  # a start that is still in the cycles looks like any cause
     facts = strained_facts(fitted, scene, [cause.name for cause, _ in named]) if explained else ()
     causes = (*(named_cause(cause, other, found, scene) for cause, other in named), *hidden)
@@ -361,24 +364,29 @@ def beside_the_law(found: Posterior, tests: Sequence[int]) -> tuple[Posterior, f
 
     With it how many times as large that is, and in words by which law; none where nothing says another. ``tests``: of
     one material. By how much place and speed in the law, or the energy of their motions over its path, would move it:
-    at the edge of sticking a fit looks certain however wrong it is, and energy over path has no edge. Only rigid laws
-    are held against these.
+    at the edge of sticking a fit looks certain however wrong it is, and energy over path has no edge. Only laws of
+    contacts that do not yield are held against these, and those of speed against energy alone.
     """
     k, seen, times, said, leaves = found.fit.find("beta", tests[0]), [found.tests[i] for i in tests], 1.0, "", math.inf
-    if k is None or seen[0].observation.law.kind != "rigid":
+    if k is None or seen[0].observation.law.kind not in ("rigid", "smooth"):
         return found, times, said
     varied = varied_friction(found, tests)
     if varied is not None:
         times, leaves, said = varied[0] / found.shared(k, tests[0])[0], varied[1], VARIED
-    if leaves > EXPLAINED * math.sqrt(float(np.mean([test.observation.floor**2 for test in seen]))):
-        each = ((test.observation.friction_by_energy, found.values(i)) for i, test in zip(tests, seen, strict=True))
-        by_energy = [energy / values["beta"] for energy, values in each if energy]
-        energy = float(np.median(by_energy or [1.0]))
+    dashpot = seen[0].observation.law.has("speed")
+    if not dashpot and leaves > EXPLAINED * math.sqrt(float(np.mean([test.observation.floor**2 for test in seen]))):
+        energy = by_energy(found, tests)
         if abs(energy - 1.0) > max(abs(times - 1.0), 0.01):
             times, said = energy, BY_ENERGY
     shift = np.zeros(len(found.unknowns))
     shift[k] = (times - 1.0) / found.relative(k)
     return found.with_shift(MISSED, shift) if said else found, times, said
+
+
+def by_energy(found: Posterior, tests: Sequence[int]) -> float:
+    """Return how many times the friction ratio of some tests is their energy over the path; 1 where none says it."""
+    each = ((found.tests[i].observation.friction_by_energy, found.values(i)) for i in tests)
+    return float(np.median([energy / values["beta"] for energy, values in each if energy] or [1.0]))
 
 
 def against_richer(found: Posterior) -> tuple[Posterior, list[str]]:

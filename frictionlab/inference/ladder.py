@@ -18,6 +18,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, ParameterError
+from frictionlab.inference.diagnose import OF_START, by_energy
 from frictionlab.inference.fit import Fit, Model, cost, fit_from, followed, tempered, weighed, with_scatter
 from frictionlab.inference.force import ForceObservation
 from frictionlab.inference.observation import NO_MOTION, Observation
@@ -40,7 +41,7 @@ OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
 SHARE, LEAST = 0.5, 0.02  # of what is left, for one law or one start of it; of it all, below which none is begun
 RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts ...
-OF_RIVAL = 2.0, 4.0  # ... times so much, of one test and of several, for one held against it: it may take half
+OF_RIVAL = 8.0, 4.0  # ... times so much, of one test and of several, for one held against it: it may take half
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
 PUSHED = 3.0  # standard deviations from which what is known of sensors and rig is not where a richer law begins
@@ -133,7 +134,8 @@ def climb(
     rungs = tuple(ladder.rungs)
     ladder.left_out = {rung.law.name: rung.said for rung in rungs if rung.said} | ladder.left_out
     as_it_is = posterior_of(top.fit) if top.fit is not None and whole else None
-    return Ladder(rungs, top, as_it_is or undistinguished(ladder.found_again(top), top, rungs), ladder.left_out)
+    found = as_it_is or beside_energy(undistinguished(ladder.found_again(top), top, rungs), top, rungs)
+    return Ladder(rungs, top, found, ladder.left_out)
 
 
 class _Climb:
@@ -377,7 +379,7 @@ class _Climb:
             return False
         if below.fit is None or rung.fit is None:
             return True
-        if any(o.starting for o in self.observations) and explains(below.fit, range(len(self.observations))):
+        if any(o.starting for o in self.observations) and _is_start(below.fit):
             return False  # what is left of a start looks like a term
         scores = below.held_out, rung.held_out
         shares = rung.fit.missed_shares
@@ -392,6 +394,16 @@ class _Climb:
 def _is_noise(found: Fit | None) -> bool:
     """Whether a fit leaves nothing but noise of its tests."""
     return found is not None and all(misfit_is_noise(found, i) for i in range(len(found.model.tests)))
+
+
+def _is_start(found: Fit) -> bool:
+    """Whether a fit explains its tests, or half of what it misses may be what their cycles show of their starts."""
+    tests = range(len(found.model.tests))
+    if explains(found, tests):
+        return True
+    seen = [(t.observation, found.values(i)) for i, t in enumerate(found.model.tests)]
+    left = [o.start_seen(values) for o, values in seen if isinstance(o, OfCycles) and o.law.is_exact]
+    return len(left) == len(seen) and math.sqrt(float(np.mean(np.square(left)))) > OF_START * found.nrmse()
 
 
 def _unmetered(found: Fit) -> Fit:
@@ -522,6 +534,24 @@ def laws_above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
             continue  # two of its terms exclude each other
         found.append(name)
     return found
+
+
+def beside_energy(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posterior:
+    """Return the posterior of a law of speed with errors that reach to energy over path, if its rival was not fitted.
+
+    One law's friction ratio is that of a stop, another's that of a fast slide, and both may explain a slow test.
+    """
+    term = RIVALS.get(chosen.law.kind, "")
+    rivals = [rung for rung in rungs if rung.law.has(term)]
+    k = found.fit.find("beta")
+    if k is None or chosen.law.kind != "smooth" or chosen.law.has(term) or not any(SPENT in r.said for r in rivals):
+        return found
+    if any(rung.fit is not None for rung in rivals):
+        return found
+    shift = np.zeros(len(found.unknowns))
+    shift[k] = (by_energy(found, range(len(found.tests))) - 1.0) / found.relative(k)
+    said = f"friction_ratio: {term} could not be fitted beside {chosen.law.name}; the error reaches to energy over path"
+    return replace(found.with_shift(NOT_DISTINGUISHED, shift), warnings=(*found.warnings, said))
 
 
 def undistinguished(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posterior:

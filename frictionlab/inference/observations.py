@@ -82,6 +82,19 @@ class OfCycles(Observation):
     by_others: tuple[tuple[FloatArray, FloatArray], ...]
     steps: ClassVar = (STEP, -STEP, 0.1 * STEP)
 
+    def start_seen(self, values: Values) -> float:
+        """Return what the cycles show of the start in their mean, over its rms, by how far their halves are apart.
+
+        A cycle leaves a share of a disturbance of the steady state at some values; 0 where there is none.
+        """
+        state, n = self.state(values), len(self.each)
+        kept, h = 0.0 if state is None else state.memory, n // 2
+        if not 0.0 < kept < 1.0 or not h:
+            return 0.0
+        apart = self.each[:h].mean(axis=0) - self.each[h:].mean(axis=0)
+        in_mean = h * (1.0 - kept**n) / (n * (1.0 - kept**h) * (1.0 - kept ** (n - h)))
+        return in_mean * math.sqrt(0.5 * float(apart @ apart) / self.power)
+
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (n, n) that noise, scatter of the cycles and misfit leave in the coordinates of a fit.
 
@@ -336,9 +349,9 @@ class CycleObservation(OfCycles):
 
     @property
     def friction_by_energy(self) -> float | None:
-        """Friction ratio as energy over the path slid; None of several masses, or with a dashpot."""
+        """Friction ratio as energy over the path slid, what a dashpot takes in counted; None of several masses."""
         by_mean = 1.0 if self.cycle.pressed is None else float(self.cycle.pressed.mean())
-        return self.loop_friction_ratio * by_mean if self.single and not self.law.has("speed") else None
+        return self.loop_friction_ratio * by_mean if self.single else None
 
     def gain_and_phase(self, first: complex, values: Values) -> tuple[float, float]:
         """Return gain, and phase (rad of the drive) by which a cycle is shown; ``first``: its first harmonic, over Y.

@@ -190,9 +190,9 @@ class RecordObservation(Observation):
         """Friction ratio as energy over the path slid, from the first sample to the last, the rig as it is known.
 
         What the base puts in, ``int y dx``, less what spring and mass hold at the end and the frame's dashpot takes.
-        None for a wall that moves, or with a dashpot at the contact.
+        What a dashpot at the contact takes in counts. None for a wall that moves.
         """
-        if self.wall != "fixed" or self.law.has("speed"):
+        if self.wall != "fixed":
             return None
         time, penalty = self._turn_of_frame({}) * self.time, best_penalty(self.data, self.noise)
         x = self.data - self.start["offset"] if not penalty else spline(self.data - self.start["offset"], penalty)

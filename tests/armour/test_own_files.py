@@ -41,10 +41,8 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def scene_of(*materials: str, **more: object) -> Scene:
     test = {"normal_forces_n": [1.0], "frequency_ratios": [0.5], "friction_coefficient": 0.5, **more}
-    rig, tests = (
-        {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0},
-        [{**test, "material": m} for m in materials or ["steel"]],
-    )
+    rig = {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0}
+    tests = [{**test, "material": m} for m in materials or ["steel"]]
     return scene_from_tables({"rig": rig, "synthetic": {"duration_s": 1.0, "tests": tests}})
 
 

@@ -16,7 +16,7 @@ from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded
 STIFFNESS = 1191.0
 AMPLITUDE = BASE_M
 NATURAL = 3.1297
-SCENE: dict[str, object] = {"rig": {"stiffness_n_per_m": STIFFNESS, "natural_frequency_hz": NATURAL}}
+SCENE: dict[str, dict[str, object]] = {"rig": {"stiffness_n_per_m": STIFFNESS, "natural_frequency_hz": NATURAL}}
 
 QUIET: dict[str, dict[str, object]] = {
     "rig": {

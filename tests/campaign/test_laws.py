@@ -38,9 +38,7 @@ RATIOS = (0.65, 0.7, 0.8, 1.4, 1.8)
 
 
 def scene_with(rig: Mapping[str, object] | None = None, /, **model: object) -> Scene:
-    known = SCENE["rig"]
-    assert isinstance(known, dict)
-    return scene_from_tables({"rig": {**known, **(rig or {})}, "model": model})
+    return scene_from_tables({"rig": {**SCENE["rig"], **(rig or {})}, "model": model})
 
 
 def rows_of(scene: Scene, **parameters: float) -> list[dict[str, object]]:

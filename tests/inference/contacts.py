@@ -42,9 +42,7 @@ def recorded(
     sensors show of them, before their noise.
     """
     stronger = problem.with_parameters({"beta": problem.beta * (1 + 1e-4)})
-    here, there = (steady_state(p).orbit for p in (problem, stronger))
-    assert here is not None
-    assert there is not None
+    here, there = (present(steady_state(p).orbit) for p in (problem, stronger))
     t = np.arange(round(seconds * rate)) / rate
     drive = problem.r * tuned * NATURAL_HZ
     tau = 2 * math.pi * drive * t + 0.7
