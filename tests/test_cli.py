@@ -11,6 +11,7 @@ import pytest
 
 import frictionlab as fl
 from frictionlab.cli.options import ANALYSIS, LOG, Settings
+from frictionlab.simulator import compiled
 from frictionlab.simulator.laws import TERMS
 from tests.desk import BIN, SAMPLE, Run, invoke, rows_of
 
@@ -23,6 +24,17 @@ def test_a_misspelt_command_is_told_what_was_meant_and_completion_knows_all(run:
         asked = {"_FRICTIONLAB_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
         told = subprocess.run([FRICTIONLAB], env={**os.environ, **asked}, capture_output=True, text=True, check=False)
         assert told.stdout.split() == [found]
+
+
+def test_the_machine_code_of_all_versions_is_removed_and_nothing_else(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compiled, "FOLDER", tmp_path / "simulator-2")
+    for name in ("simulator-1", "simulator-2", "other"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "code").write_bytes(bytes(2_000_000))
+    assert run("--clear-cache").stdout == f"{tmp_path}: 4 MB of machine code removed\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["other"]
 
 
 def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:

@@ -125,9 +125,8 @@ def test_friction_that_drifts_is_followed_with_its_error() -> None:
         x[part] = Y * run.displacement
         start = float(run.displacement[-1]), float(run.velocity[-1])
     seen = fl.compare(seen_by_lasers(t, x, y, np.random.default_rng(2)), SCENE, fit="whole")
-    assert seen.record is not None
-    at = seen.record.cycle_time + 0.4
-    found, error = seen.record.cycle_friction[3:], seen.record.cycle_friction_se[3:]
+    record = present(seen.record)
+    at, found, error = record.cycle_time + 0.4, record.cycle_friction[3:], record.cycle_friction_se[3:]
     off = found - np.interp(at, t, drifting)[3:]
     assert np.abs(off - off.mean()).max() < 0.001  # of changes; the level is as sure as the friction ratio itself
     assert np.all(error < 0.002)

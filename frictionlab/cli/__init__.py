@@ -214,11 +214,25 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _clear_cache(wanted: bool) -> None:
+    if wanted:
+        from frictionlab.simulator.compiled import clear_cache
+
+        errors_in_one_line(lambda: typer.echo(clear_cache()))()
+        raise typer.Exit
+
+
 @app.callback()
 def frictionlab(
     _version: Annotated[
         bool,
         typer.Option("--version", "-V", callback=_print_version, is_eager=True, help="Print the version and leave."),
+    ] = False,
+    _cache: Annotated[
+        bool,
+        typer.Option(
+            "--clear-cache", callback=_clear_cache, is_eager=True, help="Remove the machine code kept, and leave."
+        ),
     ] = False,
 ) -> None:
     """Friction damping measured: from laser logs to energy per cycle, regime and friction coefficient.

@@ -541,12 +541,9 @@ def beside_energy(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Post
 
     One law's friction ratio is that of a stop, another's that of a fast slide, and both may explain a slow test.
     """
-    term = RIVALS.get(chosen.law.kind, "")
+    term, k = RIVALS.get(chosen.law.kind, ""), found.fit.find("beta")
     rivals = [rung for rung in rungs if rung.law.has(term)]
-    k = found.fit.find("beta")
-    if k is None or chosen.law.kind != "smooth" or chosen.law.has(term) or not any(SPENT in r.said for r in rivals):
-        return found
-    if any(rung.fit is not None for rung in rivals):
+    if k is None or chosen.law.kind != "smooth" or not rivals or any(rung.fit is not None for rung in rivals):
         return found
     shift = np.zeros(len(found.unknowns))
     shift[k] = (by_energy(found, range(len(found.tests))) - 1.0) / found.relative(k)

@@ -10,6 +10,7 @@ import hashlib
 import importlib
 import logging
 import os
+import shutil
 import tempfile
 import threading
 from collections.abc import Callable
@@ -67,7 +68,16 @@ def announce(module: str) -> None:
         return
     if not any(FOLDER.glob(f"**/{module.rpartition('.')[2]}.*.nbi")):
         _ANNOUNCED.add(FOLDER)
-        logging.getLogger(__name__).info("compiling the simulator once for this machine, about half a minute")
+        logging.getLogger(__name__).info("compiling the simulator once, about half a minute, into %s", FOLDER.parent)
+
+
+def clear_cache() -> str:
+    """Remove the machine code kept for this user, of all versions, and say how much; OSError where it may not be."""
+    folders = sorted(FOLDER.parent.glob("simulator-*"))
+    size = sum(file.stat().st_size for folder in folders for file in folder.rglob("*") if file.is_file())
+    for folder in folders:
+        shutil.rmtree(folder)
+    return f"{FOLDER.parent}: {size / 1e6:.0f} MB of machine code removed"
 
 
 def compiled(function: Function) -> Function:

@@ -450,8 +450,7 @@ def test_steps_in_the_place_of_a_stop_are_seen_from_six_errors_on() -> None:
         split, found = parted(one, mean, noise=1.0, dwell=dwell, cycles=1)
         assert (found is not None) == shows
         np.testing.assert_array_equal(split, one)
-    assert found is not None
-    assert found[0] == pytest.approx(2.0 * least, rel=0.3)
+    assert present(found)[0] == pytest.approx(2.0 * least, rel=0.3)
 
 
 @pytest.mark.parametrize("creep", [0.0, 0.002, 0.02])

@@ -255,8 +255,7 @@ def test_a_natural_frequency_that_all_tests_contradict_is_named_and_in_the_error
     scene = scene_from_tables({"rig": rig, "experiment": {"normal_force_n": FORCE}})
     beta = TRUE * FORCE / (1190.0 * BASE_M)
     seen = [observed(Problem(r, beta), scene, generator, r, seconds=40.0) for r in (0.3, 0.6, 1.5)]
-    joint, _ = fit_together({"steel": seen}, find_law=False, accuracy="balanced", by_mass=by_mass)
-    assert joint is not None
+    joint = present(fit_together({"steel": seen}, find_law=False, accuracy="balanced", by_mass=by_mass)[0])
     found = joint.coefficient("steel", scene.rig.stiffness)
     assert 0.01 * TRUE < abs((found.value or 0.0) - TRUE) < 1.96 * (found.u or 0.0)
     (said,) = (note for note in joint.rig_notes(scene) if note.startswith("rig: "))

@@ -120,10 +120,10 @@ def test_a_compiler_that_begins_is_announced_whether_or_not_stderr_is_a_terminal
 ) -> None:
     screen = io.StringIO()
     monkeypatch.setattr(sys, "stderr", screen)
-    monkeypatch.setattr(compiled, "FOLDER", tmp_path)
+    monkeypatch.setattr(compiled, "FOLDER", tmp_path / "simulator-1")
     announce_compiling(["simulate", *words])
     compiled.announce("kernel")
-    assert screen.getvalue() == "compiling the simulator once for this machine, about half a minute\n" * told
+    assert screen.getvalue() == f"compiling the simulator once, about half a minute, into {tmp_path}\n" * told
 
 
 @pytest.mark.parametrize("module", ["exact.solve", "numeric.radau"])
