@@ -319,7 +319,7 @@ def test_a_force_that_changes_over_the_revolution_is_drawn_as_it_is() -> None:
     given = scene_from_tables({"rig": {"kind": "prescribed", "radius_m": radius}})
     m = measure(recording(seen, "angle", "torque", "normal_force"), given)
     found = explain(m, given).comparison
-    assert any("no other law was tried: the contact slides one way" in said for said in found.warnings)
+    assert any("No other law was tried: the contact slides one way" in said for said in found.warnings)
     assert not any("--law auto" in said for said in found.warnings)
     for ax, size in ((plot(m).axes[0], 1.0), (plot(found).axes[0], 1.0), (plot(found).axes[1], 0.0)):
         line = next(line for line in ax.lines if np.size(line.get_xdata()) > 2)
