@@ -16,7 +16,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Fit, Test, cost, fit_from, weighed, with_scatter
 from frictionlab.inference.observation import NO_MOTION
-from frictionlab.inference.observations import CycleObservation, cycle_of, mean_cycle
+from frictionlab.inference.observations import CycleObservation, OfCycles, cycle_of, mean_cycle
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
 from frictionlab.inference.starts import at_medians, point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor
@@ -82,12 +82,18 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
         found, said = against_richer(found)
     found, named, answered, hidden = other_causes(found, [0], explained=explained)
     cycle = cycle_of(found.tests[0])
-    starts = cycle.starting and cycle.start_seen(found.values()) > OF_START * found.fit.nrmse()
+    starts = cycle.starting and misses_start(found.fit, [cycle])
     if (starts or cycle.settles_later_s is not None) and not explained:
         named, answered = [], False  # a start that is still in the cycles looks like any cause
     facts = strained_facts(fitted, scene, [cause.name for cause, _ in named]) if explained else ()
     causes = (*(named_cause(cause, other, found, scene) for cause, other in named), *hidden)
     return Diagnosis(found, strained or bool(named), (*facts, *said, *causes), answered and not explained, causes)
+
+
+def misses_start(found: Fit, cycles: Sequence[OfCycles]) -> bool:
+    """Whether half of what a fit misses may be what the cycles of its tests show of their starts."""
+    left = [cycle.start_seen(found.values(i)) for i, cycle in enumerate(cycles)]
+    return math.sqrt(float(np.mean(np.square(left)))) > OF_START * found.nrmse()
 
 
 def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) -> Iterator[str]:

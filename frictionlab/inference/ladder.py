@@ -18,7 +18,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, ParameterError
-from frictionlab.inference.diagnose import OF_START, by_energy
+from frictionlab.inference.diagnose import by_energy, misses_start
 from frictionlab.inference.fit import Fit, Model, cost, fit_from, followed, tempered, weighed, with_scatter
 from frictionlab.inference.force import ForceObservation
 from frictionlab.inference.observation import NO_MOTION, Observation
@@ -397,13 +397,10 @@ def _is_noise(found: Fit | None) -> bool:
 
 
 def _is_start(found: Fit) -> bool:
-    """Whether a fit explains its tests, or half of what it misses may be what their cycles show of their starts."""
-    tests = range(len(found.model.tests))
-    if explains(found, tests):
-        return True
-    seen = [(t.observation, found.values(i)) for i, t in enumerate(found.model.tests)]
-    left = [o.start_seen(values) for o, values in seen if isinstance(o, OfCycles) and o.law.is_exact]
-    return len(left) == len(seen) and math.sqrt(float(np.mean(np.square(left)))) > OF_START * found.nrmse()
+    """Whether a fit explains its tests, or what it misses may be their starts."""
+    seen = [test.observation for test in found.model.tests]
+    cycles = [o for o in seen if isinstance(o, OfCycles) and o.law.is_exact]
+    return explains(found, range(len(seen))) or (len(cycles) == len(seen) and misses_start(found, cycles))
 
 
 def _unmetered(found: Fit) -> Fit:

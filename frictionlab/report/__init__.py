@@ -76,17 +76,15 @@ def listing(table: schema.Table, listed: Sequence[Row], without: Sequence[str] =
         Cell("energy [mJ]" if column.unit == "J" else column.head, None, column.sentence, "", column.type.is_number)
         for column in columns
     ]
-    return Listing(
-        heads, [[_cell(row, head, column.name) for head, column in zip(heads, columns, strict=True)] for row in listed]
-    )
+    return Listing(heads, [[_cell(row, column) for column in columns] for row in listed])
 
 
-def _cell(row: Row, head: Cell, name: str) -> Cell:
+def _cell(row: Row, column: schema.Column) -> Cell:
+    name = column.name
     value = row.get(name)
-    if head.is_number:
+    if column.type.is_number:
         known = float(value) if isinstance(value, (int, float)) and math.isfinite(value) else None
-        times = 1e3 if head.text.endswith("[mJ]") else 1.0
-        said = with_se(value, row.get(f"{name}_u") or row.get(f"{name}_se"), times)
+        said = with_se(value, row.get(f"{name}_u") or row.get(f"{name}_se"), 1e3 if column.unit == "J" else 1.0)
         return Cell(said, known, is_number=True)
     if isinstance(value, bool):
         return Cell("yes" if value else "no")

@@ -263,10 +263,9 @@ def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
             notes.append(f"plan.{key}: not given: those of {where} are taken: {', '.join(f'{x:g}' for x in found)}")
     scene = _of_material(scene, [one.get("material") for one in facts])
     assumed = [f"{key} = {getattr(scene.plan, key)}" for key in ("base_amplitudes_m", "duration_s") if key not in given]
-    return scene, [
-        *notes,
-        f"plan: not given, assumed: {', '.join(assumed)}: name yours under [plan]",
-    ] if assumed else notes
+    if assumed:
+        notes.append(f"plan: not given, assumed: {', '.join(assumed)}: name yours under [plan]")
+    return scene, notes
 
 
 def _known_in(folder: Path) -> list[Path]:
