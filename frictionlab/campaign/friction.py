@@ -21,7 +21,7 @@ from frictionlab.inference.comparison import loop_energy
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, infer
-from frictionlab.inference.verdict import too_rough
+from frictionlab.inference.verdict import unlike_contacts
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, SteadyState
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat, FrictionNames, Sources, sources_of, unit_uncertainty
@@ -276,7 +276,7 @@ def friction_of(
     by_rig = math.hypot(sources.stiffness, unit_uncertainty(sources))
     coefficient = newtons.over(force).widened(math.hypot(by_rig, sources.normal_force))
     k = posterior.fit.find("beta", tests[0]) or 0
-    notes = *_notes(verdicts, group.note, model, stiffness, freedom), *too_rough(coefficient, force), said
+    notes = *_notes(verdicts, group.note, model, stiffness, freedom), *unlike_contacts(coefficient, force), said
     return FrictionFit(
         material=material,
         normal_force_n=force,

@@ -50,6 +50,10 @@ NO_ERRORS = (
     "verdict: none, for the table states no error of some numbers (columns amplitude_u, phase_u): errors are those of"
     " the scatter about the law"
 )
+BAD_TABLE = (
+    "verdict: the law leaves {:.0f} % of the table, more than errors of a measurement: are amplitudes half the swing"
+    " (no rms, not peak to peak), are units and signs right, and is it this law?"
+)
 ONE_WAY = (
     "no other law was tried: the contact slides one way at one speed, which shows Coulomb friction alone; over the way"
     " friction varies by up to {:.2g} %"
@@ -248,9 +252,11 @@ def compare_table(
     found, ladder = _found(observation, scene, law, friction_ratio)
     observation, values = cast("TableObservation", found.tests[0].observation), found.values()
     state = observation.state(values)  # of the reference
+    nrmse = found.fit.nrmse()
+    bad = [BAD_TABLE.format(100.0 * nrmse)] * (nrmse > words.FAINT)
     return _judged(
-        *(found, scene, ladder, found.fit.nrmse(), [*scene.rig.doubts, *table.said, *found.warnings]),
-        after=() if observation.is_stated else (NO_ERRORS,),
+        *(found, scene, ladder, nrmse, [*scene.rig.doubts, *table.said, *found.warnings]),
+        after=() if observation.is_stated else (*bad, NO_ERRORS),
         what="table",
         of="stated errors",
         floor=observation.floor if observation.is_stated else None,
@@ -461,7 +467,7 @@ def _judged(
     moved = known.said if verdict == "strained" and diagnosis is None else ()
     doubted = words.doubts(found, verdict, judged_by, ladder, what=what, of=of, step=step, first=first)
     friction = words.friction_of(found, scene, amplitude)
-    rough = words.too_rough(friction["coefficient"], observation.normal_force)
+    rough = words.unlike_contacts(friction["coefficient"], observation.normal_force)
     parameters = {name: asdict(e) for name, e in found.parameters().items()}
     parameters["beta"] |= {"se": friction["friction"].se, "u": friction["friction"].u}
     return Comparison(

@@ -18,7 +18,7 @@ VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
 RESTLESS = 0.02  # error of the measured cycle over its size that steady motions do not have
 OUTLASTS = 100.0  # times the cycles measured: what disturbs a motion so long has not died out in them
 START = 0.3  # of what a law misses, or of the noise: of a start as large as the motion, less than that is gone
-LARGEST = 5.0  # friction coefficient of a dry contact
+SMALLEST, LARGEST = 1e-3, 5.0  # friction coefficients of dry contacts
 UNLIKELY = 100.0  # of log evidence: more than unknowns that are not needed cost
 ANOTHER = "another law may explain it: --law auto looks for one"
 UNSETTLED = "motion that is not steady"
@@ -170,12 +170,13 @@ def not_tried(ladder: Ladder | None) -> Iterator[str]:
         yield f"{'law' if len(names) == 1 else 'laws'} {', '.join(names)}: {why}"
 
 
-def too_rough(coefficient: Estimate, normal_force: float | None) -> list[str]:
-    """Return a doubt of the normal force (N), where no contact has such a coefficient."""
+def unlike_contacts(coefficient: Estimate, normal_force: float | None) -> list[str]:
+    """Return a doubt of the normal force (N), and of lengths read in another unit, where no contact rubs like this."""
     value, u = coefficient.value or 0.0, coefficient.error or 0.0
-    if value - 3.0 * u <= LARGEST:
+    if value - 3.0 * u <= LARGEST and not 0.0 < value + 3.0 * u < SMALLEST:
         return []
-    return [f"friction_coefficient: {value:.3g}: no dry contact has it: is the normal force {normal_force:g} N?"]
+    asked = f"is the normal force {normal_force:g} N?{' Are lengths in another unit?' * (value < SMALLEST)}"
+    return [f"friction_coefficient: {value:.3g}: no dry contact has it: {asked}"]
 
 
 def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str, Any]:

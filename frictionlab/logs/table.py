@@ -206,7 +206,7 @@ _OVER_FREQUENCY: dict[str, tuple[str, Mapping[str, float], str]] = {
         "[Hz] or [rad/s]",
     ),
     "amplitude": (
-        r"((response|mass)[ _])?(amplitude|amp)([ _]ratio)?|transmissibility",
+        r"((response|mass)[ _])?(amplitude|amp)([ _]ratio)?|transmissibility|x ?/ ?y",
         LENGTH,
         "[Y] (over the base's amplitude) or a length such as [mm]",
     ),
@@ -215,14 +215,15 @@ _OVER_FREQUENCY: dict[str, tuple[str, Mapping[str, float], str]] = {
 }
 """Of each column: its names, how many of its units make that of a `FrequencyTable`, and what is expected in words."""
 _COLUMNS = ("drive", "drive_u", "amplitude", "amplitude_u", "phase", "phase_u", "base_amplitude")
-_PART_OF_Y = re.compile(r"[\[({<]\s*(Y|-|1|x/y)\s*[\])}>]", re.IGNORECASE)
+_PART_OF_Y = re.compile(r"[\[({<]\s*(Y|-|1|x/y)\s*[\])}>]|^x ?/ ?y", re.IGNORECASE)
 
 
 def read_frequency_table(path: Path, options: LogOptions | None = None) -> FrequencyTable | None:
     r"""Read a table of amplitude, phase or both over ``r`` or ``frequency [Hz]``; None for a file that is none.
 
     Columns: ``amplitude [Y]`` or in a length, ``phase [deg]`` or ``[rad]`` of the mass behind the base, and ``base
-    amplitude [mm]``; a column's standard uncertainty has its name with ``_u``. A time column makes it a log.
+    amplitude [mm]``; a column's standard uncertainty has its name with ``_u``, and its unit where it names none. A time
+    column makes it a log.
 
     Raises
     ------
@@ -259,7 +260,7 @@ def _over_frequency(log: OpenLog) -> FrequencyTable | None:
     said += ["r is taken, frequency [Hz] is not used"] if len(drives) > 1 else []
     names = {key: key.replace("drive", drives[0]) for key in _COLUMNS}
     values = dict.fromkeys(_COLUMNS, np.full(len(numbers), np.nan))
-    values |= {key: _in_si(numbers[:, (c := found[n]).index], c, n) for key, n in names.items() if n in found}
+    values |= {key: _in_si(numbers[:, found[n].index], found, n) for key, n in names.items() if n in found}
     phase = values["phase"]
     kept = np.isfinite(values["drive"]) & (np.isfinite(values["amplitude"]) | np.isfinite(phase))
     if not kept.any():
@@ -294,9 +295,10 @@ def _by_name(columns: tuple[LogColumn, ...]) -> dict[str, LogColumn]:
     return found
 
 
-def _in_si(values: FloatArray, column: LogColumn, name: str) -> FloatArray:
-    """The numbers of a column in r, Hz, Y or m, and rad."""
-    name = name.removesuffix("_u")
+def _in_si(values: FloatArray, found: Mapping[str, LogColumn], name: str) -> FloatArray:
+    """The numbers of a column in r, Hz, Y or m, and rad; an error without a unit has that of its number."""
+    column, name = found[name], name.removesuffix("_u")
+    column = column if column.unit or _PART_OF_Y.search(column.title) else found.get(name, column)
     if name == "amplitude" and _PART_OF_Y.search(column.title):
         return values.copy()
     _, known, expected = _OVER_FREQUENCY[name]

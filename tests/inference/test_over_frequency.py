@@ -73,6 +73,7 @@ def test_errors_cover_the_truth(stated: bool, monkeypatch: pytest.MonkeyPatch) -
         found = fl.compare(table(rows(0.4, seed), stated=stated), scene())
         scores.append(abs(found.friction_ratio - 0.4) / (found.friction_ratio_u or 1e-9))
         assert found.verdict == ("explained" if stated else None)
+        assert not any("% of the table" in said for said in found.warnings)
     assert 0.5 <= np.mean(np.array(scores) < 1.0) <= 0.85
     assert np.mean(np.array(scores) < 1.96) >= 0.9
 
@@ -107,6 +108,8 @@ def test_a_law_that_is_too_simple_is_said() -> None:
     assert found.verdict == "misfit"
     assert any("coulomb does not explain this table" in said for said in found.warnings)
     assert fl.plot(found).axes[0].get_ylabel() == "amplitude, X / Y"
+    rms = fl.compare(table(rows(0.4, 1) * (1.0, 0.5**0.5, 1.0), stated=False), scene())  # 5 errors off, without a word
+    assert any("% of the table, more than errors of a measurement: are amplitudes" in said for said in rms.warnings)
 
 
 @pytest.mark.parametrize("stated", [True, False])
@@ -136,6 +139,10 @@ def test_phases_of_x_over_y_and_unused_columns_are_said(tmp_path: Path) -> None:
     assert np.rad2deg(found.phase) == pytest.approx(rows()[:, 2])
     assert "column 3 ('load') is not used" in found.said
     assert "phase: every one is below 0" in found.said[-1]
+    made = rows()[:, [0, 1, 1]] * (1.0, 1.0, 0.01)
+    for head in ("r,X / Y,X/Y_u", "r,amplitude [Y],amplitude_u"):  # an error without a unit has that of its number
+        found = present(read_frequency_table(written(tmp_path / "t.csv", head, made)))
+        assert np.array([found.amplitude, found.amplitude_u]) == pytest.approx(made[:, 1:].T)
 
 
 @pytest.mark.parametrize(
