@@ -139,7 +139,7 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Before] 
     known, expected = measured_before(good, plan.repeatability), _expected(scene, chosen, held)
     value, error = plan.friction_coefficient or ASSUMED_COEFFICIENT
     if COEFFICIENT in known:
-        value = known[COEFFICIENT].value or value
+        value, error = known[COEFFICIENT].value or value, known[COEFFICIENT].u or error
     elif plan.friction_coefficient is None:
         notes.append(f"plan.friction_coefficient: not given: {value:g} ± {error:g} is assumed")
     expected |= {name: known[name].value or 0.0 for name in expected if name in known and name not in held}

@@ -249,6 +249,7 @@ class Limits:
                 f"law {lab.law.name}: no candidate shows anything: the mass stands still or has no steady state in all"
                 " of them, or would if friction were one standard error higher; change normal_forces_n,"
                 " base_amplitudes_m or frequency_ratios of [plan], or narrow friction_coefficient"
+                + "".join(f"\n{note}" for note in lab.notes)
             )
         settings = [(t.normal_force_n, t.base_amplitude_m, t.frequency_ratio) for t in lab.candidates]
         force, drive = (

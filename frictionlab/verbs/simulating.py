@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from frictionlab.errors import UsageError
 
@@ -177,7 +177,7 @@ def plan(
     scene : Scene, str or Path
         ``[plan]``: what the rig can set, its sensors, what is known of the friction coefficient; ``[rig]``;
         ``[model]``: the law and its expected parameters. Forces and frequency ratios that ``[plan]`` does not name are
-        those that the sheet and the names of the logs say.
+        those that the sheet and the names of the logs say, base amplitudes those of what was measured.
     law, against : str, optional
         A law in place of the scene's; another law that the tests are to decide against.
     tests : int, optional
@@ -219,6 +219,7 @@ def plan(
             raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or --force")
     before = [*given, *_known_before(inputs, known.experiment.material)]
     known = _of_material(known, [one.get("material") if isinstance(one, Mapping) else one.material for one in before])
+    known = _driven_as(known, before, notes)
     if sheet is not None and known.experiment.material is None:
         notes.append(f"experiment.material: not given: {sheet} leaves it empty: fill it in")
     lab = laboratory(known, law, before)
@@ -261,11 +262,29 @@ def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
             scene = scene.changed(plan={key: found})
             where = "the sheet" if experiment.sheet else "the names of the logs"
             notes.append(f"plan.{key}: not given: those of {where} are taken: {', '.join(f'{x:g}' for x in found)}")
-    scene = _of_material(scene, [one.get("material") for one in facts])
-    assumed = [f"{key} = {getattr(scene.plan, key)}" for key in ("base_amplitudes_m", "duration_s") if key not in given]
-    if assumed:
-        notes.append(f"plan: not given, assumed: {', '.join(assumed)}: name yours under [plan]")
-    return scene, notes
+    return _of_material(scene, [one.get("material") for one in facts]), notes
+
+
+def _driven_as(scene: "Scene", before: "Sequence[Before]", notes: list[str]) -> "Scene":
+    """The scene with the least and the largest base amplitude of what is known before where ``[plan]`` has none.
+
+    A line more says so, or what is assumed. Of a comparison it is friction force over friction ratio and stiffness.
+    """
+    each: Sequence[Any] = before
+    lengths: list[float] = []
+    for one in each:
+        if not isinstance(one, Mapping):
+            lengths += one.conditions.get("base_amplitude_m", ())
+        elif (force := one.get("friction_force_n")) and one.get("friction_ratio") and scene.rig.stiffness:
+            lengths.append(force / (one["friction_ratio"] * scene.rig.stiffness))
+    if lengths and "base_amplitudes_m" not in scene.plan.model_fields_set:
+        found = sorted({float(f"{length:.3g}") for length in (min(lengths), max(lengths))})
+        scene = scene.changed(plan={"base_amplitudes_m": found})
+        notes.append(f"plan.base_amplitudes_m: not given: of what was measured: {', '.join(f'{x:g}' for x in found)}")
+    open_keys = [key for key in ("base_amplitudes_m", "duration_s") if key not in scene.plan.model_fields_set]
+    if assumed := ", ".join(f"{key} = {getattr(scene.plan, key)}" for key in open_keys):
+        notes.append(f"plan: not given, assumed: {assumed}: name yours under [plan]")
+    return scene
 
 
 def _known_in(folder: Path) -> list[Path]:
@@ -291,7 +310,8 @@ def _known_before(paths: Sequence[Path], material: str | None) -> "list[Before]"
         of = "" if material is None else f" of {material}"
         raise UsageError(f"{paths[0]}: expected comparisons (compare-numeric -o) or law_MATERIAL.toml{of}; got none")
     if len(names) > 1:
-        raise UsageError(f"--measured: expected tests of one material; got {', '.join(names)}: name it in [experiment]")
+        do = f"give one law, such as {paths[0]}" if paths[0].suffix == ".toml" else "name it in [experiment]"
+        raise UsageError(f"--measured: expected tests of one material; got {', '.join(names)}: {do}")
     return [one for _, one in own]
 
 
