@@ -84,10 +84,7 @@ CONTRADICTING: list[tuple[tuple[str, ...], str]] = [
         ),
         (("predict", "--law-file", "a", "--normal-force", "400g"), "which weighs 3.923 N: give 3.923"),
         (("batch", ".", "-o", "--campaign"), "looks like an option: if it is meant, give ./--campaign"),
-        (
-            ("sweep", "--r", "1", "--beta", "1", "--law", "coulomb+place", "-o", "m.csv"),
-            "usually -0.1 to 0.1; got",
-        ),
+        (("sweep", "--r", "1", "--beta", "1", "--law", "coulomb+place", "-o", "m.csv"), "usually -0.1 to 0.1; got"),
         (("sweep", "--r", "1:0.5:0.1", "--beta", "0.2", "-o", "m.csv"), "expected START:STOP:STEP, going up"),
         (("sweep", "--r", "0.5:0.5:0.1", "--beta", "0.1:2:20", "-o", "m.csv"), "got '0.1:2:20', whose step is 20"),
         (("--help-all",), "frictionlab COMMAND --help-all"),

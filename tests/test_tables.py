@@ -14,17 +14,7 @@ from hypothesis import strategies as st
 
 from frictionlab.errors import UsageError
 from frictionlab.scene.text import template
-from frictionlab.schema import (
-    ENERGY,
-    FRICTION,
-    MEASUREMENTS,
-    TABLES,
-    Table,
-    Type,
-    column_of,
-    is_marked,
-    table_of,
-)
+from frictionlab.schema import ENERGY, FRICTION, MEASUREMENTS, TABLES, Table, Type, column_of, is_marked, table_of
 from frictionlab.tables import SUFFIXES, Row, check_output, is_table, json_line, read_rows, write_rows
 from tests.documents import KEYS as KEYS_FILE
 
@@ -246,7 +236,7 @@ def test_the_list_of_keys_is_in_step() -> None:
 def test_a_column_is_renamed_in_the_schema_alone() -> None:
     """Elsewhere its name stands for attributes of results, which stay: repeated in a comparison, and of a contact."""
     package = Path(__file__).parents[1] / "frictionlab"
-    attributes = {"inference/compare.py", "cli/simulate.py", "simulator/state.py"}
+    attributes = {"inference/compare.py", "simulator/state.py"}
     naming = {
         path.relative_to(package).as_posix()
         for path in package.rglob("*.py")

@@ -20,17 +20,7 @@ if TYPE_CHECKING:
     from frictionlab.uncertainty import Average
 
 MOST = 12  # lines of an explanation, where not all are asked for
-PARAMETERS = {
-    "parameter": "parameter",
-    "value": "value",
-    "se": "se",
-    "u": "u",
-    "told": "known by this test",
-    "lower": "lower 95 %",
-    "upper": "upper 95 %",
-}
 DRAWN = ("time", "measured", "fitted", "unit")  # of a tap: no part of its row
-MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
 
 
 def analyze(
@@ -128,9 +118,10 @@ def _print_parts(rows: Iterable[Row]) -> None:
             moved["lag [ms]"] = {key: 1e3 * value for key, value in moved.pop("lag_s").items()}
         values = [{"parameter": name, **each} for name, each in parameters.items()] * bool(laws or len(parameters) > 2)
         beside = [{"moved": name, **each} for name, each in moved.items()] * (row.get("record_nrmse") is not None)
+        heads = screen.heads
         parts: tuple[tuple[str, Sequence[Row], Any], ...] = (
-            (f"{law}", values, PARAMETERS),
-            ("what the fit moved beside the law (natural frequency and gain: relative)", beside, MOVED),
+            (f"{law}", values, heads("parameters")),
+            ("what the fit moved beside the law (natural frequency and gain: relative)", beside, heads("nuisances")),
             (f"laws in the order tried; the recording requires {required}", laws, LAWS),
             (f"laws tried on the whole record, which requires {law}", screen.each_of(row.get("record_laws")), LAWS),
         )

@@ -7,7 +7,7 @@ import typer
 
 from frictionlab.cli import complain
 from frictionlab.cli.options import Drawn, Results, doubt_amplitude, named_values, scene_of, values_of
-from frictionlab.cli.screen import count, counted, paragraph, print_table, print_warnings
+from frictionlab.cli.screen import count, counted, heads, paragraph, print_table, print_warnings
 from frictionlab.errors import UsageError
 from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTIONS, STEADY_STATES, STOPS
 from frictionlab.tables import Row, check_output, json_line, write_rows
@@ -20,15 +20,6 @@ if TYPE_CHECKING:
 
 CERTAIN = 1000.0  # logarithm of a Bayes factor
 SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
-HEADS = {
-    "rank": "test",
-    "frequency_ratio": "r",
-    "normal_force_n": "force N",
-    "base_amplitude_mm": "base mm",
-    "duration_s": "length s",
-    "total_min": "lab min",
-}
-PREDICTED = {"r": "r", "amplitude": "amplitude mm", "energy": "energy mJ", "stops": "stops", "regime": "regime"}
 
 
 def plan(
@@ -93,7 +84,7 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
     same = {key for key, each in settings if len({getattr(test, each) for test in listed}) == 1}  # stand in the steps
     last = {f"u({name})": "friction %" if name == "beta" else f"u({name})" for name in found.tests[0].expected}
     last = last if found.against is None else {"one": "if A", "other": "if B", "after": "after"}
-    print_table(rows, {key: head for key, head in (HEADS | last).items() if key not in same})
+    print_table(rows, {key: head for key, head in (heads("planned") | last).items() if key not in same})
     meaning = (
         "the last columns: standard uncertainty after this test and all better ones, of friction in per cent of it"
     )
@@ -174,8 +165,8 @@ def predict(
         paragraph(f"{about}; each number with its 95 % band")
         if taken:
             paragraph(f"Not given, so the middle of those that the law was found under: {', '.join(taken)}.")
-        heads = PREDICTED | ({"unsteady": "no steady state"} if any(test.unsteady for test in found.tests) else {})
-        print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], heads)
+        more = {"unsteady": "no steady state"} if any(test.unsteady for test in found.tests) else {}
+        print_table([_shown(t, name) for t, name in zip(found.tests, names, strict=True)], heads("predicted") | more)
         if not to.quiet:
             warned = ({"source": name, "warnings": t.warnings} for t, name in zip(found.tests, names, strict=True))
             print_warnings(list(warned))

@@ -85,8 +85,13 @@ def _line(kind: str) -> tuple[Shown, ...]:
 
 
 MEASURED, COMPARED, FITTED = _line("measurements"), _line("comparisons"), _line("friction")
-FOUND, TAPPED = _line("logs"), _line("free vibrations")
-"""What a screen shows of measurements, comparisons, rows of ``friction.csv``, ingested logs, and taps."""
+FOUND, TAPPED, SIMULATED = _line("logs"), _line("free vibrations"), _line("simulated")
+"""What a screen shows of measurements, comparisons, rows of ``friction.csv``, logs, taps, and states in SI units."""
+
+
+def heads(kind: str) -> dict[str, str]:
+    """Titles by key of a kind of table whose columns all stand."""
+    return {column.key: column.title for column in _line(kind)}
 
 
 def _columns(table: Table, names: Iterable[str]) -> list[Shown]:
@@ -263,7 +268,6 @@ def print_table(rows: Iterable[Row], columns: Table | Mapping[str, str] | Sequen
 
 def print_budgets(rows: Iterable[Row]) -> None:
     """Print what adds how much to the uncertainty of each number of a row, and its share of the combined variance."""
-    heads = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard uncertainty", "share": "share [%]"}
     for row in rows:
         budget: Any = row.get("budget") or {}
         causes = [
@@ -274,7 +278,7 @@ def print_budgets(rows: Iterable[Row]) -> None:
         ]
         if causes:
             typer.echo(f"\n{row['source']}: what adds to the uncertainty")
-            print_table(causes, heads)
+            print_table(causes, heads("budget"))
 
 
 def print_turned(rows: Iterable[Row], table: Table) -> None:

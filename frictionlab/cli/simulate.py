@@ -22,26 +22,11 @@ if TYPE_CHECKING:
 SAMPLES = 1000  # per cycle, of the motion in an .h5
 READ = ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")
 SETTINGS = {"natural_frequency_hz": ANALYSIS["natural_frequency_hz"], **{key: LOG[key] for key in READ}}
-SI = {
-    "Y": (BASE, 1e3, "mm"),
-    "X": (f"{AMPLITUDE}_m", 1e3, "mm"),
-    "E": (f"{ENERGY}_j", 1e3, "mJ"),
-    "F": ("friction_force_n", 1, "N"),
-}
-CONTACTS = {
-    "mass": "contact of mass",
-    "against": "against",
-    "law": "law",
-    "energy_per_cycle": "energy [kY²]",
-    "stops_per_cycle": "stops",
-    "stuck_fraction": "stuck",
-}
 OF_A_DAMPED_FRAME = (
     "With a damped frame: energy is the area of the loop, what the frame's spring gives the mass; contact energy is"
     " what spring and dashpot give it together; frame energy is what the dashpot takes itself."
 )
 ASSUMED = "base_amplitude_m: not given: {:.4g} mm is assumed: --base-amplitude M, or base_amplitudes_m under [plan]"
-IN_ALL = {"energy": "energy [kY²]", "peak_force": "peak force [kY]"}  # under a record
 SolverName = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
 
@@ -223,7 +208,7 @@ def _settle(
 
 
 def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) -> None:
-    """Each row turned, its verdict, and the numbers in mm, mJ and N as far as they are known; then the warnings."""
+    """Each row turned, in mm, mJ and N as far as they are known, and its verdict; then the warnings."""
     from frictionlab.cli.screen import paragraph, print_turned, print_warnings, warnings_of
 
     print_turned(map(_numbers_of, rows), MOTIONS)
@@ -231,39 +216,38 @@ def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) 
         share = row.get("basin_share")
         paragraph(f"{100.0 * share:.3g} % of the starts: {verdict}" if isinstance(share, float) else verdict)
     for row in rows:
-        _print_parts(row, "amplitude of each mass: ", "response_amplitudes", CONTACTS)
+        _print_parts(row, "amplitude of each mass: ", "response_amplitudes")
     if any(row.get(f"frame_{ENERGY}") for row in rows):
         paragraph(OF_A_DAMPED_FRAME)
-    if len(rows) == 1 and f"{AMPLITUDE}_m" in rows[0]:
-        known = {name: (rows[0].get(key), times, unit) for name, (key, times, unit) in SI.items()}
-        said = (f"{name} {times * v:.4g} {unit}" for name, (v, times, unit) in known.items() if isinstance(v, float))
-        typer.echo(", ".join(said))
     if not quiet:
         warned = zip(rows, verdicts, strict=True)
         warnings = dict.fromkeys(said for row, verdict in warned for said in warnings_of(row) if said not in verdict)
         print_warnings([{"warnings": list(warnings)}])
 
 
-def _print_parts(row: Row, words: str, key: str, columns: Mapping[str, str]) -> None:
+def _print_parts(row: Row, words: str, key: str) -> None:
     """What each mass and contact does, where there are several."""
-    from frictionlab.cli.screen import print_table
+    from frictionlab.cli.screen import heads, print_table
 
     sizes, contacts = row.get(key), row.get("contacts")
     if isinstance(sizes, list) and isinstance(contacts, list) and max(len(sizes), len(contacts)) > 1:
         typer.echo(words + ", ".join(f"{size:.6g} Y" for size in sizes))
-        print_table(contacts, {name: head for name, head in columns.items() if name in contacts[0]} if contacts else {})
+        print_table(contacts, {name: h for name, h in heads("contacts").items() if contacts and name in contacts[0]})
 
 
 def _numbers_of(row: Row) -> Row:
     """The row of a state as it stands on a screen: warnings stand below it, and what is beside the contract's keys."""
+    from frictionlab.cli.screen import SIMULATED
     from frictionlab.simulator.state import KEYS
 
     hidden = {"status", "warnings", "response_amplitudes", "peak_displacements", "contacts"}
     hidden |= {k for k, value in row.items() if value is None and k not in KEYS}
     hidden |= set() if row.get(f"frame_{ENERGY}") else {f"contact_{ENERGY}", f"frame_{ENERGY}"}
     held, found = row.get("parameters"), dict[str, object]()
+    in_si = {column.key: column for column in SIMULATED}
     for key, value in row.items():
-        found |= {} if key in hidden else {key: value}
+        known = {in_si[key].title: in_si[key].text(row)} if key in in_si else {key: value}
+        found |= {} if key in hidden else known
         if key == "zeta" and isinstance(held, Mapping) and held.get("frame_damping_ratio"):
             found["frame zeta"] = held["frame_damping_ratio"]
         elif key == "parameters" and isinstance(held, Mapping):  # the damping of storeys is in their structure
@@ -337,6 +321,6 @@ def _follow(
     elif not to.as_json:
         print_turned([_numbers_of(rows[0])], RESPONSES)
         paragraph("Y is here the largest displacement of the base from its first value, and beta is over k times that.")
-        _print_parts(rows[0], "peak of each mass: ", "peak_displacements", {**CONTACTS, **IN_ALL})
+        _print_parts(rows[0], "peak of each mass: ", "peak_displacements")
         print_warnings(() if to.quiet else rows)
     exit_status(rows)

@@ -133,7 +133,9 @@ def is_table(path: Path, table: Table | None = None) -> bool:
         if not path.is_file() or path.stat().st_size == 0:
             return path.is_file()
         if _kind(path) == ".h5":
-            return _format_of(path) in {kind.format for kind in kinds}
+            from frictionlab.hdf5 import format_of
+
+            return format_of(path) in {kind.format for kind in kinds}
         names = texts.names_in_csv(path) if _kind(path) == ".csv" else texts.names_in_json(path)
     except (OSError, ValueError, KeyError, RecursionError, csv.Error, UsageError):
         return False
@@ -145,14 +147,10 @@ def is_table(path: Path, table: Table | None = None) -> bool:
 
 def has_rows(path: Path) -> bool:
     """Whether this HDF5 file is a table of this tool, with a line for each row: no map over axes, and no motion."""
-    found = _format_of(path)
-    return any(kind.format == found for kind in TABLES if kind not in (STEADY_STATES, MOTIONS))
-
-
-def _format_of(path: Path) -> str:
     from frictionlab.hdf5 import format_of
 
-    return format_of(path)
+    found = format_of(path)
+    return any(kind.format == found for kind in TABLES if kind not in (STEADY_STATES, MOTIONS))
 
 
 def read_rows(path: str | PathLike[str], table: Table | None = None) -> list[dict[str, object]]:
@@ -171,9 +169,9 @@ def read_rows(path: str | PathLike[str], table: Table | None = None) -> list[dic
     if _kind(path) not in SUFFIXES:
         raise UsageError(f"{path}: expected a result ending in {EITHER}; got {path.suffix or 'no suffix'}")
     if _kind(path) == ".h5":
-        from frictionlab.hdf5 import read_tree
+        from frictionlab.hdf5 import format_of, read_tree
 
-        found = _format_of(path)
+        found = format_of(path)
         kind = table or next((kind for kind in TABLES if kind.format == found), None)
         if kind is None:
             raise UsageError(f"{path}: expected a table of frictionlab; got {found or 'another file'}")
