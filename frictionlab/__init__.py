@@ -54,7 +54,7 @@ def __getattr__(name: str) -> object:
         from difflib import get_close_matches  # noqa: PLC0415 - the package itself loads nothing
 
         meant = _INSTEAD.get(name) or ", ".join(get_close_matches(name, _HOMES))
-        hint = f"did you mean {meant}?" if meant else f"`dir({__name__})` lists its names"
+        hint = f"did you mean {meant}" if meant else f"`dir({__name__})` lists its names"
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}: {hint}")
     found: object = getattr(import_module(f"{__name__}.{home}"), name)
     globals()[name] = found

@@ -95,9 +95,8 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
     assert invoke("init", tmp_path / "pair").exit_code == 0
     for log in (mass, base):
         log.rename(tmp_path / "pair" / log.name)
-    assert (
-        invoke("init", tmp_path / "pair", "--force").stdout.splitlines()[-1].startswith("next: mend what is not read")
-    )
+    last = invoke("init", tmp_path / "pair", "--force").stdout.splitlines()[-1]
+    assert last.startswith("next: mend what is not read")
 
 
 @pytest.mark.parametrize(

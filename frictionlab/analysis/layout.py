@@ -216,7 +216,7 @@ def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
     """The cycles of each stretch, all by the longest one's frequency; refuses a base that nothing drives."""
     longest = stretches[at]
     variance = float(np.var(longest.base))
-    still = "analysis: no drive: the base stands still{}; expected a base motion: check the base column"
+    still = "analysis: no drive: the base stands still{}; expected a base motion: check its column, or is it a tap?"
     if not variance > 0.0:
         raise AnalysisError(still.format(""))
     tone, noise = spectrum.strongest_tone(lines), white_noise(longest.base)

@@ -35,7 +35,7 @@ UNITS = {
     "drift": "relative change of the energy per hour, mean of its magnitude",
 }
 STUCK = ", a test in which the mass never slips as 0"
-UNLIKE = "no test is common to all materials: friction coefficient instead, mean over their normal forces"
+UNLIKE = "no short test is common to all materials: friction coefficient instead, mean over their normal forces"
 HOUR = 3600.0
 OWN_STEPS = 4  # from the friction of its group to that of a test
 INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not determine the friction force

@@ -123,7 +123,7 @@ def opened(path: Path, kind: str, remedy: str) -> Iterator[tuple[h5py.File, int]
 
 
 def _check_format(file: h5py.File, kind: str, remedy: str) -> None:
-    found, version = text(file.attrs.get("format")), file.attrs.get("format_version")
+    found, version = text(file.attrs.get("format", "no format")), file.attrs.get("format_version")
     if found != kind:
         raise RecordingError(f"expected a file of {kind}; got {found!r}: {remedy}")
     if version is None or int(version) > FORMAT_VERSION:

@@ -103,7 +103,7 @@ def read_recording(path: str | PathLike[str]) -> Recording:
     RecordingError
         If it is not a recording, is of a newer format, or is damaged. Links out of the file are not followed.
     """
-    with opening.opened(Path(path), FORMAT, "run ingest on its log") as (file, size):
+    with opening.opened(Path(path), FORMAT, "run ingest on its log; a log in HDF5 is one itself") as (file, size):
         return _read(file, size)
 
 

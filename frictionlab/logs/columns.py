@@ -43,6 +43,7 @@ _SAYS = re.compile(  # what a column holds, by the words of its name
 )
 _GROUPED = re.compile(r"\s*[-+]?\d{1,3}(?:(?:\.\d{3})+,|(?:,\d{3})+\.)\d+\s*", re.ASCII)
 _CALIBRATE = "; for volts say what one is, --units 'mass=5 mm/V,base=5 mm/V'"
+_NAMED = "; a sensor of no displacement is known by its column's name: mass velocity [mm/s], base acceleration [g]"
 _ONE_EACH = (
     "if each sensor has its file, make a recording of both, which analyze, compare-numeric and campaign take:"
     " `frictionlab ingest --mass-log FILE --base-log FILE -o NAME.h5`"
@@ -332,6 +333,7 @@ def _with_displacements(
             f"no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
             f"correct the units in the log's head; {_ONE_EACH}"
             + (_CALIBRATE if any(c.unit in VOLTS for c in columns) else "")
+            + (_NAMED if {"velocity", "acceleration"} & {quantity_of(c.unit) for c in columns} else "")
         )
     mass = found.get("mass")
     is_relative = mass is not None and _RELATIVE.fullmatch(mass.name) and "time" not in mass.name.lower()

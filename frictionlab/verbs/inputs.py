@@ -6,6 +6,7 @@ Several inputs are done one by one: one that fails becomes a row with its reason
 import contextlib
 import difflib
 import os
+import re
 import traceback
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
@@ -197,9 +198,7 @@ def failure(path: Path, error: Exception) -> Row:
     reason = reason_of(error)
     for name in (str(path), path.name):
         reason = reason.removeprefix(f"{name}: ")
-    if (
-        isinstance(error, LogError) and "--" in reason and "`frictionlab ingest" not in reason
-    ):  # other commands over logs have none of its options
+    if isinstance(error, LogError) and re.search("--(?!(mass|base)-log)[a-z]", reason):  # no options of other commands
         reason += " (options of `frictionlab ingest`; the scene has them as keys of [log])"
     notes = getattr(error, "__notes__", [])
     return {"source": str(path), "status": FAILED, "reason": reason} | ({"warnings": notes} if notes else {})

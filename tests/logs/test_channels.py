@@ -53,6 +53,8 @@ def test_units_in_capitals_and_without_brackets_are_read_and_what_may_be_two_is_
     np.testing.assert_allclose(found.contact_force, 1e3 * FORCE, atol=1e-5)
     with pytest.raises(LogError, match=r"no column for mass and base: .*in NM, .*: correct the units in"):
         read_log(log(tmp_path, **{"t [s]": T, "M1 [NM]": X, "M2 [NM]": X}))
+    with pytest.raises(LogError, match=r"no column for mass and base: .* by its column's name: mass velocity \[mm/s\]"):
+        read_log(log(tmp_path, **{"t [s]": T, "acceleration [g]": X}))
     with pytest.raises(ValueError, match="such as force=kN or mass=5 mm/V"):
         LogOptions(units="mass=1.2.3 mm/V")
     mils = read_log(log(tmp_path, **{"t [s]": T, "mass [mil]": X, "base [thou]": X}))
