@@ -169,18 +169,21 @@ def base_at(system: Any, work: Any, t: float) -> None:
         f[3] = 6.0 * c[3]
         return
     turned, change = growth(complex(0.0, t)), 0.0j
+    rise = place = speed = bend = third = fourth = 0.0
     for m in range(system.harmonics):
         k = m + 1.0
         change += turned + change * turned  # e^(i k t) - 1
         grown = work.line[m] * change
         wave = work.line[m] + grown
         work.grown[m] = grown
-        work.rise += grown.real
-        f[0] += wave.real
-        f[1] -= k * wave.imag
-        f[2] -= k * k * wave.real
-        f[3] += k * k * k * wave.imag
-        f[4] += k * k * k * k * wave.real
+        rise += grown.real
+        place += wave.real
+        speed -= k * wave.imag
+        bend -= k * k * wave.real
+        third += k * k * k * wave.imag
+        fourth += k * k * k * k * wave.real
+    work.rise = rise
+    f[0], f[1], f[2], f[3], f[4] = place, speed, bend, third, fourth
 
 
 @inner
@@ -262,16 +265,17 @@ def begin_mode(system: Any, work: Any, i: int, j: int) -> None:
 
 
 @inner
-def modes_at(system: Any, work: Any, i: int, t: float) -> None:
+def modes_at(system: Any, work: Any, i: int, t: float, derived: bool) -> None:
     """Write what each mode has grown by, its derivatives, the base's motion and the masses' at a time after the begin.
 
-    Growth is not a difference of values: motions that are small beside the drive keep their digits.
+    Growth is not a difference of values: motions that are small beside the drive keep their digits. Not `derived`:
+    second and higher derivatives of the modes are left out.
     """
     if t == work.at:
         return
     phases, w = work.phases, work.w
     work.left -= 1.0
-    work.at = t
+    work.at = t if derived else np.nan
     base_at(system, work, t)
     for j in range(phases.modes[i]):
         rate = phases.rate[i, j]
@@ -280,24 +284,29 @@ def modes_at(system: Any, work: Any, i: int, t: float) -> None:
         if system.harmonics == 0:
             _mode_under_cubic(work, rate, change, j, t)
             continue
-        grown = work.start[j] * change
-        free, square = work.start[j] + grown, rate * rate
-        w[0, j], w[1, j], w[2, j] = grown, rate * free, square * free
-        w[3, j], w[4, j] = square * rate * free, square * square * free
+        w0 = work.start[j] * change
+        w1 = rate * (work.start[j] + w0)
+        w2 = rate * w1
+        w3 = rate * w2
+        w4 = rate * w3
         for m in range(system.harmonics):
-            k = m + 1.0
-            wave = work.line[m] + work.grown[m]
-            back, fore = phases.back[i, j, m] * wave.conjugate(), phases.fore[i, j, m] * wave
-            w[0, j] += phases.back[i, j, m] * work.grown[m].conjugate()
+            k, line, grown = m + 1.0, work.line[m], work.grown[m]
+            back, fore = phases.back[i, j, m] * (line + grown).conjugate(), 0.0j
+            w0 += phases.back[i, j, m] * grown.conjugate()
+            if phases.near[i, j, m] == 0:
+                fore = phases.fore[i, j, m] * (line + grown)
+                w0 += phases.fore[i, j, m] * grown
+            apart, both = k * (fore - back), k * k * (fore + back)
+            w1 += complex(-apart.imag, apart.real)
+            if derived:
+                w2 -= both
+                w3 += k * k * complex(apart.imag, -apart.real)
+                w4 += k * k * both
+        w[0, j], w[1, j], w[2, j], w[3, j], w[4, j] = w0, w1, w2, w3, w4
+        for m in range(system.harmonics if phases.close[i] else 0):
             if phases.near[i, j, m] == 1:
-                _add_near(w, j, fore, phases.fore[i, j, m] * work.line[m], rate, k, t)
-                fore = 0.0j
-            else:
-                w[0, j] += phases.fore[i, j, m] * work.grown[m]
-            w[1, j] += complex(0.0, k) * (fore - back)
-            w[2, j] -= k * k * (fore + back)
-            w[3, j] -= complex(0.0, k * k * k) * (fore - back)
-            w[4, j] += k * k * k * k * (fore + back)
+                line, fore = work.line[m], phases.fore[i, j, m]
+                _add_near(w, j, fore * (line + work.grown[m]), fore * line, rate, m + 1.0, t)
     for a in range(system.masses):
         along = phases.along[i, a]
         place, speed = work.q[a] + along * work.rise, along * work.f[1]

@@ -28,7 +28,7 @@ SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
 SECTIONS = 4  # phases of the drive from which the only orbit is tried
 LONGEST = 512  # cycles of the longest orbit looked for
 LONGEST_ELASTIC = 128
-ENOUGH = 1024  # of them for a motion that does not pass the same events in each
+ENOUGH = 384  # for a motion that does not pass the same events in each, beside those in which friction stops it
 FOR_GOOD = 1e-7  # of its size: a motion so near to an orbit slips where that does, and nowhere else
 NEAR = 0.01  # of its size: how near a motion must come to where it was before an orbit is tried
 EAGER = 64  # maps after each of which that is looked for; later after every eighth
@@ -405,6 +405,9 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, i
     keep = 2 * most + 1
     past, passed = np.zeros((keep, size)), np.zeros(keep, np.int64)
     tried, spent, still = np.full(most + 1, NEAR), 0.0, 0
+    brake = 1e-3 * drive_size(system)  # at least
+    for c in range(system.contacts):
+        brake += system.brake[c]
     for at in range(1, places.PATIENCE * each + 1):
         whole(leg, 1, each)
         code = carry(flow, leg, y, past[at % keep], False)
@@ -418,7 +421,7 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, i
             whole(leg, 1, 1)
             return 0.0, places.STUCK
         passed[at % keep], extent = work.signature, size_of(system, work, y)
-        if at >= ENOUGH * each and passed[at % keep] != passed[(at - 1) % keep]:
+        if at >= (ENOUGH + extent / brake) * each and passed[at % keep] != passed[(at - 1) % keep]:
             break
         if at <= EAGER or at % 8 == 0:
             maps, away = nearest(system, past, passed, at, tried, each, extent)
