@@ -14,7 +14,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
-from frictionlab.inference.fit import Fit, Test, cost, fit_from, weighed, with_scatter
+from frictionlab.inference.fit import Fit, Test, beside, descend, fit_from, looked, weighed, with_scatter
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, OfCycles, cycle_of, mean_cycle
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
@@ -39,6 +39,7 @@ OTHER_CAUSE = "another cause than the law"
 FOLLOWS = "normal force that follows the base's acceleration"
 LEAST_FREE = 0.1  # share of what is known of a fact that its data must say: else the prior alone does
 STEPS, WORK = 25, 1.5e5  # of the fit with a cause let free, and what all of them may cost
+NEARLY = 1e2  # its sum of squares over the usual tolerance: 0.02 of a standard deviation is near enough
 WIDE = 0.3  # relative: prior of a natural frequency that is let free
 TRIED = {
     "natural_frequency": [x / WIDE for x in (0.0, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0)],
@@ -260,8 +261,11 @@ def _tried(main: Fit, cause: Unknown) -> list[tuple[float, Fit]]:
     freed, observation = _freed(main, cause), cycle_of(main.model.tests[0])
     found = [(_gain(main, freed), freed)]
     if cause.name == "natural_frequency" and observation.single and len(main.model.tests) == 1:
-        plain = replace(model_of([observation.under(law_of("coulomb+place+speed"))]), most=STEPS)
-        held = fit_from(plain, starting_points(plain), tempers=False)
+        law = law_of("coulomb+place+speed")
+        plain = replace(model_of([observation.under(law)]), most=STEPS, tolerance=NEARLY)
+        is_inside = all(law.has(term.name) for term in observation.law.terms)
+        starts = [point_at(plain, main.values())] if is_inside else starting_points(plain)
+        held = fit_from(plain, starts, tempers=False)
         freed = _freed(held, cause)
         found.append((min(_gain(main, freed), _gain(held, freed)), freed))
     return sorted(found, key=lambda one: (one[0] <= ANSWERS or _strain(one[1], cause) >= STRAINED, -one[0]))
@@ -293,17 +297,17 @@ def _freed(main: Fit, cause: Unknown) -> Fit:
         each = zip(tests, times, strict=True)
         tests = tuple(replace(t, index=np.append(t.index, k), factors=np.append(t.factors, x)) for t, x in each)
         local = tuple(np.append(d, 0.0) for d in local)
-    open_ = replace(main.model, tests=tests, unknowns=tuple(unknowns), scatter=scatter, most=STEPS)
+    open_ = replace(main.model, tests=tests, unknowns=tuple(unknowns), scatter=scatter, most=STEPS, tolerance=NEARLY)
     begun = [np.append(main.point, 0.0)[: len(unknowns)]]
     if cause.name == "natural_frequency" and "beta" in main.values():  # a wrong one changes the friction ratio with it
         with suppress(FrictionlabError):
             begun.append(at_medians(open_, point_at(open_, {}), [cycle_of(t).loop_friction_ratio for t in tests]))
     own, its = (cause.at(main.values().get(cause.name, 0.0)), *TRIED[cause.name]), np.arange(len(unknowns)) == k
-    starts = [np.where(its, c, point).clip(*open_.bounds) for c in own for point in begun]
-    costs = [cost(open_, start, local) for start in starts]
-    order = [starts[j] for j in np.argsort(costs)[:2] if math.isfinite(costs[j])]
-    fits = (with_scatter(fit_from(open_, [start], local, tempers=False)) for start in order)
-    return min(fits, key=lambda fit: fit.cost + 2.0 * fit.reduced.log_volume)
+    starts = (np.where(its, c, point) for c in own for point in begun)
+    places = [place for start in starts if (place := looked(open_, start, local)) is not None]
+    likeliest = sorted(places, key=lambda place: place.cost)[:2]
+    fits = (descend(beside(place, main, k), true=False) for place in likeliest)
+    return with_scatter(descend(min(fits, key=lambda fit: fit.cost + 2.0 * fit.reduced.log_volume)))
 
 
 def _of_hidden_play(freed: Fit, play: Unknown, unit: float) -> float:

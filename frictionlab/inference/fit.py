@@ -104,12 +104,11 @@ class Model:
             return None
         return observation.white(observation.data - predicted), motion
 
-    def slopes(self, i: int, own: FloatArray, motion: Any = None) -> FloatArray:
-        """Whitened slopes of test i's prediction by its own coordinates; ``motion``: the one there."""
-        test, values = self.tests[i], list(self.values(i, own).values())
-        unknowns = [self.unknowns[k] for k in test.index]
-        made = test.observation.slopes(unknowns, values, test.factors.tolist(), motion)
-        return test.observation.white(made)
+    def slopes(self, i: int, own: FloatArray, motion: Any = None, by: int | None = None) -> FloatArray:
+        """Whitened slopes of test i's prediction by its own coordinates, or by one alone; ``motion``: the one there."""
+        test, some = self.tests[i], slice(None) if by is None else self.tests[i].index == by
+        unknowns, factors = [self.unknowns[k] for k in test.index[some]], test.factors[some].tolist()
+        return test.observation.white(test.observation.slopes(unknowns, factors, self.values(i, own), motion))
 
     def strains(self, point: FloatArray) -> FloatArray:
         """Residuals (m,) of the priors."""
@@ -297,14 +296,20 @@ def placed(model: Model, point: FloatArray, residuals: Iterable[FloatArray], slo
 
 def fit_at(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None) -> Fit:
     """Return the fit that stands at a point; AnalysisError where a test has no motion there."""
-    here = _looked(model, np.clip(point, *model.bounds), local)
+    here = looked(model, point, local)
     if here is None:
         raise AnalysisError("the values that a fit was to begin at have no steady state")
     return here.simulated()
 
 
-def _looked(model: Model, point: FloatArray, local: Sequence[FloatArray] | None, near: Fit | None = None) -> Fit | None:
-    """The fit at a point, without slopes; None where a test has no motion. ``near``: whose motions they begin at."""
+def looked(
+    model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None, near: Fit | None = None
+) -> Fit | None:
+    """Return the fit at a point, drawn within bounds, without slopes; None where a test has no motion.
+
+    ``near``: whose motions they begin at.
+    """
+    point = np.clip(point, *model.bounds)
     here, found = placed(model, point, (), ()) if local is None else Fit(model, point, tuple(local), (), ()), []
     for i in range(len(model.tests)):
         looked = model.look(i, here.own(i), near.motions[i] if near is not None and near.motions else None)
@@ -317,22 +322,33 @@ def _looked(model: Model, point: FloatArray, local: Sequence[FloatArray] | None,
 
 def cost(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None) -> float:
     """Return the sum of squares at a point, priors counted; infinite where a test has no motion."""
-    here = _looked(model, point, local)
+    here = looked(model, point, local)
     return math.inf if here is None else here.cost
 
 
-def descend(here: Fit) -> Fit:
-    """Return the best fit near a start, its slopes true."""
+def beside(here: Fit, other: Fit, k: int) -> Fit:
+    """Return a fit with the slopes of another fit of its tests; those by unknown k are simulated."""
+    slopes = []
+    for i, test in enumerate(here.model.tests):
+        made = np.empty((len(here.residuals[i]), len(test.index)))
+        made[:, test.index != k] = other.slopes[i][:, other.model.tests[i].index != k]
+        made[:, test.index == k] = here.model.slopes(i, here.own(i), here.motions[i], by=k)
+        slopes.append(made)
+    return replace(here, slopes=tuple(slopes), true=False)
+
+
+def descend(here: Fit, *, true: bool = True) -> Fit:
+    """Return the best fit near a start; not ``true``: as far as slopes lead that steps have corrected."""
     model, reach, data = here.model, REACH, sum(len(r) for r in here.residuals)
     for _ in range(model.most):
         step, moves, foretold = _step(here, reach)
         missed = min(max(here.cost / data, 1.0), MISSED)
         if foretold <= ENOUGH * model.tolerance * missed * here.cost or reach < LEAST_REACH:
-            if here.true:
+            if here.true or not true:
                 return here
             here, reach = here.simulated(), max(reach, LEAST_REACH)
             continue
-        there = _looked(model, here.point + step, [d + move for d, move in zip(here.local, moves, strict=True)], here)
+        there = looked(model, here.point + step, [d + move for d, move in zip(here.local, moves, strict=True)], here)
         length = float(np.abs(step).max(initial=0.0))
         gained = -math.inf if there is None else (here.cost - there.cost) / foretold
         if there is None or gained <= 0.0:
@@ -342,7 +358,7 @@ def descend(here: Fit) -> Fit:
             here, reach = there.simulated(), 0.25 * length if here.true else reach
         else:
             here, reach = _corrected(here, there), max(reach, 2.0 * length) if gained > GOOD else reach
-    return here if here.true else here.simulated()
+    return here if here.true or not true else here.simulated()
 
 
 def _corrected(here: Fit, there: Fit) -> Fit:
@@ -408,7 +424,7 @@ def fit_from(
     model: Model, starts: Sequence[FloatArray], local: Sequence[FloatArray] | None = None, *, tempers: bool = True
 ) -> Fit:
     """Return the best fit from the best of some starts; ``tempers``: what the law cannot explain counts as noise."""
-    places = [p for start in starts if (p := _looked(model, np.clip(start, *model.bounds), local)) is not None]
+    places = [p for start in starts if (p := looked(model, start, local)) is not None]
     if not places:
         raise AnalysisError(f"no value tried has a steady state{NO_BOUND}")
     found = descend(min(places, key=lambda place: place.cost).simulated())

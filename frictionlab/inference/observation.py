@@ -245,25 +245,24 @@ class Observation(ABC):
         return None if motion is None else self.seen(motion, values)
 
     def slopes(
-        self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float], motion: Any = None
+        self, unknowns: Sequence[Unknown], factors: Sequence[float], values: Values, motion: Any = None
     ) -> FloatArray:
-        """Return derivatives (N, n) by the unknowns' coordinates, by differences of the simulated motion.
+        """Return derivatives (N, n) by some unknowns' coordinates, by differences of the simulated motion.
 
-        A column is zero where neither neighbour has a motion. ``values``: in this test, in the same order; ``factors``:
-        value in this test over that of the unknown; ``motion``: the one at the values, where it is known.
+        A column is zero where neither neighbour has a motion. ``factors``: value in this test over that of the unknown;
+        ``values``: of all unknowns in this test; ``motion``: the one there, where it is known.
         """
-        here = dict(zip((u.name for u in unknowns), values, strict=True))
-        motion = self.motion(here) if motion is None else motion
+        motion = self.motion(values) if motion is None else motion
         if motion is None:
             raise AnalysisError(f"law {self.law.name}: the values found have no steady state, nor another motion")
-        at = self.seen(motion, here)
+        at = self.seen(motion, values)
         columns = np.zeros((len(at), len(unknowns)))
-        for column, u, value, times in zip(columns.T, unknowns, values, factors, strict=True):
-            c = u.at(value / times)
+        for column, u, times in zip(columns.T, unknowns, factors, strict=True):
+            c = u.at(values[u.name] / times)
             for step in self.steps:
                 if c + step < u.low:
                     continue
-                moved = here | {u.name: u.value(c + step) * times}
+                moved = {**values, u.name: u.value(c + step) * times}
                 there = self.seen(motion, moved) if u.name in self.by_sensors else self.predict(moved, motion)
                 if there is not None:
                     column[:] = (there - at) / step

@@ -91,7 +91,7 @@ def assert_slopes_of_sensors(
     unknowns = (*of_law(observation.law, observation.held, observation.sources.infer), *observation.rig_unknowns)
     values = {u.name: u.value(0.0) for u in unknowns} | dict(here)
     plain = present(observation.predict(values))
-    slopes = observation.slopes(unknowns, [values[u.name] for u in unknowns], [1.0] * len(unknowns))
+    slopes = observation.slopes(unknowns, [1.0] * len(unknowns), values)
     for i, u in enumerate(unknowns):
         if u.name in names:
             there = present(observation.predict(values | {u.name: u.value(u.at(values[u.name]) + step)}))
