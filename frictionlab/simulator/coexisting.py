@@ -14,7 +14,6 @@ from frictionlab.simulator.structure import Structure
 
 SAME = 1e-6  # orbits whose energy and amplitude differ by less, over the largest, are one (mirror images are)
 STARTS, FEWER = 200, 50  # of one mass with exact slides, and where each takes a tenth of a second
-MOST = 64  # rounds that find a golden ratio, the root of x^(d + 1) = x + 1, to rounding
 LOOKS = 2e8  # at slides, from all rigid starts together: some 20 s; what is left of the starts then is "not found"
 OF_REST = Note.MAY_COEXIST | Note.MAY_GO_ON
 
@@ -84,10 +83,9 @@ def coexisting(problem: Problem | Structure, *, starts: int | None = None) -> tu
 
 def _settled(problem: Problem | Structure, first: SteadyState, starts: int) -> Iterator[SteadyState]:
     """What the motion from each start settles on: starts step by the golden ratio of their space, evenly."""
-    flow, looks, golden = flow_of(problem), LOOKS, 1.5  # looks: for all starts together
+    flow, looks = flow_of(problem), LOOKS  # for all starts together
     size = 2 * flow.masses
-    for _ in range(MOST):
-        golden = (1.0 + golden) ** (1.0 / (size + 1))
+    golden = np.abs(np.roots([1.0, *np.zeros(size - 1), -1.0, -1.0])).max()  # of x^(d + 1) = x + 1
     reach = 2.0 * np.maximum(1.0, first.response_amplitudes or (first.response_amplitude or 0.0,))
     for number in range(starts):
         shares = 2.0 * ((0.5 + number * golden ** -np.arange(1.0, size + 1.0)) % 1.0) - 1.0

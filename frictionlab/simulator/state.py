@@ -167,9 +167,8 @@ class SteadyState(Result):
             )
         if self.outcome == "stuck":
             return "The mass never moves: static friction holds it against the largest force."
-        kept = (
-            "has not repeated yet" if self.outcome == "not settled" else f"repeats every {_cycles(self.period_cycles)}"
-        )
+        period = "cycle" if self.period_cycles == 1 else f"{self.period_cycles} cycles"
+        kept = "has not repeated yet" if self.outcome == "not settled" else f"repeats every {period}"
         said = "1 stop" if self.stops_per_cycle == 1.0 else f"{self.stops_per_cycle:g} stops"
         stops = f" with {said} per cycle" if self.stops_per_cycle else ""
         what = f"{self.regime}{stops}, {self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})"
@@ -192,11 +191,6 @@ class SteadyState(Result):
             "response_amplitudes": amplitudes,
             "contacts": [contact._asdict() for contact in contacts],
         }
-
-
-def _cycles(count: int | None) -> str:
-    """Return a number of cycles in words."""
-    return "cycle" if count == 1 else f"{count} cycles"
 
 
 def from_numbers(problem: Problem, row: FloatArray, **known: Any) -> SteadyState:
@@ -264,11 +258,6 @@ def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
         "stuck_fraction": contacts[0].stuck_fraction if contacts else None,
         "regime": "stuck" if is_stuck else "stick-slip" if sticks else "continuous",
     }
-
-
-def taken_in(motion: Motion) -> float:
-    """Return what contacts and frame take in a cycle of a motion of whole cycles."""
-    return float(motion.sums["contact"].sum() + motion.sums["frame"]) / round((motion.end - motion.start) / (2.0 * pi))
 
 
 def last_of(motion: Motion) -> SteadyState:

@@ -258,12 +258,7 @@ def sweep(
 
 def warm_up(law: str) -> None:
     """Load the compiled code that answers for a law, or compile it: its solver then takes it for every point."""
-    if law_of(law).is_exact:
-        steady_state(Problem(0.5, 0.4))
-    else:
-        from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
-
-        numeric.warm_up()
+    steady_state(Problem(0.5, 0.4), solver="auto" if law_of(law).is_exact else "numeric")
 
 
 def sweep_points(points: FloatArray, grid: Grid) -> FloatArray:

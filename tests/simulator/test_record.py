@@ -45,7 +45,7 @@ def test_it_is_the_slow_twin(name: str, *, even: bool) -> None:
     problem = CASES[name]
     tau, y = some_base(len(name), 60, even=even)
     base = BaseRecord(tau, y)
-    v0 = float(base.speeds[0]) if problem.wall == "base" else 0.3
+    v0 = float(base.motion[1, 0]) if problem.wall == "base" else 0.3
     seen, slow = respond(problem, base, x0=0.1, v0=v0), Twin(problem, CubicSpline(tau, base.values))
     _, v = slow.run(tau.tolist(), np.array([0.1, v0]))
     assert seen.displacement == pytest.approx(np.array(slow.states)[:, 0], abs=1e-10)
@@ -162,7 +162,7 @@ def integrated(law: str, wall: Any = "fixed") -> Problem:
 )
 def test_an_integrated_law_is_the_slow_twin(law: str, wall: str) -> None:
     problem, base = integrated(law, wall), BaseRecord(*some_base(7, 9, even=False))
-    first = (base.values[0], base.speeds[0]) if wall == "base" else (0.0, 0.0)
+    first = (base.values[0], base.motion[1, 0]) if wall == "base" else (0.0, 0.0)
     seen = respond(problem, base, x0=0.1 + first[0], v0=0.3 + first[1])
     slow = Twin(problem, CubicSpline(base.time, base.values))
     slow.run(base.time.tolist(), np.array([0.1 + first[0], 0.3 + first[1]]))

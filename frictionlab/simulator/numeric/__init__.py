@@ -4,6 +4,6 @@
 search are those of the exact flow. `flow.py` is what Python has of it. Imported when such a law is asked for.
 """
 
-from frictionlab.simulator.numeric.flow import RTOL, Integrated, warm_up
+from frictionlab.simulator.numeric.flow import RTOL, Integrated
 
-__all__ = ["RTOL", "Integrated", "warm_up"]
+__all__ = ["RTOL", "Integrated"]

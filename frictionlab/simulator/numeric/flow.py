@@ -19,7 +19,7 @@ from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
 from frictionlab.simulator.numeric.radau import NODES
 from frictionlab.simulator.problem import STATE, Meter, Problem
-from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
+from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of
 from frictionlab.simulator.structure import Structure
 
 TURN = 2.0 * np.pi
@@ -199,7 +199,8 @@ class Integrated(Flow):
             begun = flow.carried(found.y, tau, TURN - tau)[0] if tau else found.y
             motion = replace(flow.recorded(found.y, tau, found.cycles, periodic=True), section=begun)
             numbers = numbers_of(motion, self.frame)
-            off, size = numbers["closure_error"], taken_in(motion)
+            off = numbers["closure_error"]
+            size = numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"]
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
             dear = REFINING * len(motion.recorded) > MOST
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
@@ -216,9 +217,3 @@ class Integrated(Flow):
         r, contacts = self.frame.r, self.frame.contacts
         pairs = ((contact.parameters | {"r": r}, term) for contact in contacts for term in contact.law.terms)
         return int(Note.NOT_PASSIVE) if any(term.gives(values) for values, term in pairs) else 0
-
-
-def warm_up() -> None:
-    """Load the compiled flow, or compile it."""
-    flow = Integrated(Problem(0.5, 0.4), 1e-6)
-    flow.solved(flow.rest())

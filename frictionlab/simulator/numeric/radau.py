@@ -303,13 +303,8 @@ def watch_nodes(flow: Carrier, c: int, which: int) -> Any:
 def carry_tangent(flow: Carrier, h: float) -> None:
     """Carry the derivative of the state by its start, q, v, anchors and inner states, through the step just solved."""
     system, work, steps = flow.system, flow.work, flow.work.steps
-    n, sliders, size, right, jacobian = (
-        system.masses,
-        system.first[system.contacts],
-        steps.components,
-        steps.right,
-        work.jacobian,
-    )
+    n, sliders, size = system.masses, system.first[system.contacts], steps.components
+    right, jacobian = steps.right, work.jacobian
     factorise_stages(steps, h, n)
     for column in range(size + sliders):
         for a in range(n):

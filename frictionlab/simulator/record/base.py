@@ -87,13 +87,8 @@ class BaseRecord:
     @cached_property
     def motion(self) -> FloatArray:
         """Displacement and its rate at the samples (2, n); none where the acceleration alone is known."""
-        known = (self.values, self.speeds) if self.quantity == "displacement" else np.zeros((2, len(self.time)))
-        return np.asarray(known)
-
-    @cached_property
-    def speeds(self) -> FloatArray:
-        """Rate of the spline through `values` by tau at the samples, shape (n,)."""
-        return np.asarray(self._spline(self.time, 1))
+        known = self.quantity == "displacement"
+        return np.asarray((self.values, self._spline(self.time, 1)) if known else np.zeros((2, len(self.time))))
 
     @cached_property
     def _spline(self) -> Any:
