@@ -19,7 +19,7 @@ from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.inference.compare import HELD, contact_of
 from frictionlab.inference.comparison import ContactForce, loop_energy
-from frictionlab.inference.fit import NOT_SEEN, Model, fit_from
+from frictionlab.inference.fit import NOT_SEEN, Model, Test, fit_from
 from frictionlab.inference.ladder import Ladder
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of, lines_of
@@ -317,13 +317,17 @@ def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatAr
 
 
 def _with_own(expected: _Expected) -> FloatArray:
-    """Harmonics (2 K,) with the test's own unknowns fitted to it, each held by its scatter from test to test."""
+    """Harmonics (2 K,) with the test's own unknowns fitted to it, each held by its scatter from test to test.
+
+    By the measure that is reported, every harmonic alike: what the others' law misses is not of the cycles' noise.
+    """
     model, test, observation = expected.model, expected.model.tests[expected.i], expected.observation
     sds, own = np.sqrt(np.diag(expected.covariance)).tolist(), list[Unknown]()
     for k, c, sd in zip(test.index.tolist(), expected.mean.tolist(), sds, strict=True):
         u = model.unknowns[k]
         times = max(sd, HELD) if u.level == "test" else HELD
         own.append(replace(u, mean=u.mean + u.sd * c, sd=times * u.sd, low=(u.low - c) / times, assumed=""))
-    one = Model((replace(test, index=np.arange(len(own))),), tuple(own), np.zeros(len(own)))
+    alike = replace(observation, variances=float(np.mean(observation.variances)), directions=None, missed=0.0)
+    one = Model((Test(alike, np.arange(len(own)), test.factors),), tuple(own), np.zeros(len(own)))
     starts = [np.array([sign * (u.level == "test") for u in own]) for sign in SIGNS]
-    return observation.data - observation.gap(fit_from(one, starts, tempers=False).residuals[0])
+    return observation.data - alike.gap(fit_from(one, starts, tempers=False).residuals[0])

@@ -279,7 +279,7 @@ def _strain(fit: Fit, cause: Unknown) -> float:
 
 def _gain(main: Fit, other: Fit) -> float:
     """Logarithm of the Bayes factor of a cause; what not even it explains is counted as misfit of both."""
-    shares = other.missed_shares
+    shares = other.shares_missed()
     freed, own = (weighed(fit, shares) if shares.any() else fit for fit in (other, main))
     return freed.log_evidence - own.log_evidence
 

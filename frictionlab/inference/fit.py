@@ -216,21 +216,25 @@ class Fit:
         """Inverse of the posterior covariance (m, m), by the curvature."""
         return np.asarray(self.reduced.precision + np.diag(self.model.holds(self.point)))
 
-    def freedom(self, i: int = 0) -> float:
-        """Degrees of freedom of test i: its data, less the unknowns it determines (half of those it shares)."""
+    def freedom(self, i: int = 0, *, shown: bool = False) -> float:
+        """Degrees of freedom of test i: its data (or `effective_data`, if ``shown``), less the unknowns it determines.
+
+        Of unknowns that tests share, half.
+        """
+        data = self.model.tests[i].observation.effective_data if shown else len(self.residuals[i])
         determined = float((np.abs(self.slopes[i]).max(axis=0, initial=0.0) > 1.0).sum())
         share = 1.0 if len(self.model.tests) == 1 else 0.5
-        return max(1.0, len(self.residuals[i]) - share * determined)
+        return max(1.0, data - share * determined)
 
     def excess(self, i: int = 0) -> float:
         """Chi-square of test i per degree of freedom, at least 1."""
         return max(1.0, self.model.tests[i].observation.chi_square(self.residuals[i]) / self.freedom(i))
 
-    @cached_property
-    def missed_shares(self) -> FloatArray:
-        """Share (n,) of each test's power that its law misses: one for all tests of a material.
+    def shares_missed(self, *, shown: bool = False) -> FloatArray:
+        """Return the share (n,) of each test's power that its law misses: one for all tests of a material.
 
-        With it chi-square of these tests is what their number of data lets expect.
+        With it chi-square of these tests is what their number of data lets expect. ``shown``: of those whose noise the
+        cycles show; what is assumed of others for want of cycles is so much that a sum over all hides a misfit.
         """
         tests, shares = self.model.tests, np.zeros(len(self.model.tests))
         for material in {t.observation.material for t in tests}:
@@ -239,7 +243,7 @@ class Fit:
             if own is not None:
                 shares[some] = own
                 continue
-            wanted = sum(map(self.freedom, some))
+            wanted = sum(self.freedom(i, shown=shown) for i in some)
 
             def left(share: float, some: list[int] = some, wanted: float = wanted) -> float:
                 return sum(tests[i].observation.chi_square(self.residuals[i], share) for i in some) - wanted
@@ -440,11 +444,11 @@ def followed(found: Fit) -> Fit:
     return replace(descend(replace(found, model=further)), model=found.model)
 
 
-def tempered(found: Fit) -> Fit:
-    """Return the fit whose weights count what its laws cannot explain, and no more."""
+def tempered(found: Fit, *, shown: bool = False) -> Fit:
+    """Return the fit whose weights count what its laws cannot explain, and no more (`Fit.shares_missed`)."""
     for _ in range(ROUNDS):
         before = np.array([test.observation.missed for test in found.model.tests])
-        wanted = found.missed_shares
+        wanted = found.shares_missed(shown=shown)
         if np.allclose(wanted, before, rtol=SETTLED, atol=0.0):
             break
         found = weighed(found, wanted)

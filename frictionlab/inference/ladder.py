@@ -86,7 +86,7 @@ class Rung:
     @cached_property
     def posterior(self) -> Posterior | None:
         """The posterior of the rung's own fit, weighed by what the law leaves."""
-        return None if self.fit is None else posterior_of(weighed(self.fit, self.fit.missed_shares, follows=False))
+        return None if self.fit is None else posterior_of(weighed(self.fit, self.fit.shares_missed(), follows=False))
 
 
 @dataclass(frozen=True)
@@ -382,7 +382,7 @@ class _Climb:
         if any(o.starting for o in self.observations) and _is_start(below.fit):
             return False  # what is left of a start looks like a term
         scores = below.held_out, rung.held_out
-        shares = rung.fit.missed_shares
+        shares = rung.fit.shares_missed()
         if shares.any():  # what not even the richer law explains is no noise: with it counted the gain must stand
             both = [weighed(fit, shares) for fit in (below.fit, rung.fit)]
             if not both[1].log_evidence - both[0].log_evidence > REQUIRED:

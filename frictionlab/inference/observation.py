@@ -91,9 +91,10 @@ class Observation(ABC):
     ``data`` (N,): what is fitted; ``directions`` (N, N): independent directions of the noise, as columns, None where
     the data themselves are; ``variances`` (N,) of the noise along them; ``powers`` (N,): mean square of what a share is
     missed of; ``missed``: share of the test's power that the law cannot explain, which counts beside the noise;
-    ``floor``: the nrmse that noise alone leaves; ``guess``: about what the friction ratio is, None where the loop or a
-    search says it; ``left_out_s``: transient; ``settles_later_s``: when its motion settled, where that is after it
-    (infinite: never); ``starting``: whether some of a start may be left; ``work``: what its motions may still cost.
+    ``unsure``: part of each variance that is assumed for want of cycles; ``floor``: the nrmse that noise alone leaves;
+    ``guess``: about what the friction ratio is, None where the loop or a search says it; ``left_out_s``: transient;
+    ``settles_later_s``: when its motion settled, where that is after it (infinite: never); ``starting``: whether some
+    of a start may be left; ``work``: what its motions may still cost.
     """
 
     source: str
@@ -114,6 +115,7 @@ class Observation(ABC):
     directions: FloatArray | None = None
     distorted: bool = False
     missed: float = 0.0
+    unsure: float = 0.0
     guess: float | None = None
     left_out_s: float = 0.0
     settles_later_s: float | None = None
@@ -210,6 +212,11 @@ class Observation(ABC):
     def over_gap(self, gain: FloatArray) -> FloatArray:
         """Return the gain (n, N) of coordinates over a residual itself, of that over a whitened one."""
         return np.asarray(gain / self.sd if self.directions is None else gain / self.sd @ self.directions.T)
+
+    @property
+    def effective_data(self) -> float:
+        """Number of data whose noise is shown, and not assumed for want of cycles."""
+        return float(np.sum(1.0 - self.unsure / (self.variances * np.ones(len(self.data)))))
 
     def chi_square(self, residual: FloatArray, missed: float = 0.0) -> float:
         """Return the sum of squares of a whitened residual over the noise and a share that the law misses."""

@@ -628,7 +628,7 @@ def of_mean(
         for part in (np.array_split(np.arange(n), min(n, PARTS)) if n > FEWEST_CYCLES else ())
     )
     known = {"data": mean, "powers": power, "power": power, "each": single, "used": used, "sensor": white / used}
-    known |= {"of_all": of_all, "by_others": others}
+    known |= {"of_all": of_all, "by_others": others, "unsure": of_few_cycles(single) * raised / used}
     return known | noise_of(covariance), float(np.trace(covariance))
 
 
@@ -647,6 +647,12 @@ def of_one_cycle(single: FloatArray, least: float) -> tuple[FloatArray, float]:
     return shrunk(single, least), min(max(1.0, float(inflated[0])), MOST_RAISED)
 
 
+def of_few_cycles(single: FloatArray) -> float:
+    """Return the variance below which no part of one cycle of n (n, d) is known: a share of their mean variance."""
+    n = len(single)
+    return FEW / n * float(single.var(axis=0, ddof=1).mean()) if n >= FEWEST_CYCLES else 0.0
+
+
 def shrunk(single: FloatArray, least: float) -> FloatArray:
     """Return the covariance (d, d) of one cycle of n (n, d): its correlations shrunk, no variance below `least`."""
     n = len(single)
@@ -661,5 +667,5 @@ def shrunk(single: FloatArray, least: float) -> FloatArray:
     share = float(np.clip(spread[off].sum() / max((correlation[off] ** 2).sum(), 1e-300), 0.0, 1.0))
     deviation = np.sqrt(variance)
     together = (1.0 - share) * correlation + share * np.eye(len(correlation))
-    floor = least + FEW / n * float(variance.mean())
+    floor = least + of_few_cycles(single)
     return np.asarray(together * np.outer(deviation, deviation) + np.eye(len(correlation)) * floor)

@@ -534,10 +534,10 @@ def of_several(found: Fit) -> Posterior:
     their scatter: they are fitted once more from values of their own, and what is left then is misfit.
     """
     first, tests = with_scatter(found), range(len(found.model.tests))
-    again = with_scatter(tempered(first), lifts=True)
+    again = with_scatter(tempered(first, shown=True), lifts=True)
     if explains(again, tests):
         return posterior_of(again)
-    apart = with_scatter(tempered(with_scatter(let_apart(found))), lifts=True)
+    apart = with_scatter(tempered(with_scatter(let_apart(found)), shown=True), lifts=True)
     more = sum(explains(apart, [i]) - explains(first, [i]) for i in tests)
     return posterior_of(apart if more > 0 else first)
 

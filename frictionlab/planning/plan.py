@@ -403,7 +403,7 @@ def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float:
         rival = infer([test.observation.under(law, {})], near=near, most=MOST_STEPS)
     except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
         return math.nan
-    missed = np.maximum(rival.fit.missed_shares, test.observation.missed)  # the rig's part is under both laws
+    missed = np.maximum(rival.fit.shares_missed(), test.observation.missed)  # the rig's part is under both laws
     other_fit = followed(weighed(rival.fit, missed, follows=False))
     return test.posterior.fit.log_evidence - other_fit.log_evidence
 

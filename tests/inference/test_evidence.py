@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -180,6 +180,23 @@ def test_what_scatter_explains_is_no_misfit_in_the_weights() -> None:
     """A share of misfit from before the scatter was known stayed: a dashpot was 6 % off, 4 u."""
     found = [of_several(fit_from(model_of(drawn(1.0, 4, seed)[0]), [np.zeros(2)])) for seed in range(40)]
     assert max(test.observation.missed for each in found for test in each.tests) < NOISE**2  # of the power 1
+
+
+def test_noise_assumed_for_want_of_cycles_hides_no_misfit() -> None:
+    """Chi-square was 160 where noise lets expect 24, of 192 numbers: no misfit was counted, and predictions missed."""
+    few, silent = list[Line](), np.zeros(56)
+    for line in drawn(1.0, 2, 0)[0]:
+        off, design = (
+            2.5 * math.sqrt(10.0) * NOISE * np.array([1.0, -1.0] * 4),
+            np.vstack([line.design, np.zeros((56, 2))]),
+        )
+        variances = NOISE**2 * np.append(np.full(8, 10.0), silent + 1.0)
+        data = np.append(design[:8] @ [0.3, 0.0] + off, silent)
+        few.append(replace(line, data=data, design=design, variances=variances, unsure=NOISE**2))
+    begun = fit_from(model_of(few), [np.zeros(2)], tempers=False)
+    assert not begun.shares_missed().any()
+    shares = [test.observation.missed for test in of_several(begun).tests]
+    assert shares == pytest.approx([70.0 * NOISE**2] * 2, rel=0.2)  # of the power 1: with it chi-square is 2 (7.2 - 1)
 
 
 def test_weights_that_assume_too_much_noise_do_not_make_the_rig_sure() -> None:

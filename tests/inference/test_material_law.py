@@ -284,7 +284,7 @@ def test_tests_left_out_are_held_by_their_bands_and_each_other_test_says_why(
     assert [row["reason"] for row in rows] == ["", "", "", "no drive"]
     for row in rows[:-1]:
         own, nothing = float(row["response_nrmse_own"]), float(row["response_nrmse"])
-        assert own < 0.05 < nothing  # its own gradient is nearly all that the law of the others lacks
+        assert own < 0.042 < nothing  # its own gradient is nearly all that the law of the others lacks
         assert row["band_holds"] == "true"
         for name in ("energy_per_cycle", "response_amplitude"):
             low, high = (float(row[f"predicted_{name}_{end}"]) for end in ("low", "high"))
