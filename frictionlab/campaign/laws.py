@@ -50,8 +50,7 @@ class AmontonsTest:
     """One material's coefficients over normal force.
 
     ``coefficient`` and its error: the mean over forces; ``chi_square`` about it; ``p``: how often a constant one would
-    look at least this uneven; ``exponent``: of coefficient ~ force^exponent; ``verdict``: all of it in words. ``None``
-    is not known.
+    look at least this uneven; ``verdict``: all of it in words. ``None`` is not known.
     """
 
     material: str
@@ -59,7 +58,6 @@ class AmontonsTest:
     coefficient_se: float | None = None
     chi_square: float | None = None
     p: float | None = None
-    exponent: float | None = None
     verdict: str = ""
 
     @property
@@ -105,7 +103,6 @@ def amontons(
     about = value - float(weight.sum(axis=0) @ value / weight.sum())
     square = float(about @ weight @ about)
     p = float(chdtrc(freedom, square))
-    exponent, error = _exponent(forces, value, weight * np.outer(value, value))
     proof = f"chi-square {square:.3g} on {freedom} degree{'s' * (freedom > 1)} of freedom, p"
     proof += f" = {p:.2g}" if p >= 1e-4 else " = less than 0.0001"
     words = (
@@ -113,23 +110,10 @@ def amontons(
         f" ({proof})"
     )
     if p < SIGNIFICANT:
-        trend = "it varies without a clear trend over normal force"
-        if abs(exponent) > 2 * error:
-            way = "falls" if exponent < 0 else "rises"
-            trend = f"it {way} with normal force, by {abs(2**exponent - 1):.1%} at each doubling"
-        words = f"the friction coefficient is not constant over normal force ({proof}): {trend}"
+        each = ", ".join(f"{mu:.3g} at {force:g} N" for force, mu in zip(forces, value, strict=True))
+        words = f"the friction coefficient is not constant over normal force ({proof}): it is {each}"
     verdict = f"{material}: {words}; mean coefficient {mean}."
-    return AmontonsTest(material, mean.value, mean.error, square, p, exponent, verdict)
-
-
-def _exponent(force: FloatArray, value: FloatArray, weight: FloatArray) -> tuple[float, float]:
-    """Slope of ln(coefficient) over ln(force), by weights (n, n); its error includes the scatter about the line."""
-    lines = np.stack([np.ones(len(force)), np.log(force)], axis=1)
-    covariance = np.linalg.inv(lines.T @ weight @ lines)
-    best = covariance @ lines.T @ weight @ np.log(value)
-    left = np.log(value) - lines @ best
-    stretch = math.sqrt(float(left @ weight @ left) / (len(force) - 2)) if len(force) > 2 else 1.0
-    return float(best[1]), max(1.0, stretch) * math.sqrt(float(covariance[1, 1]))
+    return AmontonsTest(material, mean.value, mean.error, square, p, verdict)
 
 
 def laws_together(ladders: Mapping[str, Ladder]) -> tuple[Row, ...]:
