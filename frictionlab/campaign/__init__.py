@@ -232,9 +232,7 @@ def evaluate(
         said = "" if model.first is model or joints.get(g) is joint else PLAIN
         fits.append(friction_of(groups[g], joints.get(g), models[g], stiffness, said))
     long = [t for t in tests if t.is_long and not t.failed]
-    drifts = tuple(
-        drift_of(t, None if t.trend else recording_of(t, folders), scene, models[t.group], fits) for t in long
-    )
+    drifts = tuple(drift_of(t, None if t.trend else recording_of(t, folders), scene) for t in long)
     ratios = [v.trial.r for fit in fits for v in fit.verdicts]
     span = (min(ratios, default=math.nan), max(ratios, default=math.nan))
     materials = sorted({fit.material for fit in fits})

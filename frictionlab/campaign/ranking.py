@@ -17,7 +17,6 @@ from frictionlab.analysis.measurement import measure
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import SHARED, TRANSIENT, FrictionFit, Verdict
-from frictionlab.campaign.prediction import Model, elasticity, predict
 from frictionlab.campaign.trials import Trial, levels, nearest
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Recording
@@ -35,11 +34,8 @@ UNITS = {
     "drift": "relative change of the energy per hour, mean of its magnitude",
 }
 STUCK = ", a test in which the mass never slips as 0"
-UNLIKE = "no short test is common to all materials: friction coefficient instead, mean over their normal forces"
+UNLIKE = "no short test is common to all materials: test all under one normal force at the same frequency ratios"
 HOUR = 3600.0
-OWN_STEPS = 4  # from the friction of its group to that of a test
-INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not determine the friction force
-LEAST_CHANGE, MOST_CHANGE = 0.1, 0.6  # of the friction force, over which that must hold
 Cell = tuple[float, float]
 Tests = Sequence[tuple[Verdict, FrictionFit]]
 Cells = Mapping[str, Mapping[Cell, Tests]]
@@ -50,22 +46,19 @@ class Drift:
     """The drift of one long test.
 
     ``slope``: of the energy per cycle (k Y^2 per hour), ``slope_per_hour_low``, ``slope_per_hour_high``: its 95 %
-    interval; ``relative``: the same over the mean energy; ``friction``: the relative change of the friction force per
-    hour that explains it by Coulomb's law; ``trend``: the points behind the slope where the recording is at hand.
-    ``None`` is not known, and ``note`` says why.
+    interval; ``relative``: the same over the mean energy; ``trend``: the points behind the slope where the recording
+    is at hand. ``None`` is not known, and ``note`` says why.
     """
 
     trial: Trial
     slope: Estimate
     slope_per_hour_low: float | None
     slope_per_hour_high: float | None
-    friction: Estimate
     trend: Trend | None
     note: str
 
     slope_per_hour, slope_per_hour_se = Flat("slope"), Flat("slope", "se")
     relative_slope_per_hour, relative_slope_per_hour_se = Flat("relative"), Flat("relative", "se")
-    friction_slope_per_hour, friction_slope_per_hour_se = Flat("friction"), Flat("friction", "se")
 
     @property
     def relative(self) -> Estimate:
@@ -82,13 +75,8 @@ class Drift:
         return "rises" if self.slope_per_hour_low > 0 else "falls"
 
 
-def drift_of(
-    trial: Trial, recording: Recording | None, scene: Scene, model: Model, fits: Sequence[FrictionFit]
-) -> Drift:
-    """Return the drift of a long test: from its trend, measured again if its file did not hold it, else its own slope.
-
-    ``fits``: where the friction ratio of the test's group is looked up, from which its own follows by its energy.
-    """
+def drift_of(trial: Trial, recording: Recording | None, scene: Scene) -> Drift:
+    """Return the drift of a long test: from its trend, measured again if no file held it, else its own slope."""
     trend = trial.trend
     if trend is None and recording is not None:
         with contextlib.suppress(AnalysisError):
@@ -103,33 +91,12 @@ def drift_of(
     elif not jumped and isinstance(value, (int, float)) and isinstance(error, (int, float)):
         slope = Estimate(float(value), float(error))
         low, high = slope.low, slope.high
-    friction = slope.over((trial.energy.value or 0.0) * _steepness(trial, model, fits, slope.value))
     note = "" if trend is not None else "its recording is not at hand: no points are drawn"
     if jumped:
         note = f"it jumps at {', '.join(f'{at:.4g} s' for at in jumped)}: cut the log there"
     elif not slope.known:
         note = "no slope: its recording is not at hand and its measurement holds no energy_trend_per_hour"
-    elif not friction.known:
-        note = "the energy is near its largest over the friction force, so it does not show how that drifts"
-    return Drift(trial, slope, low, high, friction, trend, note)
-
-
-def _steepness(trial: Trial, model: Model, fits: Sequence[FrictionFit], slope: float | None) -> float:
-    """Elasticity d ln E / d ln beta of a long test's energy; 0 where it changes as the friction does, or is too low."""
-    beta = next((f.friction_ratio for f in fits if (f.material, f.normal_force_n) == trial.group), None)
-    energy = trial.energy.value
-    if slope is None or beta is None or energy is None or energy <= 0.0:
-        return 0.0
-    model = model.at(trial.r)
-    for _ in range(OWN_STEPS):  # the friction of the group gives not quite this test's energy
-        state, middle = predict(model, trial.r, beta), elasticity(model, trial.r, beta)
-        if state is None or not state.energy_per_cycle or not abs(middle) >= INSENSITIVE:
-            return 0.0
-        beta *= min(max((energy / state.energy_per_cycle) ** (1.0 / middle), 0.5), 2.0)
-    change = abs(slope) * trial.duration_s / HOUR / energy / abs(middle)
-    reach = min(max(change, LEAST_CHANGE), MOST_CHANGE)
-    ends = [elasticity(model, trial.r, beta * (1 + side * reach)) for side in (-0.5, 0.5)]
-    return middle if all(0.5 < end / middle < 2.0 for end in ends) else 0.0
+    return Drift(trial, slope, low, high, trend, note)
 
 
 @dataclass(frozen=True)
@@ -146,14 +113,9 @@ class Rank:
     evidence: str
 
     @property
-    def by(self) -> str:
-        """The criterion in words: the energy, where no test is common, by what governs it."""
-        return "friction coefficient" if self.evidence.startswith(UNLIKE) else self.criterion
-
-    @property
     def unit(self) -> str:
         """What the value is."""
-        return UNITS[self.criterion] if self.by == self.criterion else f"mean {self.by}"
+        return UNITS[self.criterion]
 
 
 @dataclass(frozen=True)
@@ -196,7 +158,7 @@ def rank_all(fits: Sequence[FrictionFit], drifts: Sequence[Drift], materials: Se
     for verdict, fit in tests:
         cell = (fit.normal_force_n, nearest(verdict.trial.r, ratios))
         cells[fit.material].setdefault(cell, []).append((verdict, fit))
-    standings = (_by_energy(cells, fits), _by_consistency(cells), _by_drift(drifts))
+    standings = (_by_energy(cells), _by_consistency(cells), _by_drift(drifts))
     signs = (-1, 1, 1)  # of the best: most energy, least irregularity, least drift
     return tuple(
         rank
@@ -227,26 +189,15 @@ def _ranks(criterion: str, materials: Sequence[str], standing: Standing, sign: i
     return [*lines, *(Rank(criterion, None, m, None, None, None, (), evidence) for m in unknown)]
 
 
-def _by_energy(cells: Cells, fits: Sequence[FrictionFit]) -> Standing:
-    """Mean energy over the common cells; its error is what a repeated campaign would scatter by.
-
-    Without common cells the friction coefficient stands for it: it governs it (thesis 4.3.2).
-    """
+def _by_energy(cells: Cells) -> Standing:
+    """Mean energy over the common cells; its error is what a repeated campaign would scatter by."""
     common = _common(cells)
-    if common:
-        each = {m: [_mean([_energy(*test) for test in own[cell]]) for cell in common] for m, own in cells.items()}
-        rests = any(v.trial.regime == "stuck" for own in cells.values() for cell in common for v, _ in own[cell])
-        evidence = f"mean over {_count(common)} that all materials have in common{STUCK if rests else ''}"
-    else:
-        each = {f.material: [] for f in fits if f.coefficient.known}
-        for f in fits:
-            if f.friction_coefficient is not None:
-                value = f.friction_coefficient
-                shared = value * np.array([f.shares.get(source, 0.0) for source in SHARED])
-                each[f.material].append(_Level(value, f.friction_coefficient_se, shared, value * f.normal_force_u))
-        evidence = UNLIKE
-    found = {m: _mean(own) for m, own in each.items()}
-    return found, lambda a, b: found[a].tie(found[b]), f"{evidence}; {SURVIVES}"
+    if not common:
+        return {}, lambda _a, _b: 1.0, UNLIKE
+    found = {m: _mean([_mean([_energy(*test) for test in own[c]]) for c in common]) for m, own in cells.items()}
+    rests = any(v.trial.regime == "stuck" for own in cells.values() for cell in common for v, _ in own[cell])
+    evidence = f"mean over {_count(common)} that all materials have in common{STUCK if rests else ''}; {SURVIVES}"
+    return found, lambda a, b: found[a].tie(found[b]), evidence
 
 
 def _mean(each: Sequence[_Level]) -> _Level:

@@ -234,8 +234,8 @@ def _write_campaign(
 def _said(result: "Campaign") -> list[str]:
     """What is said of a campaign below its tables: who ranks where, what of Amontons' law, and what is doubtful."""
     placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
-    criteria = dict.fromkeys(rank.by for rank in placed)
-    orders = [", ".join(f"{r.rank} {r.material}" for r in placed if r.by == each) for each in criteria]
+    criteria = dict.fromkeys(rank.criterion for rank in placed)
+    orders = [", ".join(f"{r.rank} {r.material}" for r in placed if r.criterion == each) for each in criteria]
     slopes = [
         f"drift of {printable(Path(d.trial.source).stem)}: {with_error(d.relative.value, d.relative.error, 100.0)} %/h"
         f" of the energy, {d.note if d.relative.value is None else d.verdict}"
