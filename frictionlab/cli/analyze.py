@@ -108,11 +108,10 @@ def _compared(file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
     return {**found.row(), **base, **shown, "_assumed": found.assumed}, drawn
 
 
-def _print_parts(rows: Iterable[Row]) -> None:
+def _print_parts(rows: Iterable[Any]) -> None:
     """Print the parameters of laws beyond Coulomb's, what a whole record moved beside them, and the ladder of laws."""
     for row in rows:
-        found: Any = row
-        parameters, moved = (dict(found.get(key) or {}) for key in ("parameters", "nuisances"))
+        parameters, moved = (dict(row.get(key) or {}) for key in ("parameters", "nuisances"))
         laws, law, required = screen.each_of(row.get("laws")), row["law"], row.get("cycle_law") or row["law"]
         if "lag_s" in moved:
             moved["lag [ms]"] = {key: 1e3 * value for key, value in moved.pop("lag_s").items()}

@@ -247,15 +247,14 @@ class Inputs:
         silent: bool = False,
     ) -> "Rows":
         """The rows of all inputs; those of --json are printed unless ``silent``. Keys in _ are the command's own."""
-        from frictionlab.cli.screen import report_rows, track
+        from frictionlab.cli.screen import each_of, report_rows, track
         from frictionlab.verbs.inputs import rows_of
 
         one = partial(_done, job=job, places=places or {}, force=force)
         made = rows_of(inputs, one, workers=self.workers, scheduler=self.scheduler)
         watching = track(made, total=len(inputs), title=title, quiet=self.quiet or self.as_json)
         rows = report_rows(watching, as_json=self.as_json and not silent)
-        done: list[Any] = rows
-        drawn = [figure for row in done for figure in row.get("_figures", ())]
+        drawn = [figure for row in rows for figure in each_of(row.get("_figures"))]
         if drawn and not (self.quiet or self.as_json):
             complain(f"drawn: {', '.join(drawn[:3])}{f', ... {len(drawn)} figures' * (len(drawn) > 3)}")
         return rows

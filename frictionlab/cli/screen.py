@@ -266,13 +266,12 @@ def print_table(rows: Iterable[Row], columns: Table | Mapping[str, str] | Sequen
     _print_blocks([column.title for column in columns], [[column.text(row) for column in columns] for row in every])
 
 
-def print_budgets(rows: Iterable[Row]) -> None:
+def print_budgets(rows: Iterable[Any]) -> None:
     """Print what adds how much to the uncertainty of each number of a row, and its share of the combined variance."""
     for row in rows:
-        budget: Any = row.get("budget") or {}
         causes = [
             {"quantity": name, "cause": cause, "uncertainty": size, "share": float(f"{100.0 * size**2 / total:.3g}")}
-            for name, sizes in budget.items()
+            for name, sizes in (row.get("budget") or {}).items()
             for total in [sum(size**2 for size in sizes.values()) or 1.0]
             for cause, size in sizes.items()
         ]

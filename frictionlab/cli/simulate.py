@@ -262,8 +262,8 @@ def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) 
     from frictionlab.files import make_folder
     from frictionlab.hdf5 import write_tree
 
-    timeless = {key: value for key, value in row.items() if key != "wall_s"}  # the same input gives the same bytes
-    tree: dict[str, object] = {key: value for key, value in timeless.items() if value is not None}
+    # no time: the same input gives the same bytes
+    tree: dict[str, object] = {key: value for key, value in row.items() if value is not None and key != "wall_s"}
     motion = state.orbit
     if motion is not None:
         tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1) + 1)

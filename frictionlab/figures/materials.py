@@ -23,7 +23,6 @@ NORMAL = 1.96
 MOST_USED = 95  # per cent of the tests that a fit used are inside their panel
 ENERGY = "energy per cycle / kY²"
 OF_LAW: Mapping[str, Any] = {"color": "black", "lw": 0.7}  # a line
-POINT = ("normal_force_n", "friction_coefficient", "friction_coefficient_low", "friction_coefficient_high")
 
 
 def has_several_forces(campaign: Campaign) -> bool:
@@ -33,25 +32,34 @@ def has_several_forces(campaign: Campaign) -> bool:
 
 
 def friction(campaign: Campaign) -> Figure:
-    """Friction coefficient over normal force.
+    """Friction coefficient.
 
-    Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed: each material's
-    mean by the fit of one coefficient, where all its points would lie by Amontons' law; sensors and rig, common to all
-    points, are found anew for them, so all may lie on one side of it. Right: the distance from it, materials side by
-    side; dotted: the mean's confidence.
+    Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence; where no material has
+    several forces, one per test, by its own cycles, and the mean's confidence shaded. Dashed: each material's mean by
+    the fit of one coefficient, where all its points would lie by Amontons' law; sensors and rig, common to all points,
+    are found anew for them, so all may lie on one side of it. Right: the distance from it, materials side by side;
+    dotted: the mean's confidence.
     """
     with style.drawing(3.2) as figure:
         axes = style.panels(figure, 2 if has_several_forces(campaign) else 1)
-        most = max((f.normal_force_n for f in campaign.fits), default=1.0)
+        most, stiffness = max((f.normal_force_n for f in campaign.fits), default=1.0), campaign.scene.rig.stiffness
         for i, (test, marker) in enumerate(zip(campaign.amontons, cycle(style.MARKERS), strict=False)):
             colour = style.PALETTE[i % len(style.PALETTE)]
             known = [f for f in campaign.fits if f.material == test.material and f.friction_coefficient is not None]
-            force, value, low, high = (np.array([getattr(f, k) for f in known], dtype=np.float64) for k in POINT)
+            points = [(f.normal_force_n, f.coefficient) for f in known]
+            if len(axes) == 1:
+                tests = [(f.normal_force_n, v) for f in known for v in f.used]
+                forces = [(n, v, v.alone.scaled(stiffness).scaled(v.trial.base_amplitude_m)) for n, v in tests]
+                points = [(n if over_force(campaign) else v.trial.r, force.over(n)) for n, v, force in forces]
+            rows = [(place, c.value, c.low, c.high) for place, c in points]
+            force, value, low, high = np.array(rows, dtype=np.float64).reshape(-1, 4).T
             how: dict[str, Any] = {"fmt": marker, "color": colour, "markersize": 3.5, "capsize": 2}
             axes[0].errorbar(force, value, yerr=[value - low, high - value], label=test.material, **how)
             if test.coefficient is not None and test.coefficient_se is not None:
                 percent, reach = 100.0 / test.coefficient, NORMAL * test.coefficient_se
                 axes[0].axhline(test.coefficient, color=colour, linewidth=0.6, linestyle="--")
+                if len(axes) == 1:
+                    axes[0].axhspan(test.coefficient - reach, test.coefficient + reach, color=colour, alpha=0.12, lw=0)
                 for ax in axes[1:]:  # shifted sideways so that bars stay apart; dots of all lines take turns
                     aside = most * ASIDE * (i - 0.5 * (len(campaign.amontons) - 1))
                     dots = (2.0 * i, (1.0, 2.0 * len(campaign.amontons) - 1.0))
@@ -61,6 +69,8 @@ def friction(campaign: Campaign) -> Figure:
                         ax.axhline(end, color=colour, linewidth=0.8, linestyle=dots)
         for ax, label in zip(axes, ("friction coefficient", "deviation from the material's mean [%]"), strict=False):
             ax.set(xlabel="normal force [N]", ylabel=label, xlim=(0.0, 1.1 * most))
+        if len(axes) == 1:
+            _set_across(axes[0], campaign)
         axes[0].set_ylim(bottom=0)
         figure.legend(loc="outside lower center", ncols=4)
     return figure

@@ -141,8 +141,7 @@ def prediction_figure(prediction: "Prediction") -> Figure:
             base, mass = 1e3 * first.base, 1e3 * first.displacement
             band = (1e3 * first.displacement_low, 1e3 * first.displacement_high)
             left.fill_between(first.time, *band, **BAND)
-            lines = {"base": base, "mass": mass}
-            over_time(left, first.time, lines, (PREDICTED,), ylabel="displacement [mm]")
+            over_time(left, first.time, {"base": base, "mass": mass}, (PREDICTED,), ylabel="displacement [mm]")
             right.plot(mass, base, color=PREDICTED)  # its area is the energy (2.18)
             right.fill_betweenx(base, *band, **BAND)
             right.set(xlabel="mass [mm]", ylabel="base [mm]")

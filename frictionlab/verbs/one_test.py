@@ -320,9 +320,8 @@ def free_vibration(
     if not taps:
         raise refused[0]
     if mass == "angle":
-        taps = [replace(tap, unit="rad") for tap in taps]
-    if mass == "angle" and not pendulum:
-        taps = [replace(tap, warnings=(*tap.warnings, NO_PENDULUM)) for tap in taps]
+        said = () if pendulum else (NO_PENDULUM,)
+        taps = [replace(tap, unit="rad", warnings=(*tap.warnings, *said)) for tap in taps]
     return tuple(sorted(taps, key=lambda tap: tap.start_s))
 
 

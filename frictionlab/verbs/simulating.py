@@ -265,14 +265,13 @@ def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
     return _of_material(scene, [one.get("material") for one in facts]), notes
 
 
-def _driven_as(scene: "Scene", before: "Sequence[Before]", notes: list[str]) -> "Scene":
+def _driven_as(scene: "Scene", before: Sequence[Any], notes: list[str]) -> "Scene":
     """The scene with the least and the largest base amplitude of what is known before where ``[plan]`` has none.
 
     A line more says so, or what is assumed. Of a comparison it is friction force over friction ratio and stiffness.
     """
-    each: Sequence[Any] = before
     lengths: list[float] = []
-    for one in each:
+    for one in before:
         if not isinstance(one, Mapping):
             lengths += one.conditions.get("base_amplitude_m", ())
         elif (force := one.get("friction_force_n")) and one.get("friction_ratio") and scene.rig.stiffness:

@@ -121,6 +121,8 @@ def test_what_stood_in_logs_is_escaped(text: str, evil: Campaign) -> None:
     assert "<script>alert" not in text
     assert "&lt;script&gt;alert" in text
     assert Tags(page_of(evil)).count["img"] == len(plates(evil))
+    (points,) = friction(evil).axes[0].containers  # under one normal force: a point a test, not one point
+    assert points[0].get_xdata() == pytest.approx(RATIOS)
 
 
 def browser() -> str:
