@@ -20,13 +20,13 @@ between -(1 - f) and 1 - f. A range that is not known is taken as filled, which 
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Generic, Literal, Self, TypeVar, overload
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray, shifted
-from frictionlab.scene import Scene
+from frictionlab.scene import Infer, Scene
 from frictionlab.schema import AMPLITUDE, BASE, ENERGY, with_error
 
 Part = Literal["value", "se", "u", "low", "high"]
@@ -236,7 +236,7 @@ class Sources:
     ``mass_gain``, ``base_gain``, ``natural_frequency``, ``stiffness``, ``normal_force``: relative; ``lag``: s between
     the two channels; ``linearity``: share of a sensor's measuring range; ``measuring_range``: that range in m, None
     where it is not known; ``damping_ratio``: of the frame; ``crosstalk``: share of one channel in the other.
-    ``assumed``: scene keys of those that nobody has declared.
+    ``assumed``: scene keys of those that nobody has declared; ``infer``: what is known before of the law's parameters.
     """
 
     mass_gain: float
@@ -250,6 +250,7 @@ class Sources:
     stiffness: float
     normal_force: float
     assumed: tuple[str, ...] = ()
+    infer: Infer = field(default_factory=Infer)
 
     @property
     def gain(self) -> float:
@@ -303,6 +304,7 @@ def sources_of(
             over=normal_force_n or force.normal_force_n,
         ),
         assumed=tuple(assumed),
+        infer=scene.infer,
     )
 
 

@@ -167,8 +167,10 @@ class RowObservation(Observation):
 
     @property
     def law_unknowns(self) -> tuple[Unknown, ...]:
-        """The friction ratio, the one that rows determine: no prior holds it."""
-        return tuple(replace(u, sd=FLAT * u.sd, scatter=u.scatter / FLAT) for u in of_law(self.law, self.held))
+        """The friction ratio, the one that rows determine: no prior holds it but one that the scene declares."""
+        usual = of_law(self.law, self.held, self.sources.infer)
+        wide = {u.name: FLAT for u in usual if u.name not in self.sources.infer.priors}
+        return tuple(replace(u, sd=u.sd * (by := wide.get(u.name, 1.0)), scatter=u.scatter / by) for u in usual)
 
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:

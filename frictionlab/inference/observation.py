@@ -139,7 +139,7 @@ class Observation(ABC):
     @property
     def law_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of the law."""
-        return of_law(self.law, self.held)
+        return of_law(self.law, self.held, self.sources.infer)
 
     @property
     def friction_by_energy(self) -> float | None:

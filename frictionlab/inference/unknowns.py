@@ -12,6 +12,7 @@ from typing import Literal
 
 from scipy.special import stdtrit
 
+from frictionlab.scene import Infer
 from frictionlab.simulator.laws import Law, Parameter
 from frictionlab.uncertainty import LAG, NORMAL, Sources, bent_gain
 
@@ -121,9 +122,33 @@ def of_parameter(parameter: Parameter) -> Unknown:
     return replace(made, mean=mean, sd=sd, low=max(-STRONGEST, least))
 
 
-def of_law(law: Law, held: Mapping[str, float]) -> tuple[Unknown, ...]:
-    """Return the unknowns of a law's own parameters: those that the scene does not hold, without counts."""
-    return tuple(of_parameter(p) for p in law.own if p.name not in held and not p.whole)
+def of_law(law: Law, held: Mapping[str, float], declared: Infer) -> tuple[Unknown, ...]:
+    """Return the unknowns of a law's own parameters: those that the scene does not hold, without counts.
+
+    ``declared``: the scene's ``[infer]``, whose levels, priors and scatter stand in place of the usual ones.
+    """
+    return tuple(_declared(of_parameter(p), declared) for p in law.own if p.name not in held and not p.whole)
+
+
+def _declared(usual: Unknown, declared: Infer) -> Unknown:
+    """The unknown as the scene declares it; its bounds, as values, and its scatter's prior stay where it does not."""
+    name, found = usual.name, usual
+    if name in declared.levels:
+        found = replace(found, level=declared.levels[name])
+        if found.level != usual.level:
+            found = replace(found, scatter=SCATTER / usual.sd if usual.scale == "log" else SCATTER)
+    if name in declared.priors:
+        mean, sd = declared.priors[name]
+        mean, sd = (math.log(mean), sd / mean) if found.scale == "log" else (mean, sd)
+        low, high = ((usual.mean + usual.sd * end - mean) / sd for end in (usual.low, usual.high))
+        absolute = found.scale == "log" or found.level == "test"
+        scatter = found.scatter * (usual.sd / sd if absolute else 1.0)
+        found = replace(found, mean=mean, sd=sd, low=low, high=high, folded=False, scatter=scatter)
+    if name in declared.scatter:
+        relative = declared.scatter[name]
+        own = relative / found.sd if found.scale == "log" else relative
+        found = replace(found, scatter=own * abs(found.mean) / found.sd if found.level == "test" else own)
+    return found
 
 
 def of_rig(

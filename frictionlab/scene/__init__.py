@@ -10,12 +10,12 @@ is refused with its key path, all faults at once.
 """
 
 from frictionlab.log_options import LogOptions
-from frictionlab.scene.keys import Analysis, Experiment, Model, Scene, Sensors, Solver
+from frictionlab.scene.keys import Analysis, Experiment, Infer, Model, Scene, Sensors, Solver
 from frictionlab.scene.rig import Rig, RigContact, RigMass, Synthetic, VirtualTests
 from frictionlab.scene.text import SCENE_NAME, find_scene, read_scene, scene_from_tables
 
 __all__ = [
-    "SCENE_NAME", "Analysis", "Experiment", "LogOptions", "Model", "Rig", "RigContact", "RigMass", "Scene",
+    "SCENE_NAME", "Analysis", "Experiment", "Infer", "LogOptions", "Model", "Rig", "RigContact", "RigMass", "Scene",
     "Sensors", "Solver", "Synthetic", "VirtualTests", "find_scene", "read_scene",
     "scene_from_tables",
 ]  # fmt: skip

@@ -25,6 +25,7 @@ Order = Annotated[int, Field(ge=1, le=8)]
 Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 Pair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
+Level = Literal["material", "test"]
 Lines = Mapping[tuple[str, ...], int]
 LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
@@ -177,6 +178,31 @@ class Sensors(SceneTable):
     force_inertia_kg: NonNegative = key("Mass between contact and load cell: its inertia is taken off the force.", 0.0)
 
 
+class Infer(SceneTable):
+    """``[infer]``: what is known before of the law's parameters, and which tests share one value of them.
+
+    Of sensors and rig ``[sensors]`` and ``[rig]`` say it.
+    """
+
+    levels: dict[str, Level] = key(
+        'Parameter of the law -> what has one value of it, "material" or "test": {gradient = "material"}.', {}
+    )
+    priors: dict[str, Two] = key(
+        "Parameter of the law -> [value, standard deviation] known before: {contact_damping_ratio = [0.02, 0.005]}.", {}
+    )
+    scatter: dict[str, Positive] = key("Parameter -> scatter from test to test to expect, over its value.", {})
+
+    @model_validator(mode="after")
+    def _of_laws(self) -> Self:
+        for table in ("levels", "priors", "scatter"):
+            for name, value in getattr(self, table).items():
+                mean, sd = value if table == "priors" else (None, 1.0)
+                check_parameters({name: mean}, None, table=table)
+                if sd <= 0.0:
+                    raise ValueError(f"priors.{name}: expected [value, standard deviation > 0]; got {value}")
+        return self
+
+
 class PlanTable(SceneTable):
     """``[plan]``: the tests that a laboratory could run next, and how well it measures them."""
 
@@ -231,6 +257,7 @@ class Scene(SceneTable):
     analysis: Analysis = Analysis()
     model: Model = Model()
     sensors: Sensors = Sensors()
+    infer: Infer = Infer()
     plan: PlanTable = PlanTable()
     synthetic: Synthetic = Synthetic()
     _origin: Origin = PrivateAttr(default=Origin())

@@ -60,11 +60,13 @@ LawName = Annotated[str, AfterValidator(_law)]
 """A contact law that exists, or "auto"."""
 
 
-def check_parameters(values: Mapping[str, float], law: str | None, *, breaks_away: bool = False) -> None:
+def check_parameters(
+    values: Mapping[str, float | None], law: str | None, *, breaks_away: bool = False, table: str = "parameters"
+) -> None:
     """Refuse parameters that a law lacks, or values outside their domain, with a ValueError that names them.
 
     Of a law that is chosen later on (None, or "auto") those that no law has; ``breaks_away``: a static ratio of the
-    scene adds the term breakaway.
+    scene adds the term breakaway; ``table``: the scene's, for the words. Of a value that is None the name alone.
     """
     if not values:
         return
@@ -77,11 +79,11 @@ def check_parameters(values: Mapping[str, float], law: str | None, *, breaks_awa
     for name, value in values.items():
         if name not in known:
             whose = f"law {law} has no such parameter" if named else "no law has such a parameter"
-            raise ValueError(f"parameters.{name}: {whose}; expected one of {', '.join(known)}")
+            raise ValueError(f"{table}.{name}: {whose}; expected one of {', '.join(known)}")
         try:
-            known[name].checked(value)
+            known[name].checked(known[name].usual[0] if value is None else value)
         except ParameterError as error:
-            raise ValueError(f"parameters.{name}: expected {known[name].domain}; got {value!r}") from error
+            raise ValueError(f"{table}.{name}: expected {known[name].domain}; got {value!r}") from error
 
 
 class RigMass(SceneTable):

@@ -11,6 +11,7 @@ from frictionlab.analysis.measurement import measure
 from frictionlab.arrays import FloatArray
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.observations import CycleObservation, observe
+from frictionlab.inference.unknowns import of_law
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
@@ -87,7 +88,7 @@ def assert_slopes_of_sensors(
     observation: Observation, names: Collection[str], here: Mapping[str, float], step: float, within: float
 ) -> dict[str, float]:
     """Slopes of what sensors do are differences of whole predictions; all values are returned."""
-    unknowns = (*observation.law_unknowns, *observation.rig_unknowns)
+    unknowns = (*of_law(observation.law, observation.held, observation.sources.infer), *observation.rig_unknowns)
     values = {u.name: u.value(0.0) for u in unknowns} | dict(here)
     plain = present(observation.predict(values))
     slopes = observation.slopes(unknowns, [1.0] * len(unknowns), values)

@@ -14,9 +14,10 @@ from frictionlab.inference.comparison import contact_force, harmonics_of, loop_e
 from frictionlab.inference.fit import inside
 from frictionlab.inference.observations import mean_cycle, observe, parts
 from frictionlab.inference.posterior import infer
-from frictionlab.inference.unknowns import Unknown, of_rig
-from frictionlab.scene import scene_from_tables
+from frictionlab.inference.unknowns import Unknown, of_law, of_rig
+from frictionlab.scene import Infer, scene_from_tables
 from frictionlab.simulator import Base, Problem, steady_state
+from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import sources_of
 from tests.analysis import seen
 from tests.benchmarks import recording_coverage
@@ -74,6 +75,34 @@ def test_what_a_lag_does_to_a_loop_is_its_area_with_the_base_shown_late() -> Non
     behind = (base * np.exp(1j * np.outer(tau - late, np.arange(1, 6)))).real.sum(axis=1)
     assert loop_energy(mass, base) == pytest.approx(float(np.trapezoid(shown[1], shown[0])), rel=1e-4)
     assert loop_energy(mass, base, late) == pytest.approx(float(np.trapezoid(behind, shown[0])), rel=1e-4)
+
+
+def test_what_the_scene_declares_of_a_parameter_is_its_prior() -> None:
+    law, usual = "coulomb+place", scene()
+    measurement = recorded(Problem(0.4, 0.35, law=law, parameters={"gradient": -0.04}), np.random.default_rng(5))
+    known = usual.model_copy(update={"infer": Infer(priors={"gradient": [0.02, 1e-5]})})
+    found, free = (compare(measurement, each, law=law).parameters["gradient"] for each in (known, usual))
+    assert free["value"] == pytest.approx(-0.04, abs=0.01)
+    assert found["value"] == pytest.approx(0.02, abs=4e-5)
+    assert found["se"] <= 1.01e-5
+
+
+def test_a_declared_prior_keeps_the_bounds_of_a_parameter() -> None:
+    declared = Infer(
+        levels={"gradient": "material"},
+        priors={"contact_damping_ratio": [0.02, 0.005], "beta": [0.3, 0.03]},
+        scatter={"beta": 0.04, "gradient": 0.2},
+    )
+    law = law_of("coulomb+place+speed")
+    usual, found = ({u.name: u for u in of_law(law, {}, said)} for said in (Infer(), declared))
+    for name, (mean, sd) in declared.priors.items():
+        assert found[name].value(0.0) == pytest.approx(mean, rel=1e-12)
+        assert found[name].slope(0.0) == pytest.approx(sd, rel=1e-12)
+    dashpots = [each["contact_damping_ratio"] for each in (usual, found)]
+    assert [u.value(u.low) for u in dashpots] == pytest.approx([0.0, 0.0], abs=1e-15)
+    assert (usual["gradient"].level, found["gradient"].level) == ("test", "material")
+    assert found["beta"].scatter * found["beta"].slope(0.0) == pytest.approx(0.04 * 0.3, rel=1e-12)
+    assert found["gradient"].scatter_scale(found["gradient"].at(0.1)) * found["gradient"].sd == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize(
