@@ -4,7 +4,7 @@
 - ``prediction``: what the model says of a test; a row of measurements as an observation of the inference
 - ``joint_fit``: all tests fitted together by the inference
 - ``friction``: which tests count; the `FrictionFit` of a material and normal force
-- ``laws``: Amontons' law, evidence, parameters, loops, each test predicted by all others
+- ``laws``: Amontons' law, evidence, loops, each test predicted by all others
 - ``ranking``: drift of long tests, and which material is best
 - ``files``: tables of measurements in, examples from the recordings
 """
@@ -39,7 +39,6 @@ from frictionlab.campaign.laws import (
     left_out,
     loops_of,
     not_predicted,
-    parameters_of,
 )
 from frictionlab.campaign.prediction import Model, RowObservation, curve, model_of, observe_row
 from frictionlab.campaign.ranking import Drift, Rank, drift_of, rank_all
@@ -103,11 +102,6 @@ class Campaign(Result):
         return () if self.joint is None else laws_together(self.joint.ladders)
 
     @cached_property
-    def parameters(self) -> tuple[Row, ...]:
-        """Those of the materials' laws, a row each."""
-        return () if self.joint is None else parameters_of(self.joint, self.scene)
-
-    @cached_property
     def loops(self) -> Sequence[tuple[CycleObservation, ContactForce]]:
         """Tests of each material, and what their contacts do."""
         return () if self.joint is None else loops_of(self.joint, self.scene.rig.stiffness)
@@ -150,7 +144,6 @@ class Campaign(Result):
             "ranking.csv": [schema.RANKING.row(r, tied_with=", ".join(r.tied_with) or None) for r in self.ranking],
             "drift.csv": [schema.DRIFTS.row(d, **{k: getattr(d.trial, k) for k in OF_TRIAL}) for d in self.drifts],
             "laws.csv": list(self.laws),
-            "parameters.csv": list(self.parameters),
             "left_out.csv": list(self.left_out),
         }
 

@@ -27,7 +27,6 @@ TABLES = {
     "ranking.csv": schema.RANKING,
     "drift.csv": schema.DRIFTS,
     "laws.csv": schema.MATERIAL_LAWS,
-    "parameters.csv": schema.LAW_PARAMETERS,
     "left_out.csv": schema.LEFT_OUT,
 }
 REPORT = "report.html"

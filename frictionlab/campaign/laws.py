@@ -1,4 +1,4 @@
-"""The law of each material: Amontons' law, evidence of the laws tried, parameters, loops, and each test left out.
+"""The law of each material: Amontons' law, evidence of the laws tried, loops, and each test left out.
 
 A test left out is predicted by the law of all others: amplitude, energy and cycle, and whether the 95 % bands held
 them. Of a few tests the fit is made again without it; of many it is one linear step away. What the others say of it is
@@ -25,11 +25,9 @@ from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, cycle_of, lines_of
 from frictionlab.inference.posterior import Posterior, of_several
 from frictionlab.inference.unknowns import Unknown
-from frictionlab.scene import Scene
-from frictionlab.scene.physical import to_physical
 from frictionlab.schema import AMPLITUDE, ENERGY, LEFT_OUT, MATERIAL_LAWS
 from frictionlab.tables import Row
-from frictionlab.uncertainty import NORMAL, Estimate, unit_share
+from frictionlab.uncertainty import NORMAL, Estimate
 
 SIGNIFICANT = 0.05
 SHOWN = 3  # loops of a material
@@ -133,35 +131,6 @@ def laws_together(ladders: Mapping[str, Ladder]) -> tuple[Row, ...]:
         empty = dict.fromkeys(MATERIAL_LAWS.names) | {"material": material}
         rows += [empty | {"law": rung.law.name, "note": rung.said} for rung in ladder.rungs if rung.fit is None]
     return tuple(sorted(rows, key=lambda row: str(row["material"])))
-
-
-def parameters_of(joint: JointFit, scene: Scene) -> tuple[Row, ...]:
-    """Return the rows of ``parameters.csv``: each material's law but its friction, which is in ``friction.csv``.
-
-    The value is the one that all tests share, dimensionless in a test at the mean Y and omega; what single tests
-    scatter by is in ``scatter``; ``is_told``: whether the tests determine it.
-    """
-    posterior, found = joint.posterior, list[Row]()
-    frame = scene.rig.stiffness, scene.rig.natural_frequency
-    for material in joint.materials:
-        tests = joint.tests(material)
-        i = tests[0]
-        law, estimates, observation = posterior.law(i), posterior.parameters(i), posterior.observations[i]
-        for k in map(int, posterior.tests[i].index):
-            u = posterior.unknowns[k]
-            if not u.law or u.name == "beta":
-                continue
-            (shared, slope), own = posterior.shared(k, i), estimates[u.name]
-            whole = slope * math.sqrt(posterior.covariance[k, k])
-            value = Estimate(shared, min(own.se or whole, whole), whole)
-            factor, unit = to_physical(law.parameter(u.name), *frame, amplitude=observation.unit, turn=observation.turn)
-            scatter = abs(slope) * float(posterior.fit.model.scatter[k]) if len(tests) > 1 else None
-            row: dict[str, object] = {"material": material, "law": law.name, "parameter": u.name, "unit": unit}
-            physical = value.scaled(factor).widened(unit_share(unit, observation.sources))
-            for name, number in (("value", value), ("physical_value", physical)):
-                row |= {name: number.value, f"{name}_se": number.se, f"{name}_u": number.u}
-            found.append(row | {"is_told": abs(shared) > 2.0 * whole or own.told, "scatter": scatter})
-    return tuple(found)
 
 
 def loops_of(joint: JointFit, stiffness: float | None) -> list[tuple[CycleObservation, ContactForce]]:

@@ -14,6 +14,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from frictionlab import __version__, schema
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.ranking import CRITERIA
@@ -21,10 +23,13 @@ from frictionlab.campaign.trials import short_name
 from frictionlab.figures.materials import at_lag, over_force
 from frictionlab.figures.plates import Plate, first_of
 from frictionlab.files import write_whole
+from frictionlab.inference.material_law import MaterialLaw, physical_name
 from frictionlab.report.charts import HERE, TEMPLATES, Dot, scatter
 from frictionlab.report.page_of_test import sheet_name
+from frictionlab.scene.physical import to_physical
 from frictionlab.scene.text import to_toml
 from frictionlab.schema import with_error
+from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
 from frictionlab.tables.texts import GRAVE, kinds_of
 
@@ -33,7 +38,6 @@ MOST_DOUBTS = 6  # on the first screen; all warnings stand further down
 TABLES = {
     "Friction": ("friction.csv", schema.FRICTION),
     "Contact laws": ("laws.csv", schema.MATERIAL_LAWS),
-    "Parameters of the laws": ("parameters.csv", schema.LAW_PARAMETERS),
     "Long tests": ("drift.csv", schema.DRIFTS),
 }
 UNKNOWN = "\N{EN DASH}"
@@ -123,6 +127,7 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
         with_se=with_se,
         short_name=short_name,
         doubts=_doubts(campaign),
+        values={law.material: list(_values(law)) for law in campaign.material_laws},
         first=[plate for plate in plates if plate is first],
         plates=[plate for plate in plates if plate is not first],
         images={name: base64.b64encode(svg).decode() for name, svg in images.items()},
@@ -135,6 +140,16 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
         assumed=scene.partition("[synthetic]")[0].strip(),
         versions=", ".join(f"{name} {number}" for name, number in packages.items()),
     )
+
+
+def _values(law: MaterialLaw) -> Iterator[str]:
+    """Yield what the tests determine of a law but its friction: values more than two errors from zero, in words."""
+    errors = dict(zip(law.values, np.sqrt(np.diag(law.covariance)).tolist(), strict=True))
+    for p in law_of(law.law).own:
+        name, unit = physical_name(p), to_physical(p, 1.0, 1.0, amplitude=1.0, turn=1.0)[1]
+        if p.name != "beta" and 0.0 < 2.0 * errors[name] < abs(law.values[name]):
+            known = with_error(law.values[name], errors[name])
+            yield f"{p.name.removesuffix('_ratio').replace('_', ' ')}: {known} {unit}".rstrip()
 
 
 def _doubts(campaign: Campaign) -> list[str]:
