@@ -184,3 +184,5 @@ def test_files_that_are_no_logs_and_rows_of_the_sheet_without_one_are_named(log:
     noted = run(log.parent, "--dry-run", "--scene", log.with_name("scene.toml"), status=0)
     assert "note: passed over: more.json: no log by its name: give the file itself, or save it as CSV" in noted.stderr
     assert "note: rows of sheet.csv without a log, 1 in all: run9.csv" in noted.stderr
+    assert "sheet of facts" not in noted.stderr
+    assert "note: passed over: sheet.csv: a sheet of facts that the scene" in run(log.parent, "--dry-run").stderr

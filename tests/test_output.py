@@ -70,9 +70,7 @@ def test_what_is_too_wide_stands_in_blocks() -> None:
     assert head.endswith("stops  predicted stops  regime")
     assert Path(LONG).stem in first
     assert "coefficient" not in printed(1000, [{**COMPARED, "friction_coefficient": None}], COMPARISONS)
-    laws: list[Row] = [
-        {"material": "steel", "law": law, "nrmse": "0.1", "evidence": "many letters"} for law in ("a", "b")
-    ]
+    laws: list[Row] = [{"material": "steel", "law": law, "nrmse": "0.1", "evidence": "many letters"} for law in "ab"]
     again = printed(30, laws, ["material", "law", "nrmse", "evidence"]).splitlines()[4:]
     assert [line.split()[:2] for line in again] == [["material", "law"], ["steel", "a"], ["steel", "b"]]
 

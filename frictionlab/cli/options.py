@@ -70,6 +70,7 @@ with Path(__file__).with_name("options.csv").open(encoding="utf-8", newline="") 
 """The options, by PARAMETER or, where one means its own thing, COMMAND.PARAMETER."""
 Settings = Mapping[str, tuple[type, Words]]
 """Keys of a scene's table that a command takes as options: what each takes, and its option."""
+NO_SHEET = "a sheet of facts that the scene does not name: [experiment] sheet"
 FEW = ("mass", "base", "contact_force", "units", "variable", "test")  # options of a log that its short help shows
 
 
@@ -227,11 +228,12 @@ class Inputs:
     def note_not_read(self, places: Sequence[Path], scene: "Scene") -> None:
         """Say which files of these folders look like data and are passed over, and which the sheet alone names."""
         from frictionlab.experiment import rows_without_log
-        from frictionlab.verbs.inputs import not_read_in
+        from frictionlab.verbs.inputs import not_read_in, sheets_in
 
         if self.quiet or self.as_json:
             return
-        for reason, names in kinds_of((path.name, why) for path, why in not_read_in(places).items()):
+        sheets = {path: NO_SHEET for path in sheets_in(places) if path.name != Path(scene.experiment.sheet or "").name}
+        for reason, names in kinds_of((path.name, why) for path, why in (not_read_in(places) | sheets).items()):
             complain(f"note: passed over: {few_of(names)}: {reason}")
         if lost := rows_without_log(scene, places):
             complain(f"note: rows of {scene.experiment.sheet} without a log, {len(lost)} in all: {few_of(lost)}")

@@ -110,6 +110,14 @@ def not_read_in(places: Iterable[Path]) -> dict[Path, str]:
     return found | {path: inner for path in files if path.name[0] != "." and path.is_dir() and _holds_logs(path)}
 
 
+def sheets_in(places: Iterable[Path]) -> list[Path]:
+    """Sheets that list tests in these folders."""
+    from frictionlab.experiment import is_sheet
+
+    files = (path for place in places if place.is_dir() for path in sorted(place.iterdir()))
+    return [path for path in files if is_log_name(path) and path.is_file() and is_sheet(path)]
+
+
 def _holds_logs(folder: Path) -> bool:
     """Whether a folder holds logs, and not results; one that must not be looked into holds none."""
     try:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.experiment import headings_of, is_sheet, logs_in_sheet, matched
+from frictionlab.experiment import headings_of, logs_in_sheet, matched
 from frictionlab.files import make_folder, stem_of, write_whole
 from frictionlab.scene import SCENE_NAME, Scene
 from frictionlab.scene.text import template, value_text
-from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in
+from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in, sheets_in
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
@@ -75,7 +75,7 @@ def look(folder: FilePath) -> Found:
 
     place = Path(folder)
     files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
-    sheets = [p for p in files if is_sheet(p)]
+    sheets = sheets_in([place])
     sheet = next((p.name for p in sheets if logs_in_sheet(place, p.name, files)[0]), None)
     says, others = headings_of(place, sheet) if sheet else ([], [])
     logs = [p for p in files if p not in sheets and not p.name.startswith(".")]
