@@ -21,7 +21,8 @@ from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED, factori
 
 TURN = 2.0 * pi
 STEPS, FEW_STEPS = 60, 8  # of Newton's method, firmly and in full steps alone
-LEAST, FULL = 0.01, 1.0  # share of a step that is tried at least
+LEAST = 0.01  # share of a step that is tried at least
+FULL, SOME, MANY = 0, 6, 60  # times that the map is applied where no share of a step helps; FULL: none but whole steps
 ROUNDED = -1.0
 CONVERGED, ALMOST = 1e-13, 1e-8  # of an orbit's size: what steps leave of a miss, and what is taken where no less comes
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
@@ -177,18 +178,19 @@ def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatA
 
 
 @inner
-def shoot(flow: Any, leg: Any, y: FloatArray, least: float) -> tuple[float, int]:
+def shoot(flow: Any, leg: Any, y: FloatArray, stalls: int) -> tuple[float, int]:
     """Move a state to the fixed point of a leg's map nearby; return its miss and how the last run ended.
 
-    Each of Newton's steps must halve the miss. Where `least`, the shortest share of one that is tried, is below 1, they
-    are shortened until the miss shrinks; where none helps, the map itself is applied, once, then twice, and so on. The
-    run last carried is that from the state.
+    Each of Newton's steps must halve the miss. Where the map itself may be applied, some times (`stalls`), they are
+    shortened until the miss shrinks; where none helps, it is, once, then twice, and so on. The run last carried is that
+    from the state.
     """
     system, work = flow.system, flow.work
     image, turns = np.empty(len(y)), 1
     code = carry(flow, leg, y, image, True)
     miss = distance(system, y, image)
-    for _ in range(STEPS if least < FULL else FEW_STEPS):
+    least = LEAST if stalls > FULL else 1.0
+    for _ in range(STEPS if stalls > FULL else FEW_STEPS):
         if code != DONE or miss <= (CONVERGED if is_integrated(system) else 2e-16) * size_of(system, work, y):
             break
         less = stepped(flow, leg, y, image, miss, least)
@@ -197,8 +199,9 @@ def shoot(flow: Any, leg: Any, y: FloatArray, least: float) -> tuple[float, int]
             continue
         if less == ROUNDED:  # only rounding is left
             break
-        if least == FULL:
+        if stalls == FULL:
             return miss, carry(flow, leg, y, image, True)
+        stalls -= 1
         for _ in range(turns):
             copy(image, y)
             code = carry(flow, leg, y, image, True)
@@ -303,13 +306,16 @@ def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[
         for _ in range(2 if attempt == 0 or attempt >= len(starts) else 0):
             carry(flow, leg, y, image, False)
             copy(image, y)
-        miss, code = shoot(flow, leg, y, LEAST)
+        miss, code = shoot(flow, leg, y, SOME)
         idle = attempt == 0 and not rubs and len(starts) > 1 and distance(system, starts[0], starts[1]) > 0.0
-        if code != DONE or (miss <= floor_of(system, size_of(system, work, y)) and not idle):  # the next is the orbit
+        fails = code == TIRED or (code != DONE and attempt == 0)  # another start may only lie too far away
+        if fails or (code == DONE and miss <= floor_of(system, size_of(system, work, y)) and not idle):
             return miss, code
     if system.masses == 1 and system.sliders == 0 and not is_integrated(system):
         return continued(flow, leg, y)
-    return miss, code
+    leg.tau = 0.0
+    copy(starts[0], y)
+    return shoot(flow, leg, y, MANY)
 
 
 @inlined
@@ -327,10 +333,10 @@ def continued(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
         y[k] = 0.0
     while more > 0.0:
         system.limit[0] = limit * (1.0 + more)
-        shoot(flow, leg, y, LEAST)
+        shoot(flow, leg, y, SOME)
         more = 0.2 * more if more > 1e-17 else 0.0
     system.limit[0] = limit
-    return shoot(flow, leg, y, LEAST)
+    return shoot(flow, leg, y, MANY)
 
 
 @inlined
