@@ -14,9 +14,6 @@ from frictionlab.recording import Channel, Quality, Recording, Source
 from frictionlab.simulator import Problem, Structure
 from frictionlab.simulator.record import BaseRecord, Response, motion_under, respond
 
-FAR = 10.0  # times the steps around it: such a step is a jump ...
-LARGE = 0.05  # ... if it is this share of the whole range
-AROUND = 5  # steps looked at on either side
 HOLE = 1000.0  # times the usual step between two samples
 QUIET = 1e-7  # of the base's range: a motion whose noise is less is clean
 COARSE = 1e-3  # sampling error over Y from which it is said
@@ -187,7 +184,7 @@ def sound_base(recording: Recording) -> tuple[Recording, list[str]]:
     Raises
     ------
     RecordingError
-        It has a gap, held values, or, unless it is an acceleration, a jump: named by time.
+        It has a gap or held values: named by time.
     """
     gaps, parts = recording.gaps, recording.stretches()
     if not parts:
@@ -202,8 +199,6 @@ def sound_base(recording: Recording) -> tuple[Recording, list[str]]:
             f"base: no samples from {gaps[0][0]:.6g} s to {gaps[0][1]:.6g} s: nothing is simulated across a gap;"
             " do: cut the record there, or bridge longer holes when it is read (bridge_s in [log])"
         )
-    if "base_displacement" in part.measured():
-        _refuse_jumps(part.time, part.base_displacement)
     said = list(part.source.warnings)
     bridged = int(np.count_nonzero(part.quality & np.uint8(Quality.INTERPOLATED)))
     if bridged:
@@ -211,18 +206,3 @@ def sound_base(recording: Recording) -> tuple[Recording, list[str]]:
     if lost:
         said.append(f"base: {lost} samples with a repeated stamp or without a value are left out")
     return part, said
-
-
-def _refuse_jumps(time: FloatArray, y: FloatArray) -> None:
-    """Refuse a base that moves farther in one step than it could: far more than in the steps around it."""
-    steps, noise = np.abs(np.diff(y)), white_noise(y) if len(y) >= 16 else 0.0
-    suspects = np.flatnonzero(steps > max(LARGE * float(np.ptp(y)), FAR * noise))
-    if len(suspects) > len(steps) // 10:
-        return  # so many large steps are a coarse sampling, not jumps; the sampling error shows it
-    for i in suspects.tolist():
-        around = np.concatenate([steps[max(0, i - AROUND) : i], steps[i + 1 : i + 1 + AROUND]])
-        if len(around) and steps[i] > FAR * float(np.median(around)):
-            raise RecordingError(
-                f"base: jumps by {steps[i] * 1e3:.4g} mm from {time[i]:.6g} s to {time[i + 1]:.6g} s (sample {i + 1}),"
-                " as no base does; do: look for a lost or wrong value there, and cut or mend the record"
-            )

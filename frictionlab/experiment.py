@@ -25,8 +25,10 @@ _FACTS = {key: field.annotation for key, field in Experiment.model_fields.items(
 _KNOWN = (*_FACTS, *WEIGHTS)
 _NUMERIC = (*(key for key, kind in _FACTS.items() if "float" in str(kind)), *WEIGHTS)
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
+_LOGS = ("log", "base_log")  # columns of a sheet that name files
 _HEADINGS = {  # of a sheet, besides the keys themselves, in English and German
-    "log": re.compile(r"(log|mess)?[ _-]?(file|datei)[ _-]?(name)?", re.IGNORECASE),
+    "log": re.compile(r"(log|mess)?[ _-]?(file|datei)[ _-]?(name)?|(mass|masse)[ _-]?(log|file|datei)", re.IGNORECASE),
+    "base_log": re.compile(r"(base|basis)[ _-]?(log|file|datei)", re.IGNORECASE),
     "material": re.compile(r"material|werkstoff|material(paarung|s| pair(ing)?)", re.IGNORECASE),
     "nominal_frequency_ratio": re.compile(r"(frequency[ _-]ratio|frequenzverh(ä|ae)ltnis|(?-i:r))", re.IGNORECASE),
     "normal_force_n": NORMAL_FORCE,
@@ -74,7 +76,7 @@ def facts_of(scene: Scene, log: Path) -> Facts:
             found[key] = value, source
     if len(sources) > 1 and not any("its facts are not known" in said for said in warnings):
         lacking = [key for key in ("material", "normal_force_n") if key not in found]
-        other = [key for key in found if key not in _KNOWN]  # of a sheet: what may be meant for it
+        other = [key for key in found if key not in (*_LOGS, *_KNOWN)]  # of a sheet: what may be meant for it
         warnings += [f"{key} of this test is not known{f'; {as_remarks(other)}' * bool(other)}" for key in lacking]
     return Facts({key: value for key, (value, _) in found.items()}, tuple(warnings))
 
@@ -130,6 +132,21 @@ def matched(pattern: str, name: str) -> dict[str, str] | None:
     return None if found is None else dict(zip(parts[1::2], found, strict=True))
 
 
+def base_log_of(facts: Mapping[str, Fact], log: Path) -> Path | None:
+    """The log of the base's own sensor, which the sheet names beside a log (``base_log``); None where it names none."""
+    name = str(facts.get("base_log", ""))
+    there = (path for path in sorted(log.parent.iterdir()) if name in (path.name, stem_of(path))) if name else ()
+    return next(iter(there), log.with_name(name)) if name else None
+
+
+def without_base_logs(scene: Scene, logs: Iterable[Path]) -> list[Path]:
+    """These logs but those that the sheet names as a base's own: they are no tests of their own."""
+    meanings, rows = _sheet_rows(scene.folder, scene.experiment.sheet) if scene.experiment.sheet else ({}, [])
+    headings = [heading for heading, (key, _) in meanings.items() if key == "base_log"]
+    named = {facts[heading] for *_, facts in rows for heading in headings}
+    return [log for log in logs if named.isdisjoint((log.name, stem_of(log)))]
+
+
 def rows_without_log(scene: Scene, places: Iterable[Path]) -> list[str]:
     """Logs that the scene's sheet names, and that are neither among these files and folders nor beside them."""
     folders = {place if place.is_dir() else place.parent for place in places}
@@ -148,7 +165,7 @@ def headings_of(folder: Path, sheet: str) -> tuple[list[str], list[str]]:
     """The facts that a sheet's headings say, as keys, and the headings that are none: remarks."""
     meanings = _sheet_rows(folder, sheet)[0]
     keys = [key for key, _ in meanings.values() if key in _KNOWN]
-    return keys, [heading for heading, (key, _) in meanings.items() if heading and key not in ("log", *_KNOWN)]
+    return keys, [heading for heading, (key, _) in meanings.items() if heading and key not in (*_LOGS, *_KNOWN)]
 
 
 def as_remarks(headings: Iterable[str]) -> str:
@@ -196,10 +213,12 @@ def _sheet_rows(folder: Path, name: str) -> tuple[dict[str, tuple[str, str]], li
         if len(row) != len(head):
             raise SceneError(f"{where}: row {number}: expected {len(head)} cells; got {len(row)}")
         facts = dict(zip(head, row, strict=True))
-        entry = Path(facts.pop(head[keys.index("log")]))
-        if entry.is_absolute() or ".." in entry.parts:
-            raise SceneError(f"{where}: row {number}: {str(entry)!r} leaves the sheet's folder")
-        found.append((number, entry.name, facts))
+        for heading in (heading for heading, (key, _) in meanings.items() if key in _LOGS):
+            entry = Path(facts[heading])
+            if entry.is_absolute() or ".." in entry.parts:
+                raise SceneError(f"{where}: row {number}: {str(entry)!r} leaves the sheet's folder")
+            facts[heading] = entry.name
+        found.append((number, facts.pop(head[keys.index("log")]), facts))
     return meanings, found
 
 

@@ -134,18 +134,20 @@ def test_nothing_is_simulated_across_a_gap_and_what_was_bridged_is_said() -> Non
         fl.respond(Recording(t, 0 * t, y, quality), PLAIN, natural_frequency_hz=FN)
 
 
-@pytest.mark.parametrize("kind", ["step", "spike"])
-def test_a_base_that_jumps_is_refused_by_its_time(kind: str) -> None:
+def test_a_spike_in_a_log_of_the_base_is_set_aside_when_it_is_read(tmp_path: Path) -> None:
     t, y = base_of()
-    y[700 : 701 if kind == "spike" else None] += 5e-4
-    with pytest.raises(RecordingError, match=r"jumps by 0.\d+ mm from 3.495 s to 3.5 s \(sample 700\)"):
-        fl.respond(Recording(t, 0 * t, y), PLAIN, natural_frequency_hz=FN)
+    clean = fl.respond(Recording(t, 0 * t, y), PLAIN, natural_frequency_hz=FN).response
+    log = log_of(tmp_path / "a.csv", {"time [s]": t, "base [mm]": 1e3 * y + 0.5 * (np.arange(len(t)) == 700)})
+    found = fl.respond(log, PLAIN, natural_frequency_hz=FN)
+    np.testing.assert_allclose(found.response.displacement, clean.displacement, atol=1e-4)
+    assert any("1 of 2667 samples are" in said for said in found.warnings)
 
 
-def test_a_shock_is_no_jump_and_a_coarse_sampling_is_said() -> None:
+def test_a_shock_and_a_step_are_drives_and_a_coarse_sampling_is_said() -> None:
     t = np.arange(2000) / 200.0
     pulse = np.where((t > 2) & (t < 2.2), 1e-3 * np.sin(np.pi * (t - 2) / 0.2) ** 2, 0.0)
-    assert fl.respond(Recording(t, 0 * t, pulse), PLAIN, natural_frequency_hz=FN).row()["status"] == "ok"
+    for drive in (pulse, 1e-3 * (t > 2.0)):
+        assert fl.respond(Recording(t, 0 * t, drive), PLAIN, natural_frequency_hz=FN).row()["status"] == "ok"
     t, y = base_of(rate=8.0)
     answer = fl.respond(Recording(t, 0 * t, y), PLAIN, natural_frequency_hz=FN)
     assert any("sample faster than 8 Hz" in sentence for sentence in answer.warnings)

@@ -95,8 +95,9 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
     assert invoke("init", tmp_path / "pair").exit_code == 0
     for log in (mass, base):
         log.rename(tmp_path / "pair" / log.name)
-    last = invoke("init", tmp_path / "pair", "--force").stdout.splitlines()[-1]
-    assert last.startswith("next: mend what is not read")
+    shown = invoke("init", tmp_path / "pair", "--force").stdout.splitlines()
+    assert shown[0] == "1 test"
+    assert "pairs.csv" in shown[1]
 
 
 @pytest.mark.parametrize(

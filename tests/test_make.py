@@ -6,12 +6,14 @@ import os
 from math import cos, pi
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import frictionlab as fl
 from frictionlab.errors import OutputError
 from frictionlab.tables import write_rows
-from tests.desk import MAKE, NAMED, ROOT, SCENE, Answer, invoke, run_in, set_up, short_of
+from tests.desk import MAKE, NAMED, ROOT, SCENE, Answer, invoke, rows_of, run_in, set_up, short_of
+from tests.logs.samples import sensortool, truth, write
 
 LOGS = ("steel_N1.25_r0.3.csv", "rubber_N1.25_r0.3.csv")
 HOSTILE = (
@@ -204,6 +206,36 @@ def test_what_is_made_again_and_what_is_not(tmp_path: Path) -> None:
     (tmp_path / "logs" / "two.csv").write_text(log_text(7.0))
     (tmp_path / "out" / "made" / "one.json").write_text("{damaged")
     assert due() == ["one", "two"]
+
+
+def test_logs_of_one_sensor_each_are_tests_in_pairs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each was a failure of the batch, and a paragraph of `init`: the thesis's own sensors write such logs."""
+    logs, data, named = tmp_path / "logs", truth(2000), {"steel_2N_x.csv": 1, "steel_2N_y.csv": 2}
+    logs.mkdir()
+    for start, late in (("16-47.647", 0), ("16-47.947", 300)):
+        write(logs / f"protocol_ILD_02-{start}.csv", sensortool(data, 1 + (late > 0), ";", late_ms=late))
+    assert "4 not read" not in invoke("init", logs, status=0).stdout
+    assert (logs / "pairs.csv").read_text().splitlines()[1].count("protocol_ILD_02-16-47") == 2
+    for name, column in named.items():
+        rows = "".join(f"{row[0]},{row[column]}\n" for row in data.rows)
+        write(logs / name, f"t [s],Distance1 (mm)\n{rows}")
+    (logs / "pairs.csv").unlink()
+    monkeypatch.setattr("frictionlab.verbs.starting.MOST_READ", 2)  # of the others only the names are looked at
+    shown = invoke("init", logs, "--force", status=0).stdout
+    assert shown.splitlines()[0] == "2 tests"
+    assert "check which is the mass's (`log`)" in " ".join(shown.split())
+    sheet = fl.read_rows(logs / "pairs.csv")
+    assert [row["log"] for row in sheet] == ["steel_2N_x.csv", "protocol_ILD_02-16-47.647.csv"]
+    scene = fl.read_scene(logs / "frictionlab.toml")
+    work = fl.batch(logs, scene, output=tmp_path / "out", compare=False)
+    assert [row["status"] for row in work.run()] == ["ok", "ok"]
+    found = fl.read_recording(work.results(logs / "steel_2N_x.csv")["recording"])
+    np.testing.assert_array_equal(found.base_displacement, data.base)
+    write(logs / "steel_2N_y.csv", f"{(logs / 'steel_2N_y.csv').read_text()}8,1\n")
+    again = fl.batch(logs, scene, output=tmp_path / "out", compare=False)
+    assert [log.name for log in again.due] == ["steel_2N_x.csv"]
+    told = rows_of(invoke("ingest", logs, "--dry-run", "--json", status=0))
+    assert [Path(row["source"]).name for row in told] == [log.name for log in work.logs]
 
 
 def test_a_log_that_fails_leaves_no_old_results_and_is_tried_again(tmp_path: Path) -> None:

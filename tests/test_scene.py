@@ -226,6 +226,7 @@ def test_a_sheet_as_excel_saves_it_is_read_and_a_workbook_is_named(tmp_path: Pat
         ("log,normal_force_n\na,inf\n", "row 2: normal_force_n: expected a number above 0; got 'inf'"),
         ("log,normal force [mm]\na,3\n", r"column 'normal force \[mm\]': expected a unit like N; got mm"),
         ("log,material\n../../etc/passwd,steel\n", "leaves the sheet's folder"),
+        ("log,base log\na,../passwd\n", "leaves the sheet's folder"),
         ("", "expected a `log` column"),
     ],
 )

@@ -15,6 +15,7 @@ import typer
 from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import Inputs, LogSettings, Made, number_of
 from frictionlab.errors import UsageError
+from frictionlab.experiment import without_base_logs
 from frictionlab.files import make_folder, refuse_inputs
 from frictionlab.schema import with_error
 from frictionlab.tables.texts import few_of, kinds_of
@@ -54,7 +55,7 @@ def ingest(
         got = "both" if logs else "no logs"
         raise UsageError(f"expected either LOG... or --mass-log FILE with --base-log FILE; got {got}")
     scene = work.scene_for(logs[0] if logs else mass_log, settings, ("log",))
-    inputs = files_of(logs or [], logs_in) if mass_log is None else [mass_log]
+    inputs = without_base_logs(scene, files_of(logs or [], logs_in)) if mass_log is None else [mass_log]
     work.note_not_read(logs or [log for log in (mass_log, base_log) if log], scene)
     outputs: Mapping[Path, Path] = {}
     if not dry_run:
@@ -201,6 +202,9 @@ def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
     typer.echo(", ".join(counts) or printable(f"no logs in {path.parent} yet"))
     for log, reason in found.unread.items():
         screen.paragraph(f"not read: {log.name}: {reason}", indent="    ")
+    if found.pairs:
+        said = "each sensor has a log of its own: that sheet lists them in pairs: check which is the mass's (`log`)"
+        screen.paragraph(f"{found.sheet} is written: {said} and fill in what its columns ask for", indent="    ")
     if found.frame:
         mean = found.frame["natural_frequency_hz"]
         typer.echo(f"natural frequency {with_error(mean.mean, mean.se)} Hz, from the taps")

@@ -45,8 +45,8 @@ _GROUPED = re.compile(r"\s*[-+]?\d{1,3}(?:(?:\.\d{3})+,|(?:,\d{3})+\.)\d+\s*", r
 _CALIBRATE = "; for volts say what one is, --units 'mass=5 mm/V,base=5 mm/V'"
 _NAMED = "; a sensor of no displacement is known by its column's name: mass velocity [mm/s], base acceleration [g]"
 _ONE_EACH = (
-    "if each sensor has its file, make a recording of both, which analyze, compare-numeric and campaign take:"
-    " `frictionlab ingest --mass-log FILE --base-log FILE -o NAME.h5`"
+    "if each sensor has its file, `frictionlab init FOLDER` lists them in pairs for `batch`, and `frictionlab ingest"
+    " --mass-log FILE --base-log FILE -o NAME.h5` makes a recording of two"
 )
 _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 

@@ -1,7 +1,7 @@
 """Logs -> recordings, measurements, comparisons and figures in one folder; only what changed is made again.
 
-What the results of a log were made of stands in ``made/NAME.json``: the log's size and time of last change, the facts
-of its test, the scene, the law, this version. A log that was replaced by an older file is seen too.
+What the results of a log were made of stands in ``made/NAME.json``: size and time of last change of its files, the
+facts of its test, the scene, the law, this version. A log that was replaced by an older file is seen too.
 """
 
 import contextlib
@@ -21,7 +21,7 @@ from typing import Any
 
 from frictionlab import __version__
 from frictionlab.errors import OutputError, UsageError
-from frictionlab.experiment import facts_of
+from frictionlab.experiment import base_log_of, facts_of, without_base_logs
 from frictionlab.files import make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.schema import COMPARISONS, MEASUREMENTS
@@ -171,16 +171,14 @@ class Batch:
 
     def _stamp(self, log: Path) -> Stamp:
         """What the results of a log would be made of now; a log that is not there has no size and time."""
-        try:
-            state = log.stat()
-            size, changed = state.st_size, state.st_mtime_ns
-        except OSError:
-            size, changed = -1, -1
+        facts, sizes = facts_of(self.scene, log).values, dict[str, tuple[int, int]]()
+        for file in filter(None, (log, base_log_of(facts, log))):
+            sizes[file.name] = -1, -1
+            with contextlib.suppress(OSError):
+                sizes[file.name] = file.stat().st_size, file.stat().st_mtime_ns
         return {
-            "log": log.name,
-            "size_bytes": size,
-            "changed_ns": changed,
-            "facts": dict(facts_of(self.scene, log).values),
+            "sizes_and_times": {name: list(known) for name, known in sizes.items()},
+            "facts": dict(facts),
             "scene": made_by(self.scene),
             "steps": list(self.steps),
             "law": self.law,
@@ -269,7 +267,8 @@ def batch(
     others = [scene.folder / scene.experiment.sheet] if scene.experiment.sheet else []
     others += [tap for pattern in scene.experiment.taps for tap in scene.folder.glob(pattern)]
     beside = {os.path.realpath(path) for path in others}  # they stand among the logs and are none
-    found = tuple(log for log in inputs.files_of(places, inputs.logs_in) if os.path.realpath(log) not in beside)
+    every = without_base_logs(scene, inputs.files_of(places, inputs.logs_in))
+    found = tuple(log for log in every if os.path.realpath(log) not in beside)
     strange = [place for place in places if not (place.exists() or inputs.is_log_name(place))]
     if strange:
         raise UsageError(f"no logs in {strange[0]}: there is no such file or folder: {inputs.EXPECTED_LOGS}")

@@ -47,7 +47,7 @@ def ingest(
     scene : Scene, str, Path or None
         ``[log]`` says what the log does not say itself; ``[experiment]`` gives the facts of its test.
     base_log : str or Path, optional
-        The log of the base, where each sensor has its own.
+        The log of the base, where each sensor has its own; by default what the scene's sheet names.
     output : str or Path, optional
         Write the recording here too (HDF5), whole or not at all.
     force : bool
@@ -71,23 +71,21 @@ def ingest(
     >>> float(recording.mass_displacement[0]), recording.experiment["material"]
     (0.0015, 'steel')
     """
-    from frictionlab.experiment import facts_of
+    from frictionlab.experiment import base_log_of, facts_of
     from frictionlab.files import refuse_inputs
     from frictionlab.hdf5 import check_writable, is_recording, read_recording, write_recording
     from frictionlab.logs import read_log, read_two_logs
 
     known = scene_given(scene, settings, ("log", "experiment"))
-    place = None if output is None else Path(output)
+    place, facts = None if output is None else Path(output), facts_of(known, Path(log))
+    base = base_log_of(facts.values, Path(log)) if base_log is None else Path(base_log)
     if place is not None:
-        refuse_inputs([place], [*(Path(part) for part in (log, base_log) if part is not None), *known.files])
+        refuse_inputs([place], [Path(log), *([] if base is None else [base]), *known.files])
         check_writable(place, force=force)
-    facts = facts_of(known, Path(log))
     if base_log is None and is_recording_name(Path(log)) and is_recording(Path(log)):
         read = read_recording(Path(log))
-    elif base_log is None:
-        read = read_log(Path(log), known.log)
     else:
-        read = read_two_logs(Path(log), Path(base_log), known.log)
+        read = read_log(Path(log), known.log) if base is None else read_two_logs(Path(log), base, known.log)
     source = replace(read.source, warnings=(*read.source.warnings, *facts.warnings))
     recording = read.changed(source=source, experiment=facts.values)
     if place is not None:

@@ -5,20 +5,30 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
+<<<<<<< HEAD
 from frictionlab.experiment import headings_of, logs_in_sheet, matched
+=======
+from frictionlab.experiment import headings_of, is_sheet, logs_in_sheet, matched, without_base_logs
+>>>>>>> b4463c34 (Logs of one sensor each are tests in pairs, by a sheet that init writes)
 from frictionlab.files import make_folder, stem_of, write_whole
-from frictionlab.scene import SCENE_NAME, Scene
+from frictionlab.scene import SCENE_NAME, Scene, scene_from_tables
 from frictionlab.scene.text import template, value_text
+<<<<<<< HEAD
 from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in, sheets_in
+=======
+from frictionlab.tables import write_rows
+from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in
+>>>>>>> b4463c34 (Logs of one sensor each are tests in pairs, by a sheet that init writes)
 
 if TYPE_CHECKING:
-    from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.uncertainty import Average
 
 MOST_READ = 12  # logs that are read; the names of all are
@@ -30,11 +40,32 @@ TOKEN = re.compile(r"([A-Za-z]*?\xa0?)(\d+(?:[.,]\d+)?)(\xa0?[A-Za-z]*)")
 HELD = re.compile(r"(?<=\d) (?=(?:n|g|kg|s)\b)|(?<=\b[nr]) (?=\d)", re.IGNORECASE)  # blanks inside "1 N", "r 0.5"
 PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
-NO_MATERIALS = ("run", "test", "log", "data", "record", "recording", "measurement", "messung", "versuch", "file", "exp")
+NO_MATERIALS = (
+    *(
+        "run",
+        "test",
+        "log",
+        "protocol",
+        "data",
+        "record",
+        "recording",
+        "measurement",
+        "messung",
+        "versuch",
+        "file",
+        "exp",
+    ),
+)
+SENSORS = [re.compile(rf"(?<![^\W_])({words})(?![^\W_])", re.IGNORECASE) for words in ("mass|masse|x", "base|basis|y")]
+"""Words in names of logs that say whose sensor wrote them, the mass's or the base's."""
+PAIRS = "pairs.csv"  # the sheet that `init` writes where each sensor has a log of its own
 LISTS = "it names the logs: as a sheet of facts save it as CSV with columns log, material, normal_force_n (or ..._g)"
 OVER_FREQUENCY = "a table over frequency, no log: `frictionlab compare-numeric` reads it"
 TEN_KEYS = Path(__file__).with_name("init.toml.jinja")
 ASKED = ("natural_frequency_hz", "mass_kg", "stiffness_n_per_m", "damping_ratio", "material", "normal_force_n")
+
+
+Pairs = tuple[tuple[Path, Path], ...]
 
 
 @dataclass(frozen=True)
@@ -45,6 +76,7 @@ class Found:
     taps: tuple[Path, ...] = ()  # logs of free decays of the mass
     unread: Mapping[Path, str] = field(default_factory=dict)  # logs that cannot be read as they are, with the reason
     sheet: str | None = None  # name of a CSV that lists the tests: it has a `log` column
+    pairs: Pairs = ()  # logs of mass and base, where each sensor has its own and no sheet lists them
     sheet_says: tuple[str, ...] = ()  # which facts of them
     remarks: tuple[str, ...] = ()  # its headings that say none
     name_pattern: str | None = None  # what the names of the logs say, as in [experiment]
@@ -70,66 +102,101 @@ def look(folder: FilePath) -> Found:
 
     A folder that is not there, or has no logs, is an empty one.
     """
-    from frictionlab.analysis.free_vibration import averages, taps_apart
-    from frictionlab.verbs.one_test import analyze, free_vibration, frequency_table_given, ingest
+    from frictionlab.analysis.free_vibration import FreeVibration, averages, taps_apart
+    from frictionlab.verbs.one_test import free_vibration, frequency_table_given
 
     place = Path(folder)
     files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
     sheets = sheets_in([place])
     sheet = next((p.name for p in sheets if logs_in_sheet(place, p.name, files)[0]), None)
-    says, others = headings_of(place, sheet) if sheet else ([], [])
-    logs = [p for p in files if p not in sheets and not p.name.startswith(".")]
-    tests: list[Path] = []
-    taps: list[Path] = []
-    decays: list[FreeVibration] = []
-    of_log: list[str] = []
+    says, remarks = headings_of(place, sheet) if sheet else ([], [])
+    known = scene_from_tables({"experiment": {"sheet": sheet} if sheet else {}}, folder=place)
+    logs = without_base_logs(known, [p for p in files if p not in sheets and not p.name.startswith(".")])
     unread = not_read_in([place]) | {p: "a sheet none of whose logs is here" for p in sheets if p.name != sheet}
-    settled: dict[Path, float] = {}
-    has_base: set[bool] = set()
+    tests, taps, decays, settled = list[Path](), list[Path](), list[tuple[str, FreeVibration]](), dict[Path, float]()
+    has_base, others = set[bool](), dict[Path, str]()
     for number, log in enumerate(logs):
-        reason = ""
-        try:
-            if number >= MOST_READ and not stem_of(log).lower().startswith("tap") and not _names_some(log, logs):
-                tests.append(log)
-                continue
-            recording = ingest(log)
-            measured = recording.measured()
-            is_driven = not any(name in measured for name in OF_CONTACT) or any("base" in name for name in measured)
-            if not is_driven or np.ptp(recording.base_displacement) > MOVES * np.ptp(recording.mass_displacement):
-                tests.append(log)
-                has_base.add(is_driven)
-                length = recording.duration_s
-                with contextlib.suppress(FrictionlabError):  # it is a test all the same: the batch says what is wrong
-                    at = analyze(recording, transient_s=min(1.0, 0.1 * length), cycles="all").settled_s
-                    settled |= {log: at} if at is not None and at < LATEST * length else {}
-                continue
-        except FrictionlabError as error:
-            reason = str(error)
+        is_read = number < MOST_READ or stem_of(log).lower().startswith("tap") or _names_some(log, logs)
+        reason = _why_no_test(log, known, settled, has_base) if is_read else None
+        if reason is None:
+            tests.append(log)
+        else:
+            others[log] = reason
+    for log, reason in others.items():
         try:
             if reason and frequency_table_given(log, Scene()) is not None:
                 unread[log] = OVER_FREQUENCY
                 continue
-            decays += free_vibration(log)
-            of_log += [log.name] * (len(decays) - len(of_log))
+            decays += [(log.name, tap) for tap in free_vibration(log)]
             taps.append(log)
         except FrictionlabError as error:
             unread[log] = (reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: ")
     unread |= {path: LISTS for path in unread if path.is_file() and _names_some(path, tests)}
+    pairs = () if sheet else pairs_of([log for log in logs if log in unread])
+    if pairs:  # so are those that were not read
+        pairs = pairs_of([log for log in logs if log in unread or (log not in others and log not in settled)])
+        tests = [log for log in tests if not any(log in pair for pair in pairs)] + [mass for mass, _ in pairs]
     pattern, odd = pattern_of([stem_of(log) for log in tests])
     return Found(
         tests=tuple(tests),
         taps=tuple(taps),
-        unread=unread,
-        sheet=sheet,
+        unread={log: reason for log, reason in unread.items() if not any(log in pair for pair in pairs)},
+        sheet=PAIRS if pairs else sheet,
+        pairs=pairs,
         sheet_says=tuple(says),
-        remarks=tuple(others),
+        remarks=tuple(remarks),
         name_pattern=pattern,
         odd=odd,
         is_tribometer=has_base == {False},
         settled_s=settled,
-        frame=averages(decays),
-        doubts=tuple(f"{of_log[number]}: {sentence}" for number, sentence in taps_apart(decays)),
+        frame=averages([tap for _, tap in decays]),
+        doubts=tuple(f"{decays[k][0]}: {sentence}" for k, sentence in taps_apart([tap for _, tap in decays])),
     )
+
+
+def _why_no_test(log: Path, scene: Scene, settled: dict[Path, float], has_base: set[bool]) -> str | None:
+    """None for a test, whose time to settle [s] and whether it has a base are noted; "" where its base stands still."""
+    from frictionlab.verbs.one_test import analyze, ingest
+
+    try:
+        recording = ingest(log, scene)
+        measured = recording.measured()
+        is_driven = not any(name in measured for name in OF_CONTACT) or any("base" in name for name in measured)
+        if is_driven and np.ptp(recording.base_displacement) <= MOVES * np.ptp(recording.mass_displacement):
+            return ""
+    except FrictionlabError as error:
+        return str(error)
+    has_base.add(is_driven)
+    with contextlib.suppress(FrictionlabError):  # it is a test all the same: the batch says what is wrong
+        at = analyze(recording, transient_s=min(1.0, 0.1 * recording.duration_s), cycles="all").settled_s
+        settled |= {log: at} if at is not None and at < LATEST * recording.duration_s else {}
+    return None
+
+
+def pairs_of(logs: Sequence[Path]) -> Pairs:
+    """Which of these logs are of mass and base of one test: by words of their names, else by their absolute stamps.
+
+    Of two that ran at the same time and whose names do not say it, the first by name is listed as the mass's.
+    """
+    from frictionlab.logs import read_mass_log
+
+    named: dict[str, dict[int, Path]] = {}
+    for log in logs:
+        for role, words in enumerate(SENSORS):
+            rest, count = words.subn("", stem_of(log))
+            named.setdefault(rest, {}).update({role: log} if count else {})
+    found = [(some[0], some[1]) for some in named.values() if len(some) > 1]
+    spans: list[tuple[float, Path, float]] = []
+    for log in (log for log in logs if not any(log in pair for pair in found)):
+        with contextlib.suppress(FrictionlabError):
+            recording = read_mass_log(log)
+            start = recording.source.dialect.get("start_time")
+            if start and not recording.base_displacement.any():  # of a single sensor
+                spans.append((datetime.fromisoformat(str(start)).timestamp(), log, recording.duration_s))
+    for (begin, one, length), (later, other, _) in pairwise(sorted(spans)):
+        if later < begin + 0.5 * length and not any(one in pair for pair in found):
+            found.append((min(one, other), max(one, other)))
+    return tuple(found)
 
 
 def _names_some(path: Path, logs: Sequence[Path]) -> bool:
@@ -232,6 +299,10 @@ def init(
         text = template()
     else:
         found = look(folder) if found is None else found
+        if found.pairs:
+            open_facts: dict[str, object] = {} if found.name_pattern else {"material": None, "normal_force_n": None}
+            pairs = [{"log": mass.name, "base_log": base.name} | open_facts for mass, base in found.pairs]
+            write_rows(pairs, path.with_name(PAIRS), force=force)
         of_taps = scene_snippet(found.frame).splitlines()[1:] if found.frame else []
         known = dict.fromkeys(ASKED) | facts
         page = Template(TEN_KEYS.read_text(encoding="utf-8"), trim_blocks=True, keep_trailing_newline=True)
