@@ -1,16 +1,14 @@
 """Maps of steady states, solved by many workers and written when the last point is in."""
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from frictionlab import simulator
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import ClusterError, SimulationError, UsageError
+from frictionlab.errors import SimulationError, UsageError
 from frictionlab.files import check_replaceable, make_folder
 from frictionlab.hdf5.trees import is_map, write_map
 from frictionlab.schema import STEADY_STATES
@@ -28,27 +26,8 @@ BLOCK = 20_000  # points made into rows at a time
 __all__ = ["FAILED", "Grid", "Step", "make_map"]
 
 
-@cache
-def digest() -> str:
-    """A digest of all of the simulator's source, 16 hexadecimal digits: which build it is; 4 ms, once a process.
-
-    Two builds of one version number may give other last digits.
-    """
-    content, home = hashlib.sha256(), Path(simulator.__file__).parent
-    for path in sorted(home.rglob("*.py")):
-        content.update(path.relative_to(home).as_posix().encode())
-        content.update(path.read_bytes().replace(b"\r\n", b"\n"))
-    return content.hexdigest()[:16]
-
-
-def solve(numbers: Sequence[int], grid: Grid, build: str) -> FloatArray:
-    """The steady states of these points, where a worker is: one row each, as in `StateMap`.
-
-    A worker with another ``build`` of the simulator than the one that asks refuses.
-    """
-    if build != digest():
-        got = f"a worker has another build of the simulator ({digest()})"
-        raise ClusterError(f"{got}: expected {build}, as here: install the same files there")
+def solve(numbers: Sequence[int], grid: Grid) -> FloatArray:
+    """The steady states of these points, where a worker is: one row each, as in `StateMap`."""
     return _solve(grid.points(numbers), grid)
 
 
@@ -100,7 +79,7 @@ def make_map(
     OutputError
         The file cannot be written.
     ClusterError
-        The scheduler does not answer, goes away, or has workers with another build of the simulator.
+        The scheduler does not answer, goes away, or has workers with another version.
 
     Examples
     --------
@@ -119,7 +98,7 @@ def make_map(
     if scheduler is None:
         warm_up(grid.law)  # compiled here once: processes find the machine code
     found, done = StateMap(grid, np.full((len(grid), ROW), np.nan)), 0
-    job = partial(solve, grid=grid, build=digest())
+    job = partial(solve, grid=grid)
     for batch in run_batches(job, range(len(grid)), workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S):
         if isinstance(batch, Lost):
             step = Step(found, done, done + 1, batch.reason)
@@ -129,7 +108,7 @@ def make_map(
         done = step.done
         yield step
     if path.suffix == ".h5":
-        about = {"wall": grid.wall, "law": grid.law, "simulator": digest()}
+        about = {"wall": grid.wall, "law": grid.law}
         words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
         flags = {"warnings": {note.name.lower(): (note.value, said) for note, said in WORDS.items() if note.name}}
         write_map(found.datasets(), path, axes=grid.axes(), attributes=about, words=words, flags=flags, force=force)

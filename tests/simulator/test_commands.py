@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictionlab import maps
-from frictionlab.errors import ClusterError, OutputError, SimulationError, UsageError
+from frictionlab.errors import OutputError, SimulationError, UsageError
 from frictionlab.maps import Grid, make_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator import sweep
@@ -182,9 +182,3 @@ def test_a_map_that_cannot_be_is_refused_before_anything_is_solved(
     monkeypatch.setattr(maps, "MOST_POINTS", 3)
     with pytest.raises(UsageError, match="expected at most 3 points; got 60: give fewer values, or several maps"):
         made(path, force=True)
-
-
-def test_a_worker_with_another_build_of_the_simulator_refuses() -> None:
-    """Two builds of one version number would mix their rows."""
-    with pytest.raises(ClusterError, match=r"a worker has another build of the simulator \([0-9a-f]{16}\)"):
-        maps.solve(range(1), GRID, "ours")
