@@ -92,12 +92,6 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
     assert (row["alignment"], row["lag_s"], row["trimmed_mass_samples"]) == ("absolute time", -0.1, 25)
     assert len(read_recording(tmp_path / "both.h5").source.files) == 2
     run(tmp_path / "both.h5", "-o", tmp_path / "again" / "both.h5", status=0)
-    assert invoke("init", tmp_path / "pair").exit_code == 0
-    for log in (mass, base):
-        log.rename(tmp_path / "pair" / log.name)
-    shown = invoke("init", tmp_path / "pair", "--force").stdout.splitlines()
-    assert shown[0] == "1 test"
-    assert "pairs.csv" in shown[1]
 
 
 @pytest.mark.parametrize(

@@ -30,11 +30,8 @@ def scene_of(test: Tables | None = None, **synthetic: object) -> Scene:
 
 def logged(scene: Scene) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     """Time, mass and base of the first virtual test's log [s, mm, mm], and what is beside them."""
-    return samples(log_of(virtual_tests(scene)[0], scene))
-
-
-def samples(text: str) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    return np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[3:]])
+    lines = log_of(virtual_tests(scene)[0], scene).splitlines()[3:]
+    return np.array([[float(x) for x in line.split(",")] for line in lines])
 
 
 def test_a_steady_start_is_the_steady_orbit() -> None:

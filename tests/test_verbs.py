@@ -188,7 +188,6 @@ def test_what_warns_of_a_number_stands_below_its_figure() -> None:
 )
 def test_a_stop_that_goes_on_into_the_next_period_is_shaded_in_both(law: str, parameters: dict[str, float]) -> None:
     state = steady_state(Problem(0.3, 0.5, law=law, parameters=parameters))
-    assert state.orbit is not None
     ax = draw_motion(state, new_figure().subplots())
     shaded = [patch.get_extents().transformed(ax.transData.inverted()) for patch in ax.patches]
     for place in (0.02, 1.98, 2.02, 3.98):  # the mass stands where the base turns

@@ -13,20 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
-<<<<<<< HEAD
-from frictionlab.experiment import headings_of, logs_in_sheet, matched
-=======
-from frictionlab.experiment import headings_of, is_sheet, logs_in_sheet, matched, without_base_logs
->>>>>>> b4463c34 (Logs of one sensor each are tests in pairs, by a sheet that init writes)
+from frictionlab.experiment import headings_of, logs_in_sheet, matched, without_base_logs
 from frictionlab.files import make_folder, stem_of, write_whole
 from frictionlab.scene import SCENE_NAME, Scene, scene_from_tables
 from frictionlab.scene.text import template, value_text
-<<<<<<< HEAD
-from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in, sheets_in
-=======
 from frictionlab.tables import write_rows
-from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in
->>>>>>> b4463c34 (Logs of one sensor each are tests in pairs, by a sheet that init writes)
+from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in, sheets_in
 
 if TYPE_CHECKING:
     from frictionlab.uncertainty import Average
@@ -41,21 +33,8 @@ HELD = re.compile(r"(?<=\d) (?=(?:n|g|kg|s)\b)|(?<=\b[nr]) (?=\d)", re.IGNORECAS
 PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
 NO_MATERIALS = (
-    *(
-        "run",
-        "test",
-        "log",
-        "protocol",
-        "data",
-        "record",
-        "recording",
-        "measurement",
-        "messung",
-        "versuch",
-        "file",
-        "exp",
-    ),
-)
+    "run", "test", "log", "protocol", "data", "record", "recording", "measurement", "messung", "versuch", "file", "exp",
+)  # fmt: skip
 SENSORS = [re.compile(rf"(?<![^\W_])({words})(?![^\W_])", re.IGNORECASE) for words in ("mass|masse|x", "base|basis|y")]
 """Words in names of logs that say whose sensor wrote them, the mass's or the base's."""
 PAIRS = "pairs.csv"  # the sheet that `init` writes where each sensor has a log of its own

@@ -329,13 +329,7 @@ def test_a_spring_that_is_not_linear_is_integrated_right(cubic: float, pendulum:
 
 
 def decayed(
-    zeta: float,
-    friction: float,
-    generator: np.random.Generator,
-    *,
-    scatter: float = 0.0,
-    drag: float = 0.0,
-    rate: float = 250.0,
+    zeta: float, friction: float, generator: np.random.Generator, *, scatter: float = 0.0, drag: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """A decay from 5 mm through a laser: times, displacement, turning times, turning heights.
 
@@ -348,7 +342,7 @@ def decayed(
         frictions.append(now)
         ladder.append(kept * ladder[-1] - now * (1 + kept))
     half = math.pi / OMEGA / math.sqrt(1 - zeta**2)
-    times = np.arange(0.0, half * len(frictions), 1 / rate)
+    times = np.arange(0.0, half * len(frictions), 1 / 250.0)
     number = np.minimum((times / half).astype(int), len(frictions) - 1)
     x = np.empty(len(times))
     for j in range(len(frictions)):

@@ -42,11 +42,6 @@ def flags(recording: Recording, flag: Quality) -> list[int]:
     return np.flatnonzero(recording.quality & flag).tolist()
 
 
-def damaged(at: int, *lines: str) -> list[str]:
-    """The good log with one line (number from 1) replaced."""
-    return [*GOOD[: at - 1], *lines, *GOOD[at:]]
-
-
 def with_mass(cell: str, *samples: int) -> list[str]:
     """The good log with another cell for the mass at some samples."""
     lines = list(GOOD)
@@ -77,7 +72,7 @@ def with_mass(cell: str, *samples: int) -> list[str]:
     ],
 )
 def test_a_line_that_is_no_data_is_quarantined(line: str, reason: str, read: Callable[..., Recording]) -> None:
-    recording = read(damaged(51, line))
+    recording = read([*GOOD[:50], line, *GOOD[51:]])
     assert [(q.number, q.text, q.reason) for q in recording.source.quarantined] == [(51, line, reason)]
     assert recording.source.lines == LineCount(read=1001, header=1, data=999, quarantined=1)
     np.testing.assert_array_equal(recording.mass_displacement, np.delete(DATA.mass, 49))
