@@ -260,6 +260,11 @@ def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
     }
 
 
+def taken_in(numbers: dict[str, Any]) -> float:
+    """Return what contacts and dashpots take in a cycle (k Y^2), by what `numbers_of` gives."""
+    return float(numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"])
+
+
 def last_of(motion: Motion) -> SteadyState:
     """Return the state of a motion of one cycle, the last of a run: "not settled" where it does not yet repeat."""
     numbers = numbers_of(motion, Structure.of(motion.problem))

@@ -22,7 +22,7 @@ from frictionlab.simulator.laws import BREAKAWAY, PLACE
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.problem import EXACT_STATE, LOOKS, Base, Meter, Problem
-from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of
+from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
 from frictionlab.simulator.structure import Contact, Structure
 
 announce("frictionlab.simulator.exact.answer")
@@ -436,7 +436,7 @@ class Flow:
     def described(self, found: Solved, numbers: dict[str, Any], notes: int = 0) -> SteadyState:
         """Return a state that was found by the numbers of its motion, with more notes."""
         row, stuck, weakens = found.row, numbers["regime"] == "stuck", self.what.weakens
-        off, size = numbers["closure_error"], numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"]
+        off, size = numbers["closure_error"], taken_in(numbers)
         said = {
             Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(row[places.MULTIPLIER]) < SLOW,
             Note.MAY_COEXIST: not stuck and weakens,

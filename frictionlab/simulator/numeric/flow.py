@@ -19,7 +19,7 @@ from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
 from frictionlab.simulator.numeric.radau import NODES
 from frictionlab.simulator.problem import STATE, Meter, Problem
-from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of
+from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
 from frictionlab.simulator.structure import Structure
 
 TURN = 2.0 * np.pi
@@ -199,8 +199,7 @@ class Integrated(Flow):
             begun = flow.carried(found.y, tau, TURN - tau)[0] if tau else found.y
             motion = replace(flow.recorded(found.y, tau, found.cycles, periodic=True), section=begun)
             numbers = numbers_of(motion, self.frame)
-            off = numbers["closure_error"]
-            size = numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"]
+            off, size = numbers["closure_error"], taken_in(numbers)
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
             dear = REFINING * len(motion.recorded) > MOST
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
