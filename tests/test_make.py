@@ -129,7 +129,7 @@ def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path
     assert "evaluate the campaign: 3 tests" in first.stdout
     assert first.stdout.splitlines()[-1] == "the report is my `touch PWNED`/report.html"
     assert {p.name for p in logs.parent.glob("*.csv")} == {
-        f"{name}.csv" for name in ("measurements", "friction", "laws", "left_out", "parameters", "ranking", "drift")
+        f"{name}.csv" for name in ("measurements", "friction", "laws", "left_out", "ranking", "drift")
     }
     assert "2 of 3 logs measured" in first.stdout
     assert "$(touch PWNED).csv" in (logs.parent / "measurements.csv").read_text()
