@@ -83,7 +83,8 @@ CAUSES: Mapping[str, tuple[str, ...]] = {
     "frequency": ("natural_frequency", "natural frequency"),
     "lag": ("lag_s",),
 }
-"""Words of which a warning has at least one when it names the cause."""
+"""Words of which a warning has at least one when it names the cause; one that begins so names none, for it has all:"""
+LISTS = "Sensors and rig as", "Standard errors", "Assumed", "friction that is larger", "law coulomb", "laws "
 
 
 def _log_uniform(g: np.random.Generator, low: float, high: float) -> float:
@@ -349,7 +350,7 @@ class Judged:
     def named(self) -> bool:
         """Whether a warning names the cause; of a decay any warning does."""
         words = CAUSES.get(self.kind, ("",) if self.kind.startswith("decay") else ())
-        return any(word in said for word in words for said in self.said)
+        return any(word in said for word in words for said in self.said if not said.startswith(LISTS))
 
     @property
     def is_far(self) -> bool:
