@@ -36,7 +36,7 @@ SMOOTH, INNER = tried_of("smooth"), tried_of("inner")  # milliseconds a steady s
 NUMERIC = (*SMOOTH, *INNER)
 RIVALS = {"rigid": "stribeck", "smooth": "stribeck", "elastic": "dahl"}  # kind of the law a ladder ends at -> a term
 DEAR = tried_of("smooth", "inner", effort=2)  # ... and up to a second
-WORK = 8e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
+WORK = 9e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
 SHARE, LEAST = 0.5, 0.02  # of what is left, for one law or one start of it; of it all, below which none is begun

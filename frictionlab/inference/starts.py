@@ -28,7 +28,7 @@ LAGS = np.linspace(-3.0, 3.0, 25)  # standard deviations of its prior at which a
 ROOTS = (1.0, 31.0)  # of the stiffness: a contact rings by it; beyond, it is rigid
 RING_STEP, ROOT_STEP = 0.5, 0.6  # between roots tried: times r, at most
 COARSE = 9  # roots tried of a law without rings
-SEEN = 1.5  # times the harmonics of a cycle: a ringing that is faster does not show in them
+SEEN = 5.0  # times the harmonics of a cycle: a ringing that is faster moves no end of a stop by as much as they show
 BEGUN, FOLLOWED = 8, 3  # minima over the stiffness from which steps are tried, and those that are fitted
 
 
