@@ -83,7 +83,7 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
         found, said = against_richer(found)
     found, named, answered, hidden = other_causes(found, [0], explained=explained)
     cycle = cycle_of(found.tests[0])
-    starts = cycle.starting and misses_start(found.fit, [cycle])
+    starts = cycle.starting and misses_start(found.fit)
     if (starts or cycle.settles_later_s is not None) and not explained:
         named, answered = [], False  # a start that is still in the cycles looks like any cause
     facts = strained_facts(fitted, scene, [cause.name for cause, _ in named]) if explained else ()
@@ -91,10 +91,11 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     return Diagnosis(found, strained or bool(named), (*facts, *said, *causes), answered and not explained, causes)
 
 
-def misses_start(found: Fit, cycles: Sequence[OfCycles]) -> bool:
-    """Whether half of what a fit misses may be what the cycles of its tests show of their starts."""
-    left = [cycle.start_seen(found.values(i)) for i, cycle in enumerate(cycles)]
-    return math.sqrt(float(np.mean(np.square(left)))) > OF_START * found.nrmse()
+def misses_start(found: Fit) -> bool:
+    """Whether half of what a fit misses may be what cycles, its tests, show of their starts."""
+    seen = [test.observation for test in found.model.tests]
+    left = [o.start_seen(found.values(i)) for i, o in enumerate(seen) if isinstance(o, OfCycles)]
+    return len(left) == len(seen) and math.sqrt(float(np.mean(np.square(left)))) > OF_START * found.nrmse()
 
 
 def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) -> Iterator[str]:

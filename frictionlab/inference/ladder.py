@@ -34,7 +34,7 @@ YIELDING = tried_of("elastic")
 EXACT = (*CHEAP, *YIELDING)
 SMOOTH, INNER = tried_of("smooth"), tried_of("inner")  # milliseconds a steady state: the first cost less ...
 NUMERIC = (*SMOOTH, *INNER)
-RIVALS = {"rigid": "stribeck", "smooth": "stribeck", "elastic": "dahl"}  # kind of the law a ladder ends at -> a term
+RIVALS = {"rigid": ("stribeck", "compliance"), "smooth": ("stribeck",), "elastic": ("dahl",)}  # kind of a law -> terms
 DEAR = tried_of("smooth", "inner", effort=2)  # ... and up to a second
 WORK = 9e5  # steps of integration, or as much work, for all laws of one test: some ten seconds
 OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
@@ -48,8 +48,8 @@ PUSHED = 3.0  # standard deviations from which what is known of sensors and rig 
 SURE = 3.5  # errors from where a term of a record does nothing: half its square is an evidence of 6
 TRIALS = (1.0, -1.0, 0.0)  # standard deviations from its prior's mean at which a new parameter is tried
 SCALES = (-1.5, -1.0, -0.5, 0.0, 0.5)  # the same on a logarithmic scale: where it does most, first
-LIKELY = 0.05  # times as likely as the law that is given: from there on another law counts, ...
-APART = 1.0  # ... and is named if its friction ratio is so many errors away
+LIKELY, SELDOM = 0.05, 0.01  # times as likely as the law given: so another law counts, or if it doubles the variance
+APART = 1.0  # errors away from which the friction ratio of another law is named
 SPENT = "the work of a ladder was used up"
 NOT_DISTINGUISHED = "laws that the data do not distinguish"
 NO_DIFFERENCE = "does not distinguish"
@@ -130,7 +130,7 @@ def climb(
             dear = tuple(term for term in (*EXACT, *NUMERIC, *DEAR) if term not in (CHEAP if rigid else EXACT))
             ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), f"not tried: {why}")
     if accuracy != "fast" and cycles:
-        top = ladder.against_its_rival(top)
+        top = ladder.against_its_rivals(top)
     rungs = tuple(ladder.rungs)
     ladder.left_out = {rung.law.name: rung.said for rung in rungs if rung.said} | ladder.left_out
     as_it_is = posterior_of(top.fit) if top.fit is not None and whole else None
@@ -187,29 +187,30 @@ class _Climb:
                 self.left_out[name] = f"not tried: a law that costs less, {best.law.name}, leaves nothing but noise"
         return best if best is top or _is_noise(best.fit) else self.upward(best, CHEAP)
 
-    def against_its_rival(self, top: Rung) -> Rung:
-        """The better of a law and of those with its rival term, beside its other terms and alone.
+    def against_its_rivals(self, top: Rung) -> Rung:
+        """The better of a law and of those with a rival term, beside its other terms and alone.
 
-        The rival of a rigid contact is friction that falls with speed, that of one that yields at once is one that
-        yields by and by. In a slow test, or in one without stops, all may leave nothing but noise, each with another
-        friction ratio. Alone such a law is held against the best of several tests only where beside the others' terms
-        it is better.
+        Rivals of a rigid contact are friction that falls with speed and, in one test, a contact that yields; of one
+        that yields at once it is one that yields by and by. In a slow test, or in one without stops, all may leave
+        nothing but noise, each with another friction ratio. Alone such a law is held against the best of several tests
+        only where beside the others' terms it is better.
         """
-        tests, term = range(len(self.observations)), RIVALS.get(top.law.kind, "")
+        tests, terms = range(len(self.observations)), RIVALS.get(top.law.kind, ())
         if top.law.kind == "elastic" and isinstance(self.observations[0], ForceObservation):
-            return top  # a force that is measured shows its size, however the contact yields
-        if top.fit is None or not (term and (explains(top.fit, tests) or _is_noise(top.fit))):
+            terms = ()  # a force that is measured shows its size, however the contact yields
+        if top.fit is None or not (explains(top.fit, tests) or _is_noise(top.fit)):
             return top
-        kept = "+".join(t.name for t in top.law.terms if t.name not in excluded_by(TERMS[term]))
-        for name in dict.fromkeys(laws_above(law_of(kept), (term,), 1) + laws_above(law_of("coulomb"), (term,), 1)):
-            self.work.left = OF_RIVAL[len(tests) > 1] * RESERVE * len(tests)
-            self.rungs = [rung for rung in self.rungs if rung.law.name != name or SPENT not in rung.said]
-            rival = self.tried(name, top)
-            better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
-            if better and _is_better(top.held_out, rival.held_out):
-                top = rival
-            elif len(tests) > 1:
-                break
+        for term in terms[:1] if len(tests) > 1 else terms:
+            kept = "+".join(t.name for t in top.law.terms if t.name not in excluded_by(TERMS[term]))
+            for name in dict.fromkeys(laws_above(law_of(kept), (term,), 1) + laws_above(law_of("coulomb"), (term,), 1)):
+                self.work.left = OF_RIVAL[len(tests) > 1] * RESERVE * len(tests)
+                self.rungs = [rung for rung in self.rungs if rung.law.name != name or SPENT not in rung.said]
+                rival = self.tried(name, top)
+                better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
+                if better and _is_better(top.held_out, rival.held_out):
+                    top = rival
+                elif len(tests) > 1:
+                    break
         return top
 
     def found_again(self, top: Rung) -> Posterior:
@@ -379,7 +380,8 @@ class _Climb:
             return False
         if below.fit is None or rung.fit is None:
             return True
-        if any(o.starting for o in self.observations) and _is_start(below.fit):
+        fits = explains(below.fit, range(len(self.observations)))
+        if any(o.starting for o in self.observations) and (fits or (below.law.is_exact and misses_start(below.fit))):
             return False  # what is left of a start looks like a term
         scores = below.held_out, rung.held_out
         shares = rung.fit.shares_missed()
@@ -394,13 +396,6 @@ class _Climb:
 def _is_noise(found: Fit | None) -> bool:
     """Whether a fit leaves nothing but noise of its tests."""
     return found is not None and all(misfit_is_noise(found, i) for i in range(len(found.model.tests)))
-
-
-def _is_start(found: Fit) -> bool:
-    """Whether a fit explains its tests, or what it misses may be their starts."""
-    seen = [test.observation for test in found.model.tests]
-    cycles = [o for o in seen if isinstance(o, OfCycles) and o.law.is_exact]
-    return explains(found, range(len(seen))) or (len(cycles) == len(seen) and misses_start(found, cycles))
 
 
 def _unmetered(found: Fit) -> Fit:
@@ -521,8 +516,7 @@ def left_for_work(said: Mapping[str, str | None]) -> list[str]:
 
 def laws_above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
     """Return the names of the laws with so many more terms, without sums that exclude each other."""
-    order = list(TERMS)
-    found = []
+    order, found = list(TERMS), list[str]()
     for more in combinations([t for t in terms if not law.has(t)], count):
         name = "+".join(sorted((*(t.name for t in law.terms), *more), key=order.index))
         try:
@@ -538,7 +532,7 @@ def beside_energy(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Post
 
     One law's friction ratio is that of a stop, another's that of a fast slide, and both may explain a slow test.
     """
-    term, k = RIVALS.get(chosen.law.kind, ""), found.fit.find("beta")
+    term, k = RIVALS["smooth"][0], found.fit.find("beta")
     rivals = [rung for rung in rungs if rung.law.has(term)]
     if k is None or chosen.law.kind != "smooth" or not rivals or any(rung.fit is not None for rung in rivals):
         return found
@@ -565,7 +559,7 @@ def undistinguished(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Po
         share = math.exp(min(0.0, gain)) if rung.fit is not None else 0.0
         if gain > -REQUIRED and not (others <= terms or terms <= others):
             share = max(share, 0.5)
-        other = None if share <= LIKELY or rung.law.name == chosen.law.name else rung.posterior
+        other = None if share <= SELDOM or rung.law.name == chosen.law.name else rung.posterior
         if other is None:
             continue
         variance = np.diag(other.covariance)
@@ -573,7 +567,8 @@ def undistinguished(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Po
             if u.law and u.name in index:
                 here = index[u.name]
                 apart = float(other.fit.point[k] - found.fit.point[here])
-                more[here] += share * (apart**2 + max(float(variance[k] - own[here]), 0.0))
+                moved = share * (apart**2 + max(float(variance[k] - own[here]), 0.0))
+                more[here] += moved if share > LIKELY or moved > own[here] else 0.0
                 if u.name == "beta" and abs(apart) > APART * math.sqrt(float(own[here])):
                     named.append(f"{rung.law.name} ({other.values()['beta']:.4g})")
     more = np.where(more > 0.05 * own, more, 0.0)

@@ -58,8 +58,6 @@ FEW_SHOWN = 3  # periods, at most, that show no usual one
 CALM = 3  # periods below that end such a stretch
 SPEEDS = 3.0  # times what a mass is seen to move at first, and how fast: what its first velocity may be
 
-Periods = NDArray[np.intp]
-
 
 @dataclass(frozen=True, kw_only=True)
 class RecordObservation(Observation):
@@ -459,7 +457,7 @@ def walk(values: FloatArray, errors: FloatArray, size: float) -> Walk:
     return Walk(mean, np.sqrt(np.maximum(variance, 0.0)), best, float(likely - tried[0.0][0]))
 
 
-def changes(gap: FloatArray, slope: FloatArray, periods: Periods, count: int) -> tuple[FloatArray, FloatArray]:
+def changes(gap: FloatArray, slope: FloatArray, periods: NDArray[np.intp], count: int) -> tuple[FloatArray, FloatArray]:
     """Return the change of a parameter in each of c periods (c,), by least squares, and the weight <s, s> of each.
 
     ``gap``, ``slope`` (n,): measured minus predicted, and the prediction's derivative by the parameter; ``periods``

@@ -188,10 +188,9 @@ def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str
     observation = found.tests[0].observation
     sources, normal_force = observation.sources, observation.normal_force
     beta = found.parameters()["beta"]
-    friction: Estimate = beta
     unit = amplitude.u / amplitude.value if amplitude.u is not None and amplitude.value else None
     unit = math.hypot(amplitude.relative_se or 0.0, unit_uncertainty(sources)) if unit is None else unit
-    force = friction.scaled(scene.rig.stiffness).scaled(amplitude.value)
+    force: Estimate = beta.scaled(scene.rig.stiffness).scaled(amplitude.value)
     relative: dict[str, float] = {}
     if force.value is None or amplitude.relative_se is None or beta.se is None or beta.u is None or not beta.value:
         force = Estimate(force.value)
@@ -209,4 +208,4 @@ def friction_of(found: Posterior, scene: Scene, amplitude: Estimate) -> dict[str
             budget[name] = {cause: estimate.value * share for cause, share in causes.items() if share}
     by_force = observation.in_newtons(found)
     budget |= by_force.pop("budget", {})
-    return {"friction": friction, "force": force, "coefficient": coefficient, "budget": budget} | by_force
+    return {"friction": beta, "force": force, "coefficient": coefficient, "budget": budget} | by_force
