@@ -262,26 +262,23 @@ def test_a_number_draws_the_same_recording_again() -> None:
 
 
 DRAWN = [  # seed, number and kind of a draw, the law asked for, stated errors, relative error that are allowed
-    # a cubic of 4.5 % at r = 0.13: friction that varies with place met it, 0.5 % off, 13 stated errors
-    ((2026, 2), "coulomb+place", 3.0, 0.01),
+    ((2026, 2), "coulomb+place", 3.0, 0.01),  # a cubic of 4.5 % at r = 0.13, met by place: 0.5 % off, 13 stated errors
     # a third harmonic of 0.08 % at r = 0.31 was left out: friction 2.7 % low, 5.9 stated errors, explained
     ((261128, 147), "coulomb+speed", 3.0, 1.0),
-    # a cubic between 51 samples a cycle took from the higher harmonics: 0.6 % low, 3.3 stated errors
-    ((261129, 142), "coulomb+speed", 2.0, 0.003),
+    ((261129, 142), "coulomb+speed", 2.0, 0.003),  # a cubic between 51 samples a cycle took of harmonics: 3.3 errors
     # break-away of 1.07 and 1.28 moves the mean by 0.016 Y: a cubic of -2.9 % was seen as -0.7 %, 4 errors
     ((261128, 380), "coulomb+breakaway", 2.0, 0.005),
     ((271103, 120), "coulomb+compliance", 2.0, 0.003),  # the sixth of its valleys is the one it rings in: 3.3 errors
     ((261128, 172), "auto", 3.0, 1.0),  # friction falls with speed and nothing stops: 3.3 errors
     ((271102, 54), "auto", 3.0, 0.02),  # friction falls with speed, taken for place: 3.4 errors
     ((261128, 385), "coulomb+compliance", 3.0, 1.0),  # play of 15 um, its force blurred: 6.2 stated errors
-    # friction falls with speed at r = 0.16: break-away alone was tried, 1.9 % off and 2.7 stated errors
-    ((77, 169), "auto", 2.0, 0.003),
+    ((77, 169), "auto", 2.0, 0.003),  # friction falls with speed at r = 0.16, taken for break-away: 2.7 stated errors
     # three harmonics hold no frequency that is 9 % off: it bent the law, 32 % off, 4.4 stated errors
     ((3003, 2, "frequency"), "auto", 3.0, 1.0),
+    ((271127, 120), "auto", 3.0, 1.0),  # friction that ripples along the path, taken for a dashpot: 12.6 errors
     ((281127, 262), "auto", 1.5, 1.0),  # a contact that yields at r = 0.12 was not tried: 3.6 stated errors
     ((271127, 169), "coulomb+compliance", 1.0, 0.002),  # it rings 66 times a cycle: the next valley, 4.3 errors
-    # 12.5 um of play at r = 0.66 pulled the natural frequency by two errors: 2.4 % off, an error of 0.55 %
-    ((9512, 21), "coulomb+speed", 1.5, 0.06),
+    ((9512, 21), "coulomb+speed", 1.5, 0.06),  # 12.5 um of play pulled the frequency: 2.4 % off, an error of 0.55 %
 ]
 
 
