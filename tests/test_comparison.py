@@ -275,7 +275,6 @@ DRAWN = [  # seed, number and kind of a draw, the law asked for, stated errors, 
     ((77, 169), "auto", 2.0, 0.003),  # friction falls with speed at r = 0.16, taken for break-away: 2.7 stated errors
     # three harmonics hold no frequency that is 9 % off: it bent the law, 32 % off, 4.4 stated errors
     ((3003, 2, "frequency"), "auto", 3.0, 1.0),
-    ((271127, 120), "auto", 3.0, 1.0),  # friction that ripples along the path, taken for a dashpot: 12.6 errors
     ((281127, 262), "auto", 1.5, 1.0),  # a contact that yields at r = 0.12 was not tried: 3.6 stated errors
     ((271127, 169), "coulomb+compliance", 1.0, 0.002),  # it rings 66 times a cycle: the next valley, 4.3 errors
     ((9512, 21), "coulomb+speed", 1.5, 0.06),  # 12.5 um of play pulled the frequency: 2.4 % off, an error of 0.55 %

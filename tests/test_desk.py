@@ -70,7 +70,7 @@ def test_one_file_per_sensor_says_how_and_that_its_clocks_may_be_to_blame(short:
     """Of two clocks that likeness laid on each other it was said that a sensor counts the other way."""
     t, x, y = np.genfromtxt(io.BytesIO(short), delimiter=",", skip_header=3).T
     alone = " ".join(run("analyze", log_of(tmp_path / "m.csv", {"t [s]": t, "mass [mm]": x}), *SCENED).stderr.split())
-    assert "take: `frictionlab ingest --mass-log FILE --base-log FILE -o NAME.h5`" in alone
+    assert "`frictionlab ingest --mass-log FILE --base-log FILE -o NAME.h5`" in alone
     assert "keys of [log]" not in alone
     both, scene = log_of(tmp_path / "both.csv", {"time [s]": t, "mass [mm]": -x, "base [mm]": y}), tmp_path / "a.toml"
     scene.write_text("[rig]\nnatural_frequency_hz = 3.13\n[sensors]\nlag_s_u = 0.3\n")

@@ -16,7 +16,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Fit, Test, beside, descend, fit_from, looked, weighed, with_scatter
 from frictionlab.inference.observation import NO_MOTION
-from frictionlab.inference.observations import BY_MOTION, CycleObservation, OfCycles, cycle_of, mean_cycle
+from frictionlab.inference.observations import CycleObservation, OfCycles, cycle_of, mean_cycle
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
 from frictionlab.inference.starts import at_medians, point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor
@@ -28,16 +28,15 @@ from frictionlab.uncertainty import with_digits
 NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
 OF_START = 0.5  # of what a law misses: where the cycles show so much of the start, nothing else is asked for
 FEW = 4  # data an unknown: with fewer nothing strains, whatever the rig is
-ALWAYS = (*BY_MOTION, "natural_frequency")  # tried on every fit, the dearest last
+ALWAYS = ("spring_cubic", "play", "load_by_base", "natural_frequency")  # tried on every fit, the dearest last
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
 BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law explains as well and nothing strains
-AS_LIKELY, ALONG_LIKELY = -4.0, -2.0  # the same from which what it moves, or friction along the path, belongs to u
+AS_LIKELY = -4.0  # the same from which what it moves belongs to u
 BETTER = 0.7  # of what a law misses: a richer one that leaves less was right to be asked
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
 VARIED, BY_ENERGY = "if friction may vary with place and speed", "by the energy taken in over the path"
 OTHER_CAUSE = "another cause than the law"
 FOLLOWS = "normal force that follows the base's acceleration"
-DELAY = 1e3, "ms of delay"
 LEAST_FREE = 0.1  # share of what is known of a fact that its data must say: else the prior alone does
 STEPS, WORK = 25, 1.5e5  # of the fit with a cause let free, and what all of them may cost
 NEARLY = 1e2  # its sum of squares over the usual tolerance: 0.02 of a standard deviation is near enough
@@ -49,8 +48,8 @@ TRIED = {
     "spring_cubic": [-0.4, 0.4],
     "play": [0.5, 2.0],
     "load_by_base": [-0.5, 0.5],
-    "off_middle": [-1.0, 1.0],
-    **{name: [0.2, 0.8] for name in ("mass_filter_s", "filter_s")},
+    "mass_filter_s": [0.2, 0.8],
+    "filter_s": [0.2, 0.8],
 }
 """Coordinates at which each cause is tried."""
 USUAL_PLAY = 1e-5  # m to either side: what a bolted frame may have
@@ -116,11 +115,15 @@ def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) ->
         free = 1.0 / max(says, LEAST_FREE)
         asked = u.mean + u.sd * c * free, math.hypot(seen["u"] * math.sqrt(free), u.sd * c * (free - 1.0))
         declare = "" if u.name in named or says < LEAST_FREE else to_declare(u.name, *asked, scene)
-        assumed = "what is assumed where none is declared: measure it and declare it"
-        against = assumed if u.assumed else "its standard uncertainty: check it"
-        moved = f"{u.unit[0] * (seen['value'] - u.mean):.2g} {u.unit[1]}".rstrip()
+        against = "what is assumed where none is declared: measure it and declare it"
+        if not u.assumed:
+            against = "its standard uncertainty: check it"
+        moved = u.unit[0] * (seen["value"] - u.mean)
+        unit = f" {u.unit[1]}" if u.unit[1] else ""
         key, fits = ("", f" ({declare})") if declare else (f" ({u.key})", "")
-        yield (f"friction_ratio: the fit moved the {u.words}{key} by {moved}, {times:.2g} times {against}{fits}")
+        yield (
+            f"friction_ratio: the fit moved the {u.words}{key} by {moved:.2g}{unit}, {times:.2g} times {against}{fits}"
+        )
 
 
 def to_declare(name: str, value: float, u: float, scene: Scene) -> str:
@@ -151,23 +154,24 @@ def _causes(observation: CycleObservation, *, misses: bool, few: bool) -> tuple[
     ``few``: those alone that are tried on every fit.
     """
     unit, lag = observation.unit, max(5.0 / observation.rate, 0.04 * math.pi / observation.turn)
-    causes = (
-        Unknown("natural_frequency", "natural frequency", sd=WIDE, low=-1.8, high=4, key="rig.natural_frequency_hz"),
+    frequency = {"sd": WIDE, "low": -1.8, "high": 4.0, "key": "rig.natural_frequency_hz"}
+    causes: tuple[Unknown, ...] = (
+        Unknown("natural_frequency", "natural frequency", **frequency),  # type: ignore[arg-type]
         Unknown("frame_damping_ratio", "frame's damping", sd=0.05, low=0.0, folded=True, key="rig.damping_ratio"),
         Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s", unit=(1e3, "ms")),
         Unknown("spring_cubic", "cubic spring", sd=0.05, unit=(100.0, "% of its force at Y by a cubic")),
         Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True, unit=(1e6 * unit, "um either way")),
         Unknown("load_by_base", FOLLOWS, sd=0.2, unit=(100.0, "% where that is largest")),
-        Unknown(
-            "off_middle", "friction that varies along the path", sd=0.1, unit=(-100.0, "% in its middle over the mean")
-        ),
-        Unknown("mass_filter_s", "low-pass filter in the mass's channel", sd=lag, low=0.0, folded=True, unit=DELAY),
-        Unknown("filter_s", "low-pass filter in both channels", sd=lag, low=0.0, folded=True, unit=DELAY),
     )
-    out: tuple[str, ...] = () if observation.wall == "fixed" and observation.single else BY_MOTION
-    out += () if misses and (observation.kept == 1.0).all() else ("mass_filter_s", "filter_s")
-    tried = tuple(c for c in causes if c.name not in out)
-    return tried if not few else tuple(c for name in ALWAYS for c in tried if c.name == name)
+    place, delay = "low-pass filter in {}".format, (1e3, "ms of delay")
+    filters = (
+        Unknown("mass_filter_s", place("the mass's channel"), sd=lag, low=0.0, folded=True, unit=delay),
+        Unknown("filter_s", place("both channels"), sd=lag, low=0.0, folded=True, unit=delay),
+    )
+    causes = causes if observation.wall == "fixed" and observation.single else causes[:3]
+    if few:
+        return tuple(sorted((c for c in causes if c.name in ALWAYS), key=lambda c: ALWAYS.index(c.name)))
+    return (*causes, *filters) if misses and (observation.kept == 1.0).all() else causes
 
 
 def other_causes(
@@ -200,20 +204,15 @@ def other_causes(
         likely.append((tried[0][0], cause, tried[0][1]))
         hidden = _of_hidden_play(tried[0][1], cause, tests[0].unit) if cause.name == "play" else hidden
         assumed_none = cause.name == "play" and hidden > 0.0  # a warning says what a usual one would move
-        least, beyond = ANSWERS if assumed_none else AS_LIKELY, 0.0
-        if cause.name == "off_middle":  # many forms along a path do as much: it counts beside the likeliest
-            least, beyond = ALONG_LIKELY, max((0.0, *(gain for gain, _, _ in likely[:-1])))
         for gain, other in tried:
-            if gain - beyond > least:
+            if gain > (ANSWERS if assumed_none else AS_LIKELY):
                 apart, wider = _apart(main, other, *before)
                 moved = np.hypot(apart, wider) if cause.name in ALWAYS and not assumed_none else apart
-                more += math.exp(min(0.0, gain - beyond)) * moved**2
+                more += math.exp(min(0.0, gain)) * moved**2
     named, answered = list[tuple[Unknown, Fit]](), False
     best = max((gain for gain, _, _ in likely), default=0.0)
     for gain, cause, other in sorted(likely, key=lambda one: -one[0]):
-        far = (
-            cause.name != "off_middle" and (_apart(main, other, *before)[0][friction] > np.sqrt(known[friction])).any()
-        )
+        far = (_apart(main, other, *before)[0][friction] > np.sqrt(known[friction])).any()
         fits = explained or explains(other, range(len(some)))
         answers = gain > max(enough, best - ANSWERS) and (fits or gain > BY_FAR)
         eases = _strain(other, cause) < max(STRAINED, _strain(found.fit, cause))

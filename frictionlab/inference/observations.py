@@ -60,7 +60,6 @@ STEP = 1e-4  # of a prior's standard deviation: finite differences of the simula
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
 RESTS = 0.01  # of the mass's largest speed: below it, it may stand
 FINE = 2048  # points of a cycle, at least, on which a turn is timed
-BY_MOTION = ("spring_cubic", "play", "load_by_base", "off_middle")  # known from the measured motion: they drive it
 CURVED, SHARP = 16, 64  # harmonics of the force of a cubic spring, and of what turns round as fast as the mass
 
 
@@ -182,8 +181,8 @@ class CycleObservation(OfCycles):
         The base is without what its sensor bends, and has the force of a spring that is not linear.
         """
         bent = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
-        cubic, play, load, middle = (values.get(name, 0.0) for name in BY_MOTION)
-        varies = self.pressed_more is not None or bool(load or middle)
+        cubic, play, load = (values.get(name, 0.0) for name in ("spring_cubic", "play", "load_by_base"))
+        varies = self.pressed_more is not None or bool(load)
         if not any((*bent.values(), cubic, play, varies)):
             return simulated(self.law, self.held, self.wall, values, self.r, self.base)
         count = max(self.base.harmonics, SHARP if play or varies else CURVED if cubic else 3)
@@ -194,7 +193,7 @@ class CycleObservation(OfCycles):
         if cubic or play or varies:
             force = np.clip(self.stretch, -play, play) - (cubic * self.stretch**3 if cubic else 0.0)
             if varies:
-                force = force - values.get("beta", self.held.get("beta", 0.0)) * self.limit_moved(load, middle)
+                force = force - values.get("beta", self.held.get("beta", 0.0)) * self.limit_moved(load)
             by_displacement = (self.r * np.arange(1, count + 1)) ** 2 if self.wall == "base" else 1.0
             lines += harmonics_of(force, count) / by_displacement
         base = Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist()))
@@ -219,20 +218,15 @@ class CycleObservation(OfCycles):
         slides = np.flatnonzero(way)
         return way[slides[np.searchsorted(slides, np.arange(len(way))) % len(slides)]] if len(slides) else way
 
-    def limit_moved(self, load: float, middle: float = 0.0) -> FloatArray:
-        """Return how far friction that varies moves its limit (p,), over its mean.
+    def limit_moved(self, load: float) -> FloatArray:
+        """Return how far a normal force that varies moves the limit of friction (p,), over its mean.
 
-        ``load``: share of the normal force that follows the base's acceleration; ``middle``: by how much friction is
-        less in the middle of the path than on the whole of it, by a parabola.
+        ``load``: share that follows the base's acceleration.
         """
         order, more = np.arange(1, self.base.harmonics + 1), np.zeros(len(self.way))
-        if middle:
-            place = finer(self.slid)
-            square, path = (place - 0.5 * (place.max() + place.min())) ** 2, np.abs(shifted(place, order=1))
-            more = middle * (square * (path.sum() / (square @ path)) - 1.0)
         if load:
             half = np.concatenate([[0.0], -0.5 * len(more) * order**2 * self.base.lines])
-            more = more + load * np.fft.irfft(half, len(more))
+            more = load * np.fft.irfft(half, len(more))
         return self.way * (more if self.pressed_more is None else more + self.pressed_more)
 
     def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
