@@ -22,6 +22,7 @@ from frictionlab.inference.fit import (
     Model,
     Test,
     beside_deviations,
+    cost,
     fit_at,
     fit_from,
     let_apart,
@@ -505,7 +506,7 @@ def infer(
 def _held(model: Model, starts: list[FloatArray], law: list[int]) -> tuple[Fit | None, Model, list[FloatArray]]:
     """The best fit of one test with sensors and rig as they are known (None: no start has a steady state).
 
-    With it the model, its noise as that fit shows it, and where a fit that moves sensors and rig is to begin.
+    With it the model, its noise as that fit shows, and where a fit of all begins: there, or at a lag that leaves less.
     """
     plain = model_of([model.tests[0].observation], rig=False)
     try:
@@ -519,7 +520,7 @@ def _held(model: Model, starts: list[FloatArray], law: list[int]) -> tuple[Fit |
     if settled is not before:
         model, plain = (replace(m, tests=(replace(m.tests[0], observation=settled),)) for m in (model, plain))
         held = fit_from(plain, [held.point])
-    if settled is not before or misfit_is_noise(held):
+    if settled is not before or misfit_is_noise(held) or held.cost <= cost(model, starts[0]):
         whole = np.clip(np.zeros(len(model.unknowns)), *model.bounds)
         whole[law] = held.point
         starts = [whole] if settled is not before else [whole, *starts[1:]]
@@ -544,8 +545,7 @@ def of_several(found: Fit) -> Posterior:
 
 def explains(fit: Fit, tests: Iterable[int]) -> bool:
     """Return whether a fit leaves of each of some tests no more than `EXPLAINED` times what noise leaves."""
-    seen = ((fit.model.tests[i].observation, fit.residuals[i]) for i in tests)
-    return all(observation.nrmse(residual) <= EXPLAINED * observation.floor for observation, residual in seen)
+    return all((o := fit.model.tests[i].observation).nrmse(fit.residuals[i]) <= EXPLAINED * o.floor for i in tests)
 
 
 def _of_one(held: Fit | None, moved: Sequence[Fit], law: list[int]) -> Posterior:
