@@ -134,16 +134,16 @@ def matched(pattern: str, name: str) -> dict[str, str] | None:
 
 def base_log_of(facts: Mapping[str, Fact], log: Path) -> Path | None:
     """The log of the base's own sensor, which the sheet names beside a log (``base_log``); None where it names none."""
-    name = str(facts.get("base_log", ""))
-    there = (path for path in sorted(log.parent.iterdir()) if name in (path.name, stem_of(path))) if name else ()
-    return next(iter(there), log.with_name(name)) if name else None
+    if not (name := str(facts.get("base_log", ""))):
+        return None
+    there = (path for path in sorted(log.parent.iterdir()) if name in (path.name, stem_of(path)))
+    return next(there, log.with_name(name))
 
 
 def without_base_logs(scene: Scene, logs: Iterable[Path]) -> list[Path]:
     """These logs but those that the sheet names as a base's own: they are no tests of their own."""
     meanings, rows = _sheet_rows(scene.folder, scene.experiment.sheet) if scene.experiment.sheet else ({}, [])
-    headings = [heading for heading, (key, _) in meanings.items() if key == "base_log"]
-    named = {facts[heading] for *_, facts in rows for heading in headings}
+    named = {facts[heading] for *_, facts in rows for heading, (key, _) in meanings.items() if key == "base_log"}
     return [log for log in logs if named.isdisjoint((log.name, stem_of(log)))]
 
 

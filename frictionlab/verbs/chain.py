@@ -171,13 +171,13 @@ class Batch:
 
     def _stamp(self, log: Path) -> Stamp:
         """What the results of a log would be made of now; a log that is not there has no size and time."""
-        facts, sizes = facts_of(self.scene, log).values, dict[str, tuple[int, int]]()
+        facts, known = facts_of(self.scene, log).values, dict[str, list[int]]()
         for file in filter(None, (log, base_log_of(facts, log))):
-            sizes[file.name] = -1, -1
+            known[file.name] = [-1, -1]
             with contextlib.suppress(OSError):
-                sizes[file.name] = file.stat().st_size, file.stat().st_mtime_ns
+                known[file.name] = [(state := file.stat()).st_size, state.st_mtime_ns]
         return {
-            "sizes_and_times": {name: list(known) for name, known in sizes.items()},
+            "sizes_and_times": known,
             "facts": dict(facts),
             "scene": made_by(self.scene),
             "steps": list(self.steps),
