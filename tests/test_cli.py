@@ -82,7 +82,7 @@ CONTRADICTING: list[tuple[tuple[str, ...], str]] = [
             ("simulate", "--coefficient", "0.3", "--base-motion", "a.csv"),
             "expected --beta BETA (friction force over k Y), or, all of",
         ),
-        (("predict", "--law-file", "a", "--normal-force", "400g"), "which weighs 3.923 N: give 3.923"),
+        (("predict", "--law-file", "a", "--normal-force", "400g"), "'--normal-force': expected a number; got '400g'"),
         (("batch", ".", "-o", "--campaign"), "looks like an option: if it is meant, give ./--campaign"),
         (("sweep", "--r", "1", "--beta", "1", "--law", "coulomb+place", "-o", "m.csv"), "usually -0.1 to 0.1; got"),
         (("sweep", "--r", "1:0.5:0.1", "--beta", "0.2", "-o", "m.csv"), "expected START:STOP:STEP, going up"),

@@ -75,7 +75,7 @@ def tap(path: Path, seed: float, tuned: float = 1.0) -> None:
     log_of(path, {"t [s]": t, "mass [m]": 1e-3 * np.exp(-0.01 * 19.67 * t) * np.cos(19.67 * tuned * t + seed)})
 
 
-def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> None:
+def test_init_finds_taps_names_and_sheet(run: Run, tmp_path: Path) -> None:
     logs = tmp_path / "logs"
     logs.mkdir()
     for log in (ROOT / "sample_data").glob("steel*.csv"):
@@ -102,7 +102,6 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     assert scene.experiment.name_pattern == "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
     assert scene.experiment.taps == ["tap1.csv"]
     written = (logs / "frictionlab.toml").read_text(encoding="utf-8")
-    assert "settles after " in written
     of_taps = run("free-vibration", "logs/tap1.csv").stdout.split("[rig]\n")[1]
     assert of_taps in written, "one tap has one uncertainty"
     tap(logs / "tap2.csv", 0.0, 1.05)

@@ -56,7 +56,8 @@ def read_measurements(path: Path) -> list[Row]:
     strange = [n for n, row in enumerate(rows, 1) if "source" not in row]
     if strange:
         raise UsageError(
-            f"{path}: row {strange[0]}: expected a measurement with a source; got none: is it another table?"
+            f"{path}: row {strange[0]}: expected a measurement with a source; got none: is it another table? (of raw"
+            " logs, `frictionlab batch LOGS --campaign`)"
         )
     refuse_comparisons(rows, str(path))
     return rows

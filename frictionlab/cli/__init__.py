@@ -73,59 +73,18 @@ class Command(TyperCommand):
             formatter.write(f"\n{len(more)} more options: frictionlab {ctx.info_name} --help-all\n")
 
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
-        """Read the options; refuse what stands for nothing, and what is no number to a person."""
+        """Read the options, under their old names too; what is wrong with one is said as `options.value_of` says it."""
         ctx.meta[_ALL] = "--help-all" in args
         args = [
             "--help" if word == "--help-all" else current_name(word) if word.startswith("--") else word for word in args
         ]
         if any("--contact-force" in param.opts for param in self.get_params(ctx)):
             args = _with_force_column(args)
-        if "" in args and not ctx.resilient_parsing:
-            before = args[args.index("") - 1] if args.index("") else ""
-            raise typer.BadParameter(
-                f"{before or 'an input'}: expected a name or a value; got an empty one: is a variable of the shell not"
-                " set?"
-            )
-        if not ctx.resilient_parsing:
-            self._refuse_of_logs(ctx, args)
-            self._check_values(ctx, args)
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
-            error.message = _in_words(error)
+            error.message = error.message.removeprefix("Value error, ")
             raise
-
-    def _refuse_of_logs(self, ctx: Any, args: list[str]) -> None:
-        """Refuse options of logs that this command has none of, and say which takes them."""
-        own = {name for param in self.get_params(ctx) for name in (*param.opts, *param.secondary_opts)}
-        words = (word.partition("=")[0] for word in args if word.startswith("--"))
-        for word in (word for word in words if word not in own):
-            from frictionlab.log_options import LogOptions
-
-            if word[2:].replace("-", "_") in LogOptions.model_fields:
-                said = "is an option of `frictionlab ingest`, whose recordings every command takes"
-                raise typer.BadParameter(f"{word} {said}; or give it in the scene, under [log]", ctx=ctx)
-
-    def _check_values(self, ctx: Any, args: list[str]) -> None:
-        """Refuse ``1_0`` and digits other than ASCII, which Python takes, weights for forces, names like options."""
-        given, _, _ = self.make_parser(ctx).parse_args(args=list(args))
-        params: list[Any] = self.get_params(ctx)
-        for param in params:
-            said, fault = given.get(param.name), ""
-            if not isinstance(said, str) or param.param_type_name != "option":
-                continue
-            weight = re.fullmatch(r"(\d+(?:\.\d+)?) *(k?g)", said, re.ASCII)
-            if param.name in ("output", "plot") and said.startswith("-"):
-                fault = f"expected a name; got {said!r}, which looks like an option: if it is meant, give ./{said}"
-            elif param.bare_type() in ("int", "float") and (not said.isascii() or "_" in said):
-                fault = f"expected a number; got {said!r}"
-            elif param.name == "normal_force" and weight:
-                from frictionlab.experiment import WEIGHTS
-
-                newtons = float(weight[1]) * WEIGHTS[f"normal_force_{weight[2]}"]
-                fault = f"expected newtons; got {said!r}, which weighs {newtons:.4g} N: give {newtons:.4g}"
-            if fault:
-                raise typer.BadParameter(fault, ctx=ctx, param=param)
 
 
 def _with_force_column(args: list[str]) -> list[str]:
@@ -145,19 +104,6 @@ def current_name(word: str) -> str:
         return word
     complain(f"note: {name} is now {OLD_NAMES[name]}; the old name is taken until the next version")
     return f"{OLD_NAMES[name]}{equals}{value}"
-
-
-def _in_words(error: typer.BadParameter) -> str:
-    """What a library found wrong with a value, with the value."""
-    faults: list[Any] = getattr(error.__cause__, "errors", list)()
-    if not faults:
-        return error.message
-    from frictionlab.scene.keys import WORDS
-
-    fault = faults[0]
-    words = WORDS.get(fault["type"], str(fault["msg"]).removeprefix("Value error, "))
-    got = "" if fault["type"] == "value_error" else f"; got {fault['input']!r}"
-    return words.format(**fault.get("ctx", {})) + got
 
 
 class Commands(TyperGroup):

@@ -175,16 +175,11 @@ def campaign(
 
     Example: frictionlab campaign build/measurements/*.jsonl --scene configs/campaign.toml -o build/campaign
     """
-    from frictionlab.campaign.files import IS_RECORDING, check_folder, read_measurements
-    from frictionlab.hdf5 import is_recording
+    from frictionlab.campaign.files import check_folder, read_measurements
     from frictionlab.verbs.evaluate import recordings_beside
 
     what = scene_of(scene, beside=measurements[0], quiet=quiet)
     paths = files_of(measurements, tables_in)
-    recordings = [path for path in paths if path.is_file() and is_recording(path)]
-    if recordings:
-        more = f" and {len(recordings) - 1} others" if len(recordings) > 1 else ""
-        raise UsageError(f"{recordings[0]}{more}: {IS_RECORDING}")
     rows: list[Row] = []
     unread: list[Row] = []
     for path in paths:
@@ -192,13 +187,7 @@ def campaign(
             rows += read_measurements(path)
         except Exception as error:  # noqa: BLE001  # a file that cannot be read is a row, whatever the reason
             unread.append(failure(path, error))
-    failed = [(str(row["source"]), str(row["reason"])) for row in unread]
-    reasons = [reason if reason.startswith(source) else f"{source}: {reason}" for source, reason in failed]
-    if not rows and all(path.suffix == ".csv" for path in paths):
-        every = f" ({screen.counted(len(paths), 'file')} in all)"
-        raise UsageError(f"{reasons[0]}{every}: of raw logs, `frictionlab batch LOGS --campaign`")
-    for reason in reasons:
-        complain(reason)
+    screen.print_tests(unread if rows else (), (), "")  # where all failed, one sentence says why
     rows += unread
     check_folder(output, force=force, inputs=[*paths, *what.files])
     folders = [place for path in paths for place in recordings_beside(path)]

@@ -149,9 +149,9 @@ def init(
 ) -> None:
     """Look at logs and write the scene that they need, frictionlab.toml, with what was found in them.
 
-    Taps among the logs give the natural frequency, names and a sheet the facts of each test, the tests the time after
-    which they have settled. On a terminal it asks for what logs do not say; an empty answer leaves it open. Every
-    command finds the scene in the working folder or beside its first input.
+    Taps among the logs give the natural frequency, names and a sheet the facts of each test. On a terminal it asks for
+    what logs do not say; an empty answer leaves it open. Every command finds the scene in the working folder or beside
+    its first input.
 
     Example: frictionlab init my_logs
     """

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import partial, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_type_hints
 
 import typer
 
@@ -45,21 +45,41 @@ class Words:
     more: bool
     words: str
 
-    def declared(self) -> Any:
-        """The option or argument as Typer takes it."""
-        takes, least = self.takes or None, float(self.least) if self.least else None
+    def declared(self, hint: Any) -> Any:
+        """The option or argument of this type as Typer takes it."""
+        kind = next((kind for kind in (Path, float, int, str) if kind in {hint, *_parts(hint)}), None)
+        how: dict[str, Any] = {"metavar": self.takes or None, "help": self.words}
+        if kind is not None:
+            least = float(self.least) if self.least else None
+            how["parser"] = partial(value_of, kind=kind, least=least, is_option=bool(self.flags))
         if not self.flags:
-            return typer.Argument(metavar=takes, help=self.words)
-        complete = complete_law if takes == "LAW" else None
+            return typer.Argument(**how)
+        complete = complete_law if self.takes == "LAW" else None
         panel = MORE if self.more else None
-        return typer.Option(
-            *self.flags.split(),
-            metavar=takes,
-            min=least,
-            help=self.words,
-            autocompletion=complete,
-            rich_help_panel=panel,
-        )
+        return typer.Option(*self.flags.split(), **how, autocompletion=complete, rich_help_panel=panel)
+
+
+def _parts(hint: Any) -> set[Any]:
+    """What a type is made of: a list's members, the sides of a union."""
+    return {each for part in get_args(hint) for each in (part, *_parts(part))}
+
+
+def value_of(said: Any, *, kind: Any, least: float | None = None, is_option: bool = False) -> Any:
+    """The value of a word on the command line; ValueError: what was expected. Python takes ``1_0`` as a number."""
+    text = str(said)
+    if not text:
+        raise ValueError("expected a name or a value; got an empty one: is a variable of the shell not set?")
+    if kind is Path and is_option and text.startswith("-"):
+        raise ValueError(f"expected a name; got {text!r}, which looks like an option: if it is meant, give ./{text}")
+    if kind not in (int, float):
+        return kind(text)
+    try:
+        value = kind(text if text.isascii() and "_" not in text else "")
+    except ValueError as error:
+        raise ValueError(f"expected a {'whole ' * (kind is int)}number; got {text!r}") from error
+    if least is not None and not value >= least:
+        raise ValueError(f"expected {least:g} or more; got {text!r}")
+    return value
 
 
 with Path(__file__).with_name("options.csv").open(encoding="utf-8", newline="") as _file:
@@ -129,7 +149,7 @@ def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]
             opened.append((key, hints[key], parameter.default, None))
     mine = []
     for key, hint, default, words in opened:
-        declared = (words or WORDS.get(f"{name}.{key}") or WORDS[key]).declared()
+        declared = (words or WORDS.get(f"{name}.{key}") or WORDS[key]).declared(hint)
         annotated: Any = Annotated[hint, declared]
         mine.append(inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotated))
     run.__signature__ = own.replace(parameters=mine)  # type: ignore[attr-defined]
@@ -361,43 +381,28 @@ def check_law(law: str | None) -> None:
 
 
 def number_of(text: str, option: str) -> float:
-    """The number that a text is, in ASCII digits; Python alone would take ``1_0`` and Arabic digits too."""
+    """The number that a text is."""
     try:
-        return float(text if is_plain(text) else "")
+        return float(value_of(text, kind=float))
     except ValueError as error:
-        raise UsageError(f"{option}: expected a number; got {text!r}") from error
-
-
-def is_plain(text: str) -> bool:
-    """Whether a text may be a number as people write it."""
-    return text.isascii() and "_" not in text
+        raise UsageError(f"{option}: {error}") from error
 
 
 def values_of(text: str, option: str) -> list[float]:
-    """Read a list ``0.1,0.2`` or a range ``START:STOP:STEP`` with both ends; decimal, so that 0.3 is 0.3.
-
-    A step that begins with x is a factor.
-    """
+    """Read a list ``0.1,0.2`` or a range ``START:STOP:STEP`` with both ends; decimal, so that 0.3 is 0.3."""
     try:
-        said = text if is_plain(text) else ""
-        if re.fullmatch(r"\d+,\d+", said):
-            first, last = said.split(",")
+        if re.fullmatch(r"\d+,\d+", text):
+            first, last = text.split(",")
             complain(f"warning: {option}: {first} and {last} are two values; a decimal is written {first}.{last}")
-        if ":" not in said:
-            return [float(part) for part in said.split(",")]
-        first, last, by = (part.strip() for part in said.split(":"))
-        start, stop, step = float(first), float(last), float(by.removeprefix("x"))
-        is_factor = by.startswith("x")
-        steps = math.log(stop / start) / math.log(step) if is_factor else (stop - start) / step
-        number = math.floor(steps + NEARLY) + 1
+        if ":" not in text:
+            return [value_of(part, kind=float) for part in text.split(",")]
+        start, stop, step = (value_of(part.strip(), kind=float) for part in text.split(":"))
+        number = math.floor((stop - start) / step + NEARLY) + 1
     except (ArithmeticError, ValueError) as error:
-        raise UsageError(
-            f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP or START:STOP:xFACTOR; got {text!r}"
-        ) from error
+        raise UsageError(f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP; got {text!r}") from error
     if not 0 < number <= MOST_VALUES or step <= 0.0 or stop < start or (number == 1 and stop > start):
         raise UsageError(
             f"{option}: expected START:STOP:STEP, going up, of at most {MOST_VALUES} values;"
-            f" got {text!r}, whose step is {by}"
+            f" got {text!r}, whose step is {step:g}"
         )
-    values = (start * step**i if is_factor else start + i * step for i in range(number))
-    return [float(f"{value:.14g}") for value in values]
+    return [float(f"{start + i * step:.14g}") for i in range(number)]

@@ -205,8 +205,7 @@ def sweep(
     """Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law.
 
     Each takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number; so does --parameter, as in
-    --parameter gradient=0:0.1:0.02. A range may go by a factor: stiffness_ratio=10:1e6:x10. The file
-    appears when all is solved.
+    --parameter gradient=0:0.1:0.02. The file appears when all is solved.
 
     Example: frictionlab sweep --r 0.02:2.5:0.01 --beta 0.1:0.9:0.1 -o map.h5
     """

@@ -15,7 +15,7 @@ from frictionlab.campaign import Campaign
 from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.trials import Trial, levels
 from frictionlab.errors import UsageError
-from frictionlab.figures.style import AT_REST, BLUE, GREY, MEASURED, StopColours, drawing, panels, plain_numbers
+from frictionlab.figures.style import AT_REST, BLUE, GREY, MEASURED, StopColours, drawing, panels
 from frictionlab.schema import AMPLITUDE, ENERGY, STEADY_STATES, STOPS
 from frictionlab.simulator import StateMap
 from frictionlab.simulator.sweep import Grid, named
@@ -24,7 +24,6 @@ SQUARE = 6.0  # points: side of a test's square in a map
 FEW = 8  # classes of stops for which a low figure has space
 PANELS = {c.name: c.head for c in STEADY_STATES.columns if c.name in (ENERGY, AMPLITUDE, STOPS)}
 """Columns of a map of steady states -> what they are."""
-MANY, MUCH_LARGER = 3, 10.0  # values of an axis, and how much larger the last is, from which it may be logarithmic
 PERCENTILE = 95.0  # percentile where the colours end: a few points at resonance would bleach all others
 Value = Callable[[Verdict], float | None]
 
@@ -160,16 +159,4 @@ def state_map_figure(found: StateMap) -> Figure:
                 ax.grid(visible=False)
             else:
                 ax.plot(along, np.maximum(values, 0.0), color=BLUE, marker=".", markersize=2.5)
-            for axis, scale, places in zip(("x", "y"), (ax.set_xscale, ax.set_yscale), axes.values(), strict=False):
-                if _is_logarithmic(places):
-                    scale("log")
-                    plain_numbers(getattr(ax, f"{axis}axis"))
     return figure
-
-
-def _is_logarithmic(values: FloatArray) -> bool:
-    """Whether each value is the same factor larger than the one before, and the last much larger."""
-    if len(values) < MANY or values[0] <= 0.0 or values[-1] < MUCH_LARGER * values[0]:
-        return False
-    factors = values[1:] / values[:-1]
-    return bool(np.ptp(factors) < 1e-6 * factors[0])

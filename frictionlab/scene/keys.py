@@ -55,8 +55,6 @@ WORDS = {
     "too_long": "expected at most {max_length} values",
     "literal_error": "expected {expected}",
     "missing": "is not given, and has no default",
-    "float_parsing": "expected a number",
-    "int_parsing": "expected a whole number",
 }
 """What pydantic finds, in the words that all refusals use."""
 _UNION = re.compile(r"^(?:str|int|float|bool|constrained-.*|list\[.*)$")  # pydantic's names of a union's branches
@@ -104,15 +102,9 @@ def window_of(rule: str) -> float | None:
     Traceback (most recent call last):
     ValueError: expected 'last', 'all' or 'window:SECONDS' (like 'window:15'); got 'window:-3'
     """
-    if rule in ("last", "all"):
-        return None
-    kind, _, text = rule.partition(":")
-    try:
-        is_plain = text.isascii() and "_" not in text  # Python reads more as numbers than people do
-        seconds = float(text) if kind == "window" and is_plain else math.nan
-    except ValueError:
-        seconds = math.nan
-    if not 0.0 < seconds < math.inf:
+    found = re.fullmatch(r"last|all|window:(\d+\.?\d*(?:[eE][+-]?\d+)?)", rule, re.ASCII)
+    seconds = float(found[1]) if found and found[1] else None
+    if found is None or (seconds is not None and not 0.0 < seconds < math.inf):
         msg = f"expected {CYCLES}; got {rule!r}"
         raise ValueError(msg)
     return seconds

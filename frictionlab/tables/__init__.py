@@ -136,8 +136,8 @@ def is_table(path: Path, table: Table | None = None) -> bool:
             from frictionlab.hdf5 import format_of
 
             return format_of(path) in {kind.format for kind in kinds}
-        names = texts.names_in_csv(path) if _kind(path) == ".csv" else texts.names_in_json(path)
-    except (OSError, ValueError, KeyError, RecursionError, csv.Error, UsageError):
+        names = texts.names_in(path)
+    except (OSError, ValueError, TypeError, RecursionError, csv.Error):
         return False
     if names == OUTCOME:
         return True

@@ -245,22 +245,17 @@ def _text_of(path: Path) -> str:
         raise UsageError(f"{path}: expected a result as UTF-8 text; byte {error.start} is not") from error
 
 
-def names_in_csv(path: Path) -> tuple[str, ...]:
-    """The names in the head of a ``.csv`` file; none of a file that is no text."""
+def names_in(path: Path) -> tuple[str, ...]:
+    """The names in the head of a ``.csv`` file, or the keys of the first row of a ``.jsonl`` file that did not fail."""
     with path.open(encoding="utf-8-sig", newline="") as file:
-        first = file.readline(FIRST_BYTES)
-    return tuple(unquoted(name) for name in next(csv.reader([first]), []))
-
-
-def names_in_json(path: Path) -> tuple[str, ...]:
-    """The keys of the first row of a ``.jsonl`` file that did not fail; if all did, those of a failed one."""
+        lines = file.read(FIRST_BYTES).split("\n")
+    if path.suffix.lower() == ".csv":
+        return tuple(unquoted(name) for name in next(csv.reader(lines[:1]), []))
     found: tuple[str, ...] = ()
-    with path.open(encoding="utf-8") as file:
-        for line in file.read(FIRST_BYTES).split("\n"):
-            row = json.loads(line) if line.strip() else dict.fromkeys(found)
-            found = tuple(row) if isinstance(row, dict) else ("",)
-            if found and found != OUTCOME:
-                break
+    for line in filter(str.strip, lines):
+        found = tuple(json.loads(line))
+        if found != OUTCOME:
+            break
     return found
 
 

@@ -8,8 +8,6 @@ import contextlib
 import hashlib
 import json
 import os
-import secrets
-import shutil
 import tempfile
 from collections import defaultdict
 from collections.abc import Generator, Iterable, Mapping
@@ -66,9 +64,10 @@ class Batch:
 
     def each(self, *, workers: int | None = None, scheduler: str | None = None) -> Generator[Row, None, None]:
         """Do what is due and yield the row of each such log as it is done, in order."""
-        parts = self.folder / "made" / f"part.{secrets.token_hex(4)}"  # of this run: a worker may be ended amid its log
-        make = partial(self._make, parts=parts)
-        try:
+        made = self.folder / "made"
+        make_folder(made)
+        with tempfile.TemporaryDirectory(dir=made, prefix="part.", ignore_cleanup_errors=True) as parts:
+            make = partial(self._make, parts=Path(parts))  # of this run: a worker may be ended amid its log
             with contextlib.closing(inputs.rows_of(self.due, make, workers=workers, scheduler=scheduler)) as rows:
                 for log, row in zip(self.due, rows, strict=True):
                     place = self.results(log)["measurement"]
@@ -78,8 +77,6 @@ class Batch:
                             make_folder(place.parent)
                             write_rows([row], place, force=True)
                     yield row
-        finally:
-            shutil.rmtree(parts, ignore_errors=True)
 
     def rows(self) -> list[Row]:
         """The rows of all logs that have one, in order."""
@@ -118,7 +115,7 @@ class Batch:
     def _make(self, log: Path, *, parts: Path) -> Row:
         """Make all results of a log in ``parts``, put them in place together, give its row; of a failed log none."""
         stamp, places, stamp_file = self._stamp(log), self.results(log), self._stamp_file(log)
-        for place in (parts / log.name, stamp_file, *places.values()):
+        for place in places.values():
             make_folder(place.parent)
         try:
             self._check(places)

@@ -21,13 +21,13 @@ from frictionlab.tables import write_rows
 from frictionlab.verbs.inputs import FilePath, is_log_name, not_read_in, sheets_in
 
 if TYPE_CHECKING:
+    from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.uncertainty import Average
 
 MOST_READ = 12  # logs that are read; the names of all are
 SHEETS = 1 << 16  # bytes; a larger file is no list of tests
 MOVES = 0.05  # a base that moves more than this share of the mass drives it
 OF_CONTACT = ("contact_force", "torque")  # channels of a tribometer, whose logs have no base
-LATEST = 0.7  # share of a record after which nothing is said to have settled
 TOKEN = re.compile(r"([A-Za-z]*?\xa0?)(\d+(?:[.,]\d+)?)(\xa0?[A-Za-z]*)")
 HELD = re.compile(r"(?<=\d) (?=(?:n|g|kg|s)\b)|(?<=\b[nr]) (?=\d)", re.IGNORECASE)  # blanks inside "1 N", "r 0.5"
 PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
@@ -61,7 +61,6 @@ class Found:
     name_pattern: str | None = None  # what the names of the logs say, as in [experiment]
     odd: tuple[str, ...] = ()  # tests whose names do not say it
     is_tribometer: bool = False  # no test has a base, all measure a force of the contact: [rig] kind = "prescribed"
-    settled_s: Mapping[Path, float] = field(default_factory=dict)  # when the motion of each test looked at had settled
     frame: "Mapping[str, Average]" = field(default_factory=dict)  # natural frequency and damping ratio, from the taps
     doubts: tuple[str, ...] = ()  # of taps that contradict each other
 
@@ -77,12 +76,11 @@ class Found:
 
 
 def look(folder: FilePath) -> Found:
-    """Look at a folder of logs: which are tests, which are taps, what their names say, when they settle.
+    """Look at a folder of logs: which are tests, which are taps, what their names say.
 
     A folder that is not there, or has no logs, is an empty one.
     """
-    from frictionlab.analysis.free_vibration import FreeVibration, averages, taps_apart
-    from frictionlab.verbs.one_test import free_vibration, frequency_table_given
+    from frictionlab.analysis.free_vibration import averages, taps_apart
 
     place = Path(folder)
     files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
@@ -92,64 +90,67 @@ def look(folder: FilePath) -> Found:
     known = scene_from_tables({"experiment": {"sheet": sheet} if sheet else {}}, folder=place)
     logs = without_base_logs(known, [p for p in files if p not in sheets and not p.name.startswith(".")])
     unread = not_read_in([place]) | {p: "a sheet none of whose logs is here" for p in sheets if p.name != sheet}
-    tests, taps, decays, settled = list[Path](), list[Path](), list[tuple[str, FreeVibration]](), dict[Path, float]()
-    has_base, others = set[bool](), dict[Path, str]()
-    for number, log in enumerate(logs):
-        is_read = number < MOST_READ or stem_of(log).lower().startswith("tap") or _names_some(log, logs)
-        reason = _why_no_test(log, known, settled, has_base) if is_read else None
-        if reason is None:
-            tests.append(log)
-        else:
-            others[log] = reason
-    for log, reason in others.items():
-        try:
-            if reason and frequency_table_given(log, Scene()) is not None:
-                unread[log] = OVER_FREQUENCY
-                continue
-            decays += [(log.name, tap) for tap in free_vibration(log)]
-            taps.append(log)
-        except FrictionlabError as error:
-            unread[log] = (reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: ")
+    seen = {
+        log: _seen(log, known)
+        if number < MOST_READ or stem_of(log).lower().startswith("tap") or _names_some(log, logs)
+        else _Seen(is_test=True)
+        for number, log in enumerate(logs)
+    }
+    unread |= {log: one.reason for log, one in seen.items() if one.reason}
+    tests = [log for log, one in seen.items() if one.is_test]
     unread |= {path: LISTS for path in unread if path.is_file() and _names_some(path, tests)}
     pairs = () if sheet else pairs_of([log for log in logs if log in unread])
     if pairs:  # so are those that were not read
-        pairs = pairs_of([log for log in logs if log in unread or (log not in others and log not in settled)])
-        tests = [log for log in tests if not any(log in pair for pair in pairs)] + [mass for mass, _ in pairs]
+        pairs = pairs_of([log for log, one in seen.items() if log in unread or (one.is_test and one.is_driven is None)])
+        paired = {log for pair in pairs for log in pair}
+        tests = [log for log in tests if log not in paired] + [mass for mass, _ in pairs]
+        unread = {log: reason for log, reason in unread.items() if log not in paired}
     pattern, odd = pattern_of([stem_of(log) for log in tests])
+    decays = [(log.name, tap) for log, one in seen.items() for tap in one.decays]
     return Found(
         tests=tuple(tests),
-        taps=tuple(taps),
-        unread={log: reason for log, reason in unread.items() if not any(log in pair for pair in pairs)},
+        taps=tuple(log for log, one in seen.items() if one.decays),
+        unread=unread,
         sheet=PAIRS if pairs else sheet,
         pairs=pairs,
         sheet_says=tuple(says),
         remarks=tuple(remarks),
         name_pattern=pattern,
         odd=odd,
-        is_tribometer=has_base == {False},
-        settled_s=settled,
+        is_tribometer={one.is_driven for one in seen.values()} - {None} == {False},
         frame=averages([tap for _, tap in decays]),
         doubts=tuple(f"{decays[k][0]}: {sentence}" for k, sentence in taps_apart([tap for _, tap in decays])),
     )
 
 
-def _why_no_test(log: Path, scene: Scene, settled: dict[Path, float], has_base: set[bool]) -> str | None:
-    """None for a test, whose time to settle [s] and whether it has a base are noted; "" where its base stands still."""
-    from frictionlab.verbs.one_test import analyze, ingest
+@dataclass(frozen=True)
+class _Seen:
+    """What a log is: a test, which a base drives or not (None: it was not read); free decays; or not read, and why."""
 
+    is_test: bool = False
+    is_driven: bool | None = None
+    decays: "tuple[FreeVibration, ...]" = ()
+    reason: str = ""
+
+
+def _seen(log: Path, scene: Scene) -> _Seen:
+    from frictionlab.verbs.one_test import free_vibration, frequency_table_given, ingest
+
+    reason = ""
     try:
         recording = ingest(log, scene)
         measured = recording.measured()
         is_driven = not any(name in measured for name in OF_CONTACT) or any("base" in name for name in measured)
-        if is_driven and np.ptp(recording.base_displacement) <= MOVES * np.ptp(recording.mass_displacement):
-            return ""
+        if not is_driven or np.ptp(recording.base_displacement) > MOVES * np.ptp(recording.mass_displacement):
+            return _Seen(is_test=True, is_driven=is_driven)
     except FrictionlabError as error:
-        return str(error)
-    has_base.add(is_driven)
-    with contextlib.suppress(FrictionlabError):  # it is a test all the same: the batch says what is wrong
-        at = analyze(recording, transient_s=min(1.0, 0.1 * recording.duration_s), cycles="all").settled_s
-        settled |= {log: at} if at is not None and at < LATEST * recording.duration_s else {}
-    return None
+        reason = str(error)
+    try:
+        if reason and frequency_table_given(log, Scene()) is not None:
+            return _Seen(reason=OVER_FREQUENCY)
+        return _Seen(decays=free_vibration(log))
+    except FrictionlabError as error:
+        return _Seen(reason=(reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: "))
 
 
 def pairs_of(logs: Sequence[Path]) -> Pairs:

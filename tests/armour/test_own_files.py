@@ -157,8 +157,8 @@ def test_a_figure_that_finds_no_room_is_refused_before_the_work(tmp_path: Path) 
     ("words", "told"),
     [
         (("analyze", ""), "got an empty one"),
-        (("ingest", "a.csv", "-o", ""), "-o: expected a name or a value; got an empty one"),
-        (("synthesize", "--scene", "", "-o", "x"), "--scene: expected a name or a value; got an empty one"),
+        (("ingest", "a.csv", "-o", ""), "'-o': expected a name or a value; got an empty one"),
+        (("synthesize", "--scene", "", "-o", "x"), "'--scene': expected a name or a value; got an empty one"),
     ],
 )
 def test_an_empty_name_is_not_the_folder_that_is_worked_in(

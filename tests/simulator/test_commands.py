@@ -95,12 +95,12 @@ def test_the_closed_form_alone_refuses_stops_with_status_one() -> None:
     assert re.search(r"closed form at r = 0\.5.*use solver 'exact'", done.stderr)
 
 
-def test_a_range_may_go_by_a_factor(tmp_path: Path) -> None:
+def test_a_range_goes_up_by_a_step_and_any_other_is_refused(tmp_path: Path) -> None:
     grid = ("sweep", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+compliance", "-o", str(tmp_path / "map.csv"))
-    run(*grid, "--parameter", "stiffness_ratio=1:1e3:x10", "--plot", str(tmp_path / "map.svg"), status=0)
-    assert [row["stiffness_ratio"] for row in read_rows(tmp_path / "map.csv")] == [1.0, 10.0, 100.0, 1000.0]
-    wrong = "0:1:x10 1:10:x1 1:10:xy 10:1:x2 1:inf:x2 1:10:xNaN 5:1:1 a 1:2:0 1:2"
-    for said in (*wrong.split(), f"1:9.{'9' * 28}e999999:x10"):
+    run(*grid, "--parameter", "stiffness_ratio=1:3:1", "--plot", str(tmp_path / "map.svg"), status=0)
+    assert [row["stiffness_ratio"] for row in read_rows(tmp_path / "map.csv")] == [1.0, 2.0, 3.0]
+    wrong = "0:1:x10 1:inf:1 1:10:NaN 5:1:1 a 1:2:0 1:2 0:1:1e-9"
+    for said in (*wrong.split(), f"1:9.{'9' * 28}e999999:1"):
         refused = run(*grid, "--force", "--parameter", f"stiffness_ratio={said}")
         assert (refused.exit_code, "stiffness_ratio: expected" in refused.stderr) == (2, True), said
 
