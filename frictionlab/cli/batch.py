@@ -187,7 +187,8 @@ def campaign(
             rows += read_measurements(path)
         except Exception as error:  # noqa: BLE001  # a file that cannot be read is a row, whatever the reason
             unread.append(failure(path, error))
-    screen.print_tests(unread if rows else (), (), "")  # where all failed, one sentence says why
+    for source, reason in ((str(row["source"]), str(row["reason"])) for row in unread if rows):
+        complain(reason if reason.startswith(source) else f"{source}: {reason}")
     rows += unread
     check_folder(output, force=force, inputs=[*paths, *what.files])
     folders = [place for path in paths for place in recordings_beside(path)]

@@ -16,7 +16,7 @@ from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, scen
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from frictionlab.analysis.free_vibration import FreeVibration, Mode
+    from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.inference.comparison import Comparison, Fitted
     from frictionlab.inference.explain import Explanation
@@ -321,27 +321,3 @@ def free_vibration(
         said = () if pendulum else (NO_PENDULUM,)
         taps = [replace(tap, unit="rad", warnings=(*tap.warnings, *said)) for tap in taps]
     return tuple(sorted(taps, key=lambda tap: tap.start_s))
-
-
-def free_vibration_modes(
-    what: "Recording | FilePath", scene: AnyScene = None, **settings: object
-) -> "tuple[Mode, ...]":
-    """Natural frequency, damping ratio and shape of each mode of a frame of several masses, slowest first.
-
-    Parameters as of `free_vibration`; the recording holds ``mass_displacement``, ``mass_2_displacement`` and so on.
-
-    Raises
-    ------
-    AnalysisError
-        Fewer modes show than there are masses, or the motion is no free decay.
-    """
-    import numpy as np
-
-    from frictionlab.analysis.channels import other_masses
-    from frictionlab.analysis.free_vibration import modes
-    from frictionlab.logs import read_mass_log
-
-    recording = recording_given(what, scene_given(scene, settings, ("log",)), read_mass_log)
-    part = max(recording.stretches(), key=len)
-    found = part.measured()
-    return modes(part.time, np.array([found[name] for name in ("mass_displacement", *other_masses(found))]))

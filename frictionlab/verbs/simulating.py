@@ -4,13 +4,12 @@ Whatever needs a scene or files is imported where it is used: a steady state is 
 SceneError or UsageError where its scene or a setting is refused; its docstring says what else.
 """
 
-import contextlib
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from frictionlab.errors import UsageError
 
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from frictionlab.planning.candidates import Before
     from frictionlab.planning.plan import Plan
     from frictionlab.recording import Recording
-    from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, Solver, SteadyState, Structure
     from frictionlab.synthetic import SyntheticTest
     from frictionlab.verbs.inputs import AnyScene, FilePath
@@ -176,8 +174,7 @@ def plan(
     ----------
     scene : Scene, str or Path
         ``[plan]``: what the rig can set, its sensors, what is known of the friction coefficient; ``[rig]``;
-        ``[model]``: the law and its expected parameters. Forces and frequency ratios that ``[plan]`` does not name are
-        those that the sheet and the names of the logs say, base amplitudes those of what was measured.
+        ``[model]``: the law and its expected parameters.
     law, against : str, optional
         A law in place of the scene's; another law that the tests are to decide against.
     tests : int, optional
@@ -210,7 +207,10 @@ def plan(
     from frictionlab.tables import check_output, write_rows
     from frictionlab.verbs.inputs import files_of, scene_given
 
-    known, notes = _settable(scene_given(scene, settings, PLANNED))
+    known = scene_given(scene, settings, PLANNED)
+    open_keys = [key for key in ("base_amplitudes_m", "duration_s") if key not in known.plan.model_fields_set]
+    assumed = ", ".join(f"{key} = {getattr(known.plan, key)}" for key in open_keys)
+    notes = [f"plan: not given, assumed: {assumed}: name yours under [plan]"] if assumed else []
     inputs = files_of([Path(what) for what in measured if isinstance(what, (str, PathLike))], _known_in)
     given = [what for what in measured if not isinstance(what, (str, PathLike))]
     if sheet is not None:
@@ -218,8 +218,9 @@ def plan(
         if Path(sheet).exists() and not force:
             raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or --force")
     before = [*given, *_known_before(inputs, known.experiment.material)]
-    known = _of_material(known, [one.get("material") if isinstance(one, Mapping) else one.material for one in before])
-    known = _driven_as(known, before, notes)
+    materials = {one.get("material") if isinstance(one, Mapping) else one.material for one in before} - {None}
+    if known.experiment.material is None and len(materials) == 1:
+        known = known.changed(experiment={"material": materials.pop()})
     if sheet is not None and known.experiment.material is None:
         notes.append(f"experiment.material: not given: {sheet} leaves it empty: fill it in")
     lab = laboratory(known, law, before)
@@ -232,58 +233,6 @@ def plan(
     if sheet is not None:
         write_rows(sheet_rows(found, known), Path(sheet), force=True, inputs=inputs)
     return found
-
-
-def _of_material(scene: "Scene", found: Iterable[object]) -> "Scene":
-    """The scene; where it names no material it is that of all tests, if they have one."""
-    names = {name for name in found if name is not None}
-    is_known = scene.experiment.material is not None or len(names) != 1
-    return scene if is_known else scene.changed(experiment={"material": names.pop()})
-
-
-def _settable(scene: "Scene") -> "tuple[Scene, list[str]]":
-    """The scene with forces and frequency ratios of its tests where ``[plan]`` has none, and lines that say so."""
-    from frictionlab.experiment import facts_of, logs_in_sheet
-    from frictionlab.verbs.inputs import logs_in
-
-    experiment, given = scene.experiment, scene.plan.model_fields_set
-    logs = set[Path]()
-    if experiment.sheet is not None and (scene.folder / experiment.sheet).is_file():  # a plan may be what writes it
-        logs |= {Path(log) for log in logs_in_sheet(scene.folder, experiment.sheet, ())[1] if log}
-    elif experiment.name_pattern is not None:
-        others = {tap for pattern in experiment.taps for tap in scene.folder.glob(pattern)}
-        with contextlib.suppress(UsageError, OSError):
-            logs |= set(logs_in(scene.folder)) - others
-    facts = [facts_of(scene, log).values for log in sorted(logs)]
-    wanted, notes = {"normal_forces_n": "normal_force_n", "frequency_ratios": "nominal_frequency_ratio"}, []
-    for key, fact in wanted.items():
-        found = sorted({one[fact] for one in facts if fact in one})
-        if key not in given and found:
-            scene = scene.changed(plan={key: found})
-            where = "the sheet" if experiment.sheet else "the names of the logs"
-            notes.append(f"plan.{key}: not given: those of {where} are taken: {', '.join(f'{x:g}' for x in found)}")
-    return _of_material(scene, [one.get("material") for one in facts]), notes
-
-
-def _driven_as(scene: "Scene", before: Sequence[Any], notes: list[str]) -> "Scene":
-    """The scene with the least and the largest base amplitude of what is known before where ``[plan]`` has none.
-
-    A line more says so, or what is assumed. Of a comparison it is friction force over friction ratio and stiffness.
-    """
-    lengths: list[float] = []
-    for one in before:
-        if not isinstance(one, Mapping):
-            lengths += one.conditions.get("base_amplitude_m", ())
-        elif (force := one.get("friction_force_n")) and one.get("friction_ratio") and scene.rig.stiffness:
-            lengths.append(force / (one["friction_ratio"] * scene.rig.stiffness))
-    if lengths and "base_amplitudes_m" not in scene.plan.model_fields_set:
-        found = sorted({float(f"{length:.3g}") for length in (min(lengths), max(lengths))})
-        scene = scene.changed(plan={"base_amplitudes_m": found})
-        notes.append(f"plan.base_amplitudes_m: not given: of what was measured: {', '.join(f'{x:g}' for x in found)}")
-    open_keys = [key for key in ("base_amplitudes_m", "duration_s") if key not in scene.plan.model_fields_set]
-    if assumed := ", ".join(f"{key} = {getattr(scene.plan, key)}" for key in open_keys):
-        notes.append(f"plan: not given, assumed: {assumed}: name yours under [plan]")
-    return scene
 
 
 def _known_in(folder: Path) -> list[Path]:

@@ -100,17 +100,13 @@ def test_what_was_measured_is_known_before() -> None:
     assert left(measured) < left([])
 
 
-def test_base_amplitudes_and_errors_are_those_that_were_measured() -> None:
-    """All candidates stood still, under 1.8 mm and an error of 0.2 that were assumed in their place."""
-    law = replace(example_law(), law="coulomb", values={"friction_coefficient": 0.5}, covariance=np.eye(1) * 1e-4)
+def test_a_base_amplitude_that_is_assumed_is_named_and_so_where_every_candidate_stands_still() -> None:
     rig: dict[str, Mapping[str, object]] = {"rig": {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": 1191.0}}
     known = scene_from_tables(rig | {"plan": {"normal_forces_n": [3.6], "frequency_ratios": [0.5]}})
-    plan = fl.plan(known, tests=1, measured=[law])
-    assert {t.base_amplitude_m for t in (*plan.tests, *plan.others)} == {1.5e-3, 1.9e-3}
-    row = {"friction_ratio": 0.5, "friction_force_n": 1.8, "friction_coefficient": 0.5, "parameters": {}}
-    assert fl.plan(known, tests=1, measured=[row]).tests[0].base_amplitude_m == pytest.approx(3.02e-3)
     with pytest.raises(UsageError, match=r"(?s)no candidate shows anything.*base_amplitudes_m = \[0\.0018\]"):
         fl.plan(known)
+    found = fl.plan(known, tests=1, friction_coefficient=[0.3, 0.1])
+    assert found.notes[0].startswith("plan: not given, assumed: base_amplitudes_m = [0.0018], duration_s = 60.0")
 
 
 def test_what_the_sensors_gain_does_is_promised_as_a_comparison_states_it() -> None:
@@ -141,19 +137,6 @@ def test_the_law_that_a_folder_of_results_has_found_is_planned_for_unless_anothe
     assert plan.tests[0].values["beta"] == pytest.approx(0.5 * plan.tests[0].normal_force_n / (1191.0 * BASE_M))
     with pytest.raises(UsageError, match=r"expected comparisons .* of steel; got none"):
         fl.plan(scene({"experiment": {"material": "steel"}}), measured=[tmp_path])
-
-
-def test_a_scene_without_candidates_takes_those_that_its_tests_were_made_at(tmp_path: Path) -> None:
-    (tmp_path / "brass_100g.csv").write_text("")
-    (tmp_path / "brass_150g.csv").write_text("")
-    rig = f"[rig]\nnatural_frequency_hz = {NATURAL_HZ}\nstiffness_n_per_m = 1191.0\n"
-    (tmp_path / "frictionlab.toml").write_text(
-        f'{rig}[experiment]\nname_pattern = "{{material}}_{{normal_force_g}}g"\n'
-    )
-    plan = fl.plan(tmp_path / "frictionlab.toml", tests=1, frequency_ratios=[0.5])
-    forces = [t.normal_force_n for t in (*plan.tests, *plan.others)]
-    assert sorted(forces) == pytest.approx([0.980665, 1.4709975])
-    assert plan.notes[0] == "plan.normal_forces_n: not given: those of the names of the logs are taken: 0.980665, 1.471"
 
 
 @pytest.mark.parametrize(
