@@ -7,7 +7,6 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +23,7 @@ WEIGHTS = {"normal_force_g": 9.80665e-3, "normal_force_kg": 9.80665}
 _FACTS = {key: field.annotation for key, field in Experiment.model_fields.items() if key not in _SOURCES}
 _KNOWN = (*_FACTS, *WEIGHTS)
 _NUMERIC = (*(key for key, kind in _FACTS.items() if "float" in str(kind)), *WEIGHTS)
-_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
+_NUMBER = r"\d+(?:[.,]\d+)?"
 _LOGS = ("log", "base_log")  # columns of a sheet that name files
 _HEADINGS = {  # of a sheet, besides the keys themselves, in English and German
     "log": re.compile(r"(log|mess)?[ _-]?(file|datei)[ _-]?(name)?|(mass|masse)[ _-]?(log|file|datei)", re.IGNORECASE),
@@ -92,44 +91,26 @@ def _from_name(pattern: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
     return {key: value for key, value in found.items() if value is not None}
 
 
-def _parts_of(pattern: str) -> list[str]:
-    """A pattern as texts and keys in turn: text, key, text, ..., text."""
-    parts = re.split(r"\{([^{}]*)\}", pattern)
-    keys = parts[1::2]
+def matched(pattern: str, name: str) -> dict[str, str] | None:
+    """What stands in a name for each key of a pattern, each text as short as can be; None where it does not fit.
+
+    A text and the numbers behind it are taken at the first place where they fit (an atomic group): the next text takes
+    what a later place would leave, and a name of any length is done in a moment. SceneError: no such pattern.
+    """
+    first, *more = re.split(r"\{([^{}]*)\}", pattern)
+    keys, texts = more[::2], more[1::2]
     unknown = [key for key in keys if key not in _KNOWN]
-    beside = [f"{{{a}}}{{{b}}}" for a, text, b in zip(keys, parts[2::2], keys[1:], strict=False) if not text]
+    beside = [f"{{{a}}}{{{b}}}" for a, text, b in zip(keys, texts, keys[1:], strict=False) if not text]
     if unknown or beside or not keys or len(set(keys)) < len(keys):
         wrong = f"unknown {unknown}" if unknown else "none" if not keys else "one twice"
         wrong = f"{beside[0]}, with nothing between them" if beside and not unknown else wrong
         raise SceneError(f"experiment.name_pattern: expected keys in braces, of {', '.join(_KNOWN)}; got {wrong}")
-    return parts
-
-
-def matched(pattern: str, name: str) -> dict[str, str] | None:
-    """What stands in a name for each key of a pattern, each text as short as can be; None where it does not fit.
-
-    Each part is tried at each place once: a name of any length is done in a moment. SceneError: no such pattern.
-    """
-    parts = _parts_of(pattern)
-
-    @cache
-    def rest(part: int, at: int) -> tuple[str, ...] | None:
-        if part == len(parts):
-            return () if at == len(name) else None
-        if part % 2 == 0:
-            return rest(part + 1, at + len(parts[part])) if name.startswith(parts[part], at) else None
-        is_number = parts[part] in _NUMERIC
-        ends = range(len(name), at, -1) if is_number else range(at + 1, len(name) + 1)
-        for end in ends:
-            if is_number and not _NUMBER.fullmatch(name, at, end):
-                continue
-            found = rest(part + 1, end)
-            if found is not None:
-                return (name[at:end], *found)
-        return None
-
-    found = rest(0, 0)
-    return None if found is None else dict(zip(parts[1::2], found, strict=True))
+    expression = f"(?>{re.escape(first)}"
+    for key, text in zip(keys, texts, strict=True):
+        group = f"(?P<{key}>{_NUMBER})" if key in _NUMERIC else f")(?>(?P<{key}>.+?)"
+        expression += group + re.escape(text)
+    found = re.fullmatch(rf"{expression}\Z)", name, re.DOTALL)
+    return None if found is None else found.groupdict()
 
 
 def base_log_of(facts: Mapping[str, Fact], log: Path) -> Path | None:
