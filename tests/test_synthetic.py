@@ -14,8 +14,7 @@ from frictionlab.errors import OutputError, SceneError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Rig, Scene, read_scene, scene_from_tables
 from frictionlab.simulator import simulate, steady_state
-from frictionlab.synthetic import log_of, synthesize, virtual_tests
-from frictionlab.synthetic.virtual_rig import cycle_friction_ratios, motion
+from frictionlab.synthetic import cycle_friction_ratios, log_of, motion, synthesize, virtual_tests
 from tests.desk import ROOT, present, truths
 
 Tables = dict[str, object]
