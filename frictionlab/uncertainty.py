@@ -21,7 +21,7 @@ between -(1 - f) and 1 - f. A range that is not known is taken as filled, which 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Generic, Literal, Self, TypeVar, overload
+from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
@@ -141,16 +141,8 @@ class _Flat(Generic[T]):
     def __init__(self, estimate: str, part: Part = "value") -> None:
         self._estimate, self._part = estimate, part
 
-    @overload
-    def __get__(self, result: None, kind: type) -> Self: ...
-
-    @overload
-    def __get__(self, result: object, kind: type) -> T: ...
-
-    def __get__(self, result: object, kind: type) -> Self | T:
-        """Return the part of the estimate."""
-        if result is None:
-            return self
+    def __get__(self, result: object, kind: type) -> T:
+        """Return the part of a result's estimate; AttributeError of its class, which has none."""
         number: T | None = getattr(getattr(result, self._estimate), self._part)
         return self.missing if number is None else number
 

@@ -4,6 +4,7 @@ import math
 import pickle
 from collections.abc import Mapping
 from dataclasses import FrozenInstanceError, dataclass, replace
+from inspect import getattr_static
 
 import numpy as np
 import pytest
@@ -296,6 +297,6 @@ def test_every_number_of_a_row_with_an_error_is_an_estimate(result: type, table:
     """A flat name for each column of errors, and all of one number read off one estimate."""
     for column in table.columns:
         if column.error_of:
-            error, value = (getattr(result, name) for name in (column.name, column.error_of))
-            assert vars(error)["_estimate"] == vars(value)["_estimate"]
-            assert column.name.endswith(vars(error)["_part"])
+            error, value = (vars(getattr_static(result, name)) for name in (column.name, column.error_of))
+            assert error["_estimate"] == value["_estimate"]
+            assert column.name.endswith(error["_part"])

@@ -127,22 +127,16 @@ def best_penalty(signal: FloatArray, noise: float) -> float:
     The expected square of its error is ``mean (y - s)^2 - noise^2 + 2 noise^2 mean H`` (Stein 1981), with
     ``H = 1 / (1 + p (2 sin(w / 2))^8)`` the curve's gain at frequency w; noise^2 without any smoothing.
     """
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - for noise to be taken off alone
+
+    def risk(digits: float) -> float:
+        left = float(np.mean((signal - spline(signal, 10.0**digits)) ** 2)) / noise**2
+        return left - 1.0 + 2.0 * gain_kept(10.0**digits)
+
     if not noise > 0.0 or len(signal) < 8:
         return 0.0
-
-    def risk(penalty: float) -> float:
-        return float(np.mean((signal - spline(signal, penalty)) ** 2)) / noise**2 - 1.0 + 2.0 * gain_kept(penalty)
-
-    least, best, penalty = 1.0, 0.0, 1e10
-    while penalty > 1e-3:  # beyond these two, doubles do not do
-        here = risk(penalty)
-        if here < least:
-            least, best = here, penalty
-        elif best:
-            break
-        penalty /= 8.0
-    beside = [best * 2.0**k for k in (-2, -1, 1, 2)] if best else []
-    return min(((least, best), *((risk(p), p) for p in beside)))[1]
+    found = minimize_scalar(risk, bounds=(-3.0, 10.0), method="bounded", options={"xatol": 0.1})  # as far as doubles do
+    return float(10.0**found.x) if found.fun < 1.0 else 0.0
 
 
 def spline(signal: FloatArray, penalty: float, order: int = ORDER) -> FloatArray:
@@ -238,25 +232,23 @@ def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: in
     return moved, u, said
 
 
-MEANS = {1: np.array([-1.0, 13.0, 13.0, -1.0]) / 24.0, 2: np.array([1.0, 10.0, 1.0]) / 12.0}
-"""Times step^times: means of a velocity or an acceleration that are the displacement's differences to step^5."""
-
-
 def by_two_sensors(
     laser: FloatArray, rate: FloatArray, step: float, gain: float, times: int
 ) -> tuple[FloatArray, float]:
     """Return the displacement (n,) that a laser and a second sensor of one place show, and the penalty of its noise.
 
     Least squares of both, ``sum (x - laser)^2 + p sum (D x - t)^2``: of a velocity (``times`` 1) D are first
-    differences and t its means times step, of an acceleration (2) second differences and Numerov's means times step^2.
-    p is the laser's power of noise over that of ``D laser - t`` below the drive, where no motion is left. At an angle w
-    a sample ``1 / (1 + p (2 sin(w / 2))^(2 times))`` of the laser's noise is left: an offset is the laser's alone.
+    differences, of an acceleration (2) second ones, and t are those of its integral, that of a cubic spline. p is the
+    laser's power of noise over that of ``D laser - t`` below the drive, where no motion is left. At an angle w a sample
+    ``1 / (1 + p (2 sin(w / 2))^(2 times))`` of the laser's noise is left: an offset is the laser's alone.
     ``gain``: relative standard uncertainty of each sensor's. `AnalysisError`: They disagree at the drive by clearly
     more, or too few cycles show their noise.
     """
-    shown, wanted = np.diff(laser, times), step**times * np.convolve(rate, MEANS[times], mode="valid")
-    if times == 1:  # the first and the last interval have no neighbour
-        wanted = np.concatenate([[0.5 * step * (rate[0] + rate[1])], wanted, [0.5 * step * (rate[-2] + rate[-1])]])
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - half a second that only two sensors need
+
+    place = np.arange(float(len(rate)))
+    moved = CubicSpline(place, rate - rate.mean()).antiderivative(times)(place)
+    shown, wanted = np.diff(laser, times), step**times * (np.diff(moved, times) + rate.mean())
     n, drive = len(shown), spectrum.strongest_tone(spectrum.amplitude_spectrum(laser, 1.0, padding=1)).frequency
     lines = spectrum.amplitude_spectrum(shown - wanted, 1.0, padding=1)
     power, order = n / (6.0 * math.log(2.0)) * lines.amplitude**2, lines.frequency / drive  # by medians

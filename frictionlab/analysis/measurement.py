@@ -11,6 +11,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -41,12 +42,21 @@ from frictionlab.uncertainty import (
     sources_of,
 )
 
+Means = Mapping[str, Any]
+"""Estimates by their names in a `Measurement`."""
 
-@dataclass(frozen=True)
-class Means:
-    """Means over the cycles used, and (``steady_``) over all settled ones, each with its errors.
 
-    ``drive`` Hz; ``ratio``: drive over natural frequency; ``base_amplitude`` m; energies k Y^2, amplitudes Y.
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Measurement(Response, ByForce, Result):
+    """What one recording says. ``None`` is not known; lengths are over Y, energies over k Y^2 unless a name says more.
+
+    Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``), means over the cycles used and
+    (``steady_``) over all settled ones; each has flat names too, which are the contract's keys: ``energy_per_cycle``,
+    ``energy_per_cycle_se``, ``energy_per_cycle_u``. All of them are described in `frictionlab.schema`; `Response` (how
+    the mass answers) and `ByForce` (by a load cell) describe theirs.
+
+    ``energy_trend`` (k Y^2 per hour): long tests only. ``cycle``, ``series``, ``trend``, ``layout``: what stands behind
+    the numbers.
     """
 
     drive: Estimate
@@ -56,21 +66,6 @@ class Means:
     amplitude: Estimate
     steady_energy: Estimate
     steady_amplitude: Estimate
-
-
-@dataclass(frozen=True, repr=False, kw_only=True)
-class Measurement(Means, Response, ByForce, Result):
-    """What one recording says. ``None`` is not known; lengths are over Y, energies over k Y^2 unless a name says more.
-
-    Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``); each has flat names too, which
-    are the contract's keys: ``energy_per_cycle``, ``energy_per_cycle_se``, ``energy_per_cycle_u``. All of them
-    are described in `frictionlab.schema`; `Means`, `Response` (how the mass answers) and `ByForce` (by a load cell)
-    describe theirs.
-
-    ``energy_trend`` (k Y^2 per hour): long tests only. ``cycle``, ``series``, ``trend``, ``layout``: what stands behind
-    the numbers.
-    """
-
     source: str
     warnings: tuple[str, ...]
     material: str | None
@@ -189,7 +184,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     cycle = mean_cycle(layout, answer, used, of_mass)
     means = _means(layout, answer, used, begin + (settled or 0.0), natural, prescribed=prescribed)
     sources = sources_of_test(recording, scene, 1.0 / parts[0].step)
-    smooth, slides = cycle.mass_smooth, abs(means.energy.value or 0.0) / (4.0 * max(answer.size, 1e-12))
+    smooth, slides = cycle.mass_smooth, abs(means["energy"].value or 0.0) / (4.0 * max(answer.size, 1e-12))
     cut = 0.0 if answer.is_stuck else channels.cut_away(smooth, drive.frequency, of_mass, friction=slides, r=r)
     means, budget = _budgeted(cycle, means, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
     by_force, force, cell, said = response.by_load_cell(
@@ -201,7 +196,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         one_way=one_way,
     )
     measured = Measurement(
-        **vars(means),
+        **means,
         **vars(answer),
         **vars(by_force),
         source=source_of(recording),
@@ -216,7 +211,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         base_distortion=drive.distortion,
         cycles=len(layout),
         energy_rule=scene.analysis.cycles,
-        energy_joules=means.energy.scaled(joules).widened(sources.stiffness),
+        energy_joules=means["energy"].scaled(joules).widened(sources.stiffness),
         mass_noise_m=layout.of_mass.noise * drive.amplitude,
         base_noise_m=layout.of_base.noise * drive.amplitude,
         accuracy=scene.accuracy,
@@ -271,20 +266,20 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
 def _means(
     layout: Layout, answer: Response, used: slice, steady_from: float, natural: float | None, *, prescribed: bool
 ) -> Means:
-    """All means with their standard errors; from a time [s] on cycles are steady."""
+    """All means with their standard errors, by their names; from a time [s] on cycles are steady."""
     first = min(int(np.searchsorted(layout.time, steady_from - 1e-9)), len(layout) - 1)
     drive, series = layout.drive, answer.series
 
-    def over(some: slice) -> tuple[Estimate, Estimate]:
-        area = steadiness.mean_over(series.energy, some, noise=answer.energy_noise, shared=answer.energy_shared)
-        size = steadiness.mean_over(series.amplitude, some)
-        size = Estimate(size.value, math.hypot(size.se or 0.0, answer.amplitude_noise))
-        return NOT_KNOWN if prescribed else area, size  # a mass that drives itself has no loop and no ratio
-
     frequency = Estimate(drive.frequency, drive.frequency_se)
-    ratio = NOT_KNOWN if prescribed else frequency.over(natural)
-    base = Estimate(drive.amplitude, drive.amplitude_se)
-    return Means(frequency, ratio, base, *over(used), *over(slice(first, len(layout))))
+    found = {"drive": frequency, "ratio": frequency.over(natural)}
+    found["base_amplitude"] = Estimate(drive.amplitude, drive.amplitude_se)
+    for steady, some in (("", used), ("steady_", slice(first, len(layout)))):
+        noise, shared = answer.energy_noise, answer.energy_shared
+        found[f"{steady}energy"] = steadiness.mean_over(series.energy, some, noise=noise, shared=shared)
+        size = steadiness.mean_over(series.amplitude, some)
+        found[f"{steady}amplitude"] = Estimate(size.value, math.hypot(size.se or 0.0, answer.amplitude_noise))
+    # a mass that drives itself has no loop and no ratio
+    return found | (dict.fromkeys(("ratio", "energy", "steady_energy"), NOT_KNOWN) if prescribed else {})
 
 
 def _budgeted(
@@ -297,15 +292,15 @@ def _budgeted(
     )
     sources = replace(sources, mass_gain=mass * sources.mass_gain, base_gain=base * sources.base_gain)
     found = dict(cycle_budget(cycle.mass_smooth, cycle.base, sources, turn=turn, unit=unit))
-    found[RATIO] = {"natural frequency": (means.ratio.value or 0.0) * sources.natural_frequency}
+    found[RATIO] = {"natural frequency": (means["ratio"].value or 0.0) * sources.natural_frequency}
     found[AMPLITUDE] = {**found[AMPLITUDE], LINES: layout.hidden, **of_filter}
     whole, budget = dict[str, Estimate](), dict[str, Shares]()
     for name in ("ratio", "base_amplitude", "energy", "amplitude"):
-        number, key = getattr(means, name), ESTIMATED[name]
+        number, key = means[name], ESTIMATED[name]
         if number.known:
             budget[key] = {STATISTICAL: number.se or 0.0, **found[key]}
             whole[name] = number.with_u(combined(budget[key]))
-    return replace(means, **whole), budget
+    return {**means, **whole}, budget
 
 
 # What a recording, and else its scene, say about a test --------------------------------------------------------------
