@@ -96,7 +96,7 @@ def _fault(path: Path, _state: tuple[int, ...]) -> str:
     whole = is_whole(path)
     if whole is False:
         return "its bytes are not those that were written"
-    return "" if whole else trial.fault_of(path)
+    return "" if whole else trial.tried(path)[0]
 
 
 @contextmanager

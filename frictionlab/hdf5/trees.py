@@ -1,5 +1,6 @@
 """Any HDF5 file as a tree: results and maps written, read, the arrays of others, the tree as lines of text."""
 
+import pickle
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, RecordingError
 from frictionlab.files import write_whole
-from frictionlab.hdf5 import opening
+from frictionlab.hdf5 import opening, trial
 from frictionlab.hdf5.opening import array_inside, group_inside, node_inside, opened, text, write_dataset
 from frictionlab.schema import STEADY_STATES, Column
 
@@ -166,6 +167,18 @@ def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[st
         raise
     except opening.NO_FILE as error:
         raise RecordingError(f"an HDF5 file that cannot be read ({error}): save it again") from error
+
+
+def matlab_inside(path: Path) -> tuple[dict[str, Any], str]:
+    """The variables of a MATLAB file of version 4 to 7 that may hold vectors, by name; all, with their kinds, in words.
+
+    Structures are mappings, cells are arrays of objects. `RecordingError` where it is damaged.
+    """
+    fault, output = trial.tried(path)
+    content, words = (None, fault) if fault else pickle.loads(output)  # noqa: S301 - by a process of ours
+    if content is None:
+        raise RecordingError(f"damaged: {words}: save it again")
+    return content, words
 
 
 def _is_numeric(dataset: Any) -> bool:

@@ -16,7 +16,7 @@ from frictionlab.arrays import FloatArray, holes_of, sampling_interval, step_ran
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.dialect import moment, plain
-from frictionlab.logs.table import LogTable
+from frictionlab.logs.table import Log
 from frictionlab.recording import LATEST_S, Fact, Quality
 from frictionlab.units import TIME, to_si
 
@@ -151,27 +151,27 @@ def _flag_holes(base: Clock, bridge_s: float) -> None:
         base.warnings.append(f"{np.count_nonzero(repeated)} time stamps repeat the one before (flagged duplicated)")
 
 
-def clock_of(table: LogTable, options: LogOptions) -> Clock:
+def clock_of(log: Log, options: LogOptions) -> Clock:
     """Make the clock of a log, of its stamps or by counting its samples."""
-    facts = table.log.layout.facts
+    facts = log.layout.facts
     stated_s, start_s = facts.get("interval_s"), facts.get("start_s")
-    if "time" not in table.values:
-        return _counted(table, options, stated_s, start_s)
-    values, column = table.values.pop("time"), table.columns["time"]
+    if "time" not in log.columns:
+        return _counted(log, options, stated_s, start_s)
+    values, column = log.body.values.pop("time"), log.columns["time"]
     first, warnings = float(values[0]), list[str]()
     # what one more in the last digit of a stamp means: 0.001 for 12.345 and 1:02:03.456; doubles show a microsecond
-    shown = [plain(row[column.index]) for row in table.log.rows(50)]
+    shown = [plain(row[column.index]) for row in log.rows(50)]
     digits = [len(match[1]) for cell in shown if (match := _FRACTION.search(cell))]
     resolution = 10.0 ** -max(digits, default=0) if shown else 1e-6
-    if table.log.layout.dialect.kinds[column.index] == "m":
-        cells, start_s = table.log.layout.dialect.example, first
+    if log.layout.dialect.kinds[column.index] == "m":
+        cells, start_s = log.layout.dialect.example, first
         if first < 172800.0:  # they show no date: it may stand in a column, and midnight passes
             values = values + 86400.0 * np.cumsum(np.append(False, np.diff(values) < -43200.0))
             start_s += next(filter(None, (moment(f"{plain(cell)} 0:00") for cell in cells)), 0.0)
         evidence = ["the time column holds clock times: the first one is 0 in the recording"]
         unit, stamps = "clock time", values - first
     else:
-        unit, evidence, warnings = _unit(table, values, options)
+        unit, evidence, warnings = _unit(log, values, options)
         if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
             stamps, start_s, resolution = to_si(values - first, unit), first / TIME[unit], resolution / TIME[unit]
             evidence.append("stamps count from 1970: the first one is 0 in the recording")
@@ -186,9 +186,9 @@ def clock_of(table: LogTable, options: LogOptions) -> Clock:
     return clock
 
 
-def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str, list[str], list[str]]:
+def _unit(log: Log, values: FloatArray, options: LogOptions) -> tuple[str, list[str], list[str]]:
     """Find the unit of a numeric time column, as said or by the sampling rate it would mean."""
-    column = table.columns["time"]
+    column = log.columns["time"]
     if options.time_unit is not None:
         differs = column.unit and column.unit != options.time_unit
         said = f"time: the log says {column.unit}, --time-unit says {options.time_unit}: {options.time_unit} is taken"
@@ -218,11 +218,11 @@ def _unit(table: LogTable, values: FloatArray, options: LogOptions) -> tuple[str
     raise LogError(f"the unit of time column {column} is not said and its steps of {step:g} fit none: give --time-unit")
 
 
-def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start_s: float | None) -> Clock:
+def _counted(log: Log, options: LogOptions, stated_s: float | None, start_s: float | None) -> Clock:
     """Time counted at a known interval, for a log without stamps."""
     rate, none = options.sampling_rate_hz, np.zeros(0, np.int64)
     if rate is None and stated_s is None:
-        in_hz = any(c.unit in ("hz", "khz") for c in table.log.layout.columns)
+        in_hz = any(c.unit in ("hz", "khz") for c in log.layout.columns)
         of_drive = "; a table over frequency is for compare-numeric, with amplitude [Y] or phase [deg]" if in_hz else ""
         raise LogError("no time column found: give --time, or --sampling-rate" + of_drive)
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
@@ -231,7 +231,7 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start
     if rate is not None and stated_s is not None and abs(rate * stated_s - 1.0) > _STATED_TOLERANCE:
         warnings = [f"the log states a sampling interval of {stated_s:.9g} s: {rate:g} Hz as given is taken"]
     with np.errstate(over="ignore", invalid="ignore"):  # the recording refuses what is not finite
-        time = np.arange(table.body.counts["data"], dtype=np.float64) * np.float64(interval)
+        time = np.arange(log.body.rows, dtype=np.float64) * np.float64(interval)
     bridge = max(options.bridge_s, _SHORTEST_BRIDGE * interval)
     return Clock(
         *(time, np.zeros(len(time), np.uint8), none, interval, bridge),

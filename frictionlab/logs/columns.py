@@ -17,7 +17,7 @@ from frictionlab.units import ACCELERATION, LENGTH, NORMAL_FORCE, TIME, UNIT, VO
 
 if TYPE_CHECKING:
     from frictionlab.logs.layouts import LogLayout
-    from frictionlab.logs.table import OpenLog
+    from frictionlab.logs.table import Log
 
 _TIME = re.compile(
     r"t|x_value|elapsed|epoch|date ?time|clock|dt|"
@@ -110,7 +110,7 @@ def is_displacement(column: LogColumn) -> bool:
     return column.unit in LENGTH or not column.unit
 
 
-def is_acceleration(column: LogColumn) -> bool:
+def _is_acceleration(column: LogColumn) -> bool:
     """Whether a column holds an acceleration, by its unit or, where none is said, by its name."""
     word = None if column.unit else _SAYS.search(column.name)
     return column.unit in ACCELERATION or (word is not None and word.lastgroup == "acceleration")
@@ -134,7 +134,7 @@ def _pick(columns: Sequence[LogColumn], role: str) -> LogColumn | None:
 
 
 def assign(
-    log: "OpenLog", options: LogOptions, roles: Sequence[str], *, further: bool = False
+    log: "Log", options: LogOptions, roles: Sequence[str], *, further: bool = False
 ) -> tuple[dict[str, LogColumn], list[str]]:
     """Say which column is time, and which plays each role; with ``further`` also other channels; what is left out."""
     layout = log.layout
@@ -176,7 +176,7 @@ def assign(
     return found, warnings
 
 
-def _refuse_grouped(log: "OpenLog", columns: Sequence[LogColumn]) -> None:
+def _refuse_grouped(log: "Log", columns: Sequence[LogColumn]) -> None:
     """Refuse marks between thousands in these columns: 1.027 may be either."""
     for cells in log.rows(400):
         for column in columns:
@@ -206,7 +206,7 @@ def _not_taken(columns: Sequence[LogColumn]) -> list[str]:
     return said
 
 
-def _contradicted(log: "OpenLog", time: LogColumn | None, rate: float) -> list[str]:
+def _contradicted(log: "Log", time: LogColumn | None, rate: float) -> list[str]:
     """A sentence where the stamps that a given sampling rate replaces have another rate."""
     stamps = log.beginning(time.index) if time is not None else np.zeros(0)
     step = float(stamps[-1] - stamps[0]) / (len(stamps) - 1) if len(stamps) > 1 else 0.0
@@ -270,7 +270,7 @@ def _mass_number(column: LogColumn) -> str:
     return str(int(match[1])) if match and int(match[1]) else ""
 
 
-def possible(log: "OpenLog", options: LogOptions) -> list[LogColumn]:
+def possible(log: "Log", options: LogOptions) -> list[LogColumn]:
     """Columns that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
     columns = _numeric(log.layout, options)
     times = {c.index for c in candidates(columns, "time")} | set(log.layout.time_of.values())
@@ -281,6 +281,18 @@ def possible(log: "OpenLog", options: LogOptions) -> list[LogColumn]:
     return [c for c in columns if c.index not in times and is_displacement(c)]
 
 
+def acceleration_in(log: "Log", options: LogOptions) -> LogColumn | None:
+    """The column of the base's acceleration, where there is no displacement, or where it was named as the base."""
+    columns = log.layout.columns
+    named = options.base_acceleration if options.base is None else options.base
+    if named is not None:
+        column = by_option(columns, named, "base")
+        said = options.unit in ACCELERATION or options.base_acceleration is not None
+        return column if said or _is_acceleration(column) else None
+    alone = all(map(_is_acceleration, possible(log, options)))
+    return next((column for column in columns if alone and _is_acceleration(column)), None)
+
+
 def _numeric(layout: "LogLayout", options: LogOptions) -> list[LogColumn]:
     """The columns of numbers; volts count as bare numbers where a calibration says what they mean."""
     columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
@@ -288,7 +300,7 @@ def _numeric(layout: "LogLayout", options: LogOptions) -> list[LogColumn]:
     return [replace(c, unit="") if calibrated and c.unit in VOLTS else c for c in columns]
 
 
-def _time_by_values(columns: Sequence[LogColumn], log: "OpenLog") -> LogColumn | None:
+def _time_by_values(columns: Sequence[LogColumn], log: "Log") -> LogColumn | None:
     """The one column of clock times, whatever its name; else without name and unit, whose numbers rise evenly."""
 
     def rises(index: int) -> bool:
@@ -310,7 +322,7 @@ def _with_displacements(
     found: dict[str, LogColumn],
     options: LogOptions,
     roles: Sequence[str],
-    log: "OpenLog",
+    log: "Log",
     *,
     alone: bool,
 ) -> dict[str, LogColumn]:

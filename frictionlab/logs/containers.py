@@ -1,17 +1,15 @@
 """Logs that are not text, each read by a small adapter over a library into columns of doubles; `READERS` lists them.
 
 MATLAB's .mat, foreign HDF5, NumPy, JSON, Parquet, and National Instruments' TDMS where npTDMS is installed. Excel's
-workbooks become text instead (`frictionlab.logs.text`). What is known and not read is named by `refuse_by_name`.
+workbooks become text instead (`frictionlab.logs.text`), which also names what is known and not read.
 """
 
 import json
 import logging
-import warnings
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,39 +18,25 @@ from numpy.typing import NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, LogError
 from frictionlab.files import check_regular
-from frictionlab.hdf5 import arrays_inside, fault_of, is_recording
+from frictionlab.hdf5 import arrays_inside, is_recording, matlab_inside
 from frictionlab.log_options import LogOptions
+from frictionlab.logs.columns import columns_of
+from frictionlab.logs.dialect import Dialect
+from frictionlab.logs.layouts import LogLayout
+from frictionlab.units import known_unit
 
 FREE_BYTES = 1 << 28
 MOST_DEPTH = 20  # of JSON
 MOST_EXPANSION = 200
 """Numbers may take this many times the file's size, and always `FREE_BYTES`."""
-_MATLAB_READ = {"double", "single", "logical", "struct", "cell"} | {
-    f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
-}
-"""Kinds of MATLAB's variables, as scipy calls them, that are read: others hold no vector."""
 _RATES = ("fs", "sampling_rate", "samplerate", "sample_rate", "srate", "f_s")
-_STEPS = ("dt", "ts", "tsample", "sampling_interval")
+_STEPS = ("dt", "ts", "tsample", "sampling_interval", "wf_increment")
+_FACTS = dict.fromkeys((*_RATES, *_STEPS), "interval_s") | {"wf_start_time": "start_s"}
+_MOST_COLUMNS = 64  # of a matrix
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """Columns of a binary log: (n,) float64 each, as in the file, nan for no value.
-
-    ``layout``: kind of file; ``units`` may be ""; ``moments``: columns of seconds since 1970 UTC; ``facts``:
-    ``interval_s`` and ``start_s`` where the file states them.
-    """
-
-    layout: str
-    titles: tuple[str, ...]
-    values: tuple[FloatArray, ...]
-    units: tuple[str, ...] = ()
-    moments: frozenset[int] = frozenset()
-    facts: Mapping[str, float] = field(default_factory=dict)
-
-
-def read_binary(path: Path, options: LogOptions) -> Sheet | None:
-    """Read a log of a kind that is registered; ``None`` for any other file."""
+def read_container(path: Path, options: LogOptions) -> tuple[LogLayout, tuple[FloatArray, ...]] | None:
+    """Read a log of a kind in `READERS`: what its columns are, and they, (n,) each, nan for no value; else None."""
     try:
         check_regular(path)
         with path.open("rb") as file:
@@ -60,9 +44,12 @@ def read_binary(path: Path, options: LogOptions) -> Sheet | None:
     except OSError as error:
         raise LogError(f"cannot be read ({error.strerror}): give the path of a log") from error
     kind = _kind_of(first, path)
+    if not kind:
+        return None
+    name, read = READERS[kind]
     try:
-        return READERS[kind](path, options) if kind else None
-    except (FrictionlabError, MemoryError):
+        return _columns(name, read(path), options)
+    except FrictionlabError:
         raise
     except Exception as error:
         raise LogError(f"a damaged {kind} file ({type(error).__name__}: {error}): save it again") from error
@@ -82,43 +69,34 @@ def _kind_of(first: bytes, path: Path) -> str:
     return {b"TDSm": "tdms", b"PAR1": "parquet"}.get(first[:4], "")
 
 
-def _hdf5(path: Path, options: LogOptions) -> Sheet:
+def _hdf5(path: Path) -> Any:
     """MATLAB 7.3, and whatever else is HDF5."""
     if is_recording(path):
         raise LogError("a recording of frictionlab, not a log: give it to `frictionlab analyze`")
-    return sheet_of("MATLAB", arrays_inside(path, _check_size), options)
+    return arrays_inside(path, _check_size)
 
 
-def _matlab(path: Path, options: LogOptions) -> Sheet:
+def _matlab(path: Path) -> Any:
     """Versions 4 to 7."""
-    if fault := fault_of(path):
-        raise LogError(f"damaged: {fault}: save it again")
-    from scipy.io import loadmat, whosmat  # noqa: PLC0415 - 0.2 s that other logs need not wait for
-
-    listed = whosmat(str(path))
-    _check_size(sum(int(np.prod(shape)) for _, shape, _ in listed), path.stat().st_size)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # duplicate names, objects it passes over
-        wanted = [name for name, _, kind in listed if kind in _MATLAB_READ]
-        found = loadmat(str(path), simplify_cells=True, variable_names=wanted)
-    content = {name: value for name, value in found.items() if not name.startswith("__")}
-    others = ", ".join(f"{name} ({kind})" for name, _, kind in listed) or "nothing"
-    return sheet_of("MATLAB", content, options, others)
+    content, others = matlab_inside(path)
+    if not content:
+        raise _no_arrays(others)
+    return content
 
 
-def _numpy(path: Path, options: LogOptions) -> Sheet:
+def _numpy(path: Path) -> Any:
     """Arrays of numbers; none of Python objects."""
     if path.suffix.lower() == ".npz":
         with zipfile.ZipFile(path) as archive:
             _check_size(sum(member.file_size for member in archive.infolist()) // 8, path.stat().st_size)
         with np.load(path, allow_pickle=False) as found:
-            return sheet_of("NumPy", dict(found), options)
+            return dict(found)
     array = np.load(path, allow_pickle=False, mmap_mode="r")
     _check_size(int(array.size), path.stat().st_size)
-    return sheet_of("NumPy", {path.stem: np.array(array)} if array.dtype.names is None else np.array(array), options)
+    return {path.stem: np.array(array)} if array.dtype.names is None else np.array(array)
 
 
-def _json(path: Path, options: LogOptions) -> Sheet:
+def _json(path: Path) -> Any:
     """Arrays by name, records (a mapping a row), columns with data, or a list of tests."""
     if path.stat().st_size > FREE_BYTES:
         raise LogError(f"more than {FREE_BYTES / 1e6:.0f} MB of JSON: save it as text or Parquet")
@@ -133,10 +111,10 @@ def _json(path: Path, options: LogOptions) -> Sheet:
         level = [value for values in inner for value in values if isinstance(value, (dict, list))]
     if level:
         raise LogError(too_deep)
-    return sheet_of("JSON", content, options)
+    return content
 
 
-def _parquet(path: Path, options: LogOptions) -> Sheet:
+def _parquet(path: Path) -> Any:
     """The columns of numbers and of moments."""
     import pyarrow as pa  # noqa: PLC0415 - 0.1 s that other logs need not wait for
     import pyarrow.parquet as pq  # noqa: PLC0415
@@ -150,10 +128,10 @@ def _parquet(path: Path, options: LogOptions) -> Sheet:
             columns[name] = column.cast(pa.float64(), safe=False).to_numpy()
         elif pa.types.is_timestamp(kind) or pa.types.is_floating(kind) or pa.types.is_integer(kind):
             columns[name] = column.to_numpy()
-    return sheet_of("Parquet", columns, options, ", ".join(table.column_names))
+    return columns
 
 
-def _tdms(path: Path, options: LogOptions) -> Sheet:
+def _tdms(path: Path) -> Any:
     """The channels of the length that most have, with their units; the waveform's interval and start."""
     if find_spec("nptdms") is None:
         raise LogError(
@@ -172,24 +150,23 @@ def _tdms(path: Path, options: LogOptions) -> Sheet:
         names = [c.name for c in chosen]
         names = names if len(set(names)) == len(names) else [f"{c.group_name} {c.name}" for c in chosen]
         units = [c.properties.get("unit_string") or c.properties.get("NI_UnitDescription") or "" for c in chosen]
-        content: dict[str, Any] = {name: c[:] for name, c in zip(names, chosen, strict=True)}
-        content["units"] = dict(zip(names, units, strict=True))
         steps = {float(c.properties["wf_increment"]) for c in chosen if c.properties.get("wf_increment")}
-        sheet, start = sheet_of("TDMS", content, options), chosen[0].properties.get("wf_start_time")
-        if len(steps) == 1 and (step := steps.pop()) > 0.0:
-            begin = {} if start is None else {"start_s": float(_doubles(np.array([start], "datetime64[ns]"))[0])}
-            sheet = replace(sheet, facts={"interval_s": step, **begin})
-        return sheet
+        content: dict[str, Any] = {"units": dict(zip(names, units, strict=True))}
+        if len(steps) == 1:
+            content["wf_increment"] = steps.pop()
+            content["wf_start_time"] = chosen[0].properties.get("wf_start_time")
+        return content | {name: c[:] for name, c in zip(names, chosen, strict=True)}
 
 
-def _doubles(values: NDArray[Any]) -> FloatArray:
-    """As doubles; moments as seconds since 1970, nan for none."""
-    if values.dtype.kind != "M":
-        return values.astype(np.float64)
-    return np.where(np.isnat(values), np.nan, values.astype("datetime64[ns]").astype(np.int64) / 1e9)
-
-
-READERS = {"hdf5": _hdf5, "matlab": _matlab, "numpy": _numpy, "json": _json, "parquet": _parquet, "tdms": _tdms}
+READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {
+    "hdf5": ("MATLAB", _hdf5),
+    "matlab": ("MATLAB", _matlab),
+    "numpy": ("NumPy", _numpy),
+    "json": ("JSON", _json),
+    "parquet": ("Parquet", _parquet),
+    "tdms": ("TDMS", _tdms),
+}
+"""Kind -> the layout's name, and what reads its arrays, by name, in structures, lists of records, several tests."""
 
 
 def _check_size(numbers: int, packed: int) -> None:
@@ -202,11 +179,15 @@ def _check_size(numbers: int, packed: int) -> None:
         )
 
 
-def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -> Sheet:
-    """Make a sheet of what a container holds: named arrays, also in structures, lists of records, several tests.
+def _no_arrays(got: str) -> LogError:
+    return LogError(
+        f"no arrays of numbers found: expected vectors such as t, x, y; got {got or 'nothing'}: save the columns of "
+        "tables and other objects as plain vectors (x = T.x; save log.mat t x y)"
+    )
 
-    ``others``: what the file says that it holds, for the message where that is no log.
-    """
+
+def _columns(name: str, content: Any, options: LogOptions) -> tuple[LogLayout, tuple[FloatArray, ...]]:
+    """The columns of the test that is asked for, in what a container holds: those of the length that most have."""
     if options.variable is not None:
         content = _part(content, options.variable)
     found = _tests(content)
@@ -223,22 +204,36 @@ def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -
             columns[path] = flat
         elif flat.ndim == 2:
             tall = flat if flat.shape[0] >= flat.shape[1] else flat.T
-            columns |= {(*path[:-1], f"{path[-1]}{i + 1}"): tall[:, i] for i in range(min(tall.shape[1], 64))}
-        elif value.size == 1 and plain in (*_RATES, *_STEPS) and 0.0 < (number := float(flat)) < np.inf:
-            facts["interval_s"] = 1.0 / number if plain in _RATES else number
+            numbered = range(min(tall.shape[1], _MOST_COLUMNS))
+            columns |= {(*path[:-1], f"{path[-1]}{i + 1}"): tall[:, i] for i in numbered}
+        elif value.size == 1 and plain in _FACTS and 0.0 < (number := float(_doubles(flat))) < np.inf:
+            facts[_FACTS[plain]] = 1.0 / number if plain in _RATES else number
     if not columns:
-        raise LogError(
-            f"no arrays of numbers found: expected vectors such as t, x, y; got {others or _names(chosen)}: save the "
-            "columns of tables and other objects as plain vectors (x = T.x; save log.mat t x y)"
-        )
+        raise _no_arrays(_names(chosen))
     usual = _usual_length([*columns.values()])
     wanted = {path: column for path, column in columns.items() if len(column) == usual}
-    short = tuple(path[-1] for path in wanted)
-    titles = short if len(set(short)) == len(short) else tuple(map(".".join, wanted))
+    short = [path[-1] for path in wanted]
+    titles = short if len(set(short)) == len(short) else [*map(".".join, wanted)]
     said = chosen.get("units", {}) if isinstance(chosen, Mapping) else {}
-    units = tuple(str(said.get(title, "")) for title in titles) if isinstance(said, Mapping) else ()
-    moments = frozenset(i for i, column in enumerate(wanted.values()) if column.dtype.kind == "M")
-    return Sheet(layout, titles, tuple(map(_doubles, wanted.values())), units, moments, facts)
+    units = [known_unit(str(said.get(title, ""))) for title in titles] if isinstance(said, Mapping) else []
+    kinds = "".join("m" if column.dtype.kind == "M" else "n" for column in wanted.values())
+    layout = LogLayout(
+        name=name,
+        dialect=Dialect("", "", len(titles), kinds, 0, ()),
+        columns=columns_of(titles, units, len(titles)),
+        header=(),
+        body=0,
+        facts=facts,
+        evidence=(f"{len(titles)} columns of {usual} numbers",),
+    )
+    return layout, tuple(map(_doubles, wanted.values()))
+
+
+def _doubles(values: NDArray[Any]) -> FloatArray:
+    """As doubles; moments as seconds since 1970, nan for none."""
+    if values.dtype.kind != "M":
+        return values.astype(np.float64)
+    return np.where(np.isnat(values), np.nan, values.astype("datetime64[ns]").astype(np.int64) / 1e9)
 
 
 def _part(content: Any, variable: str) -> Any:
@@ -321,34 +316,3 @@ def _usual_length(columns: Sequence[Any]) -> int:
     """The length that most columns have; of several, the largest."""
     lengths = [len(column) for column in columns]
     return max(set(lengths), key=lambda n: (lengths.count(n), n))
-
-
-_KINDS = (
-    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file (.xls), or another old Office file: save it as .xlsx"),
-    (b"RIFF", "a sound file (WAV, AVI): its samples have no unit of length: export the displacement as text"),
-    *((magic, "a picture: give the log itself") for magic in (b"\x89PNG", b"\xff\xd8\xff")),
-    (b"%PDF", "a PDF document: give the log itself"),
-    *((magic, "packed: unpack it first") for magic in (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh", b"\xfd7zXZ\0")),
-    (b"MDF     ", "an ASAM MDF measurement: export it as text or as MATLAB"),
-    (b"SQLite format 3", "a database (SQLite): export the log as text"),
-    (b"ARROW1", "an Arrow (Feather) file: save it as Parquet"),
-    (b"CDF", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
-    (b"source,status,reason,", "a table of results, not a log: `frictionlab show` and `frictionlab campaign` read it"),
-)  # fmt: skip
-
-_SUFFIXES = {
-    ".toml": "a scene (give it to --scene)",
-    ".jsonl": "a table of results",
-    ".md": "a text to read",
-    ".html": "a web page",
-    ".svg": "a drawing",
-}
-
-
-def refuse_by_name(first: bytes, name: str) -> None:
-    r"""Raise for a file whose first bytes are those of a kind that is not read."""
-    if (kind := _SUFFIXES.get(PurePath(name).suffix.lower())) is not None:
-        raise LogError(f"{kind}, not a log")
-    for magic, words in _KINDS:
-        if first.startswith(magic):
-            raise LogError(words)

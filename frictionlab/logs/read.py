@@ -11,11 +11,11 @@ from frictionlab.errors import DOUBTED, LogError
 from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
-from frictionlab.logs.columns import LogColumn, by_option, is_acceleration, possible
+from frictionlab.logs.columns import acceleration_in, possible
 from frictionlab.logs.sensor import Sensed, bridge, examine, flag_dead, together, unit_by_step
-from frictionlab.logs.table import LogTable, OpenLog, naming, open_log, read_table
-from frictionlab.recording import Channel, Fact, Recording, Source, quantity_named
-from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
+from frictionlab.logs.table import Log, naming, open_log, read_table
+from frictionlab.recording import Channel, Fact, QuarantinedLine, Recording, Source, quantity_named
+from frictionlab.units import LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
 _SENTINELS = (9999.0, 99999.0, 999999.0, 9999.9, 9999.99, 999.99)
 
@@ -24,36 +24,9 @@ _SENTINELS = (9999.0, 99999.0, 999999.0, 9999.9, 9999.99, 999.99)
 class SensorLog:
     """A log in SI units: its clock, and its channels by role."""
 
-    table: LogTable
+    log: Log
     clock: Clock
     channels: dict[str, Sensed]
-
-    @property
-    def warnings(self) -> list[str]:
-        """All sentences about this log."""
-        counts, said = self.table.body.counts, list(self.table.warnings)
-        if counts["quarantined"]:
-            number, _, reason = self.table.body.quarantined[0]
-            said.append(f"{counts['quarantined']} of {counts.total()} lines are quarantined; line {number}: {reason}")
-        restarts = self.table.body.restarts
-        if len(restarts):
-            where = ", ".join(str(n) for n in self.table.body.lines_of(restarts).tolist()[:5])
-            said.append(
-                f"the header is repeated (before line {where}): the logger was started again there; where another test"
-                f" begins, --test 1 to --test {len(restarts) + 1} reads one"
-            )
-        channels = (w for c in self.channels.values() for w in c.warnings)
-        return [*said, *self.clock.warnings, *channels]
-
-    @property
-    def evidence(self) -> list[str]:
-        """All reasons for reading it so."""
-        log, columns = self.table.log, self.table.columns.items()
-        found = [f"{role} is column {column}, in {column.unit or 'a unit not said'}" for role, column in columns]
-        layout = (f"layout {log.layout.name}", *log.layout.dialect.evidence, *log.layout.evidence)
-        of_channels = (e for c in self.channels.values() for e in c.evidence)
-        written = log.text.evidence if log.text is not None else ()
-        return [*written, *layout, *found, *self.clock.evidence, *of_channels]
 
 
 def read_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -76,17 +49,17 @@ def read_log(path: Path, options: LogOptions | None = None) -> Recording:
         return _read(open_log(path, options), options)
 
 
-def _read(log: OpenLog, options: LogOptions) -> Recording:
+def _read(log: Log, options: LogOptions) -> Recording:
     roles = ("mass" if options.relative is None else "relative", "base")
-    table = read_table(log, options, roles, further=True)
-    if "base_time" in table.values:
-        times = table.values["time"], table.values.pop("base_time")
-        if not np.array_equal(*times):
-            return _read_own_times(table, times[1], options)
-    sensors = _examined(table, options)
+    read_table(log, options, roles, further=True)
+    if "base_time" in log.columns:
+        base_time = log.body.values.pop("base_time")
+        if not np.array_equal(log.body.values["time"], base_time):
+            return _read_own_times(log, base_time, options)
+    sensors = _examined(log, options)
     if "relative" in sensors.channels:  # to the mass's displacement, by the base's
         relative, base = sensors.channels.pop("relative"), sensors.channels["base"]
-        relative.evidence.append("mass is the relative displacement plus the base's")
+        log.evidence.append("mass is the relative displacement plus the base's")
         sensors.channels["mass"] = replace(relative, values=relative.values + base.values)
     return _recording([sensors], options)
 
@@ -98,8 +71,7 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
         log = open_log(path, options)
         if len(possible(log, options)) != 1 or any(getattr(options, role) is not None for role in FURTHER):
             return _read(log, options)
-        sensors = _examined(read_table(log, options, ("mass",)), options)
-        return _recording([sensors], options, still="base")
+        return _recording([_examined(read_table(log, options, ("mass",)), options)], options, still="base")
 
 
 def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -110,28 +82,14 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
     options = options or LogOptions()
     with naming(path):
         log = open_log(path, options)
-        column = _acceleration_in(log, options)
+        column, own, roles = acceleration_in(log, options), options, ["base"]
         if column is not None:
             units = f"base_acceleration={options.unit}" if options.unit else options.units
-            alone = options.but(base=None, base_acceleration=column.index + 1, unit=None, units=units)
-            sensors = _examined(read_table(log, alone, (), further=True), alone)
+            own, roles = options.but(base=None, base_acceleration=column.index + 1, unit=None, units=units), []
         elif options.base is None and len(possible(log, options)) > 1:
             return _read(log, options)
-        else:
-            sensors = _examined(read_table(log, options, ("base",)), options)
+        sensors = _examined(read_table(log, own, roles, further=not roles), own)
         return _recording([sensors], options, still="mass")
-
-
-def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
-    """The column of the base's acceleration, where there is no displacement, or where it was named as the base."""
-    columns = log.layout.columns
-    named = options.base_acceleration if options.base is None else options.base
-    if named is not None:
-        column = by_option(columns, named, "base")
-        said = options.unit in ACCELERATION or options.base_acceleration is not None
-        return column if said or is_acceleration(column) else None
-    alone = all(map(is_acceleration, possible(log, options)))
-    return next((column for column in columns if alone and is_acceleration(column)), None)
 
 
 def read_two_logs(mass_log: Path, base_log: Path, options: LogOptions | None = None) -> Recording:
@@ -149,28 +107,41 @@ def read_two_logs(mass_log: Path, base_log: Path, options: LogOptions | None = N
         return _recording(logs, options)
 
 
-def _read_own_times(table: LogTable, base_time: FloatArray, options: LogOptions) -> Recording:
+def _read_own_times(log: Log, base_time: FloatArray, options: LogOptions) -> Recording:
     """Read a log whose channels have stamps of their own, on one clock; further channels are left out."""
-    there = np.isfinite(base_time)
-    stamps = {"mass": ("time", table.values["time"]), "base": ("base_time", base_time[there])}
-    values = {"mass": table.values["mass"], "base": table.values["base"][there]}
+    there, values = np.isfinite(base_time), log.body.values
     logs = []
-    for role, (column, time) in stamps.items():
-        columns = {"time": table.columns[column], role: table.columns[role]}
-        own = replace(table, columns=columns, values={"time": time, role: values[role]})
-        logs.append(_examined(own, options, is_whole=False))
+    for role, column, time, own in (
+        ("mass", "time", values["time"], values["mass"]),
+        ("base", "base_time", base_time[there], values["base"][there]),
+    ):
+        columns = {"time": log.columns[column], role: log.columns[role]}
+        of_role = replace(log, columns=columns, body=replace(log.body, values={"time": time, role: own}))
+        logs.append(_examined(of_role, options, is_whole=False))
     return _recording(logs, options, one_clock=True)
 
 
-def _examined(table: LogTable, options: LogOptions, *, is_whole: bool = True) -> SensorLog:
+def _examined(log: Log, options: LogOptions, *, is_whole: bool = True) -> SensorLog:
     """Convert a log to SI units, and examine its clock and its values; ``is_whole``: all that its lines hold."""
-    clock = clock_of(table, options)
+    clock, values = clock_of(log, options), log.body.values
     if len(clock.stray):
-        for role, values in table.values.items():
-            table.values[role] = np.delete(values, clock.stray)
+        values = {role: np.delete(column, clock.stray) for role, column in values.items()}
         if is_whole:
-            table.body.set_aside(clock.stray, "the time stamp runs backward")
-    channels = {role: _channel(table, role, options) for role in [*table.values]}
+            log.set_aside(clock.stray, "the time stamp runs backward")
+    log.body.values = {}
+    if log.text is not None:
+        log.text.content = b""  # as large as the log: not kept while its values are examined
+    counts = log.body.counts
+    if counts["quarantined"]:
+        number, _, reason = log.body.quarantined[0]
+        said = f"{counts['quarantined']} of {counts.total()} lines are quarantined; line {number}: {reason}"
+        log.warnings.append(said)
+    if restarts := log.body.restarts:
+        log.warnings.append(
+            f"the header is repeated (before line {', '.join(map(str, restarts[:5]))}): the logger was started again "
+            f"there; where another test begins, --test 1 to --test {len(restarts) + 1} reads one"
+        )
+    channels = {role: _channel(log, role, values.pop(role), options) for role in [*values]}
     flag_dead(clock.time, channels)
     for channel in channels.values():
         bridge(clock.time, channel, clock.bridge)
@@ -178,12 +149,14 @@ def _examined(table: LogTable, options: LogOptions, *, is_whole: bool = True) ->
         lasers = [role for role in channels if role.partition("+")[0] == place]
         if len(lasers) > 1:
             channels[place] = together([channels.pop(role) for role in lasers])
-    return SensorLog(table, clock, channels)
+    log.warnings += [*clock.warnings, *(sentence for channel in channels.values() for sentence in channel.warnings)]
+    log.evidence += [*clock.evidence, *(sentence for channel in channels.values() for sentence in channel.evidence)]
+    return SensorLog(log, clock, channels)
 
 
-def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
+def _channel(log: Log, role: str, values: FloatArray, options: LogOptions) -> Sensed:
     """A channel in SI units: by its calibration, its unit, or the step that shows which laser it is."""
-    column, values, role = table.columns[role], table.values.pop(role), role.partition("+")[0]
+    column, role = log.columns[role], role.partition("+")[0]
     is_laser = role in LASERS
     quantity = "displacement" if is_laser else quantity_named(role)
     a = "a length" if quantity == "displacement" else f"a{'n' * (quantity[0] == 'a')} {quantity}"
@@ -262,54 +235,53 @@ def _recording(
 
     ``still``: a channel that the log lacks, which stands at 0; ``one_clock``: both are columns of one file.
     """
-    first, facts, warnings = logs[0], _dialect_facts(logs[0], options), list[str]()
+    first, facts, warnings = logs[0], _facts(logs[0], options), list[str]()
     if len(logs) == 1:
         time = first.clock.time
         quality = np.bitwise_or.reduce([first.clock.quality, *(c.quality for c in first.channels.values())])
         values = {role: sensed.values for role, sensed in first.channels.items()}
         values |= {still: np.zeros(len(time))} if still else {}
     else:
-        mass, base = ((log.clock, log.channels[role]) for log, role in zip(logs, ("mass", "base"), strict=True))
+        mass, base = ((each.clock, each.channels[role]) for each, role in zip(logs, ("mass", "base"), strict=True))
         (time, x, y, quality), how, warnings = align(mass, base, options, one_clock=one_clock)
         values = {"mass": x, "base": y}
-        of_base = sorted(_dialect_facts(logs[1], options).items(), key=lambda fact: fact[0].startswith("base_"))
+        of_base = sorted(_facts(logs[1], options).items(), key=lambda fact: fact[0].startswith("base_"))
         facts |= {key if key.startswith("base_") else f"base_log_{key}": value for key, value in of_base} | how
-    named = [(f"{log.table.log.name}: " if len(logs) > 1 else "", log) for log in logs]
+    named = [(f"{each.log.name}: " if len(logs) > 1 else "", each.log) for each in logs]
+    lines = (QuarantinedLine(log.name, *line) for _, log in named for line in log.body.quarantined)
     source = Source(
-        files=tuple(dict.fromkeys(log.table.file for log in logs)),
+        files=tuple(dict.fromkeys(log.file for _, log in named)),
         dialect=facts,
         options=options.given(),
-        quarantined=tuple(dict.fromkeys(line for log in logs for line in log.table.quarantined)),
-        warnings=(*dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.warnings), *warnings),
-        evidence=tuple(dict.fromkeys(f"{name}{sentence}" for name, log in named for sentence in log.evidence)),
+        quarantined=tuple(dict.fromkeys(lines)),
+        warnings=(*dict.fromkeys(name + sentence for name, log in named for sentence in log.warnings), *warnings),
+        evidence=tuple(dict.fromkeys(name + sentence for name, log in named for sentence in log.evidence)),
     )
     for array in (time, quality, *values.values()):
         array.flags.writeable = False  # handed over: none of them is copied
     channels = [
-        Channel(f"{role}_displacement", of) if role in LASERS else Channel(role, of, first.table.columns[role].title)
+        Channel(f"{role}_displacement", of) if role in LASERS else Channel(role, of, first.log.columns[role].title)
         for role, of in values.items()
     ]
     return Recording(time, quality=quality, source=source, channels=channels)
 
 
-def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
+def _facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
     """How the log was read, key by key, as the recording keeps it."""
-    table, layout, text = sensors.table, sensors.table.log.layout, sensors.table.log.text
+    log, clock, text = sensors.log, sensors.clock, sensors.log.text
     facts: dict[str, Fact] = {
-        "layout": layout.name,
+        "layout": log.layout.name,
         "encoding": text.encoding if text is not None else "binary",
         "compression": (text.package if text is not None else "") or "none",
-        "separator": layout.dialect.separator,
-        "decimal": layout.dialect.decimal,
-        "header_lines": " ".join(str(i + 1) for i in layout.header),
-        "first_data_line": int(table.body.lines_of(np.zeros(1, np.int64))[0]),
+        "separator": log.layout.dialect.separator,
+        "decimal": log.layout.dialect.decimal,
+        "header_lines": " ".join(str(i + 1) for i in log.layout.header),
+        "first_data_line": int(log.body.lines_of(np.zeros(1, np.int64))[0]),
     }
-    for role, column in table.columns.items():
-        facts[f"{role}_column"] = column.title or str(column.index + 1)
-        facts[f"{role}_column_number"] = column.index + 1
-    seen = {role: column for role, column in table.columns.items() if role in sensors.channels}
+    for role, column in log.columns.items():
+        facts |= {f"{role}_column": column.title or str(column.index + 1), f"{role}_column_number": column.index + 1}
+    seen = {role: column for role, column in log.columns.items() if role in sensors.channels}
     facts |= {f"{role}_unit": options.unit_of(role)[0] or column.unit for role, column in seen.items()}
-    clock = sensors.clock
     facts |= clock.facts | {"sampling_rate_hz": 1.0 / clock.interval, "bridge_s": clock.bridge}
     facts["missing_samples"] = clock.missing
     for role, channel in sensors.channels.items():

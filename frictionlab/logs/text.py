@@ -18,13 +18,12 @@ from dataclasses import dataclass
 from datetime import timedelta
 from gzip import GzipFile
 from itertools import islice
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
 
 from frictionlab.errors import LogError
-from frictionlab.logs.containers import refuse_by_name
 
 FREE, MOST_EXPANSION = 1 << 26, 50
 """What is packed may grow to so many bytes, or to this many times its size (text of numbers reaches 10)."""
@@ -79,11 +78,11 @@ class Text:
             yield self.content[start:stop]
             start = stop
 
-    def texts_of(self, numbers: Sequence[int]) -> dict[int, str]:
-        """The texts of some lines, by their numbers from 1; cut to 300 characters."""
+    def texts_of(self, numbers: Sequence[int], longest: int) -> dict[int, str]:
+        """The texts of some lines, by their numbers from 1; cut to so many bytes."""
         ends = np.flatnonzero(np.frombuffer(self.content, np.uint8) == ord("\n"))
         starts = {n: int(ends[n - 2]) + 1 if n > 1 else 0 for n in numbers}
-        cut = {n: self.content[at : at + 300].partition(b"\n")[0] for n, at in starts.items()}
+        cut = {n: self.content[at : at + longest].partition(b"\n")[0] for n, at in starts.items()}
         return {n: line.decode(self.content_encoding, "replace").rstrip("\r") for n, line in cut.items()}
 
 
@@ -230,3 +229,34 @@ def _with_numbers(book: Any) -> Any:
         several = f"several sheets hold numbers ({titles}): which is the log? Keep one, or save it as .csv"
         raise LogError(several if sheets else "no sheet holds rows of numbers: expected a log")
     return sheets[0]
+
+
+_KINDS = (
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file (.xls), or another old Office file: save it as .xlsx"),
+    (b"RIFF", "a sound file (WAV, AVI): its samples have no unit of length: export the displacement as text"),
+    *((magic, "a picture: give the log itself") for magic in (b"\x89PNG", b"\xff\xd8\xff")),
+    (b"%PDF", "a PDF document: give the log itself"),
+    *((magic, "packed: unpack it first") for magic in (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh", b"\xfd7zXZ\0")),
+    (b"MDF     ", "an ASAM MDF measurement: export it as text or as MATLAB"),
+    (b"SQLite format 3", "a database (SQLite): export the log as text"),
+    (b"ARROW1", "an Arrow (Feather) file: save it as Parquet"),
+    (b"CDF", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
+    (b"source,status,reason,", "a table of results, not a log: `frictionlab show` and `frictionlab campaign` read it"),
+)  # fmt: skip
+
+_SUFFIXES = {
+    ".toml": "a scene (give it to --scene)",
+    ".jsonl": "a table of results",
+    ".md": "a text to read",
+    ".html": "a web page",
+    ".svg": "a drawing",
+}
+
+
+def refuse_by_name(first: bytes, name: str) -> None:
+    r"""Raise for a file whose first bytes are those of a kind that is not read."""
+    if (kind := _SUFFIXES.get(PurePath(name).suffix.lower())) is not None:
+        raise LogError(f"{kind}, not a log")
+    for magic, words in _KINDS:
+        if first.startswith(magic):
+            raise LogError(words)

@@ -164,7 +164,7 @@ def frequency_table_given(what: object, scene: "Scene") -> "FrequencyTable | Non
         return what
     if not isinstance(what, str | PathLike) or is_recording_name(path := Path(what)) or not path.is_file():
         return None
-    from frictionlab.logs.table import read_frequency_table
+    from frictionlab.logs.frequencies import read_frequency_table
 
     return read_frequency_table(path, scene.log)
 

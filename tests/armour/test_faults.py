@@ -78,7 +78,7 @@ CASES = 5
 
 @pytest.mark.parametrize("kind", list(MAKE))
 def test_mutated_files_are_read_or_refused(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trial, "fault_of", fuzz.forked)
+    monkeypatch.setattr(trial, "tried", fuzz.forked)
     found = {number: fuzz.check(kind, 7, number, tmp_path) for number in range(CASES)}
     assert {number: outcome for number, outcome in found.items() if outcome not in ("read", "refused")} == {}
 

@@ -10,7 +10,7 @@ import frictionlab as fl
 from frictionlab.errors import AnalysisError, LogError, UsageError
 from frictionlab.inference import ladder
 from frictionlab.inference.table import TableObservation
-from frictionlab.logs.table import read_frequency_table
+from frictionlab.logs.frequencies import read_frequency_table
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state

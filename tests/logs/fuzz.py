@@ -13,7 +13,7 @@ import numpy as np
 from frictionlab.errors import FrictionlabError
 from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.logs import LogOptions, read_log
-from frictionlab.logs.lines import Reader
+from frictionlab.logs.table import Reader
 from frictionlab.recording import Recording
 from tests.armour.mutations import TEXT
 from tests.logs.samples import CLEAN, truth
