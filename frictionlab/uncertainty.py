@@ -279,6 +279,7 @@ def sources_of(
 
     damping = UNKNOWN_DAMPING if rig.damping_ratio is None else DAMPING * rig.damping_ratio
     lag = lag_s_u if sensors.lag_s_u is None else sensors.lag_s_u
+    pressed = normal_force_n or force.normal_force_n
     return Sources(
         mass_gain=sensors.gain_error,
         base_gain=sensors.gain_error,
@@ -286,15 +287,10 @@ def sources_of(
         measuring_range=scene.log.measuring_range_m,
         lag=known(LAG, lag, lag_of_samples(sampling_rate_hz)),
         crosstalk=sensors.crosstalk,
-        natural_frequency=known(
-            *(FREQUENCY, rig.natural_frequency_hz_u, NATURAL_FREQUENCY), over=rig.natural_frequency
-        ),
+        natural_frequency=known(FREQUENCY, rig.natural_frequency_hz_u, NATURAL_FREQUENCY, rig.natural_frequency),
         damping_ratio=known("rig.damping_ratio_u", rig.damping_ratio_u, damping),
-        stiffness=known("rig.stiffness_n_per_m_u", rig.stiffness_n_per_m_u, STIFFNESS, over=rig.stiffness),
-        normal_force=known(
-            *("experiment.normal_force_n_u", force.normal_force_n_u, NORMAL_FORCE),
-            over=normal_force_n or force.normal_force_n,
-        ),
+        stiffness=known("rig.stiffness_n_per_m_u", rig.stiffness_n_per_m_u, STIFFNESS, rig.stiffness),
+        normal_force=known("experiment.normal_force_n_u", force.normal_force_n_u, NORMAL_FORCE, pressed),
         assumed=tuple(assumed),
         infer=scene.infer,
     )

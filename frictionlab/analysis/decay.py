@@ -83,18 +83,15 @@ class Decay:
         stopped = np.flatnonzero(self.turning(reached) <= max(self.friction, 0.0))
         last = int(stopped[0]) if len(stopped) else len(reached)
         number = np.minimum(number, last)
-        since = np.where(number < last, time - self.start - number * self.half_period, 0.0)
+        moves, side = number < last, math.copysign(1.0, self.swing) * np.where(number % 2, -1.0, 1.0)
+        since = np.where(moves, time - self.start - number * self.half_period, 0.0)
         root = math.sqrt(1.0 - self.zeta**2)
-        angle = self.omega * root * since
-        fade, late = np.exp(-self.zeta * self.omega * since), self.zeta / root * np.sin(angle)
-        side = math.copysign(1.0, self.swing) * np.where(number % 2, -1.0, 1.0)
-        about = side * (self.turning(number) - self.friction) * fade
-        share = (self.omega / self.line) ** self.order * (number < last)
-        if self.order == 1:
-            return np.asarray(self.rest - share * about / root * np.sin(angle))
-        if self.order == 2:
-            return np.asarray(self.rest + share * about * (np.cos(angle) - late))
-        return np.asarray(self.rest + side * self.friction + about * (np.cos(angle) + late))
+        rate = self.omega * (1j * root - self.zeta)  # of a damped cosine as the real part of an exponential
+        about = side * (self.turning(number) - self.friction) * (1.0 - 1j * self.zeta / root) * np.exp(rate * since)
+        if self.order:
+            about = (1.0, -1.0)[self.order - 1] * about * (rate / self.line) ** self.order * moves
+            return np.asarray(self.rest + about.real)
+        return np.asarray(self.rest + side * self.friction + about.real)
 
     def _force(self, x: float) -> float:
         """Restoring force over k at a distance from rest."""

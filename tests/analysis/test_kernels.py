@@ -31,12 +31,6 @@ def test_area_of_fourier_series_in_closed_form(harmonics: list[tuple[float, floa
     assert response.loop_area(x[None], y[None])[0] == pytest.approx(expected, abs=1e-4)
 
 
-def test_the_loop_of_a_cosine_base_is_pi_times_the_sine_part() -> None:
-    tau = TAU - math.pi / 2
-    x = (0.3 * np.sin(tau) - 0.2 * np.cos(tau) + 0.1 * np.sin(3 * tau))[None]
-    assert response.loop_area(x, np.cos(tau)[None])[0] == pytest.approx(0.3 * math.pi, rel=1e-4)
-
-
 def test_noise_of_a_loop_is_as_stated() -> None:
     generator = np.random.default_rng(2)
     x, y, sx, sy = 0.5 * np.sin(TAU), np.cos(TAU), 0.02, 0.01
@@ -68,19 +62,6 @@ def base_of(turns: np.ndarray) -> np.ndarray:
     return 0.4 + np.cos(angle) + 0.05 * np.cos(2 * angle + 1) + 0.02 * np.sin(3 * angle)
 
 
-def test_interpolation_is_exact_for_cubics_between_uneven_positions() -> None:
-    i = np.arange(50.0)
-    cubic = 1 + 0.3 * i - 0.02 * i**2 + 0.001 * i**3
-    at = np.array([0.0, 0.1, 1.0, 7.3, 24.999, 47.5, 48.9, 49.0])
-    np.testing.assert_allclose(cycles.interpolate(cubic, at), 1 + 0.3 * at - 0.02 * at**2 + 0.001 * at**3, rtol=1e-12)
-
-
-def test_noise_left_by_interpolation_is_as_stated() -> None:
-    generator = np.random.default_rng(0)
-    values = cycles.interpolate(generator.standard_normal(400_000), generator.uniform(2, 399_990, 400_000))
-    assert values.var() == pytest.approx(cycles.INTERPOLATED, rel=0.01)
-
-
 def test_cycles_start_where_the_fundamental_rises_through_zero() -> None:
     cut = cycles.cut(base_of(FREQUENCY * np.arange(N) + 0.3), FREQUENCY * (1 + 2e-5), noise=1e-6)
     turns = FREQUENCY * cut.start + 0.3
@@ -100,15 +81,6 @@ def test_the_cut_follows_a_drive_that_drifts() -> None:
     np.testing.assert_allclose(at + 0.25, np.rint(at + 0.25), atol=2e-4)
     constant = cycles.cut(base_of(FREQUENCY * i), FREQUENCY, noise=1e-6)
     assert cut.frequency_se > 100 * constant.frequency_se
-
-
-def test_folding_is_interpolating_evenly_from_start_to_end() -> None:
-    signal = np.random.default_rng(1).standard_normal(500_000)  # more than is folded at a time
-    start = np.arange(3.0, 499_000.0, 97.3)
-    rows = cycles.fold(signal, start, start + 97.3, 104)
-    for number in (0, 700, len(start) - 1):
-        at = start[number] + 97.3 * np.arange(104) / 104
-        np.testing.assert_allclose(rows[number], cycles.interpolate(signal, at), atol=1e-9)
 
 
 def test_stamps_written_coarsely_are_even() -> None:

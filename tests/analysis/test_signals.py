@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal
 
 from frictionlab import compare
 from frictionlab.analysis import steadiness
-from frictionlab.analysis.channels import SensorChannel, cut_away, displacement, in_band, kept, low_pass
+from frictionlab.analysis.channels import SensorChannel, cut_away, displacement
 from frictionlab.analysis.measurement import measure
 from frictionlab.analysis.signals import (
     SHARES,
@@ -142,23 +142,6 @@ def through(r: float, mass: tuple[float, int], base: tuple[float, int]) -> tuple
     sensors = Sensors(np.zeros(7), filters)
     recording = recorded(Problem(r, 0.4), np.random.default_rng(3), seconds=30.0, sensors=sensors)
     return recording, scene(sensors={"lag_s_u": 1e-4, **filters})
-
-
-def test_what_is_kept_is_all_up_to_where_a_filter_leaves_three_tenths() -> None:
-    channel = SensorChannel(cutoff=10.0, order=4)
-    edge = 10.0 * (1.0 / 0.09 - 1.0) ** 0.125
-    found = kept(np.array([0.0, 0.999 * edge, 40.0]), channel)
-    np.testing.assert_allclose(found, [1.0, 1.0, abs(low_pass(np.array([40.0]), 10.0, 4)[0]) / 0.3])
-    np.testing.assert_array_equal(kept(np.array([1.0, 1e3]), SensorChannel()), [1.0, 1.0])
-
-
-def test_a_cycle_in_a_band_has_its_harmonics_by_their_shares() -> None:
-    tau = 2 * np.pi * np.arange(256) / 256
-    share = np.ones(128)
-    share[4] = 0.25
-    cycle = np.cos(tau) + 0.3 * np.sin(5 * tau)
-    np.testing.assert_allclose(in_band(cycle, share), np.cos(tau) + 0.075 * np.sin(5 * tau), atol=1e-15)
-    assert in_band(cycle, np.ones(128)) is cycle
 
 
 def test_the_third_harmonic_of_a_mass_that_slides_is_what_its_friction_makes() -> None:
