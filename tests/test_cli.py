@@ -87,7 +87,6 @@ CONTRADICTING: list[tuple[tuple[str, ...], str]] = [
         (("sweep", "--r", "1", "--beta", "1", "--law", "coulomb+place", "-o", "m.csv"), "usually -0.1 to 0.1; got"),
         (("sweep", "--r", "1:0.5:0.1", "--beta", "0.2", "-o", "m.csv"), "expected START:STOP:STEP, going up"),
         (("sweep", "--r", "0.5:0.5:0.1", "--beta", "0.1:2:20", "-o", "m.csv"), "got '0.1:2:20', whose step is 20"),
-        (("--help-all",), "frictionlab COMMAND --help-all"),
         (("analyze", str(SAMPLE), "--cycles", "window:1_0"), "got 'window:1_0'"),
         (("simulate", "--r", "1_0", "--beta", "0.4"), "'--r': expected"),
         (("sweep", "--r", "\u0661", "--beta", "0.4", "-o", "m.csv"), "--r: expected"),

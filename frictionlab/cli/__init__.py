@@ -114,12 +114,6 @@ class Commands(TyperGroup):
         names: Any = dict.fromkeys(COMMANDS)  # no commands yet: a misspelt name is compared with them
         self.commands = names
 
-    def parse_args(self, ctx: Any, args: list[str]) -> Any:
-        """Read what stands before a command; all options are those of one command."""
-        if args[:1] == ["--help-all"]:
-            raise typer.BadParameter("--help-all: belongs to a command; do: frictionlab COMMAND --help-all")
-        return super().parse_args(ctx, args)
-
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         """The command of a name; None where there is none."""
         cmd_name = current_name(cmd_name)

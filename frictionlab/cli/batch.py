@@ -13,7 +13,7 @@ from frictionlab.cli.options import AnalysisSettings, Inputs, check_law, scene_o
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, FRICTION, MATERIAL_LAWS, MEASUREMENTS, with_error
 from frictionlab.tables import Row, check_output, read_rows, write_rows
-from frictionlab.tables.texts import GRAVE, kinds_of
+from frictionlab.tables.texts import GRAVE, few_of, kinds_of
 from frictionlab.verbs.inputs import failure, files_of, tables_in
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def batch(
         complain(f"note: {copy.name} is the same as {log.name}, byte for byte: it is counted once")
     others = sorted({stamp.stem for stamp in (output / "made").glob("*.json")} - {*todo.names.values()})
     if others and not (work.quiet or work.as_json):
-        names = f"{', '.join(others[:3])}{' ...' * (len(others) > 3)}"
+        names = few_of(others)
         complain(f"note: {output} has results of logs that are not given ({names}): if they were renamed, remove these")
     _check(todo, campaign=campaign)
     made = _do(todo, work)
@@ -224,8 +224,10 @@ def _write_campaign(
 def _said(result: "Campaign") -> list[str]:
     """What is said of a campaign below its tables: who ranks where, what of Amontons' law, and what is doubtful."""
     placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
-    criteria = dict.fromkeys(rank.criterion for rank in placed)
-    orders = [", ".join(f"{r.rank} {r.material}" for r in placed if r.criterion == each) for each in criteria]
+    orders = [
+        f"by {criterion}: {', '.join(f'{r.rank} {r.material}' for r in placed if r.criterion == criterion)}"
+        for criterion in dict.fromkeys(rank.criterion for rank in placed)
+    ]
     slopes = [
         f"drift of {printable(Path(d.trial.source).stem)}: {with_error(d.relative.value, d.relative.error, 100.0)} %/h"
         f" of the energy, {d.note if d.relative.value is None else d.verdict}"
@@ -236,8 +238,7 @@ def _said(result: "Campaign") -> list[str]:
     doubts += [f"{note} ({', '.join(where)})" for note, where in kinds_of(notes)]
     out = [v for fit in result.fits for v in fit.verdicts if v.excluded is not None and not v.trial.is_long]
     doubts += [f"{Path(v.trial.source).stem} is left out: {v.excluded}" for v in out if len(out) <= FEW]
-    by_criterion = [f"by {criterion}: {order}" for criterion, order in zip(criteria, orders, strict=True)]
-    return [*by_criterion, *slopes, *(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)]
+    return [*orders, *slopes, *(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)]
 
 
 def _print_campaign(folder: Path, said: Iterable[str], *, quiet: bool) -> None:

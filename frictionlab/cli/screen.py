@@ -280,17 +280,6 @@ def print_budgets(rows: Iterable[Any]) -> None:
             print_table(causes, heads("budget"))
 
 
-def print_turned(rows: Iterable[Row], table: Table) -> None:
-    """Print rows of a table one below the other, a line for each of their values."""
-    for number, row in enumerate(rows):
-        heads = {name: _head(name, table) for name in row}
-        widest = max(map(len, heads.values()), default=0)
-        if number:
-            typer.echo()
-        for key, head in heads.items():
-            paragraph(_joined([head, cell(row.get(key))], [widest, 0]), indent=" " * (widest + GAP))
-
-
 def paragraph(text: str, *, indent: str = "") -> None:
     """Print a sentence on stdout, in lines that fit."""
     typer.echo(folded(text, indent))

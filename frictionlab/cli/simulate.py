@@ -22,10 +22,6 @@ if TYPE_CHECKING:
 SAMPLES = 1000  # per cycle, of the motion in an .h5
 READ = ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")
 SETTINGS = {"natural_frequency_hz": ANALYSIS["natural_frequency_hz"], **{key: LOG[key] for key in READ}}
-OF_A_DAMPED_FRAME = (
-    "With a damped frame: energy is the area of the loop, what the frame's spring gives the mass; contact energy is"
-    " what spring and dashpot give it together; frame energy is what the dashpot takes itself."
-)
 ASSUMED = "base_amplitude_m: not given: {:.4g} mm is assumed: --base-amplitude M, or base_amplitudes_m under [plan]"
 SolverName = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
@@ -208,21 +204,29 @@ def _settle(
 
 
 def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) -> None:
-    """Each row turned, in mm, mJ and N as far as they are known, and its verdict; then the warnings."""
-    from frictionlab.cli.screen import paragraph, print_turned, print_warnings, warnings_of
+    """A line for each state, in mm, mJ and N as far as they are known, and its verdict; then the warnings."""
+    from frictionlab.cli.screen import SIMULATED, paragraph, print_table, print_warnings, warnings_of
 
-    print_turned(map(_numbers_of, rows), MOTIONS)
+    _print_law(rows[0])
+    print_table(rows, SIMULATED)
     for row, verdict in zip(rows, verdicts, strict=True):
         share = row.get("basin_share")
         paragraph(f"{100.0 * share:.3g} % of the starts: {verdict}" if isinstance(share, float) else verdict)
     for row in rows:
         _print_parts(row, "amplitude of each mass: ", "response_amplitudes")
-    if any(row.get(f"frame_{ENERGY}") for row in rows):
-        paragraph(OF_A_DAMPED_FRAME)
     if not quiet:
         warned = zip(rows, verdicts, strict=True)
         warnings = dict.fromkeys(said for row, verdict in warned for said in warnings_of(row) if said not in verdict)
         print_warnings([{"warnings": list(warnings)}])
+
+
+def _print_law(row: Row) -> None:
+    """The law with its parameters, and the wall; contacts of a frame of several have a table of their own."""
+    from frictionlab.cli.screen import cell, paragraph
+
+    if isinstance(held := row.get("parameters"), Mapping):
+        shown = {name: number for name, number in held.items() if number or name != "frame_damping_ratio"}
+        paragraph(f"{row['law']}: {cell(shown)}; {row['wall']} wall")
 
 
 def _print_parts(row: Row, words: str, key: str) -> None:
@@ -233,26 +237,6 @@ def _print_parts(row: Row, words: str, key: str) -> None:
     if isinstance(sizes, list) and isinstance(contacts, list) and max(len(sizes), len(contacts)) > 1:
         typer.echo(words + ", ".join(f"{size:.6g} Y" for size in sizes))
         print_table(contacts, {name: h for name, h in heads("contacts").items() if contacts and name in contacts[0]})
-
-
-def _numbers_of(row: Row) -> Row:
-    """The row of a state as it stands on a screen: warnings stand below it, and what is beside the contract's keys."""
-    from frictionlab.cli.screen import SIMULATED
-    from frictionlab.simulator.state import KEYS
-
-    hidden = {"status", "warnings", "response_amplitudes", "peak_displacements", "contacts"}
-    hidden |= {k for k, value in row.items() if value is None and k not in KEYS}
-    hidden |= set() if row.get(f"frame_{ENERGY}") else {f"contact_{ENERGY}", f"frame_{ENERGY}"}
-    held, found = row.get("parameters"), dict[str, object]()
-    in_si = {column.key: column for column in SIMULATED}
-    for key, value in row.items():
-        known = {in_si[key].title: in_si[key].text(row)} if key in in_si else {key: value}
-        found |= {} if key in hidden else known
-        if key == "zeta" and isinstance(held, Mapping) and held.get("frame_damping_ratio"):
-            found["frame zeta"] = held["frame_damping_ratio"]
-        elif key == "parameters" and isinstance(held, Mapping):  # the damping of storeys is in their structure
-            found[key] = {name: number for name, number in held.items() if number or name != "frame_damping_ratio"}
-    return found
 
 
 def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:
@@ -288,7 +272,7 @@ def _follow(
     to: Drawn,
 ) -> None:
     """Simulate the response to a file's base motion; print, write and draw it."""
-    from frictionlab.cli.screen import exit_status, paragraph, print_turned, print_warnings, report_rows
+    from frictionlab.cli.screen import exit_status, paragraph, print_table, print_warnings, report_rows
     from frictionlab.files import refuse_inputs
     from frictionlab.hdf5 import check_writable, write_recording
     from frictionlab.recording import Channel
@@ -319,7 +303,8 @@ def _follow(
     if rows[0]["status"] != "ok" and not to.as_json:
         complain(f"{rows[0]['source']}: {rows[0]['reason']}")
     elif not to.as_json:
-        print_turned([_numbers_of(rows[0])], RESPONSES)
+        _print_law(rows[0])
+        print_table(rows, RESPONSES)
         paragraph("Y is here the largest displacement of the base from its first value, and beta is over k times that.")
         _print_parts(rows[0], "peak of each mass: ", "peak_displacements")
         print_warnings(() if to.quiet else rows)

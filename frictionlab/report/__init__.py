@@ -24,7 +24,7 @@ from frictionlab.figures.materials import at_lag, over_force
 from frictionlab.figures.plates import Plate, first_of
 from frictionlab.files import write_whole
 from frictionlab.inference.material_law import MaterialLaw, physical_name
-from frictionlab.report.charts import HERE, TEMPLATES, Dot, scatter
+from frictionlab.report.charts import HERE, TEMPLATES, Dot, chart
 from frictionlab.report.page_of_test import sheet_name
 from frictionlab.scene.physical import to_physical
 from frictionlab.scene.text import to_toml
@@ -183,9 +183,8 @@ def _overview(campaign: Campaign) -> str:
         for place, trial in enumerate(campaign.trials, 1)
         if not trial.failed
     ]
-    return scatter(
-        points, "normal force [N]" if forces else "frequency ratio r", "energy per cycle [kY²]", campaign.materials
-    )
+    across = "normal force [N]" if forces else "frequency ratio r"
+    return chart([], across, "energy per cycle [kY²]", dots=points, groups=campaign.materials)
 
 
 def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, str, Listing]]:

@@ -71,48 +71,36 @@ class _Axis:
         return [(float(self.at(v)), f"{round(v, 12):.6g}".replace("-", "\N{MINUS SIGN}")) for v in values]
 
 
-def chart(lines: Sequence[ChartLine], x_label: str, y_label: str) -> str:
-    """Return lines as an SVG element; empty if no line has two finite points."""
+def chart(
+    lines: Sequence[ChartLine],
+    x_label: str,
+    y_label: str,
+    *,
+    dots: Sequence[Dot] = (),
+    groups: Sequence[str] = (),
+) -> str:
+    """Return lines, or dots over a whole page under the names of their groups, as an SVG element; empty without any.
+
+    A line needs two finite points; each dot is a link to its page, and their ordinate begins at 0.
+    """
     shown = []
     for line in lines:
         x, y = np.column_stack([line.x, line.y])[np.isfinite(line.x) & np.isfinite(line.y)].T
         step = max(1, math.ceil(len(x) / MOST_POINTS))
         shown += [(x[::step], y[::step], line)] if len(x) > 1 else []
-    if not shown:
+    known = [dot for dot in dots if math.isfinite(dot.x) and math.isfinite(dot.y)]
+    if not shown and not known:
         return ""
-    across = _Axis(np.concatenate([x for x, _, _ in shown]), LEFT, WIDTH - RIGHT)
-    up = _Axis(np.concatenate([y for _, y, _ in shown]), HEIGHT - BOTTOM, TOP)
+    right = (WIDE if known else WIDTH) - RIGHT
+    points = [(x, y) for x, y, _ in shown] + [(np.array([dot.x, dot.x]), np.array([0.0, dot.y])) for dot in known]
+    x, y = map(np.concatenate, zip(*points, strict=True))
+    across, up = _Axis(x, LEFT, right, LEAST * bool(known)), _Axis(y, HEIGHT - BOTTOM, TOP + LEGEND * bool(known))
     drawn = []
     for x, y, line in shown:
-        points = [f"{a} {b}" for a, b in zip(across.at(x).tolist(), up.at(y).tolist(), strict=True)]
-        drawn.append(("".join(f"M{point}h0" for point in points) if line.dots else f"M{'L'.join(points)}", line))
-    return _svg(across, up, x_label, y_label, WIDTH, lines=drawn)
-
-
-def scatter(points: Sequence[Dot], x_label: str, y_label: str, groups: Sequence[str]) -> str:
-    """Return points as an SVG element, each a link to its page; the groups' names stand above. Empty without points."""
-    known = [p for p in points if math.isfinite(p.x) and math.isfinite(p.y)]
-    if not known:
-        return ""
-    across = _Axis(np.array([p.x for p in known]), LEFT, WIDE - RIGHT, LEAST)
-    up = _Axis(np.array([0.0, *(p.y for p in known)]), HEIGHT - BOTTOM, TOP + LEGEND)
-    dots = [(float(across.at(p.x)), float(up.at(p.y)), p) for p in known]
-    return _svg(across, up, x_label, y_label, WIDE, dots=dots, groups=groups[:COLOURS])
-
-
-def _svg(
-    across: _Axis,
-    up: _Axis,
-    x_label: str,
-    y_label: str,
-    width: float,
-    *,
-    lines: Sequence[tuple[str, ChartLine]] = (),
-    dots: Sequence[tuple[float, float, Dot]] = (),
-    groups: Sequence[str] = (),
-) -> str:
+        places = [f"{a} {b}" for a, b in zip(across.at(x).tolist(), up.at(y).tolist(), strict=True)]
+        drawn.append(("".join(f"M{place}h0" for place in places) if line.dots else f"M{'L'.join(places)}", line))
     return TEMPLATES.get_template("chart.svg").render(
-        width=width, height=HEIGHT, left=LEFT, right=width - RIGHT, top=TOP, bottom=HEIGHT - BOTTOM,
-        x_ticks=across.ticks(), y_ticks=up.ticks(), x_label=x_label, y_label=y_label,
-        lines=lines, dots=dots, groups=groups,
+        width=right + RIGHT, height=HEIGHT, left=LEFT, right=right, top=TOP, bottom=HEIGHT - BOTTOM,
+        x_ticks=across.ticks(), y_ticks=up.ticks(), x_label=x_label, y_label=y_label, lines=drawn,
+        dots=[(float(across.at(dot.x)), float(up.at(dot.y)), dot) for dot in known], groups=groups[:COLOURS],
     )  # fmt: skip

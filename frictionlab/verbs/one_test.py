@@ -11,6 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionlab.errors import AnalysisError, OutputError, UsageError
+from frictionlab.experiment import base_log_of, facts_of
+from frictionlab.files import refuse_inputs
+from frictionlab.hdf5 import check_writable, is_recording, read_recording, write_recording
+from frictionlab.recording import FrequencyTable, Recording
 from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, scene_given
 
 if TYPE_CHECKING:
@@ -21,7 +25,6 @@ if TYPE_CHECKING:
     from frictionlab.inference.comparison import Comparison, Fitted
     from frictionlab.inference.explain import Explanation
     from frictionlab.inference.material_law import MaterialLaw
-    from frictionlab.recording import FrequencyTable, Recording
     from frictionlab.scene import LogOptions, Scene
 
 NO_PENDULUM = 'natural_frequency_hz: the spring is taken as linear; of a pendulum say [rig] restoring = "pendulum"'
@@ -71,9 +74,6 @@ def ingest(
     >>> float(recording.mass_displacement[0]), recording.experiment["material"]
     (0.0015, 'steel')
     """
-    from frictionlab.experiment import base_log_of, facts_of
-    from frictionlab.files import refuse_inputs
-    from frictionlab.hdf5 import check_writable, is_recording, read_recording, write_recording
     from frictionlab.logs import read_log, read_two_logs
 
     known = scene_given(scene, settings, ("log", "experiment"))
@@ -145,21 +145,15 @@ def recording_given(
 
     ``read``: reads a log that need not hold both channels, `read_mass_log` or `read_base_log`.
     """
-    from frictionlab.recording import Recording
-
     if isinstance(what, Recording):
         return what
     if is_recording_name(Path(what)):
-        from frictionlab.hdf5 import read_recording
-
         return read_recording(Path(what))
     return ingest(what, scene) if read is None else read(Path(what), scene.log)
 
 
 def frequency_table_given(what: object, scene: "Scene") -> "FrequencyTable | None":
     """The table over frequency that is meant: one as it is, or that of a file; None for anything else."""
-    from frictionlab.recording import FrequencyTable
-
     if isinstance(what, FrequencyTable):
         return what
     if not isinstance(what, str | PathLike) or is_recording_name(path := Path(what)) or not path.is_file():
@@ -221,8 +215,6 @@ def compare(
     if table is not None:
         if law_file is not None or whole or fit == "whole":
             raise UsageError(f"{table.source}: a table over frequency: expected neither law_file, whole nor fit")
-        from frictionlab.experiment import facts_of
-
         facts = facts_of(known, Path(what if isinstance(what, str | PathLike) else table.source)).values
         return compare_table(table, known, facts, law=law, friction_ratio=friction_ratio)
     if TYPE_CHECKING:

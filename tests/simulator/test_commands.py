@@ -33,7 +33,7 @@ def test_a_scene_gives_newtons_millimetres_and_millijoules(tmp_path: Path) -> No
     assert row["energy_per_cycle_j"] == pytest.approx(row["energy_per_cycle"] * 800.0 * 4e-6, rel=1e-12)
     assert row["response_amplitude_m"] == pytest.approx(row["response_amplitude"] * 2e-3, rel=1e-12)
     shown = run(*words, "--coefficient", "0.32")
-    assert re.search(r"\nY \[mm\] +2\n.* \[mm\] +2\.\d+\nenergy \[mJ\] +6\.\d+\nfriction \[N\] +0\.64\n", shown.stdout)
+    assert re.search(r"\nr +Y \[mm\] +E \[mJ\] +X \[mm\] +F \[N\] .*\n0\.5 +2 +6\.\d+ +2\.\d+ +0\.64 +2 ", shown.stdout)
     assert "assumed" not in shown.stderr
     scene.write_text(scene.read_text().partition("[plan]")[0])
     assert "1.8 mm is assumed: --base-amplitude M" in run(*words, "--coefficient", "0.32").stderr
@@ -58,7 +58,7 @@ def test_a_law_and_its_parameters_are_said_and_told() -> None:
     assert row["parameters"] == {"beta": 0.4, "gradient": 0.05, "frame_damping_ratio": 0.01}
     shown = run("simulate", "--r", "0.5", "--beta", "0.4", "--parameter", "frame_damping_ratio=0.01").stdout
     assert "stick-slip with 2 stops per cycle" in shown
-    assert re.search(r"contact zeta +0\nframe zeta +0.01\n(?s:.*)With a damped frame: energy is the area", shown)
+    assert shown.startswith("coulomb: beta = 0.4, frame_damping_ratio = 0.01; fixed wall\nr    E [kY²]")
     assert row["stops_per_cycle"] == 1
 
 
