@@ -221,10 +221,11 @@ def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) 
 
 
 def _print_law(row: Row) -> None:
-    """The law with its parameters, and the wall; contacts of a frame of several have a table of their own."""
-    from frictionlab.cli.screen import cell, paragraph
+    """The law with its parameters, and the wall; several contacts have a table of their own."""
+    from frictionlab.cli.screen import cell, each_of, paragraph
 
-    if isinstance(held := row.get("parameters"), Mapping):
+    held = row.get("parameters")
+    if isinstance(held, Mapping) and len(each_of(row.get("contacts"))) < 2:
         shown = {name: number for name, number in held.items() if number or name != "frame_damping_ratio"}
         paragraph(f"{row['law']}: {cell(shown)}; {row['wall']} wall")
 
