@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionlab.errors import AnalysisError, OutputError, UsageError
-from frictionlab.experiment import base_log_of, facts_of
 from frictionlab.files import refuse_inputs
 from frictionlab.hdf5 import check_writable, is_recording, read_recording, write_recording
 from frictionlab.recording import FrequencyTable, Recording
@@ -74,6 +73,7 @@ def ingest(
     >>> float(recording.mass_displacement[0]), recording.experiment["material"]
     (0.0015, 'steel')
     """
+    from frictionlab.experiment import base_log_of, facts_of
     from frictionlab.logs import read_log, read_two_logs
 
     known = scene_given(scene, settings, ("log", "experiment"))
@@ -215,6 +215,8 @@ def compare(
     if table is not None:
         if law_file is not None or whole or fit == "whole":
             raise UsageError(f"{table.source}: a table over frequency: expected neither law_file, whole nor fit")
+        from frictionlab.experiment import facts_of
+
         facts = facts_of(known, Path(what if isinstance(what, str | PathLike) else table.source)).values
         return compare_table(table, known, facts, law=law, friction_ratio=friction_ratio)
     if TYPE_CHECKING:
