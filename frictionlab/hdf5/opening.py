@@ -79,20 +79,16 @@ def to_read(path: Path) -> Iterator[h5py.File]:
     check_regular(path)
     if not h5py.is_hdf5(path):
         raise OSError("not an HDF5 file, or damaged")
-    if fault := fault_of(path):
+    state = path.stat()
+    if fault := _fault(path.absolute(), (state.st_dev, state.st_ino, state.st_size, state.st_mtime_ns)):
         raise RecordingError(f"damaged: {fault}")
     with h5py.File(path, "r", locking=False) as file:
         yield file
 
 
-def fault_of(path: Path) -> str:
-    """What is wrong with a file as it is now, by its seal or by its trial; empty where nothing is."""
-    state = path.stat()
-    return _fault(path.absolute(), (state.st_dev, state.st_ino, state.st_size, state.st_mtime_ns))
-
-
 @lru_cache(maxsize=256)
 def _fault(path: Path, _state: tuple[int, ...]) -> str:
+    """What is wrong with a file in this state, by its seal or by its trial; empty where nothing is."""
     whole = is_whole(path)
     if whole is False:
         return "its bytes are not those that were written"

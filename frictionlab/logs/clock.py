@@ -153,8 +153,7 @@ def _flag_holes(base: Clock, bridge_s: float) -> None:
 
 def clock_of(log: Log, options: LogOptions) -> Clock:
     """Make the clock of a log, of its stamps or by counting its samples."""
-    facts = log.layout.facts
-    stated_s, start_s = facts.get("interval_s"), facts.get("start_s")
+    stated_s, start_s = log.layout.facts.get("interval_s"), log.layout.facts.get("start_s")
     if "time" not in log.columns:
         return _counted(log, options, stated_s, start_s)
     values, column = log.body.values.pop("time"), log.columns["time"]
@@ -187,54 +186,53 @@ def clock_of(log: Log, options: LogOptions) -> Clock:
 
 
 def _unit(log: Log, values: FloatArray, options: LogOptions) -> tuple[str, list[str], list[str]]:
-    """Find the unit of a numeric time column, as said or by the sampling rate it would mean."""
-    column = log.columns["time"]
-    if options.time_unit is not None:
-        differs = column.unit and column.unit != options.time_unit
-        said = f"time: the log says {column.unit}, --time-unit says {options.time_unit}: {options.time_unit} is taken"
-        return options.time_unit, [], [said] if differs else []
+    """The unit of a numeric time column, as said or by the sampling rate it would mean; evidence; warnings."""
+    column, asked = log.columns["time"], options.time_unit
+    if asked is not None:
+        differs = column.unit not in ("", asked)
+        return asked, [], [f"time: the log says {column.unit}, --time-unit says {asked}: {asked} is taken"] * differs
     steps = np.diff(values[:200_000])
-    step = float(np.median(steps)) or float(np.mean(steps))
+    step, length = float(np.median(steps)) or float(np.mean(steps)), float(values[-1] - values[0])
+    rates = {unit: TIME[unit] / step if step > 0.0 else 0.0 for unit in TIME}
     if column.unit:
         if column.unit not in TIME:
             raise LogError(f"time column {column} is in {column.unit}: give --time, or --time-unit")
         # doubted where it makes a log far faster and shorter than one of a machine, and seconds would not
-        rate, length = TIME[column.unit] / step if step > 0.0 else 0.0, float(values[-1] - values[0])
-        if rate < _DOUBTED_HZ or length > TIME[column.unit] or not _LOW_HZ <= 1.0 / step < _HIGH_HZ:
-            return column.unit, [], []
+        rate, seconds = rates[column.unit], length / TIME[column.unit]
+        doubted = rate >= _DOUBTED_HZ and seconds <= 1.0 and _LOW_HZ <= rates["s"] < _HIGH_HZ
         said = (
-            f"time: column {column} says {column.unit}: {rate:.6g} samples a second for"
-            f" {length / TIME[column.unit]:.3g} s; in s it would be {1.0 / step:.6g} for {length:.3g} s: if that is so,"
-            ' do: time_unit = "s" in [log] of the scene, or `frictionlab ingest` with --time-unit s'
+            f"time: column {column} says {column.unit}: {rate:.6g} samples a second for {seconds:.3g} s; in s it would"
+            f' be {rates["s"]:.6g} for {length:.3g} s: if that is so, do: time_unit = "s" in [log] of the scene, or'
+            " `frictionlab ingest` with --time-unit s"
         )
-        return column.unit, [], [said]
+        return column.unit, [], [said] if doubted else []
     for unit in ("s", "ms", "us", "ns"):
-        if step > 0.0 and _LOW_HZ <= TIME[unit] / step < _HIGH_HZ:
+        if _LOW_HZ <= rates[unit] < _HIGH_HZ:
             unknown = column.title.endswith(("]", "}"))  # what stands there is no unit of the table
-            why = (
-                f"time: no {'known ' * unknown}unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
-            )
+            why = f"time: no {'known ' * unknown}unit is said; in {unit} the sampling rate is {rates[unit]:.6g} Hz"
             return unit, [why], [why] if unknown or unit != "s" else []
     raise LogError(f"the unit of time column {column} is not said and its steps of {step:g} fit none: give --time-unit")
 
 
 def _counted(log: Log, options: LogOptions, stated_s: float | None, start_s: float | None) -> Clock:
     """Time counted at a known interval, for a log without stamps."""
-    rate, none = options.sampling_rate_hz, np.zeros(0, np.int64)
-    if rate is None and stated_s is None:
+    rate, warnings = options.sampling_rate_hz, list[str]()
+    if rate is not None:
+        interval, said = 1.0 / rate, f"{rate:g} Hz as given"
+        if stated_s is not None and abs(rate * stated_s - 1.0) > _STATED_TOLERANCE:
+            warnings.append(f"the log states a sampling interval of {stated_s:.9g} s: {said} is taken")
+    elif stated_s is not None:
+        interval, said = stated_s, f"{stated_s:.9g} s apart as the log states"
+    else:
         in_hz = any(c.unit in ("hz", "khz") for c in log.layout.columns)
         of_drive = "; a table over frequency is for compare-numeric, with amplitude [Y] or phase [deg]" if in_hz else ""
         raise LogError("no time column found: give --time, or --sampling-rate" + of_drive)
-    interval = 1.0 / rate if rate is not None else stated_s or 0.0
-    said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
-    warnings = list[str]()
-    if rate is not None and stated_s is not None and abs(rate * stated_s - 1.0) > _STATED_TOLERANCE:
-        warnings = [f"the log states a sampling interval of {stated_s:.9g} s: {rate:g} Hz as given is taken"]
     with np.errstate(over="ignore", invalid="ignore"):  # the recording refuses what is not finite
         time = np.arange(log.body.rows, dtype=np.float64) * np.float64(interval)
-    bridge = max(options.bridge_s, _SHORTEST_BRIDGE * interval)
     return Clock(
-        *(time, np.zeros(len(time), np.uint8), none, interval, bridge),
+        *(time, np.zeros(len(time), np.uint8), np.zeros(0, np.int64)),
+        interval=interval,
+        bridge=max(options.bridge_s, _SHORTEST_BRIDGE * interval),
         warnings=warnings,
         written=False,
         start_s=start_s,

@@ -127,6 +127,8 @@ def _list(columns: Sequence[LogColumn]) -> str:
 def _pick(columns: Sequence[LogColumn], role: str) -> LogColumn | None:
     """Give the one column of this role; ``None`` if none says so; an error if several do."""
     found = candidates(columns, role)
+    epochs = [c for c in found if role == "time" and c.name.lower().startswith("epoch")]
+    found = epochs if len(epochs) == 1 else found  # what two sensors' logs have in common
     if len(found) > 1:
         both = f", or if all see one place --{role} {'+'.join(str(c.index + 1) for c in found)}" * (role != "time")
         raise LogError(f"which column is the {role}? {_list(found)} fit equally well: give --{role}{both}")
@@ -139,7 +141,7 @@ def assign(
     """Say which column is time, and which plays each role; with ``further`` also other channels; what is left out."""
     layout = log.layout
     columns = _numeric(layout, options)
-    found = {role: layout.columns[index] for role, index in layout.prefer.items() if role in ("time", *roles)}
+    found: dict[str, LogColumn] = {}
     for role in ("time", *roles):
         if (said := getattr(options, role)) is not None:
             whole = any(said in (c.title, c.name) for c in layout.columns)

@@ -43,10 +43,9 @@ class LogLayout:
     """Where things stand in a log; lines are counted from 0.
 
     ``columns``: one for each field of the dialect; ``header``: lines of names and units; ``body``: the first line below
-    them; ``facts``: what the preamble states, ``interval_s``, ``start_s`` (since 1970 UTC); ``prefer``: the column of a
-    role, where the layout knows better than the names; ``time_of``: for each channel its own time column, where a log
-    has several; ``spare``: so many cells of text may follow a data line; ``is_header``: whether a stripped line in the
-    body is a header repeated.
+    them; ``facts``: what the preamble states, ``interval_s``, ``start_s`` (since 1970 UTC); ``time_of``: for each
+    channel its own time column, where a log has several; ``spare``: so many cells of text may follow a data line;
+    ``is_header``: whether a stripped line in the body is a header repeated.
     """
 
     name: str
@@ -55,7 +54,6 @@ class LogLayout:
     header: tuple[int, ...]
     body: int
     facts: Mapping[str, float] = field(default_factory=dict)
-    prefer: Mapping[str, int] = field(default_factory=dict)
     time_of: Mapping[int, int] = field(default_factory=dict)
     spare: int = 0
     is_header: Callable[[str], bool] = field(default=lambda _: False)
@@ -87,16 +85,13 @@ def columns_of_text(text: Text, options: LogOptions) -> LogLayout:
     if titles:
         why = (*why, f"line {header[0] + 1} names the columns, {'with a' if units else 'without'} units row")
     again = {text.lines[i].strip() for i in header}
-    columns = columns_of(titles, units, dialect.fields)
-    epoch = [c.index for c in columns if name == "optoNCDT sensorTOOL" and c.name.lower().startswith("epoch")]
     return LogLayout(
         name=name,
         dialect=dialect,
-        columns=columns,
+        columns=columns_of(titles, units, dialect.fields),
         header=header,
         body=body,
         facts=_stated_facts(text.lines[:body], dialect.decimal),
-        prefer={"time": epoch[0]} if len(epoch) == 1 and dialect.kinds[epoch[0]] == "n" else {},
         is_header=lambda line: line in again,
         evidence=why if titles else (*why, "no line names the columns"),
     )

@@ -25,7 +25,6 @@ from frictionlab.workers import HOLD, Lost, Pace, S, timed, use_one_thread
 LOOK_S = 1.0  # how often to look whether anybody is still there
 ANSWER_S = 10.0  # a scheduler that takes longer to answer is not there
 EMPTY_S = 60.0  # a cluster without workers for that long is given up
-COUNT_S = 2.0  # how often workers are counted: they come and go
 VERSION_THERE = "__import__('frictionlab').__version__"  # a builtin function is all that each Python can unpack
 LOST = (
     "its worker died each time, 3 times: out of memory, a crash in a library, or a script that starts workers outside"
@@ -191,8 +190,8 @@ class Cluster:
                 f"{address}: no Dask scheduler answered within {ANSWER_S:.0f} s ({reason}): expected an address like "
                 "tcp://host:8786; do: start one with `dask scheduler`, or give the address it prints"
             ) from error
-        self._counted = self._seen = time.monotonic()
-        self._workers = self._count()
+        self._seen = time.monotonic()
+        self.workers()
         # a call that a worker of another version cannot unpack would end it, and then the next one
         found = self._client.run(eval, VERSION_THERE, on_error="return")
         wrong = {where: what for where, what in found.items() if what != __version__}
@@ -213,19 +212,12 @@ class Cluster:
         await comm.close()
 
     def workers(self) -> int:
-        """Threads of all workers just now."""
-        if time.monotonic() - self._counted > COUNT_S:
-            self._workers = self._count()
-        return self._workers
-
-    def _count(self) -> int:
+        """Threads of all workers just now: they come and go."""
         try:
             count: int = sum(self._client.nthreads().values())
         except (OSError, TimeoutError) as error:
             raise self._lost() from error
-        self._counted = time.monotonic()
-        if count:
-            self._seen = self._counted
+        self._seen = time.monotonic() if count else self._seen
         return count
 
     def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
