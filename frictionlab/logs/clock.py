@@ -162,8 +162,8 @@ def clock_of(log: Log, options: LogOptions) -> Clock:
     shown = [plain(row[column.index]) for row in log.rows(50)]
     digits = [len(match[1]) for cell in shown if (match := _FRACTION.search(cell))]
     resolution = 10.0 ** -max(digits, default=0) if shown else 1e-6
-    if log.layout.dialect.kinds[column.index] == "m":
-        cells, start_s = log.layout.dialect.example, first
+    if column.kind == "m":
+        cells, start_s = log.layout.example, first
         if first < 172800.0:  # they show no date: it may stand in a column, and midnight passes
             values = values + 86400.0 * np.cumsum(np.append(False, np.diff(values) < -43200.0))
             start_s += next(filter(None, (moment(f"{plain(cell)} 0:00") for cell in cells)), 0.0)

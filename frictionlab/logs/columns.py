@@ -16,7 +16,6 @@ from frictionlab.log_options import FURTHER, LASERS, LogOptions
 from frictionlab.units import ACCELERATION, LENGTH, NORMAL_FORCE, TIME, UNIT, VOLTS, known_unit, quantity_of, split_unit
 
 if TYPE_CHECKING:
-    from frictionlab.logs.layouts import LogLayout
     from frictionlab.logs.table import Log
 
 _TIME = re.compile(
@@ -53,26 +52,31 @@ _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 
 @dataclass(frozen=True)
 class LogColumn:
-    """A column: its number from 0, its title as written, its name without unit, its unit ("" if not said)."""
+    """A column: its number from 0, its title as written, its name without unit, its unit ("" if not said).
+
+    ``kind``: ``n`` numbers, ``m`` moments, ``t`` text, ``e`` empty; ``stamps``: the time column of its own, if any.
+    """
 
     index: int
     title: str
     name: str
     unit: str
+    kind: str = "n"
+    stamps: int | None = None
 
     def __str__(self) -> str:
         return f"{self.index + 1} ({self.title!r})" if self.title else f"{self.index + 1}"
 
 
-def columns_of(titles: Sequence[str], units: Sequence[str], fields: int) -> tuple[LogColumn, ...]:
+def columns_of(titles: Sequence[str], units: Sequence[str], kinds: str) -> tuple[LogColumn, ...]:
     """Make columns from the cells of a header and of its units row, either of which may be missing."""
     columns = []
-    for index in range(fields):
+    for index, kind in enumerate(kinds):
         title = "".join(c if c.isprintable() else "?" for c in titles[index]) if index < len(titles) else ""
         name, unit = split_unit(title)
         below = units[index] if index < len(units) else ""
         alone = known_unit(title) if known_unit(title) in TIME else ""  # a column titled "ms" is time
-        columns.append(LogColumn(index, title, name, below or unit or alone))
+        columns.append(LogColumn(index, title, name, below or unit or alone, kind))
     return tuple(columns)
 
 
@@ -139,27 +143,24 @@ def assign(
     log: "Log", options: LogOptions, roles: Sequence[str], *, further: bool = False
 ) -> tuple[dict[str, LogColumn], list[str]]:
     """Say which column is time, and which plays each role; with ``further`` also other channels; what is left out."""
-    layout = log.layout
-    columns = _numeric(layout, options)
+    every, columns = log.layout.columns, _numeric(log, options)
+    own, is_counted = {c.stamps for c in every} - {None}, options.sampling_rate_hz is not None and options.time is None
     found: dict[str, LogColumn] = {}
     for role in ("time", *roles):
         if (said := getattr(options, role)) is not None:
-            whole = any(said in (c.title, c.name) for c in layout.columns)
+            whole = any(said in (c.title, c.name) for c in every)
             for number, name in enumerate([said] if whole else str(said).split("+"), 1):
-                found[f"{role}+{number}" if number > 1 else role] = by_option(layout.columns, name, role)
-    more, warnings = _further(layout, columns, found, options) if further else ({}, [])
+                found[f"{role}+{number}" if number > 1 else role] = by_option(every, name, role)
+    more, warnings = _further(every, columns, found, options) if further else ({}, [])
     more |= {role: column for role, column in found.items() if "+" in role}
     columns = _left(columns, more)
-    if options.sampling_rate_hz is not None and options.time is None:
-        stamps = found.pop("time", None) or next(iter(candidates(_left(columns, found), "time")), None)
-        warnings += _contradicted(log, stamps, options.sampling_rate_hz)
-    elif "time" not in found and not layout.time_of:
-        free = _left(columns, found)
-        time = _pick(free, "time") or ("interval_s" not in layout.facts and _time_by_values(free, log)) or None
+    free = _left(columns, found)
+    if is_counted:
+        warnings += _contradicted(log, next(iter(candidates(free, "time")), None), options.sampling_rate_hz or 0.0)
+    elif "time" not in found and not own:
+        time = _pick(free, "time") or ("interval_s" not in log.layout.facts and _time_by_values(free, log)) or None
         found |= {"time": time} if time else {}
-    if layout.time_of:
-        times = set(layout.time_of.values())
-        columns = [c for c in columns if c.index not in times or c in found.values()]
+    columns = [c for c in columns if c.index not in own or c in found.values()]
     lone = further and options.sampling_rate_hz is not None and len(columns) == 1 and is_displacement(columns[0])
     lone = lone and not candidates(columns, "time")
     # beside other channels, a bare number is a length only where its name says whose
@@ -167,14 +168,12 @@ def assign(
     found = _with_displacements(sure, found, options, roles, log, alone=bool(more) or lone)
     _refuse_grouped(log, list(found.values()))
     warnings += _not_taken(_left(columns, found)) if further else []
-    found = {role: layout.columns[column.index] for role, column in (found | more).items()}
-    if layout.time_of and "time" not in found:  # each channel's own, where the user named none: the first one's is time
-        own = [(role, layout.time_of.get(column.index)) for role, column in found.items()]
-        first = own[0][1] if own else None
-        if first is not None:
-            others = [(role, index) for role, index in own if role in roles[1:] and index not in (None, first)]
-            of_others = {f"{role}_time": layout.columns[index] for role, index in others}
-            found = {"time": layout.columns[first]} | found | of_others
+    found = {role: every[column.index] for role, column in (found | more).items()}
+    first = next(iter(found.values())).stamps
+    if first is not None and "time" not in found and not is_counted:  # each channel's own: the first one's is time
+        others = {f"{role}_time": found[role].stamps for role in roles[1:] if role in found}
+        apart = {role: every[index] for role, index in others.items() if index not in (None, first)}
+        found = {"time": every[first]} | found | apart
     return found, warnings
 
 
@@ -219,11 +218,11 @@ def _contradicted(log: "Log", time: LogColumn | None, rate: float) -> list[str]:
 
 
 def _further(
-    layout: "LogLayout", columns: Sequence[LogColumn], found: dict[str, LogColumn], options: LogOptions
+    every: Sequence[LogColumn], columns: Sequence[LogColumn], found: dict[str, LogColumn], options: LogOptions
 ) -> tuple[dict[str, LogColumn], list[str]]:
     """The columns of further channels: named by an option, or by name and unit; what fits twice is left out."""
     said = {role: getattr(options, role) for role in FURTHER}
-    more = {role: by_option(layout.columns, name, role) for role, name in said.items() if name is not None}
+    more = {role: by_option(every, name, role) for role, name in said.items() if name is not None}
     fitting: dict[str, list[LogColumn]] = {}
     left = _left(columns, found | more)
     masses = candidates(left, "mass")  # "mass" beside "mass 2" is the first
@@ -274,8 +273,8 @@ def _mass_number(column: LogColumn) -> str:
 
 def possible(log: "Log", options: LogOptions) -> list[LogColumn]:
     """Columns that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
-    columns = _numeric(log.layout, options)
-    times = {c.index for c in candidates(columns, "time")} | set(log.layout.time_of.values())
+    columns = _numeric(log, options)
+    times = {c.index for c in candidates(columns, "time")} | {c.stamps for c in columns if c.stamps is not None}
     if options.time is not None:
         times.add(by_option(log.layout.columns, options.time, "time").index)
     elif not times and options.sampling_rate_hz is None and (time := _time_by_values(columns, log)):
@@ -295,9 +294,9 @@ def acceleration_in(log: "Log", options: LogOptions) -> LogColumn | None:
     return next((column for column in columns if alone and _is_acceleration(column)), None)
 
 
-def _numeric(layout: "LogLayout", options: LogOptions) -> list[LogColumn]:
+def _numeric(log: "Log", options: LogOptions) -> list[LogColumn]:
     """The columns of numbers; volts count as bare numbers where a calibration says what they mean."""
-    columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
+    columns = [c for c in log.layout.columns if c.kind in "nm"]
     calibrated = any(options.unit_of(role)[1] for role in LASERS)
     return [replace(c, unit="") if calibrated and c.unit in VOLTS else c for c in columns]
 
@@ -309,7 +308,7 @@ def _time_by_values(columns: Sequence[LogColumn], log: "Log") -> LogColumn | Non
         steps = np.diff(log.beginning(index))
         return len(steps) >= 8 and steps.min() > 0.0 and bool(np.ptp(steps) <= 0.2 * np.median(steps))
 
-    moments = [c for c in columns if log.layout.dialect.kinds[c.index] == "m"]
+    moments = [c for c in columns if c.kind == "m"]
     found = moments or [c for c in columns if not c.title and not c.unit and rises(c.index)]
     return found[0] if len(found) == 1 else None
 

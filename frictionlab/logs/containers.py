@@ -21,8 +21,7 @@ from frictionlab.files import check_regular
 from frictionlab.hdf5 import arrays_inside, is_recording, matlab_inside
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.columns import columns_of
-from frictionlab.logs.dialect import Dialect
-from frictionlab.logs.layouts import LogLayout
+from frictionlab.logs.dialect import LogLayout
 from frictionlab.units import known_unit
 
 FREE_BYTES = 1 << 28
@@ -217,14 +216,9 @@ def _columns(name: str, content: Any, options: LogOptions) -> tuple[LogLayout, t
     said = chosen.get("units", {}) if isinstance(chosen, Mapping) else {}
     units = [known_unit(str(said.get(title, ""))) for title in titles] if isinstance(said, Mapping) else []
     kinds = "".join("m" if column.dtype.kind == "M" else "n" for column in wanted.values())
+    evidence = (f"{len(titles)} columns of {usual} numbers",)
     layout = LogLayout(
-        name=name,
-        dialect=Dialect("", "", len(titles), kinds, 0, ()),
-        columns=columns_of(titles, units, len(titles)),
-        header=(),
-        body=0,
-        facts=facts,
-        evidence=(f"{len(titles)} columns of {usual} numbers",),
+        "", "", kinds, evidence=evidence, name=name, columns=columns_of(titles, units, kinds), facts=facts
     )
     return layout, tuple(map(_doubles, wanted.values()))
 

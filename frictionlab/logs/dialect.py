@@ -7,14 +7,15 @@ equally well and disagree about the numbers are an error that shows both, never 
 
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import lru_cache
 from typing import NamedTuple
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
+from frictionlab.logs.columns import LogColumn
 
 COMMENTS = ("#", "%", "//", "!")
 NAMES = {",": "comma", ";": "semicolon", "\t": "TAB", "|": "pipe", " ": "blanks"}
@@ -101,26 +102,40 @@ def decimals(cell: str, decimal: str) -> int | None:
 
 
 @dataclass(frozen=True)
-class Dialect:
-    """How the numbers of a log are written; separator " " stands for any run of blanks and tabs.
+class LogLayout:
+    """How a log is written and where things stand in it; lines are counted from 0.
 
-    ``fields``: cells of a data line; ``kinds``: a letter for each of them, ``n`` number, ``m`` moment (a clock time),
-    ``t`` text, ``e`` always empty; ``first``: index from 0 of the first data line, ``example``: its cells.
+    ``separator``: " " stands for any run of blanks and tabs; ``kinds``: a letter for each cell of a data line, ``n``
+    number, ``m`` moment (a clock time), ``t`` text, ``e`` always empty; ``first``: the first data line, ``example``:
+    its cells; ``columns``: one for each cell; ``header``: lines of names and units; ``body``: the first line below
+    them; ``facts``: what the preamble states, ``interval_s``, ``start_s`` (since 1970 UTC); ``spare``: so many cells of
+    text may follow a data line; ``is_header``: whether a stripped line in the body is a header repeated.
     """
 
     separator: str
     decimal: str
-    fields: int
     kinds: str
-    first: int
-    example: tuple[str, ...]
+    first: int = 0
+    example: tuple[str, ...] = ()
     evidence: tuple[str, ...] = ()
+    name: str = ""
+    columns: tuple[LogColumn, ...] = ()
+    header: tuple[int, ...] = ()
+    body: int = 0
+    facts: Mapping[str, float] = field(default_factory=dict)
+    spare: int = 0
+    is_header: Callable[[str], bool] = field(default=lambda _: False)
+
+    @property
+    def fields(self) -> int:
+        """Cells of a data line."""
+        return len(self.kinds)
 
 
 class _Reading(NamedTuple):
     """A hypothesis: the share of the characters of its run of lines that are in cells of numbers; what they say."""
 
-    dialect: Dialect
+    dialect: LogLayout
     share: float
     run: int
     values: tuple[tuple[str, ...], ...]
@@ -158,7 +173,7 @@ def is_comment(line: str) -> bool:
 
 
 @lru_cache(maxsize=4)
-def find_dialect(lines: tuple[str, ...], options: LogOptions) -> Dialect:
+def find_dialect(lines: tuple[str, ...], options: LogOptions) -> LogLayout:
     """Find the dialect of a log from its first lines; refused if none holds numbers, or two fit equally well."""
     pairs = [
         (separator, decimal)
@@ -229,7 +244,7 @@ def _read_as(lines: Sequence[str], separator: str, decimal: str) -> _Reading | N
         f"separator {NAMES[separator]}, decimal mark {decimal!r}: of the first lines {len(run)} have "
         f"{shape.count('n')} numbers in {len(shape)} fields, from line {first + 1}"
     )
-    dialect = Dialect(separator, decimal, len(shape), shape, first, tuple(plain(c) for c in cells), (evidence,))
+    dialect = LogLayout(separator, decimal, shape, first, tuple(plain(c) for c in cells), (evidence,))
     return _Reading(dialect, known / total if total else 0.0, len(run), values)
 
 

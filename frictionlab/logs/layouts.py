@@ -17,13 +17,13 @@ and start. `columns_of_text` reads what is left.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.columns import LogColumn, columns_of, roles_named
-from frictionlab.logs.dialect import Dialect, find_dialect, is_comment, kind_of, moment, number, plain, split
+from frictionlab.logs.dialect import LogLayout, find_dialect, is_comment, kind_of, moment, number, plain, split
 from frictionlab.logs.text import Text
 from frictionlab.units import TIME, known_unit
 
@@ -36,28 +36,6 @@ _HERTZ = {"hz": 1.0, "khz": 1e3, "1/s": 1.0, "": 1.0}
 _DAMAGED_ABOVE = 5  # lines of data between the header and the first sound one
 _MANY = 8  # header rows as wide as the data
 _BELIEVABLE_S = (1e-9, 1e5)  # between samples; a damaged preamble states anything
-
-
-@dataclass(frozen=True)
-class LogLayout:
-    """Where things stand in a log; lines are counted from 0.
-
-    ``columns``: one for each field of the dialect; ``header``: lines of names and units; ``body``: the first line below
-    them; ``facts``: what the preamble states, ``interval_s``, ``start_s`` (since 1970 UTC); ``time_of``: for each
-    channel its own time column, where a log has several; ``spare``: so many cells of text may follow a data line;
-    ``is_header``: whether a stripped line in the body is a header repeated.
-    """
-
-    name: str
-    dialect: Dialect
-    columns: tuple[LogColumn, ...]
-    header: tuple[int, ...]
-    body: int
-    facts: Mapping[str, float] = field(default_factory=dict)
-    time_of: Mapping[int, int] = field(default_factory=dict)
-    spare: int = 0
-    is_header: Callable[[str], bool] = field(default=lambda _: False)
-    evidence: tuple[str, ...] = ()
 
 
 def find_layout(text: Text, options: LogOptions) -> LogLayout:
@@ -85,19 +63,19 @@ def columns_of_text(text: Text, options: LogOptions) -> LogLayout:
     if titles:
         why = (*why, f"line {header[0] + 1} names the columns, {'with a' if units else 'without'} units row")
     again = {text.lines[i].strip() for i in header}
-    return LogLayout(
+    return replace(
+        dialect,
         name=name,
-        dialect=dialect,
-        columns=columns_of(titles, units, dialect.fields),
+        columns=columns_of(titles, units, dialect.kinds),
         header=header,
         body=body,
         facts=_stated_facts(text.lines[:body], dialect.decimal),
         is_header=lambda line: line in again,
-        evidence=why if titles else (*why, "no line names the columns"),
+        evidence=(*dialect.evidence, *why, *(() if titles else ("no line names the columns",))),
     )
 
 
-def _maker(text: Text, dialect: Dialect) -> tuple[str, tuple[str, ...]]:
+def _maker(text: Text, dialect: LogLayout) -> tuple[str, tuple[str, ...]]:
     """Whose program wrote a log, and by what that is seen; "" where it may be any."""
     lines = text.lines
     if any("epoch time" in line.lower() and "distance" in line.lower() for line in lines[:200]):
@@ -115,7 +93,7 @@ def _maker(text: Text, dialect: Dialect) -> tuple[str, tuple[str, ...]]:
 
 
 def _header(
-    lines: Sequence[str], dialect: Dialect, *, deep: bool
+    lines: Sequence[str], dialect: LogLayout, *, deep: bool
 ) -> tuple[Sequence[str], Sequence[str], tuple[int, ...], int]:
     """Look upward from the first data line for names and units: both, their lines, and the first line below them."""
     rows = _rows_above(lines, dialect, deep=deep)
@@ -132,7 +110,7 @@ def _header(
     )
 
 
-def _rows_above(lines: Sequence[str], dialect: Dialect, *, deep: bool) -> list[tuple[int, list[str]]]:
+def _rows_above(lines: Sequence[str], dialect: LogLayout, *, deep: bool) -> list[tuple[int, list[str]]]:
     """Rows of words as wide as the data, nearest first; a few damaged data lines may stand below them."""
     rows: list[tuple[int, list[str]]] = []
     damaged = 0
@@ -230,24 +208,24 @@ def labview(text: Text, options: LogOptions) -> LogLayout | None:
     units = dict(enumerate(map(known_unit, cells_of("Y_Unit_Label")), 1))  # each above its channel
     columns = [
         replace(c, unit="s" if c.title == "X_Value" else c.unit or units.get(c.index, ""))
-        for c in columns_of(titles, (), dialect.fields)
+        for c in columns_of(titles, (), dialect.kinds)
     ]
     times = [c.index for c in columns if c.title == "X_Value"]
     facts = _first_interval(cells_of("Delta_X"), dialect.decimal)
     date, time = cells_of("Date")[:1], cells_of("Time")[:1]
     if date and time and (start := moment(f"{date[0]} {time[0]}")) is not None:
         facts["start_s"] = start
-    return LogLayout(
+    why = f"the LabVIEW header states separator and decimal mark; line {names + 1} names the channels"
+    return replace(
+        dialect,
         name="LabVIEW lvm",
-        dialect=dialect,
-        columns=tuple(columns),
+        columns=_with_stamps(columns, times if len(times) > 1 else ()),
         header=(names,),
         body=names + 1,
         facts=facts,
-        time_of=_times_left_of(columns, times) if len(times) > 1 else {},
         is_header=lambda line: _key(line) in _KEYS,
         spare=1 if titles[-1:] == ["Comment"] and len(titles) > dialect.fields else 0,
-        evidence=(f"the LabVIEW header states separator and decimal mark; line {names + 1} names the channels",),
+        evidence=(*dialect.evidence, why),
     )
 
 
@@ -255,10 +233,10 @@ def _key(line: str) -> str:
     return line.replace(";", "\t").replace(",", "\t").partition("\t")[0].strip()
 
 
-def _times_left_of(columns: Sequence[LogColumn], times: Sequence[int]) -> dict[int, int]:
+def _with_stamps(columns: Sequence[LogColumn], times: Sequence[int]) -> tuple[LogColumn, ...]:
     """Give each channel the time column to its left."""
-    channels = [c.index for c in columns if c.index not in times and any(t < c.index for t in times)]
-    return {index: max(t for t in times if t < index) for index in channels}
+    left = {c.index: [t for t in times if t < c.index] for c in columns if c.index not in times}
+    return tuple(replace(c, stamps=max(left[c.index])) if left.get(c.index) else c for c in columns)
 
 
 def _first_interval(cells: Sequence[str], decimal: str) -> dict[str, float]:
@@ -284,22 +262,21 @@ def ni(text: Text, options: LogOptions) -> LogLayout | None:
     if len(names) == dialect.fields + 1:  # a label column that the data lacks
         names, units = names[1:], units[1:]
     is_time = {i for i in range(dialect.fields) if i >= len(names) or names[i].lower() in ("channel name", "")}
-    columns = tuple(
-        LogColumn(c.index, "time", "time", "s") if c.index in is_time else c
-        for c in columns_of(names, [known_unit(unit) for unit in units], dialect.fields)
-    )
+    columns = [
+        replace(c, title="time", name="time", unit="s") if c.index in is_time else c
+        for c in columns_of(names, [known_unit(unit) for unit in units], dialect.kinds)
+    ]
     facts = _first_interval(rows["interval"][1:], dialect.decimal)
     starts = [m for c in rows.get("timestamp", [])[1:] if (m := moment(c)) is not None]
-    return LogLayout(
+    return replace(
+        dialect,
         name="NI",
-        dialect=dialect,
-        columns=columns,
+        columns=_with_stamps(columns, [c.index for c in columns if c.name == "time"]),
         header=tuple(sorted(lines[label] for label in ("channel name", "unit") if label in lines)),
         body=max(lines.values()) + 1,
         facts=facts | {"start_s": starts[0]} if starts else facts,
-        time_of=_times_left_of(columns, [c.index for c in columns if c.name == "time"]),
         is_header=lambda line: plain(line.partition(dialect.separator)[0]).lower() in _LABELS,
-        evidence=(f"rows labelled {', '.join(rows)}",),
+        evidence=(*dialect.evidence, f"rows labelled {', '.join(rows)}"),
     )
 
 

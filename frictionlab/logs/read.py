@@ -273,8 +273,8 @@ def _facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
         "layout": log.layout.name,
         "encoding": text.encoding if text is not None else "binary",
         "compression": (text.package if text is not None else "") or "none",
-        "separator": log.layout.dialect.separator,
-        "decimal": log.layout.dialect.decimal,
+        "separator": log.layout.separator,
+        "decimal": log.layout.decimal,
         "header_lines": " ".join(str(i + 1) for i in log.layout.header),
         "first_data_line": int(log.body.lines_of(np.zeros(1, np.int64))[0]),
     }

@@ -24,8 +24,8 @@ from frictionlab.errors import FrictionlabError, LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.columns import LogColumn, assign
 from frictionlab.logs.containers import read_container
-from frictionlab.logs.dialect import decimals, is_comment, is_no_value, moment, number, plain, split
-from frictionlab.logs.layouts import LogLayout, find_layout
+from frictionlab.logs.dialect import LogLayout, decimals, is_comment, is_no_value, moment, number, plain, split
+from frictionlab.logs.layouts import find_layout
 from frictionlab.logs.text import Text, read_text
 from frictionlab.recording import LineCount, SourceFile
 
@@ -127,16 +127,16 @@ class Log:
 
     def rows(self, most: int | None = None) -> Iterator[list[str]]:
         """The cells of the first lines of data."""
-        dialect = self.layout.dialect
-        lines = self.text.lines[dialect.first :] if self.text is not None else ()
-        rows = (split(line, dialect.separator) for line in lines[:most])
-        return (cells for cells in rows if len(cells) == dialect.fields)
+        layout = self.layout
+        lines = self.text.lines[layout.first :] if self.text is not None else ()
+        rows = (split(line, layout.separator) for line in lines[:most])
+        return (cells for cells in rows if len(cells) == layout.fields)
 
     def numbers(self, most: int | None = None) -> FloatArray:
         """The numbers of the first lines, or of all at hand (rows, columns); NaN where a cell is none."""
         if self.arrays:
             return _finite(np.stack([column[:most] for column in self.arrays], axis=1))
-        decimal, fields = self.layout.dialect.decimal, self.layout.dialect.fields
+        decimal, fields = self.layout.decimal, self.layout.fields
         cells = [[number(cell, decimal) for cell in row] for row in self.rows(most)]
         return _finite(np.array(cells, np.float64).reshape(-1, fields))
 
@@ -167,7 +167,7 @@ def open_log(path: Path, options: LogOptions) -> Log:
         text = read_text(path, options.encoding)
         layout = find_layout(text, options)
         log = Log(path.name, text.size, text.sha256, layout, text, evidence=[*text.evidence])
-    log.evidence += [f"layout {layout.name}", *layout.dialect.evidence, *layout.evidence]
+    log.evidence += [f"layout {layout.name}", *layout.evidence]
     return log
 
 
@@ -214,7 +214,7 @@ def _of_text(log: Log, text: Text, test: str | int | None) -> Body:
     layout = log.layout
     # decimals of the last number of a line, if nearly all first lines agree: then one with fewer was cut. Where
     # trailing zeros are left out, a tenth of the lines have fewer.
-    found = Counter(decimals(cells[-1], layout.dialect.decimal) for cells in log.rows(2000))
+    found = Counter(decimals(cells[-1], layout.decimal) for cells in log.rows(2000))
     found.pop(None, None)
     usual, times = found.most_common(1)[0] if found else (0, 0)
     last_decimals = usual or 0 if times >= 0.97 * found.total() else 0
@@ -252,15 +252,15 @@ class Reader:
     def __init__(
         self, layout: LogLayout, columns: Mapping[str, LogColumn], *, last_decimals: int = 0, encoding: str = "utf-8"
     ) -> None:
-        self.layout, self.dialect, self.encoding = layout, layout.dialect, encoding
+        self.layout, self.encoding = layout, encoding
         self.wanted = [column.index for column in columns.values()]
         self.has_time = "time" in columns
-        self.moments = self.has_time and self.dialect.kinds[self.wanted[0]] == "m"
-        self.last_decimals = last_decimals if self.dialect.fields - 1 in self.wanted else 0
+        self.moments = self.has_time and columns["time"].kind == "m"
+        self.last_decimals = last_decimals if self.layout.fields - 1 in self.wanted else 0
         self.next_line = layout.body + 1
         self.body = Body(self.next_line)
         self._parts: dict[str, list[FloatArray]] = {role: [] for role in columns}
-        self._signs = b'"\0' + (b"\v\f" if self.dialect.separator == " " else b"")
+        self._signs = b'"\0' + (b"\v\f" if self.layout.separator == " " else b"")
 
     def read(self, block: bytes) -> None:
         """Read a block of whole lines; the last line of a log may have no end."""
@@ -300,8 +300,8 @@ class Reader:
 
     def _regular(self, block: bytes, lines: int) -> list[FloatArray] | None:
         """The wanted columns where all lines are regular; None where pyarrow may take one for what it is not."""
-        mark, text = self.dialect.decimal, block
-        if self.dialect.separator == " ":  # one blank where runs of them part the cells, none at the ends of lines
+        mark, text = self.layout.decimal, block
+        if self.layout.separator == " ":  # one blank where runs of them part the cells, none at the ends of lines
             text = text.replace(b"\t", b" ").replace(b"\r\n", b"\n")
             while b"  " in text:
                 text = text.replace(b"  ", b" ")
@@ -320,7 +320,7 @@ class Reader:
             last = last - ended
             if self.last_decimals and (signs[np.maximum(last - self.last_decimals - 1, 0)] != ord(mark)).any():
                 return None
-        names = [str(index) for index in range(self.dialect.fields)]
+        names = [str(index) for index in range(self.layout.fields)]
         wanted = [names[index] for index in self.wanted]
         convert = csv.ConvertOptions(
             column_types=dict.fromkeys(wanted, pa.float64()),
@@ -329,7 +329,7 @@ class Reader:
             decimal_point=mark,
             check_utf8=False,
         )
-        parse = csv.ParseOptions(delimiter=self.dialect.separator, quote_char=False, ignore_empty_lines=False)
+        parse = csv.ParseOptions(delimiter=self.layout.separator, quote_char=False, ignore_empty_lines=False)
         try:
             how = csv.ReadOptions(column_names=names, block_size=len(text) + 1, use_threads=False)
             table = csv.read_csv(pa.BufferReader(text), how, parse, convert)
@@ -364,13 +364,13 @@ class Reader:
         stripped = text.strip()
         if "\0" in text:
             return "quarantined", "NUL bytes", []
-        if not stripped.strip(self.dialect.separator + "; ,\t\"'\x1a"):
+        if not stripped.strip(self.layout.separator + "; ,\t\"'\x1a"):
             return "blank", "", []
         if self.layout.is_header(stripped):
             return "header", "", []
         if is_comment(text):
             return "comment", "", []
-        cells, fields = split(text, self.dialect.separator), self.dialect.fields
+        cells, fields = split(text, self.layout.separator), self.layout.fields
         if not fields <= len(cells) <= fields + self.layout.spare:
             return "quarantined", f"expected {fields} fields; got {len(cells)}", []
         values = self._values_of(cells)
@@ -381,7 +381,7 @@ class Reader:
         values = []
         for place, index in enumerate(self.wanted):
             is_time, cell = self.has_time and place == 0, cells[index]
-            value = moment(cell) if is_time and self.moments else number(cell, self.dialect.decimal)
+            value = moment(cell) if is_time and self.moments else number(cell, self.layout.decimal)
             if value is None and not is_no_value(cell):
                 return f"field {index + 1}: not a number: {plain(cell)[:40]!r}"
             if value is None or not math.isfinite(value):
@@ -389,7 +389,7 @@ class Reader:
                     return f"no time stamp: {plain(cell)[:40]!r}"
                 value = math.nan
             values.append(value)
-        found = decimals(cells[self.dialect.fields - 1], self.dialect.decimal) if self.last_decimals else None
+        found = decimals(cells[self.layout.fields - 1], self.layout.decimal) if self.last_decimals else None
         if found is not None and found < self.last_decimals:
             return f"last number cut: expected {self.last_decimals} decimals"
         return values

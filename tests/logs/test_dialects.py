@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log, read_mass_log
 from frictionlab.logs.columns import LogColumn
-from frictionlab.logs.dialect import Dialect
-from frictionlab.logs.layouts import LogLayout
+from frictionlab.logs.dialect import LogLayout
 from frictionlab.logs.table import Body, Reader
 from tests.logs.samples import CLEAN, Truth, assert_is, comma, ni, table, truth, write
 
@@ -40,6 +39,7 @@ def test_ni_channels_with_clocks_of_their_own_are_put_on_one(tmp_path: Path) -> 
     ]
     recording = read_log(write(tmp_path / "log.csv", "\r\n".join(late) + "\r\n"))
     assert recording.source.dialect["base_resampled"] == "cubic"
+    assert read_log(tmp_path / "log.csv", LogOptions(sampling_rate_hz=500.0)).duration_s == 499 / 500.0
     inside = slice(5, -5)
     expected = np.interp(recording.time, DATA.time + 0.001, DATA.base)
     np.testing.assert_allclose(recording.base_displacement[inside], expected[inside], atol=2e-6)
@@ -183,7 +183,7 @@ class Shape:
 
     @property
     def reader(self) -> Reader:
-        layout = LogLayout("", Dialect(self.separator, self.decimal, self.fields, "n" * self.fields, 0, ()), (), (), 0)
+        layout = LogLayout(self.separator, self.decimal, "n" * self.fields)
         columns = {r: LogColumn(i, "", "", "") for r, i in zip(("time", "mass", "base"), self.wanted, strict=False)}
         return Reader(layout, columns, last_decimals=self.last_decimals)
 
