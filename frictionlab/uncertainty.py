@@ -21,7 +21,7 @@ between -(1 - f) and 1 - f. A range that is not known is taken as filled, which 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Generic, Literal, TypeVar
+from typing import Literal
 
 import numpy as np
 
@@ -130,33 +130,30 @@ def with_digits(value: float, u: float) -> str:
 
 
 NOT_KNOWN = Estimate()
-T = TypeVar("T")
 
 
-class _Flat(Generic[T]):
-    """A flat name of one part (``value``, ``se`` or ``u``) of an estimate that a result holds, by its field's name."""
+class Flat:
+    """A flat name of one part (``value``, ``se`` or ``u``) of an estimate that a result holds, by its field's name.
 
-    missing: T
+    ``None`` where it is not known.
+    """
 
     def __init__(self, estimate: str, part: Part = "value") -> None:
         self._estimate, self._part = estimate, part
 
-    def __get__(self, result: object, kind: type) -> T:
+    def __get__(self, result: object, kind: type) -> float | None:
         """Return the part of a result's estimate; AttributeError of its class, which has none."""
-        number: T | None = getattr(getattr(result, self._estimate), self._part)
-        return self.missing if number is None else number
+        number: float | None = getattr(getattr(result, self._estimate), self._part)
+        return number
 
 
-class Flat(_Flat[float | None]):
-    """A flat name of one part of an estimate; ``None`` where it is not known."""
-
-    missing = None
-
-
-class FlatKnown(_Flat[float]):
+class FlatKnown(Flat):
     """As `Flat`, of a number that every such result has, to reckon with: NaN where it is not known after all."""
 
-    missing = math.nan
+    def __get__(self, result: object, kind: type) -> float:
+        """Return the part of a result's estimate."""
+        number = super().__get__(result, kind)
+        return math.nan if number is None else number
 
 
 class FrictionNames:
