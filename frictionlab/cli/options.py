@@ -283,13 +283,10 @@ class Inputs:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ManyInputs(Inputs):
+class ManyInputs(Inputs, Drawn):
     """The options of commands over recordings, and what they do with the rows."""
 
-    output: Path | None = None
-    plot: Path | None = None
     wide: bool = False
-    force: bool = False
 
     def places(self, inputs: Sequence[Path], scene: "Scene", table: "Table", kinds: Sequence[str]) -> Places:
         """Where the figures go; refuses outputs that would replace something else, before the work."""
@@ -298,12 +295,12 @@ class ManyInputs(Inputs):
         plot = self.plot
         if plot is None:
             return {}
-        from frictionlab.figures import FORMATS, check_figures
+        from frictionlab.figures import check_figures
         from frictionlab.verbs.inputs import names_of
 
         if plot.is_dir() or not plot.suffix:
             places = {path: {kind: plot / f"{n}.{kind}.png" for kind in kinds} for path, n in names_of(inputs).items()}
-        elif len(inputs) > 1 and plot.suffix in FORMATS:
+        elif len(inputs) > 1:
             raise UsageError(f"--plot {plot}: expected a folder for figures of {len(inputs)} inputs; got a file's name")
         else:  # the first kind of figure is the file, the others stand beside it
             beside = {kind: plot.with_name(f"{plot.stem}.{kind}{plot.suffix}") for kind in kinds[1:]}

@@ -57,10 +57,7 @@ def _show_scene(file: Path) -> None:
         for line in read_material_law(file).text().splitlines():
             paragraph(line, indent="# " if line.startswith("#") else "    ")
         return
-    lines = to_toml(read_scene(file)).rstrip("\n").splitlines()
-    given = [line for line in lines if not line.endswith("is not given")]
-    typer.echo("\n".join(given))
-    typer.echo(f"# {len(lines) - len(given)} keys are not given: `frictionlab init --all` lists them")
+    typer.echo(f"{to_toml(read_scene(file))}# keys that are not given: `frictionlab init --all` lists them")
 
 
 def _show_rows(file: Path) -> None:

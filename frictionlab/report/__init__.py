@@ -116,7 +116,6 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
     script = (HERE / "page.js").read_text(encoding="utf-8")
     first = first_of(plates)
     tables = campaign.tables
-    scene = "\n".join(line for line in to_toml(campaign.scene).splitlines() if not line.startswith("#"))
     packages = {"frictionlab": __version__, "Python": platform.python_version(), **{p: version(p) for p in PACKAGES}}
     return TEMPLATES.get_template("page.html").render(
         title=f"Friction of {', '.join(campaign.materials) or 'no material'}",
@@ -137,7 +136,7 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
         grids=[(title, listing(kind, tables[name])) for title, (name, kind) in TABLES.items() if tables[name]],
         tests=_tests(campaign),
         warnings=_warnings(campaign),
-        assumed=scene.partition("[synthetic]")[0].strip(),
+        assumed=to_toml(campaign.scene).partition("[synthetic]")[0].strip(),
         versions=", ".join(f"{name} {number}" for name, number in packages.items()),
     )
 

@@ -164,12 +164,11 @@ def template() -> str:
 
 
 def to_toml(scene: Scene) -> str:
-    """A scene as TOML with all its defaults; read back it is the same scene. What is not known is a comment.
+    """A scene as TOML with all its defaults; read back it is the same scene. What is not known is left out.
 
     Examples
     --------
     >>> print(to_toml(Scene()).partition("[analysis]")[2].partition("padding")[0].strip())
-    # transient_s is not given
     cycles = "all"
     """
     tables, texts = scene.model_dump(), []
@@ -178,8 +177,7 @@ def to_toml(scene: Scene) -> str:
         for part in table.head.strip("[]").split("."):
             found = found[part]
         for row in found if isinstance(found, list) else [found]:
-            values = ((key, row[key]) for key in table.keys)
-            said = (f"# {key} is not given" if v is None else f"{key} = {value_text(v)}" for key, v in values)
+            said = (f"{key} = {value_text(row[key])}" for key in table.keys if row[key] is not None)
             texts.append("\n".join([table.head, *said, ""]))
     return "\n".join(texts)
 

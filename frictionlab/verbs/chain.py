@@ -9,7 +9,7 @@ import hashlib
 import json
 import os
 import tempfile
-from collections import defaultdict
+from collections import Counter
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -210,17 +210,11 @@ def write_stamp(path: Path, stamp: Stamp) -> None:
 
 def copies_among(files: Iterable[Path]) -> dict[Path, Path]:
     """Files that hold the same bytes as one before them, each with that one; empty ones are no copies."""
-    sizes: defaultdict[int, list[Path]] = defaultdict(list)
-    for path in files:
-        if path.is_file() and path.stat().st_size:
-            sizes[path.stat().st_size].append(path)
-    found: dict[Path, Path] = {}
-    for alike in sizes.values():
-        seen: dict[bytes, Path] = {}
-        for path in alike if len(alike) > 1 else ():
-            first = seen.setdefault(hashlib.sha256(path.read_bytes()).digest(), path)
-            found |= {} if first is path else {path: first}
-    return found
+    sizes = {path: path.stat().st_size for path in files if path.is_file()}
+    many, seen = Counter(sizes.values()), dict[bytes, Path]()
+    alike = [path for path, size in sizes.items() if size and many[size] > 1]
+    first = {path: seen.setdefault(hashlib.sha256(path.read_bytes()).digest(), path) for path in alike}
+    return {path: one for path, one in first.items() if one is not path}
 
 
 def batch(
