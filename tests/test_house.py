@@ -38,14 +38,14 @@ uncertainty: scene schema
 planning: analysis errors inference scene schema simulator uncertainty
 inference: analysis base_motion errors files recording scene schema simulator uncertainty
 synthetic: errors files recording scene schema simulator units
-campaign: analysis errors files hdf5 inference recording scene schema simulator tables uncertainty
+campaign: analysis errors files hdf5 inference scene schema simulator tables uncertainty
 tradeoff: analysis inference recording scene schema simulator
 base_motion: analysis errors recording simulator
 figures: analysis base_motion campaign errors files inference recording schema simulator tables
 verbs: __init__ analysis base_motion campaign errors experiment figures files hdf5 inference logs planning
   recording report scene schema simulator synthetic tables uncertainty workers
 __main__: cli
-report: __init__ analysis campaign errors figures files inference scene schema simulator tables uncertainty
+report: __init__ analysis campaign figures files inference scene schema simulator tables uncertainty
 """
 MAY_IMPORT = {
     own: set(allowed.split())

@@ -19,7 +19,7 @@ from typing import Any
 from frictionlab import schema
 from frictionlab.analysis.steadiness import LONG_S
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign.files import TABLES, elsewhere, law_file, recording_of, recording_path
+from frictionlab.campaign.files import TABLES, elsewhere, law_file, measured_again, recording_path
 from frictionlab.campaign.friction import (
     NO_STEADY_CYCLE,
     SLOWEST_HZ,
@@ -40,13 +40,14 @@ from frictionlab.campaign.laws import (
     loops_of,
     not_predicted,
 )
-from frictionlab.campaign.prediction import Model, RowObservation, curve, model_of, observe_row
+from frictionlab.campaign.prediction import RowObservation, model_of
 from frictionlab.campaign.ranking import Drift, Rank, drift_of, rank_all
 from frictionlab.campaign.trials import LONGEST_NAME, Trial, in_order
 from frictionlab.errors import UsageError
 from frictionlab.inference.comparison import ContactForce
+from frictionlab.inference.force import ForceObservation
 from frictionlab.inference.material_law import MaterialLaw, is_material_law, material_law_of
-from frictionlab.inference.observations import CycleObservation
+from frictionlab.inference.observations import CycleObservation, OfCycles
 from frictionlab.scene import Scene
 from frictionlab.schema import Result
 from frictionlab.tables import Row, write_rows
@@ -69,8 +70,18 @@ SHARED_ERRORS = (
     "Standard errors (_se) hold the scatter from test to test; combined uncertainties (_u) and 95 % intervals also hold"
     " what all tests share: gain, lag, natural frequency, stiffness, normal force."
 )
+NO_DRIFT = f"No test lasts {LONG_S:g} s or longer: nothing is said of drift."
 ASSUMED = "Assumed, for nobody has declared them in the scene: {}."
 OF_TRIAL = ("source", "material", "normal_force_n", "frequency_ratio", "duration_s")
+NO_FRAME = (
+    "The motion of the contact is given and its force measured, as on a tribometer: no frame answers, so that there is"
+    " no frequency ratio, no energy of a loop over a base, no amplitude of a response, no map of stops, no ranking and"
+    " no drift. Friction, its coefficient and the law in newtons are those of the measured force; energies of tests"
+    " left out are of the loop of force over displacement, over normal force and half the stroke. Combined"
+    " uncertainties (_u) and 95 % intervals also hold what all tests share: gain of the load cell, normal force."
+)
+OF_GIVEN = ("experiment.normal_force_n_u",)  # what a campaign without a frame assumes
+Tested = CycleObservation | ForceObservation
 Watch = Callable[[Sequence[Any]], Iterable[Any]]
 
 
@@ -81,7 +92,8 @@ class Campaign(Result):
     ``trials``: all tests, failed ones last; ``fits``: one per material and normal force; ``amontons``: one per
     material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``:
     frequency ratios and predicted energies of each setting; ``notes``: sentences about the campaign as a whole;
-    ``folders``: where recordings stand; ``joint``: the fit of all tests together, where recordings are at hand.
+    ``model``: the scene's, in words; ``folders``: where recordings stand; ``joint``: the fit of all tests together,
+    where recordings are at hand.
     """
 
     trials: tuple[Trial, ...]
@@ -91,7 +103,7 @@ class Campaign(Result):
     drifts: tuple[Drift, ...]
     curves: Mapping[Setting, tuple[FloatArray, FloatArray]]
     notes: tuple[str, ...]
-    model: Model
+    model: str
     scene: Scene
     folders: tuple[Path, ...] = ()
     joint: JointFit | None = field(default=None, repr=False)
@@ -102,7 +114,7 @@ class Campaign(Result):
         return () if self.joint is None else laws_together(self.joint.ladders)
 
     @cached_property
-    def loops(self) -> Sequence[tuple[CycleObservation, ContactForce]]:
+    def loops(self) -> Sequence[tuple[OfCycles, ContactForce]]:
         """Tests of each material, and what their contacts do."""
         return () if self.joint is None else loops_of(self.joint, self.scene.rig.stiffness)
 
@@ -110,8 +122,8 @@ class Campaign(Result):
     def material_laws(self) -> tuple[MaterialLaw, ...]:
         """Each material's law in physical units."""
         joint, scene = self.joint, self.scene
-        stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
-        if joint is None or not stiffness or not frequency:
+        stiffness, frequency = (None, None) if self.is_given else (scene.rig.stiffness, scene.rig.natural_frequency)
+        if joint is None or not (self.is_given or (stiffness and frequency)):
             return ()
         found = []
         for test in self.amontons:
@@ -175,6 +187,11 @@ class Campaign(Result):
         return self.scene.sensors.lag_s + lag if lag else None
 
     @property
+    def is_given(self) -> bool:
+        """Whether motions were given and forces measured, as on a tribometer."""
+        return self.scene.rig.kind == "prescribed"
+
+    @property
     def failures(self) -> tuple[Trial, ...]:
         """The tests without a measurement, or without the facts it takes."""
         return tuple(t for t in self.trials if t.failed)
@@ -185,7 +202,7 @@ def evaluate(
     scene: Scene,
     *,
     folders: Sequence[Path] = (),
-    observations: Mapping[str, CycleObservation] = {},
+    observations: Mapping[str, Tested] = {},
     find_law: bool = False,
     watch: Watch = iter,
 ) -> Campaign:
@@ -205,6 +222,7 @@ def evaluate(
         raise UsageError("campaign: expected at least one measurement; got none")
     recorded = bool(observations) or all(trial.failed for trial in trials)  # why they failed is said, not of the law
     tests, model, stiffness = in_order(trials), model_of(scene, recorded=recorded), scene.rig.stiffness
+    forces = {t.source: t.normal_force_n for t in tests if t.normal_force_n is not None}
     own: dict[Setting, list[Trial]] = {}
     for trial in tests:
         if not trial.failed:
@@ -212,20 +230,18 @@ def evaluate(
     groups = {setting: screen(some, model.first, scene) for setting, some in own.items()}
     by_mass = scene.rig.first.stiffness_n_per_m is None and stiffness is not None
     cycles, doubtful = _cycles(groups, observations)
-    joint, unfitted = fit_together(
-        cycles, find_law=find_law, accuracy=scene.accuracy, doubtful=doubtful, by_mass=by_mass, watch=watch
-    )
+    how: dict[str, Any] = {"accuracy": scene.accuracy, "forces": forces}
+    joint, unfitted = fit_together(cycles, find_law=find_law, doubtful=doubtful, by_mass=by_mass, watch=watch, **how)
     joints = {} if joint is None else {setting: joint for setting in groups if joint.tests(*setting)}
     rest = {setting: group for setting, group in groups.items() if setting not in joints}
-    by_rows, _ = fit_together(_rows(rest, model.first), find_law=False, accuracy=scene.accuracy)
+    by_rows, _ = fit_together(_rows(rest), find_law=False, **how)
     joints |= {} if by_rows is None else {setting: by_rows for setting in rest if by_rows.tests(*setting)}
-    models = {g: joints[g].model(g, model) if g in joints else model.first for g in groups}
     fits = list[FrictionFit]()
     for g in watch(sorted(groups)):
         said = "" if model.first is model or joints.get(g) is joint else PLAIN
-        fits.append(friction_of(groups[g], joints.get(g), models[g], stiffness, said))
+        fits.append(friction_of(groups[g], joints.get(g), stiffness, said))
     long = [t for t in tests if t.is_long and not t.failed]
-    drifts = tuple(drift_of(t, None if t.trend else recording_of(t, folders), scene) for t in long)
+    drifts = tuple(drift_of(t, m.trend if (m := measured_again(t, folders, scene)) else None) for t in long)
     ratios = [v.trial.r for fit in fits for v in fit.verdicts]
     span = (min(ratios, default=math.nan), max(ratios, default=math.nan))
     materials = sorted({fit.material for fit in fits})
@@ -235,9 +251,9 @@ def evaluate(
         amontons=tuple(amontons_of(m, [f for f in fits if f.material == m], joints, stiffness) for m in materials),
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
-        curves={f.setting: curve(models[f.setting], f.friction_ratio, *span) for f in fits if f.friction_ratio},
+        curves={g: joints[g].curve(g, next(iter(rows.values())), *span) for g in joints if (rows := groups[g].rows)},
         notes=(),
-        model=model,
+        model=model.words,
         scene=scene,
         folders=tuple(folders),
         joint=joint,
@@ -249,14 +265,14 @@ def evaluate(
 
 
 def _cycles(
-    groups: Mapping[Setting, Group], observations: Mapping[str, CycleObservation]
-) -> tuple[dict[str, list[CycleObservation]], set[str]]:
+    groups: Mapping[Setting, Group], observations: Mapping[str, Tested]
+) -> tuple[dict[str, list[Tested]], set[str]]:
     """The observations of each material that a law can be fitted to, and which of them are doubtful.
 
     Where a law has many steady states the cycle depends on which of them it is more than on the law. Those of Coulomb's
     law are doubtful, but in a group that has no other tests.
     """
-    found: dict[str, list[CycleObservation]] = {}
+    found: dict[str, list[Tested]] = {}
     doubtful = set[str]()
     for (material, _), group in groups.items():
         out = {source for source, why in group.left_out.items() if why.cause in NO_STEADY_CYCLE}
@@ -268,14 +284,12 @@ def _cycles(
     return found, doubtful
 
 
-def _rows(groups: Mapping[Setting, Group], model: Model) -> dict[str, list[RowObservation]]:
+def _rows(groups: Mapping[Setting, Group]) -> dict[str, list[RowObservation]]:
     """The rows of each material that determine its friction."""
     rows: dict[str, list[RowObservation]] = {}
     for (material, _), group in groups.items():
-        for t in group.trials:
-            if t.source not in group.left_out:
-                row = observe_row(t, model, group.sources, group.betas[t.source], group.units[t.source])
-                rows.setdefault(material, []).append(row)
+        if own := [group.rows[t.source] for t in group.trials if t.source in group.rows.keys() - group.left_out]:
+            rows.setdefault(material, []).extend(own)
     return rows
 
 
@@ -283,16 +297,22 @@ def _notes(campaign: Campaign) -> list[str]:
     """Sentences about the campaign as a whole."""
     failed, tests = len(campaign.failures), len(campaign.trials)
     left = sum(v.excluded is not None and not v.trial.is_long for v in campaign.verdicts.values())
-    assumed = sources_of(campaign.scene, SLOWEST_HZ).assumed
+    assumed = [
+        key for key in sources_of(campaign.scene, SLOWEST_HZ).assumed if key in OF_GIVEN or not campaign.is_given
+    ]
     alike = ", ".join(m for m in campaign.materials if [*map(str.casefold, campaign.materials)].count(m.casefold()) > 1)
     said: tuple[tuple[object, str], ...] = (
         (alike, f"{alike}: names that differ in capitals only are other materials here; if wrong, write them alike."),
         (failed, f"{failed} of {tests} tests failed; each is listed with its reason."),
         (left, f"{left} short tests are left out of the friction fits; each is listed with its reason."),
-        (campaign.scene.rig.stiffness is None, NO_STIFFNESS),
-        (not campaign.drifts, f"No test lasts {LONG_S:g} s or longer: nothing is said of drift."),
+        (campaign.is_given, NO_FRAME),
+        (campaign.scene.rig.stiffness is None and not campaign.is_given, NO_STIFFNESS),
+        (
+            not (campaign.drifts or campaign.is_given),
+            f"No test lasts {LONG_S:g} s or longer: nothing is said of drift.",
+        ),
         (not any(recording_path(t, campaign.folders) for t in campaign.trials if not t.failed), NO_RECORDINGS),
-        (True, SHARED_ERRORS),
+        (not campaign.is_given, SHARED_ERRORS),
         (assumed, ASSUMED.format(", ".join(assumed))),
     )
     return [sentence for holds, sentence in said if holds]
@@ -320,9 +340,8 @@ def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
 def _measurement(trial: Trial, verdict: Verdict | None) -> Row:
     """One test, and what the fit says of it."""
     status = "failed" if trial.failed else trial.row.get("status") or "ok"
-    low, high = trial.irregularity_interval
     own = {"source": trial.source, "status": status, "reason": trial.reason}
-    row = {**trial.row, **own, "irregularity_low": low, "irregularity_high": high}
+    row = {**trial.row, **own}
     if verdict is None:
         return row
     state, excluded = verdict.predicted, verdict.excluded

@@ -2,19 +2,17 @@
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path, PureWindowsPath
-
-import numpy as np
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from frictionlab import schema
-from frictionlab.analysis.steadiness import Trend
+from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.campaign.trials import Trial
-from frictionlab.errors import FrictionlabError, RecordingError, UsageError
+from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder, refuse_outputs
-from frictionlab.hdf5 import is_recording, read_recording, read_tree
-from frictionlab.recording import Recording
-from frictionlab.tables import SUFFIXES, Row, is_table, read_rows, rows_of
+from frictionlab.hdf5 import is_recording, read_recording
+from frictionlab.scene import Scene
+from frictionlab.tables import SUFFIXES, Row, is_table, read_rows
 
 IS_RECORDING = (
     "a recording; campaign evaluates measurements: `frictionlab analyze RECORDING... -o measurements.jsonl`, then"
@@ -34,7 +32,7 @@ MARK = '<meta name="generator" content="frictionlab'
 
 
 def read_measurements(path: Path) -> list[Row]:
-    """Read the rows of one file of measurements; of an ``.h5`` file also each long test's ``trend``.
+    """Read the rows of one file of measurements.
 
     Raises
     ------
@@ -49,8 +47,7 @@ def read_measurements(path: Path) -> list[Row]:
         raise UsageError(f"{path}: there is no such file: expected what `frictionlab analyze -o` wrote")
     if is_recording(path):
         raise UsageError(f"{path}: {IS_RECORDING}")
-    found = _rows_of_tree(path) if path.suffix.lower() == ".h5" else read_rows(path)
-    rows = [_at_home(row) for row in found]
+    rows: list[Row] = [*read_rows(path, schema.MEASUREMENTS if path.suffix.lower() == ".h5" else None)]
     if not rows:
         raise UsageError(f"{path}: expected at least one measurement; got none")
     strange = [n for n, row in enumerate(rows, 1) if "source" not in row]
@@ -69,35 +66,14 @@ def refuse_comparisons(rows: Iterable[Row], where: str) -> None:
         raise UsageError(f"{where}: {IS_COMPARISON}")
 
 
-def _at_home(row: Row) -> Row:
-    """The row with its source as this system writes paths: a table may have been made under Windows."""
-    source = row.get("source")
-    if not (isinstance(source, str) and "\\" in source) or Path(source).exists():
-        return row
-    return {**row, "source": PureWindowsPath(source).as_posix()}
+def measured_again(trial: Trial, folders: Sequence[Path], scene: Scene) -> Measurement | None:
+    """What the recording of a trial shows, looked for at its source and in the folders.
 
-
-def _rows_of_tree(path: Path) -> Iterator[Row]:
-    tree = read_tree(path, kind=schema.MEASUREMENTS.format)
-    series = tree.get("cycles", {})
-    for n, row in enumerate(rows_of(tree, path, schema.MEASUREMENTS)):
-        try:
-            found = series.get(str(n), {}).get("trend")
-            more = {}
-            if found is not None:
-                time, value = (np.asarray(found[key], dtype=np.float64) for key in ("time", "value"))
-                numbers = (float(found[key]) for key in ("slope", "slope_se", "low", "high", "level"))
-                more["trend"] = Trend(time, value, *numbers)
-            yield {**row, **more}
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise RecordingError(f"{path}: damaged series behind row {n + 1} ({error}): make it again") from error
-
-
-def recording_of(trial: Trial, folders: Sequence[Path]) -> Recording | None:
-    """The recording that a trial was measured from, looked for at its source and in the folders; None if not there."""
+    None if it is not there; nor can one be measured that was measured under another scene.
+    """
     path = recording_path(trial, folders)
     try:
-        return None if path is None else read_recording(path)
+        return None if path is None else measure(read_recording(path), scene)
     except (FrictionlabError, OSError):
         return None
 

@@ -6,6 +6,7 @@ friction stands out of the joint fit.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import NamedTuple
@@ -14,10 +15,11 @@ import numpy as np
 from scipy.special import stdtr
 
 from frictionlab.campaign.joint_fit import KEPT, JointFit
-from frictionlab.campaign.prediction import Model, elasticity, fundamental, loop_ratio, observe_row, predict
+from frictionlab.campaign.prediction import STEP, Model, RowObservation, fundamental, loop_ratio, observe_row
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial, short_name
 from frictionlab.errors import DOUBTED
 from frictionlab.inference.comparison import loop_energy
+from frictionlab.inference.force import ForceObservation
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, infer
@@ -188,22 +190,17 @@ class Group:
     """The tests of one material under one normal force, none failed, and what is known of them before any fit.
 
     ``sources``: what is not known of sensors, rig and normal force. By source of a test: ``left_out``: why some say
-    nothing of one friction ratio; ``betas``: about what theirs is; ``units``: base amplitudes, m (the mean one where a
-    row does not say it); ``not_unique``: those with many motions by Coulomb's law. ``note``: what a reader must know.
+    nothing of one friction ratio; ``rows``: their rows as observations, under a model whose friction ratio is that of
+    the group's loops; Y is the mean one where a row does not say it; ``not_unique``: those with many motions by
+    Coulomb's law. ``note``: what a reader must know.
     """
 
     trials: Sequence[Trial]
     sources: Sources
     left_out: Mapping[str, LeftOut]
-    betas: Mapping[str, float] = field(default_factory=dict)
-    units: Mapping[str, float] = field(default_factory=dict)
+    rows: Mapping[str, RowObservation] = field(default_factory=dict)
     not_unique: frozenset[str] = frozenset()
     note: str = ""
-
-    @property
-    def setting(self) -> Setting:
-        """Material and normal force, N."""
-        return self.trials[0].group
 
 
 def screen(trials: Sequence[Trial], model: Model, scene: Scene) -> Group:
@@ -216,7 +213,7 @@ def screen(trials: Sequence[Trial], model: Model, scene: Scene) -> Group:
     short = any(not t.is_long for t in trials)
     out = {t.source: why for t in trials if (why := _by_its_row(t, leave_long=short)) is not None}
     soft = {source for source, why in out.items() if why.cause in SOFT}
-    moving = [t for t in trials if t.source not in out or t.source in soft]
+    moving = [t for t in trials if not t.is_given and (t.source not in out or t.source in soft)]
     if not moving:
         return Group(trials, sources, out)
     amplitudes = np.array([t.base_amplitude_m for t in trials])
@@ -224,11 +221,14 @@ def screen(trials: Sequence[Trial], model: Model, scene: Scene) -> Group:
     units = {t.source: t.base_amplitude_m if math.isfinite(t.base_amplitude_m) else mean for t in trials}
     steady = [t for t in moving if t.source not in soft] or moving
     force = float(np.median([loop_ratio(t, model.wall) * units[t.source] for t in steady]))  # shared: beta = F / (k Y)
-    betas = {t.source: force / units[t.source] for t in trials}
+    still = {source for source, why in out.items() if why.cause in (Reason.LONG, Reason.STUCK)}
+    shown = [t for t in trials if t.source not in still and min(t.mean) > NOTHING]
+    rows = {t.source: observe_row(t, model, sources, force / (y := units[t.source]), y) for t in shown}
     not_unique = set()
     for trial in moving:
-        state = predict(model, trial.r, betas[trial.source])
-        if state is None:
+        row = rows[trial.source]
+        state = row.state({"beta": row.guess or 0.0})
+        if state is None or state.energy_per_cycle is None:
             out[trial.source] = Reason.NEAR_RESONANCE.because()
             continue
         not_unique |= {trial.source} if state.memory >= KEPT else set()
@@ -237,13 +237,15 @@ def screen(trials: Sequence[Trial], model: Model, scene: Scene) -> Group:
     kept = {source: why for source, why in out.items() if why.cause not in SOFT}
     alone = len(kept) < len(out) == len(trials)
     note = BADLY_EXPLAINED if alone else ""
-    return Group(trials, sources, kept if alone else out, betas, units, frozenset(not_unique), note)
+    return Group(trials, sources, kept if alone else out, rows, frozenset(not_unique), note)
 
 
 def _by_its_row(trial: Trial, *, leave_long: bool) -> LeftOut | None:
     """Why a test says nothing of one friction ratio, by what its measurement says."""
     if any(DOUBTED in said for said in trial.warnings):
         return Reason.UNIT.because()
+    if trial.is_given:
+        return None
     if trial.is_long and leave_long:
         return Reason.LONG.because()
     if trial.regime == "stuck" or not min(trial.mean) > NOTHING:
@@ -254,29 +256,34 @@ def _by_its_row(trial: Trial, *, leave_long: bool) -> LeftOut | None:
     return Reason.ASYMMETRIC.because(trial.asymmetry) if trial.asymmetry > ASYMMETRIC else None
 
 
-def friction_of(
-    group: Group, joint: JointFit | None, model: Model, stiffness: float | None, said: str = ""
-) -> FrictionFit:
+def friction_of(group: Group, joint: JointFit | None, stiffness: float | None, said: str = "") -> FrictionFit:
     """Return the friction of a group and of each test by the joint fit of its material (None: nothing could be fitted).
 
-    ``model``: the group's law with the values found; ``stiffness``: N/m; ``said``: what else a reader must know.
+    ``stiffness``: N/m; ``said``: what else a reader must know.
     """
-    (material, force), trials, sources = group.setting, group.trials, group.sources
+    trials, sources = group.trials, group.sources
+    material, force = trials[0].group
     tests = [] if joint is None else joint.tests(material, force)
     ratio = NOT_KNOWN if joint is None or not tests else joint.friction(material, force)
     if joint is None or ratio.value is None:
-        verdicts = tuple(Verdict(t, group.left_out.get(t.source) or Reason.NO_PREDICTION.because()) for t in trials)
+        other = (Reason.NO_CYCLE if trials[0].is_given else Reason.NO_PREDICTION).because()
+        verdicts = tuple(Verdict(t, group.left_out.get(t.source, other)) for t in trials)
         kinds = sorted({v.excluded.cause.code for v in verdicts if v.excluded is not None})
         note = f"no friction ratio: every test was left out ({', '.join(kinds)})"
         return FrictionFit(material, force, verdicts, note=note)
-    verdicts = tuple(_verdict(t, group, joint, model, ratio.value) for t in trials)
-    amplitudes = [y for v in verdicts if v.excluded is None and math.isfinite(y := v.trial.base_amplitude_m)]
-    newtons = NOT_KNOWN if stiffness is None or not amplitudes else ratio.scaled(stiffness * float(np.mean(amplitudes)))
+    verdicts = tuple(_verdict(t, group, joint) for t in trials)
     posterior, freedom = joint.posterior, len(joint.tests(material)) - 1
-    by_rig = math.hypot(sources.stiffness, unit_uncertainty(sources))
-    coefficient = newtons.over(force).widened(math.hypot(by_rig, sources.normal_force))
-    k = posterior.fit.find("beta", tests[0]) or 0
-    notes = *_notes(verdicts, group.note, model, stiffness, freedom), *unlike_contacts(coefficient, force), said
+    first, by_rig, of_normal = posterior.observations[tests[0]], 0.0, sources.normal_force
+    if is_given := isinstance(first, ForceObservation):  # by the load cell, over the normal force
+        of_normal = first.normal_force_u
+        coefficient, newtons = ratio.widened(of_normal), ratio.scaled(force)
+    else:
+        amplitudes = [y for v in verdicts if v.excluded is None and math.isfinite(y := v.trial.base_amplitude_m)]
+        by_rig = math.hypot(sources.stiffness, unit_uncertainty(sources))
+        newtons = ratio.scaled(stiffness).scaled(float(np.mean(amplitudes)) if amplitudes else None)
+        coefficient = newtons.over(force).widened(math.hypot(by_rig, of_normal))
+    k, law = posterior.fit.find("beta", tests[0]) or 0, posterior.law(tests[0]).name
+    own = _notes(verdicts, group.note, law, freedom, has_stiffness=is_given or stiffness is not None)
     return FrictionFit(
         material=material,
         normal_force_n=force,
@@ -286,62 +293,61 @@ def friction_of(
         coefficient=coefficient,
         scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
         scatter_counted=float(posterior.scatter[k]) * posterior.relative(k) if freedom else None,
-        note="; ".join(filter(None, notes)),
+        note="; ".join(filter(None, (*own, *unlike_contacts(coefficient, force), said))),
         shares={n: share / ratio.value for n, share in posterior.shares("beta", tests[0]).items() if n in SHARED},
-        normal_force_u=sources.normal_force,
-        law=posterior.law(tests[0]).name if joint.of_cycles else None,
+        normal_force_u=of_normal,
+        law=None if joint.of_rows else law,
     )
 
 
-def _verdict(trial: Trial, group: Group, joint: JointFit, model: Model, beta: float) -> Verdict:
+def _verdict(trial: Trial, group: Group, joint: JointFit) -> Verdict:
     """What the joint fit says of one test."""
     source, i, posterior = trial.source, joint.place.get(trial.source), joint.posterior
-    excluded = None
+    excluded, row = None, group.rows.get(source)
     if source in joint.out:
         excluded = Reason.UNEXPLAINED.because(*joint.out[source])
     elif i is None:
         other = Reason.NOT_UNIQUE if source in group.not_unique else Reason.NO_CYCLE
         excluded = group.left_out.get(source)
-        if excluded is None or (joint.of_cycles and excluded.cause not in NO_STEADY_CYCLE):
+        if excluded is None or (not joint.of_rows and excluded.cause not in NO_STEADY_CYCLE):
             excluded = other.because()  # a law for cycles may be asymmetric
-    if source not in group.betas or (excluded is not None and excluded.cause in (Reason.LONG, Reason.STUCK)):
-        return Verdict(trial, excluded)
-    observation = None if i is None else posterior.observations[i]
-    cycle = observation if isinstance(observation, CycleObservation) else None
-    own = beta * joint.unit(trial.group) / group.units[source]
-    model = model.at(trial.r, group.units[source])
-    base = COSINE if cycle is None else cycle.base
-    steep, state = elasticity(model, trial.r, own, base), predict(model, trial.r, own, base)
-    seen = None if state is None else state.energy_per_cycle
-    late, by_lag = 2.0 * math.pi * trial.drive_frequency_hz * joint.lag_s(i), 0.0
-    if i is not None and cycle is not None:
+    found = Verdict(trial, excluded) if row is None else _predicted(trial, excluded, row, joint)
+    if i is not None:
+        observation, residual = posterior.observations[i], posterior.fit.residuals[i]
+        return replace(
+            found,
+            alone=posterior.parameters(i)["beta"],
+            misfit=math.sqrt(observation.chi_square(residual) / len(residual)),
+            nrmse=None if joint.of_rows else observation.nrmse(residual),
+            floor=None if joint.of_rows else observation.floor,
+        )
+    if row is not None:
+        with suppress(*NO_MOTION):
+            return replace(found, alone=infer([row]).parameters()["beta"])
+    return found
+
+
+def _predicted(trial: Trial, excluded: LeftOut | None, row: RowObservation, joint: JointFit) -> Verdict:
+    """What the group's friction says of a test, in the fit or not."""
+    i = joint.place.get(trial.source)
+    seen_as = None if i is None else joint.posterior.observations[i]
+    cycle = seen_as if isinstance(seen_as, CycleObservation) else None
+    low, state, high = joint.states(trial.group, cycle or row, (1.0 - STEP, 1.0, 1.0 + STEP))
+    seen = here = None if state is None else state.energy_per_cycle
+    late, by_lag, steep = 2.0 * math.pi * trial.drive_frequency_hz * joint.lag_s(i), 0.0, 0.0
+    if cycle is not None and i is not None:
         by_lag = cycle.energy_by_lag(late)
-        seen = seen if state is None else cycle.shown(state, posterior.values(i))[1]
+        seen = seen if state is None else cycle.shown(state, joint.posterior.values(i))[1]
     elif late and math.isfinite(late):  # a test left out has the lag of all
         by_lag = trial.mean[0] - loop_energy(fundamental(*trial.mean, trial.r), COSINE.lines, -late)
         if state is not None and seen is not None:
             seen = loop_energy(fundamental(seen, state.response_amplitude or 0.0, trial.r), COSINE.lines, late)
-    steep = steep if math.isfinite(steep) else 0.0
-    found = Verdict(trial, excluded, predicted=state, seen=seen, by_lag=by_lag, elasticity=steep)
-    if i is None or observation is None:
-        try:
-            alone = infer([observe_row(trial, model.first, group.sources, own, group.units[source])]).parameters()
-        except NO_MOTION:
-            return found
-        return replace(found, alone=alone["beta"])
-    residual = posterior.fit.residuals[i]
-    return replace(
-        found,
-        alone=posterior.parameters(i)["beta"],
-        misfit=math.sqrt(observation.chi_square(residual) / len(residual)),
-        nrmse=None if cycle is None else cycle.nrmse(residual),
-        floor=None if cycle is None else cycle.floor,
-    )
+    if here and low is not None and high is not None:
+        steep = ((high.energy_per_cycle or 0.0) - (low.energy_per_cycle or 0.0)) / (2.0 * STEP * here)
+    return Verdict(trial, excluded, predicted=state, seen=seen, by_lag=by_lag, elasticity=steep)
 
 
-def _notes(
-    verdicts: Sequence[Verdict], screened: str, model: Model, stiffness: float | None, freedom: int
-) -> Iterator[str]:
+def _notes(verdicts: Sequence[Verdict], screened: str, law: str, freedom: int, *, has_stiffness: bool) -> Iterator[str]:
     """What a reader must know of a group."""
     used, tests = [v for v in verdicts if v.excluded is None], sum(not v.trial.is_long for v in verdicts)
     missed = [v for v in used if v.nrmse is not None and v.floor is not None]
@@ -358,7 +364,7 @@ def _notes(
     silent = sum(any(e.se is None for e in v.trial.means) for v in used)
     if silent and not missed:
         yield f"{silent} tests give no standard error: {UNKNOWN_ERROR:.0%} is taken"
-    if stiffness is None:
+    if not has_stiffness:
         yield "no force: the scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency)"
     elif not any(math.isfinite(v.trial.base_amplitude_m) for v in used):
         yield "no force: no test gives its base amplitude"
@@ -366,12 +372,13 @@ def _notes(
     off = sum((v.nrmse or 0.0) > EXPLAINED * (v.floor or 0.0) for v in missed)
     if off:
         which = "its test" if len(missed) == 1 else f"{off} of {len(missed)} tests"
-        yield f"{model.law.name} leaves more than noise of {which} unexplained"
+        yield f"{law} leaves more than noise of {which} unexplained"
 
 
 def _outliers(used: Sequence[Verdict]) -> Iterator[str]:
     """Say which test stands out of the others: residuals over their scatter, by Student's t, as Bonferroni has it."""
-    known = [(v, math.log(v.alone.value * y)) for v in used if v.alone.value and (y := v.trial.base_amplitude_m) > 0.0]
+    every = [(v, v.alone.value, 1.0 if v.trial.is_given else v.trial.base_amplitude_m) for v in used]
+    known = [(v, math.log(ratio * y)) for v, ratio, y in every if ratio and y > 0.0]
     if (n := len(known)) >= FEWEST_BESIDE:
         about = np.array([own for _, own in known]) - np.mean([own for _, own in known])
         share = about**2 / max(float(np.sum(about**2)), 1e-300) * (n / (n - 1.0))

@@ -16,19 +16,20 @@ import numpy as np
 from scipy.special import ndtr, stdtrit
 
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign.prediction import Model, RowObservation
+from frictionlab.campaign.prediction import RowObservation
 from frictionlab.campaign.trials import short_name
 from frictionlab.inference.diagnose import beside_the_law, named_cause, other_causes, strained_facts
 from frictionlab.inference.fit import Fit, scattered, stepped, weighed
 from frictionlab.inference.fit import Model as FitModel
+from frictionlab.inference.force import ForceObservation
 from frictionlab.inference.ladder import NO_DIFFERENCE, NOT_DISTINGUISHED, SPENT, Ladder, climb
 from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of
-from frictionlab.inference.unknowns import STRAINED, Unknown, carried
+from frictionlab.inference.unknowns import STRAINED, Unknown
 from frictionlab.inference.verdict import not_tried, start_left
 from frictionlab.scene import Scene
-from frictionlab.simulator import Problem
+from frictionlab.simulator import Problem, SteadyState
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.uncertainty import NOT_KNOWN, Estimate
 
@@ -61,7 +62,9 @@ STIFFNESS = "stiffness by the frequency found"  # what adds to errors
 SAME = 5e-3  # relative: a friction coefficient that differs by less is not said to
 BETTER = 0.5  # of what laws leave of tests that they do not explain: so much a cause may leave at most
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
-Seen = CycleObservation | RowObservation
+ONE_WAY = "{}: the contact slides one way at one speed, which shows Coulomb friction alone: no other law is fitted"
+CURVE_POINTS, DEAR_POINTS = 160, 16  # of an energy over frequency ratios; of a law that is integrated step by step
+Seen = CycleObservation | RowObservation | ForceObservation
 
 
 @dataclass(frozen=True)
@@ -91,16 +94,16 @@ class JointFit:
         return tuple(sorted({str(observation.material) for observation in self.posterior.observations}))
 
     @property
-    def of_cycles(self) -> bool:
-        """Whether it rests on mean cycles, and not on rows of measurements."""
-        return isinstance(self.posterior.observations[0], CycleObservation)
+    def of_rows(self) -> bool:
+        """Whether it rests on rows of measurements, and not on mean cycles of motions or forces."""
+        return isinstance(self.posterior.observations[0], RowObservation)
 
     def lag_s(self, i: int | None = None) -> float:
         """By how much the base's channel of test i (None: of any other) is behind, beyond what is declared.
 
         0 where no fit looked for it: rows keep the energies of the lag declared, for two numbers hardly show one.
         """
-        k = self.posterior.fit.find("lag_s") if self.of_cycles else None
+        k = None if self.of_rows else self.posterior.fit.find("lag_s")
         if k is None:
             return 0.0
         return self.posterior.shared(k, 0)[0] if i is None else self.posterior.values(i)["lag_s"]
@@ -109,7 +112,7 @@ class JointFit:
         """Return the numbers of a material's tests, under one normal force or all."""
         return [
             i
-            for i, observation in enumerate(self.posterior.observations)
+            for i, observation in enumerate(self.by_force.observations)
             if observation.material == material and normal_force_n in (None, observation.normal_force)
         ]
 
@@ -135,27 +138,50 @@ class JointFit:
             found[source] = observation.problem(values), observation.turn * values.get("lag_s", 0.0)
         return found
 
-    def model(self, group: tuple[str, float], scene_model: Model) -> Model:
-        """Return what a group's tests are predicted with: its law, with the values that all tests share."""
-        i, unit = self.tests(*group)[0], self.unit(group)
-        first, unknowns, found = self.posterior.observations[i], self.posterior.unknowns, dict[str, float]()
-        law = {p.name: p for p in first.law.parameters if p.name != "beta"}
-        for k in self.posterior.tests[i].index.tolist():
-            if (p := law.get(unknowns[k].name)) is not None:
-                found[p.name] = self.posterior.shared(k, i)[0] * carried(p, unit / first.unit, 1.0)
-        physics = law_of(first.law.name), tuple(first.held.items()), scene_model.wall, scene_model.solver
-        return Model(*physics, found=tuple(found.items()), reference=(first.r, unit))
+    def states(
+        self, group: tuple[str, float], observation: CycleObservation | RowObservation, times: Iterable[float] = (1.0,)
+    ) -> list[SteadyState | None]:
+        """Return the steady states of a test, in the fit or not, with the values that all tests of a group share.
+
+        With so many times its friction; None where there is none. Sensors and rig are as they are declared.
+        """
+        i = self.tests(*group)[0]
+        first, unknowns = self.posterior.observations[i], self.posterior.unknowns
+        seen, law = observation.under(first.law, first.held), {p.name for p in first.law.parameters}
+        named = [(j, u) for j in self.posterior.tests[i].index.tolist() if (u := unknowns[j]).name in law]
+        known = {u.name: self.posterior.shared(j, i)[0] * seen.factor(u, first) for j, u in named}
+        k = self.by_force.fit.find("beta", i) or 0
+        beta = self.by_force.shared(k, i)[0] * first.unit / seen.unit
+        found = [seen.state(known | {"beta": beta * each}) for each in times]
+        return [None if s is None or s.energy_per_cycle is None or s.response_amplitude is None else s for s in found]
+
+    def curve(
+        self, group: tuple[str, float], row: RowObservation, low: float, high: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the energy (n,) of a group's friction over frequency ratios (n,), nan where there is no steady state.
+
+        They are close at the low end, where the stops change fast. ``row``: one of its tests.
+        """
+        half = (CURVE_POINTS if self.posterior.law(self.tests(*group)[0]).is_exact else DEAR_POINTS) // 2
+        ratios, unit = np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]), self.unit(group)
+        r = np.unique(ratios)
+        tests = [replace(row, r=value, turn=row.turn * value / row.r, unit=unit) for value in r.tolist()]
+        states = [self.states(group, test)[0] for test in tests]
+        return r, np.array([math.nan if state is None else state.energy_per_cycle or 0.0 for state in states])
 
     def friction(self, material: str, normal_force_n: float) -> Estimate:
         """Return the friction ratio under one normal force, at the mean base amplitude of its tests."""
         i = self.tests(material, normal_force_n)[0]
-        times = self.by_force.observations[i].unit / self.unit((material, normal_force_n))
+        given = isinstance(self.posterior.observations[i], ForceObservation)  # over the normal force: the coefficient
+        times = 1.0 if given else self.by_force.observations[i].unit / self.unit((material, normal_force_n))
         return self.by_force.estimate("beta", i).scaled(times)
 
     def coefficient(self, material: str, stiffness: float | None) -> Estimate:
         """Return a material's friction coefficient by all its tests, stiffness and normal forces as they are known."""
         i = self.tests(material)[0]
         observation = self.posterior.observations[i]
+        if isinstance(observation, ForceObservation):
+            return self.posterior.estimate("beta", i)
         if stiffness is None or not observation.normal_force:
             return NOT_KNOWN
         return self.posterior.estimate("beta", i).scaled(stiffness * observation.unit / observation.normal_force)
@@ -183,7 +209,7 @@ class JointFit:
 
     def misfit(self, i: int) -> float:
         """Return what the joint fit leaves of test i, over what noise leaves."""
-        return self.posterior.fit.nrmse([i]) / self.posterior.observations[i].floor
+        return self.posterior.fit.nrmse([i]) / float(self.posterior.observations[i].floor)
 
     def test_notes(self) -> Iterator[str]:
         """Yield tests that are unlike the others of their material.
@@ -201,7 +227,7 @@ class JointFit:
         for material in self.materials:
             *others, worst = sorted(self.tests(material), key=self.misfit)
             most = max((self.misfit(i) for i in others), default=math.inf)
-            if self.of_cycles and len(others) > 1 and self.misfit(worst) > STRAY * max(most, EXPLAINED):
+            if not self.of_rows and len(others) > 1 and self.misfit(worst) > STRAY * max(most, EXPLAINED):
                 seen = self.posterior.observations[worst]
                 yield STRAYS.format(material, self.misfit(worst), seen.source, most, seen.normal_force or 0.0)
             own = [e for i in self.tests(material) if (e := self.posterior.parameters(i).get("gradient")) is not None]
@@ -251,6 +277,7 @@ def fit_together(
     find_law: bool,
     accuracy: str,
     doubtful: Container[str] = (),
+    forces: Mapping[str, float] = {},
     by_mass: bool = False,
     watch: Callable[[Sequence[Any]], Iterable[Any]] = iter,
 ) -> tuple[JointFit | None, list[str]]:
@@ -258,7 +285,8 @@ def fit_together(
 
     ``tests``: observations by material, under the scene's law; ``find_law``: the tests of each material climb from
     plain Coulomb friction to theirs; ``accuracy``: of that ladder; ``doubtful``: sources of tests in which Coulomb's
-    law has many steady states, which count where the law found has one; ``by_mass``: the frame's stiffness is that of
+    law has many steady states, which count where the law found has one; ``forces``: normal
+    force that each test was set to, where it was measured; ``by_mass``: the frame's stiffness is that of
     its mass and natural frequency; ``watch``: wraps the materials. Returns the joint fit (None where there is nothing
     to fit), and sentences of the materials that could not be fitted.
     """
@@ -269,7 +297,10 @@ def fit_together(
         sure = _spread_out([o for o in own if o.source not in doubtful])
         try:
             law = own[0].law
-            if find_law:
+            if any(isinstance(o, ForceObservation) and o.one_way for o in own):
+                law = law_of("coulomb")
+                notes += [ONE_WAY.format(material)] * (find_law or law.name != own[0].law.name)
+            elif find_law:
                 ladders[material] = climb([o.under(law_of("coulomb")) for o in sure], accuracy=accuracy)
                 law = ladders[material].chosen.law
                 notes += [f"{material}: {said}" for said in not_tried(ladders[material]) if SPENT in said]
@@ -284,22 +315,24 @@ def fit_together(
         chosen += [o for o in under if o.source not in doubtful or _forgets(o, found)]
     if not chosen:
         return None, notes
-    of_cycles, out = isinstance(chosen[0], CycleObservation), dict[str, tuple[float, float]]()
+    of_rows, out = isinstance(chosen[0], RowObservation), dict[str, tuple[float, float]]()
     try:
         is_all = not ladders and len(tests) == 1 and len(found.tests) == len(chosen)  # who was fitted alone
         posterior = bare = found if is_all else infer(chosen, at=_as_climbed(chosen, ladders))
-        if not of_cycles:  # two numbers show an outlier by their noise alone
+        if of_rows:  # two numbers show an outlier by their noise alone
             bare = replace(posterior, fit=weighed(posterior.fit, np.zeros(len(chosen)), follows=False))
         if out := standing_out(bare):  # made again without those that stand out
             kept = [o for o in chosen if o.source not in out]
             posterior = infer(kept, at=_as_climbed(kept, ladders))
         causes = list[tuple[Unknown, Fit]]()
-        if of_cycles:
+        if isinstance(chosen[0], CycleObservation):
             posterior, causes, hidden = _against_another_rig(posterior, by_mass=by_mass)
+            notes += hidden
+        if not of_rows:
             posterior, said = _against_richer_laws(posterior, do="" if find_law else DO_FIND)
             posterior, others = _undistinguished(posterior, ladders)
-            notes += [*hidden, *said, *others]
-        return JointFit(posterior, at_each_force(posterior), ladders, out, tuple(causes)), notes
+            notes += [*said, *others]
+        return JointFit(posterior, at_each_force(posterior, forces), ladders, out, tuple(causes)), notes
     except NO_MOTION as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
 
@@ -383,7 +416,8 @@ def _against_richer_laws(posterior: Posterior, do: str) -> tuple[Posterior, list
         missed, first = [i for i in tests if joint.misfit(i) > EXPLAINED], list[str]()
         for i in missed:  # what to do about one whose motion settled only after what is fitted begins
             observation = posterior.observations[i]
-            state = observation.state(posterior.values(i)) if observation.starting else None
+            moves = observation.starting and not isinstance(observation, ForceObservation)
+            state = observation.state(posterior.values(i)) if moves else None
             start = "" if state is None else start_left(observation, state, posterior.fit.nrmse([i]))
             first += [f"{short_name(observation.source)}: {start}; else "] if start else []
         unlike = UNLIKE.format(material, "".join(first), posterior.law(tests[0]).name)
@@ -398,13 +432,16 @@ def _spread_out(observations: Sequence[Seen]) -> list[Seen]:
     return [ordered[int(place)] for place in places]
 
 
-def at_each_force(posterior: Posterior) -> Posterior:
+def at_each_force(posterior: Posterior, forces: Mapping[str, float] = {}) -> Posterior:
     """Return the posterior with one friction ratio at each normal force: one linear step from the given one.
+
+    ``forces``: that tests were set to, by source, where it was measured.
 
     What changes with the force is no scatter from test to test: that of friction is found anew where one force has
     several tests.
     """
-    wide = model_of(posterior.observations, amontons=False)
+    set_to = [replace(o, normal_force=forces.get(o.source, o.normal_force)) for o in posterior.observations]
+    wide = model_of(set_to, amontons=False)
     old = np.zeros(len(wide.unknowns), dtype=np.intp)  # where each unknown of the wide model stands in the given one
     point = np.zeros(len(old))
     for before, after in zip(posterior.tests, wide.tests, strict=True):

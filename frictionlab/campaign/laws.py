@@ -8,8 +8,9 @@ and energy by three points (Gauss and Hermite) along each direction that moves t
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.special import chdtrc
@@ -17,12 +18,14 @@ from scipy.special import chdtrc
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import JointFit
+from frictionlab.errors import AnalysisError
 from frictionlab.inference.compare import HELD, contact_of
-from frictionlab.inference.comparison import ContactForce, loop_energy
+from frictionlab.inference.comparison import ContactForce
 from frictionlab.inference.fit import NOT_SEEN, Model, Test, fit_from
+from frictionlab.inference.force import ForceObservation
 from frictionlab.inference.ladder import Ladder
 from frictionlab.inference.observation import NO_MOTION
-from frictionlab.inference.observations import CycleObservation, cycle_of, lines_of
+from frictionlab.inference.observations import CycleObservation, OfCycles
 from frictionlab.inference.posterior import Posterior, of_several
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.schema import AMPLITUDE, ENERGY, LEFT_OUT, MATERIAL_LAWS
@@ -36,10 +39,10 @@ MOVES = 0.1  # of the noise: a direction along which the cycle moves by less is 
 MOST_DIRECTIONS = 6  # ... nor are more than these
 HERMITE, OUTER = math.sqrt(3.0), 1.0 / 6.0  # the outer two of three points, in standard deviations, and their weights
 SIGNS = (0.0, 0.6, -0.6)  # scatters at which a test's own unknowns begin
-POINTS = 512  # of a cycle
 ALONE = "no other test of its material is at hand"
 STILL = "by the law of the other tests there is no steady motion here"
 OF_BOTH = (f"predicted_{ENERGY}", f"predicted_{AMPLITUDE}")
+MEASURED = (f"measured_{ENERGY}", f"measured_{AMPLITUDE}")
 BANDS = tuple(f"{name}{end}" for name in OF_BOTH for end in ("_low", "", "_high"))
 
 
@@ -133,17 +136,16 @@ def laws_together(ladders: Mapping[str, Ladder]) -> tuple[Row, ...]:
     return tuple(sorted(rows, key=lambda row: str(row["material"])))
 
 
-def loops_of(joint: JointFit, stiffness: float | None) -> list[tuple[CycleObservation, ContactForce]]:
+def loops_of(joint: JointFit, stiffness: float | None) -> list[tuple[OfCycles, ContactForce]]:
     """Return a few tests of each material that the law explains best, slow, middling and fast, and their contacts."""
-    observations, found = joint.posterior.observations, list[tuple[CycleObservation, ContactForce]]()
+    observations, found = joint.posterior.observations, list[tuple[OfCycles, ContactForce]]()
     for material in joint.materials:
-        order = sorted(joint.tests(material), key=lambda i: observations[i].r)
+        order = sorted(joint.tests(material), key=lambda i: (observations[i].r, observations[i].turn))
         best = [min(map(int, part), key=joint.misfit) for part in np.array_split(np.array(order), SHOWN) if len(part)]
         for i in best:
             observation, values = observations[i], joint.posterior.values(i)
-            state = observation.state(values)
-            if state is not None and state.orbit is not None:
-                found.append((observation, contact_of(observation, values, state, stiffness)))
+            with suppress(AnalysisError):
+                found.append((observation, contact_of(observation, values, stiffness=stiffness)))
     return found
 
 
@@ -162,12 +164,12 @@ class _Expected:
     covariance: FloatArray
 
     @property
-    def observation(self) -> CycleObservation:
+    def observation(self) -> CycleObservation | ForceObservation:
         """The test."""
-        return cycle_of(self.model.tests[self.i])
+        return cast("CycleObservation | ForceObservation", self.model.tests[self.i].observation)
 
     def lines(self, own: FloatArray) -> FloatArray | None:
-        """Harmonics (2 K,) as the sensors show them at the test's own coordinates; None where there is no motion."""
+        """What the sensors show (N,) at the test's own coordinates; None where there is no motion."""
         return self.observation.predict(self.model.values(self.i, own))
 
 
@@ -214,37 +216,26 @@ def _predicted(expected: _Expected, lag_s: float, lag_s_u: float) -> dict[str, o
     ``lag_s``: what the test itself shows of that, with its standard uncertainty; the others say nothing of it.
     """
     observation, lines = expected.observation, expected.lines(expected.mean)
-    both = observation.energy, observation.amplitude
     if lines is None:
         return {"reason": STILL}
-    measured, error = (np.array([getattr(e, part) or 0.0 for e in both]) for part in ("value", "se"))
-    offset = measured - seen_in(observation.data, observation)  # a mean of cycles is not the cycle of means
-    by_lag = [observation.energy_by_lag(lag * observation.turn) for lag in (lag_s, lag_s + lag_s_u)]
-    measured[0], error[0] = measured[0] - by_lag[0], math.hypot(error[0], by_lag[1] - by_lag[0])
+    measured, error = (np.array([getattr(e, part) or 0.0 for e in observation.sums]) for part in ("value", "se"))
+    offset = measured - observation.summed(observation.data)  # a mean of cycles is not the cycle of means
+    if isinstance(observation, CycleObservation):
+        by_lag = [observation.energy_by_lag(lag * observation.turn) for lag in (lag_s, lag_s + lag_s_u)]
+        measured[0], error[0] = measured[0] - by_lag[0], math.hypot(error[0], by_lag[1] - by_lag[0])
     late = observation.turn * expected.model.values(expected.i, expected.mean).get("lag_s", 0.0)
-    value = seen_in(lines, observation, late)
+    value = observation.summed(lines, late)
     middle, variance = _spread(expected, value, late)
     reach = NORMAL * np.sqrt(variance + error**2)
     low, high, value = offset + middle - reach, offset + middle + reach, offset + value
     ends = np.array([np.minimum(low, value), value, np.maximum(high, value)]).T.ravel().tolist()
     seen = {"": lines, "_own": _with_own(expected)}
     return {
-        **dict(zip(BANDS, ends, strict=True)),
-        f"measured_{ENERGY}": float(measured[0]),
-        f"measured_{AMPLITUDE}": float(measured[1]),
+        **dict(zip(BANDS, ends, strict=False)),  # where a motion was given, nothing is said of an amplitude
+        **dict(zip(MEASURED, measured.tolist(), strict=False)),
         **{f"response_nrmse{of}": observation.nrmse(observation.white(observation.data - y)) for of, y in seen.items()},
         "band_holds": bool(np.all((low <= measured) & (measured <= high))),
     }
-
-
-def seen_in(lines: FloatArray, observation: CycleObservation, late: float = 0.0) -> FloatArray:
-    """Return energy (k Y^2, eq. 2.18) and amplitude (Y) of a cycle by its harmonics: cosine parts, then sine parts.
-
-    ``late``: phase (rad) by which the mass is shown ahead, taken off.
-    """
-    cycle, a = observation.cycle, lines_of(lines)
-    x = np.fft.irfft(np.concatenate([[0.0], 0.5 * POINTS * a]), POINTS)
-    return np.array([loop_energy(a, cycle.base_cosine - 1j * cycle.base_sine, -late), 0.5 * float(np.ptp(x))])
 
 
 def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatArray, FloatArray]:
@@ -257,10 +248,10 @@ def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatAr
     values, vectors = np.linalg.eigh(expected.covariance * np.outer(told, told))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     _, sizes, turned = np.linalg.svd(model.slopes(i, expected.mean) @ root, full_matrices=False)
-    middle, variance = here.copy(), np.zeros(2)
+    middle, variance = here.copy(), np.zeros_like(here)
     for row in turned[sizes > MOVES][:MOST_DIRECTIONS]:
         ends = [expected.lines(expected.mean + sign * HERMITE * (root @ row)) for sign in (1.0, -1.0)]
-        both = np.array([seen_in(end, observation, late) - here for end in ends if end is not None])
+        both = np.array([observation.summed(end, late) - here for end in ends if end is not None])
         if not len(both):
             continue
         weights = OUTER * 2.0 / len(both)
@@ -270,7 +261,7 @@ def _spread(expected: _Expected, here: FloatArray, late: float) -> tuple[FloatAr
 
 
 def _with_own(expected: _Expected) -> FloatArray:
-    """Harmonics (2 K,) with the test's own unknowns fitted to it, each held by its scatter from test to test.
+    """What its sensors show (N,) with the test's own unknowns fitted to it, each held by its scatter from test to test.
 
     By the measure that is reported, every harmonic alike: what the others' law misses is not of the cycles' noise.
     """

@@ -5,74 +5,58 @@ and natural frequency are unknowns of the rig, as sure as the row's combined unc
 """
 
 import math
-from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import ClassVar, NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.campaign.trials import Trial
-from frictionlab.errors import SimulationError, UsageError
+from frictionlab.errors import UsageError
 from frictionlab.inference.comparison import loop_energy
-from frictionlab.inference.observation import Observation, Values, noise_of, simulated
+from frictionlab.inference.observation import Observation, Values, noise_of
 from frictionlab.inference.observations import law_and_held
-from frictionlab.inference.unknowns import SMALLEST, Unknown, carried, of_law
+from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
 from frictionlab.inference.verdict import model_words
-from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import COSINE, Base, SteadyState, steady_state
+from frictionlab.scene import Scene
+from frictionlab.simulator import COSINE, SteadyState
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
 from frictionlab.uncertainty import Sources
 
 COULOMB = law_of("coulomb")
-CURVE_POINTS = 160
-DEAR_POINTS = 16  # of a law that is integrated step by step
 STEP = 0.005  # relative step of differences: wide enough to see past the small steps where a stop appears
 MODEL_FLOOR = 0.002  # relative: no model is better than this
 RATIO_FLOOR = 0.0005  # relative: of a frequency ratio where nobody says how well the natural frequency is known
 FLAT = 30.0  # times: how much wider than its usual range the prior of a friction ratio is
 
 
-class Model(NamedTuple):
-    """The physics of a campaign's predictions: all but the friction ratio is known.
-
-    ``law``; ``held``: names and values of its parameters that the scene holds; ``wall``; ``solver``; ``found``: the
-    same of those that a fit has found, dimensionless in a test at ``reference``, its frequency ratio and Y [m].
-    """
+@dataclass(frozen=True)
+class Model:
+    """The physics of a campaign: a law, ``held`` values of its parameters, by name, and the wall."""
 
     law: Law = COULOMB
-    held: tuple[tuple[str, float], ...] = ()
+    held: Mapping[str, float] = field(default_factory=dict)
     wall: Wall = "fixed"
-    solver: Solver = "auto"
-    found: tuple[tuple[str, float], ...] = ()
-    reference: tuple[float, float] = (1.0, 1.0)
-
-    def at(self, r: float, unit: float | None = None) -> "Model":
-        """The same in a test at a frequency ratio and a Y [m], by default that of the reference."""
-        length, rate = (1.0 if unit is None else unit / self.reference[1]), r / self.reference[0]
-        found = [(name, value * carried(self.law.parameter(name), length, rate)) for name, value in self.found]
-        return Model(self.law, tuple(sorted((*self.held, *found))), self.wall, self.solver)
 
     @property
     def open_ones(self) -> list[str]:
         """Parameters of its law that have no value."""
-        held = {name for name, _ in self.held}
-        return [p.name for p in self.law.own if p.name not in held and p.name != "beta" and p.default is None]
+        return [p.name for p in self.law.own if p.name not in self.held and p.name != "beta" and p.default is None]
 
     @property
     def first(self) -> "Model":
         """That by which rows are fitted: itself, or plain Coulomb friction where it is open or dear."""
         if self.law.is_exact and not self.open_ones:
             return self
-        rig = tuple((name, value) for name, value in self.held if name == "frame_damping_ratio")
+        rig = {name: value for name, value in self.held.items() if name == "frame_damping_ratio"}
         return Model(COULOMB, rig, self.wall)
 
     @property
     def words(self) -> str:
         """The model as a reader would say it."""
-        solver = "" if self.solver == "auto" else f", solver {self.solver}"
-        return model_words(self.law, f"{self.wall} wall", dict(self.held), "cosine base") + solver
+        return model_words(self.law, f"{self.wall} wall", self.held, "cosine base")
 
 
 def model_of(scene: Scene, *, recorded: bool = False) -> Model:
@@ -83,12 +67,15 @@ def model_of(scene: Scene, *, recorded: bool = False) -> Model:
     Raises
     ------
     UsageError
-        It asks for what rows of measurements cannot give: base harmonics, or the fit of more than the friction ratio.
+        It asks for what a campaign cannot give: a friction ratio that is held, another solver; or rows of measurements
+        cannot: base harmonics, the fit of more than the friction ratio.
     """
     law, held = law_and_held(scene)
-    model = Model(law, tuple(sorted(held.items())), scene.model.wall, scene.model.solver)
+    model, solver = Model(law, held, scene.model.wall), scene.model.solver
     if "beta" in held:
         raise UsageError("model.parameters.beta: a campaign fits the friction ratio: leave it out here")
+    if solver not in ("auto", "exact"):
+        raise UsageError(f"model.solver = {solver}: a campaign takes the exact one: leave it out")
     if recorded:
         return model
     if scene.model.base_harmonics > 1:
@@ -102,35 +89,6 @@ def model_of(scene: Scene, *, recorded: bool = False) -> Model:
             f" hold the law's other parameters fixed in [model.parameters]: {', '.join(model.open_ones)}"
         )
     return model
-
-
-@lru_cache(maxsize=65536)
-def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> SteadyState | None:
-    """The steady state at (r, beta), or None where there is none (unbounded, or not found)."""
-    try:
-        problem = simulated(model.law, dict(model.held), model.wall, {"beta": beta}, r, base)
-        state = steady_state(problem, solver=model.solver)
-    except SimulationError:
-        return None
-    return None if state.energy_per_cycle is None or state.response_amplitude is None else state
-
-
-def elasticity(model: Model, r: float, beta: float, base: Base = COSINE) -> float:
-    """Relative change of the energy over that of beta, d ln E / d ln beta; nan where there is no steady state."""
-    states = [predict(model, r, beta * times, base) for times in (1.0 - STEP, 1.0, 1.0 + STEP)]
-    low, here, high = (math.nan if s is None else s.energy_per_cycle or math.nan for s in states)
-    return (high - low) / (2.0 * STEP * here)
-
-
-def curve(model: Model, beta: float, low: float, high: float) -> tuple[FloatArray, FloatArray]:
-    """Predict the energy (n,) of one friction ratio over frequency ratios (n,), nan where there is no steady state.
-
-    They are close at the low end, where the stops change fast.
-    """
-    half = (CURVE_POINTS if model.law.is_exact else DEAR_POINTS) // 2
-    r = np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
-    states = [predict(model.at(value), value, beta) for value in r.tolist()]
-    return r, np.array([math.nan if state is None else state.energy_per_cycle or 0.0 for state in states])
 
 
 def loop_ratio(trial: Trial, wall: Wall) -> float:
@@ -221,7 +179,7 @@ def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit:
         guess=beta,
         rig=rig,
         law=model.law,
-        held=dict(model.held),
+        held=model.held,
         wall=model.wall,
         material=trial.material,
         normal_force=trial.normal_force_n,

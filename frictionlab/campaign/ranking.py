@@ -5,22 +5,17 @@ in common. A rank is one more than the number of materials that are better *beyo
 evidence does not distinguish share a rank; within a rank the better value stands first.
 """
 
-import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.special import ndtr, stdtr
+from scipy.special import ndtr
 
-from frictionlab.analysis.measurement import measure
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import SHARED, TRANSIENT, FrictionFit, Verdict
 from frictionlab.campaign.trials import Trial, levels, nearest
-from frictionlab.errors import AnalysisError
-from frictionlab.recording import Recording
-from frictionlab.scene import Scene
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat
 
 SURE = 0.05
@@ -35,6 +30,7 @@ UNITS = {
 }
 STUCK = ", a test in which the mass never slips as 0"
 UNLIKE = "no short test is common to all materials: test all under one normal force at the same frequency ratios"
+GIVEN = "motions are given and forces measured: no frame answers, so nothing is ranked; friction.csv has coefficients"
 HOUR = 3600.0
 Cell = tuple[float, float]
 Tests = Sequence[tuple[Verdict, FrictionFit]]
@@ -75,12 +71,8 @@ class Drift:
         return "rises" if self.slope_per_hour_low > 0 else "falls"
 
 
-def drift_of(trial: Trial, recording: Recording | None, scene: Scene) -> Drift:
-    """Return the drift of a long test: from its trend, measured again if no file held it, else its own slope."""
-    trend = trial.trend
-    if trend is None and recording is not None:
-        with contextlib.suppress(AnalysisError):
-            trend = measure(recording, scene).trend
+def drift_of(trial: Trial, trend: Trend | None = None) -> Drift:
+    """Return the drift of a long test: from its trend, where its recording is at hand, else its row's own slope."""
     low: float | None = None
     high: float | None = None
     value, error = (trial.row.get(f"energy_trend_per_hour{end}") for end in ("", "_se"))
@@ -158,7 +150,9 @@ def rank_all(fits: Sequence[FrictionFit], drifts: Sequence[Drift], materials: Se
     for verdict, fit in tests:
         cell = (fit.normal_force_n, nearest(verdict.trial.r, ratios))
         cells[fit.material].setdefault(cell, []).append((verdict, fit))
-    standings = (_by_energy(cells), _by_consistency(cells), _by_drift(drifts))
+    standings: tuple[Standing, ...] = (_by_energy(cells), _by_consistency(cells), _by_drift(drifts))
+    if short and all(v.trial.is_given for v, _ in short):
+        standings = (({}, lambda _a, _b: 1.0, GIVEN),) * 3
     signs = (-1, 1, 1)  # of the best: most energy, least irregularity, least drift
     return tuple(
         rank
@@ -251,11 +245,10 @@ def _by_consistency(cells: Cells) -> Standing:
         found[m] = _Level(value, None if spread is None else value * math.hypot(spread, noise))
 
     def tie(a: str, b: str) -> float:
-        difference, n = rows[a] - rows[b], len(common)
-        if n < 2:
-            return 1.0
-        error = float(difference.std(ddof=1)) / math.sqrt(n)
-        return 2.0 * float(stdtr(n - 1, -abs(difference.mean()) / error)) if error > 0 else float(not difference.any())
+        from scipy.stats import ttest_rel  # noqa: PLC0415 - half a second, for rankings alone
+
+        p = ttest_rel(rows[a], rows[b]).pvalue if len(common) > 1 else math.nan
+        return 1.0 if math.isnan(p) else float(p)
 
     return found, tie, f"{_count(common)} that all materials have in common, compared in pairs"
 
@@ -272,10 +265,9 @@ def _irregularity(tests: Tests) -> tuple[float, float] | None:
         if is_transient or trial.excess_irregularity is None or trial.regime == "stuck":
             continue
         floor = max(trial.irregularity_floor, trial.base_irregularity, 1e-9)
-        low, high = trial.irregularity_interval
         excess = max(trial.excess_irregularity, floor / 3.0)
         logs.append(math.log(excess))
-        widths.append(((high or 0.0) - (low or 0.0)) / math.sqrt(12.0) / excess)
+        widths.append(trial.irregularity_floor / math.sqrt(12.0) / excess)
     return (math.fsum(logs) / len(logs), math.fsum(widths) / len(widths)) if logs else None
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from frictionlab.analysis.steadiness import LONG_S, Trend
+from frictionlab.analysis.steadiness import LONG_S
 from frictionlab.errors import UsageError
 from frictionlab.scene.keys import CYCLES, window_of
 from frictionlab.schema import AMPLITUDE, BASE, ENERGY, ESTIMATED, MEASUREMENTS, RATIO, STOPS
@@ -17,14 +17,17 @@ from frictionlab.tables.texts import encodable
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat, FlatKnown
 
 MOST = sys.float_info.max
-CUT = 0.01  # relative: what cutting and sampling the cycles a little differently does to an irregularity index
 UNKNOWN_ERROR = 0.05  # relative: of an energy or amplitude whose measurement gives no error; wide, and said
 NEARLY_NONE = 0.01  # kY^2: an energy below minus this and five errors is no contact's
 TURNED = (
     f"{ENERGY} is {{:.3g}} kY^2: a contact takes energy: a channel is inverted, or mass and base are swapped: read"
     " the log again with the right columns (--mass, --base)"
 )
-PRESCRIBED = "its motion is prescribed: no frame answers it: `frictionlab batch` without --campaign compares each test"
+NO_COEFFICIENT = (
+    "no frequency_ratio of a frame, no measured_friction_coefficient of a given motion: a campaign of forces needs the"
+    " contact's (--force; a torque gives no coefficient) and, when analyzing, its normal force"
+)
+MEASURED_FORCE, MEASURED_COEFFICIENT = "measured_friction_force_n", "measured_friction_coefficient"
 NO_FACTS = ("its facts are not known", "is taken as a remark")  # of sentences on a name or a sheet
 LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
 NEEDED = (RATIO, ENERGY, AMPLITUDE)
@@ -47,6 +50,7 @@ class Trial:
     ``ratio`` (the frequency ratio), ``energy`` (k Y^2 per cycle), ``amplitude`` (Y) are estimates, dimensionless;
     ``energy_joules``: the energy in J, where the measurement knew the stiffness;
     ``steady_energy``, ``steady_amplitude``: the same over all settled cycles, where ``energy`` is of the last only.
+    ``coefficient``: friction by the measured force over the normal force, where that was measured.
     """
 
     source: str
@@ -66,13 +70,13 @@ class Trial:
     amplitude: Estimate = NOT_KNOWN
     steady_energy: Estimate = NOT_KNOWN
     steady_amplitude: Estimate = NOT_KNOWN
+    coefficient: Estimate = NOT_KNOWN
     irregularity: float | None = None
     irregularity_floor: float = 0.0
     base_irregularity: float = 0.0
     stops: float | None = None
     regime: str | None = None
     asymmetry: float = 0.0
-    trend: Trend | None = field(default=None, repr=False)
     row: Row = field(default_factory=dict, repr=False)
 
     r = FlatKnown("ratio")
@@ -85,9 +89,19 @@ class Trial:
         return self.reason is not None
 
     @property
+    def is_given(self) -> bool:
+        """Whether its motion was given and its force measured, as on a tribometer: no frame answers."""
+        return not self.energy.known and self.coefficient.known
+
+    @property
+    def speed_mm_per_s(self) -> float:
+        """Largest speed of a motion that is given."""
+        return 2e3 * math.pi * self.drive_frequency_hz * self.base_amplitude_m
+
+    @property
     def is_long(self) -> bool:
         """Whether it lasts long enough to show drift: the fit over r leaves it to that."""
-        return self.duration_s >= LONG_S
+        return self.duration_s >= LONG_S and not self.is_given
 
     @property
     def means(self) -> tuple[Estimate, Estimate]:
@@ -147,17 +161,6 @@ class Trial:
         expected = max(self.irregularity_floor, self.base_irregularity)
         return math.sqrt(max(self.irregularity**2 - expected**2, 0.0))
 
-    @property
-    def irregularity_interval(self) -> tuple[float | None, float | None]:
-        """Where the motion's own irregularity lies.
-
-        Noise can add at most its floor, by the triangle inequality; how the cycles are cut and sampled moves it by 1 %.
-        """
-        if self.irregularity is None:
-            return None, None
-        low = max(self.irregularity - self.irregularity_floor, 0.0)
-        return (1.0 - CUT) * low, (1.0 + CUT) * self.irregularity
-
 
 def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
     """A trial from one row of measurements, and from facts that the file's name or a sheet gives.
@@ -193,7 +196,8 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
         value = merged.get(key)
         return encodable(str(value)) if value is not None and str(value) else None
 
-    own, trend, force = row.get("warnings"), merged.get("trend"), number("normal_force_n")
+    own, coefficient = row.get("warnings"), estimate(MEASURED_COEFFICIENT)
+    force = number("normal_force_n") or Estimate(number(MEASURED_FORCE)).over(coefficient.value).value
     sentences = own if isinstance(own, (list, tuple)) else [own] if own else []
     merged["warnings"] = warnings = (*map(str, sentences), *_contradictions(row, known))
     numbers: dict[str, Any] = {name: value for name, key in NUMBERS.items() if (value := number(key)) is not None}
@@ -205,8 +209,8 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
         normal_force_n=force if force is not None and force > 0 else None,
         energy_rule=text("energy_rule") or "last",
         regime=text("regime"),
-        trend=trend if isinstance(trend, Trend) else None,
-        row={key: value for key, value in merged.items() if key != "trend"},
+        coefficient=coefficient,
+        row=merged,
         **numbers,
         **estimates,
     )
@@ -229,9 +233,9 @@ def _reason(trial: Trial) -> str | None:
     if impossible := list(_impossible(row)):
         return f"{'; '.join(impossible)}: correct the measurement, or leave it out"
     wanting = [key for name in ESTIMATES if (key := ESTIMATED[name]) in NEEDED and not getattr(trial, name).known]
-    if wanting:
-        if ENERGY in wanting and row.get("measured_friction_coefficient") is not None:
-            return PRESCRIBED
+    if wanting and not trial.is_given:
+        if {RATIO, ENERGY} <= {*wanting}:
+            return NO_COEFFICIENT
         lacks_frame = "no frequency_ratio: give [rig] natural_frequency_hz in the scene when analyzing"
         return lacks_frame if wanting == [RATIO] else f"no {', no '.join(wanting)} in the measurement: analyze it again"
     try:
@@ -256,16 +260,16 @@ def _contradictions(row: Row, facts: Row) -> Iterator[str]:
         theirs = row.get(key)
         if ours is None or theirs is None:
             continue
-        if isinstance(ours, (int, float)) and isinstance(theirs, (int, float)):
-            same = math.isclose(ours, theirs, rel_tol=1e-6)
-        else:
-            same = str(ours) == str(theirs)
+        numbers = isinstance(ours, (int, float)) and isinstance(theirs, (int, float))
+        same = math.isclose(ours, theirs, rel_tol=1e-6) if numbers else str(ours) == str(theirs)  # type: ignore[arg-type]
         if not same:
             yield f"{key} is {theirs!r} in the measurement, {ours!r} by the scene: {theirs!r} is taken"
 
 
 def in_order(trials: Sequence[Trial]) -> tuple[Trial, ...]:
     """Trials sorted by material, normal force, frequency ratio and source, failed ones last; each source once.
+
+    Normal forces that were measured, and differ by 2 % at most, are one setting.
 
     Raises
     ------
@@ -278,9 +282,14 @@ def in_order(trials: Sequence[Trial]) -> tuple[Trial, ...]:
             f"campaign: measured twice: {', '.join(twice[:5])}{' ...' if len(twice) > 5 else ''}; expected one"
             " measurement per test: leave one file out"
         )
+    measured = [t.row.get("normal_force_n") is None and t.normal_force_n is not None for t in trials]
+    every = levels([t.normal_force_n or 0.0 for t, of_channel in zip(trials, measured, strict=True) if of_channel])
     return tuple(
         sorted(
-            trials,
+            (
+                replace(t, normal_force_n=float(f"{nearest(t.normal_force_n or 0.0, every):.3g}")) if of_channel else t
+                for t, of_channel in zip(trials, measured, strict=True)
+            ),
             key=lambda t: (t.failed, t.material or "", t.normal_force_n or 0.0, t.frequency_ratio or 0.0, t.source),
         )
     )

@@ -10,7 +10,7 @@ import typer
 
 from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import AnalysisSettings, Inputs, check_law, scene_of
-from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.errors import AnalysisError
 from frictionlab.schema import COMPARISONS, FRICTION, MATERIAL_LAWS, MEASUREMENTS, with_error
 from frictionlab.tables import Row, check_output, read_rows, write_rows
 from frictionlab.tables.texts import GRAVE, few_of, kinds_of
@@ -91,18 +91,15 @@ def batch(
 
 
 def _check(todo: "Batch", *, campaign: bool) -> None:
-    """Refuse, before the work, a rig that no campaign takes, and a folder that holds other files where results go."""
+    """Refuse, before the work, a frame of several masses, and a folder that holds other files where results go."""
     read = [*todo.logs, *todo.scene.files]
     if not campaign:
         check_output(todo.folder / TABLE, COMPARISONS, inputs=read)
         return
     from frictionlab.campaign.files import check_folder
-    from frictionlab.campaign.trials import PRESCRIBED
     from frictionlab.inference.observations import refuse_several
 
     refuse_several(todo.scene)
-    if todo.scene.rig.kind == "prescribed":
-        raise UsageError(f"rig.kind: {PRESCRIBED}")
     check_folder(todo.folder, inputs=read)
 
 

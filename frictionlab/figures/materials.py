@@ -21,7 +21,7 @@ ASIDE = 0.015  # of the largest force: between the points of two materials
 HIGH = 6  # rows of a legend beside a low panel
 NORMAL = 1.96
 MOST_USED = 95  # per cent of the tests that a fit used are inside their panel
-ENERGY = "energy per cycle / kY²"
+ENERGY, FORCE = "energy per cycle / kY²", "normal force [N]"
 OF_LAW: Mapping[str, Any] = {"color": "black", "lw": 0.7}  # a line
 
 
@@ -50,7 +50,9 @@ def friction(campaign: Campaign) -> Figure:
             if len(axes) == 1:
                 tests = [(f.normal_force_n, v) for f in known for v in f.used]
                 forces = [(n, v, v.alone.scaled(stiffness).scaled(v.trial.base_amplitude_m)) for n, v in tests]
-                points = [(n if over_force(campaign) else v.trial.r, force.over(n)) for n, v, force in forces]
+                if campaign.is_given:  # the ratio is the coefficient
+                    forces = [(n, v, v.alone.scaled(n)) for n, v in tests]
+                points = [(getattr(v.trial, across(campaign)[1]), force.over(n)) for n, v, force in forces]
             rows = [(place, c.value, c.low, c.high) for place, c in points]
             force, value, low, high = np.array(rows, dtype=np.float64).reshape(-1, 4).T
             how: dict[str, Any] = {"fmt": marker, "color": colour, "markersize": 3.5, "capsize": 2}
@@ -68,7 +70,7 @@ def friction(campaign: Campaign) -> Figure:
                     for end in (-percent * reach, percent * reach):
                         ax.axhline(end, color=colour, linewidth=0.8, linestyle=dots)
         for ax, label in zip(axes, ("friction coefficient", "deviation from the material's mean [%]"), strict=False):
-            ax.set(xlabel="normal force [N]", ylabel=label, xlim=(0.0, 1.1 * most))
+            ax.set(xlabel=FORCE, ylabel=label, xlim=(0.0, 1.1 * most))
         if len(axes) == 1:
             _set_across(axes[0], campaign)
         axes[0].set_ylim(bottom=0)
@@ -79,9 +81,9 @@ def friction(campaign: Campaign) -> Figure:
 def law_of_material(campaign: Campaign, material: str) -> Figure:
     """The contact.
 
-    Friction force over displacement and speed, of the tests that the legend names; broad: recovered from the motion, no
-    law assumed, its corners rounded above 25 harmonics; thin: the law. Right: log evidence of the laws tried, by all
-    tests, less that of the law required (orange).
+    Friction force over displacement and speed, of the tests that the legend names; broad: measured, or recovered from
+    the motion, no law assumed, its corners then rounded above 25 harmonics; thin: the law. Right: log evidence of the
+    laws tried, by all tests, less that of the law required (orange).
     """
     loops = [loop for loop in campaign.loops if loop[0].material == material]
     loops.sort(key=lambda loop: (round(loop[0].r, 2), loop[0].normal_force or 0.0))
@@ -91,7 +93,8 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
         axes = style.panels(figure, 3 if tried else 2, across=3)
         for ax, over_speed in zip(axes[:2], (False, True), strict=True):
             for colour, (test, contact) in zip(style.PALETTE, loops, strict=False):
-                name = f"{test.normal_force:.4g} N, r = {test.r:.2g}"
+                speed = f"{1e3 * test.turn * test.unit:.3g} mm/s"
+                name = f"{test.normal_force:.4g} N, {speed if campaign.is_given else f'r = {test.r:.2g}'}"
                 seen = {"color": colour, "label": name, "lw": 2.0, "alpha": 0.5}
                 draw_force(contact, ax, seen, OF_LAW, over_speed=over_speed)
         axes[0].legend(fontsize=style.SMALL, loc="center", frameon=True, framealpha=0.9)
@@ -109,7 +112,7 @@ def energy(campaign: Campaign, material: str) -> Figure:
     Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit. Lines: the law,
     with one friction ratio β per normal force.
     """
-    fits, over_r = _by_force(campaign, material), not over_force(campaign)
+    fits, over_r = _by_force(campaign, material), across(campaign)[0] != FORCE
     with style.drawing(3.8) as figure:
         ax = figure.subplots()
         for fit, colour, marker in zip(fits, style.shades(len(fits)), cycle(style.MARKERS), strict=False):
@@ -179,19 +182,19 @@ def has_open_points(campaign: Campaign) -> bool:
     return out or count(campaign) > 100 / (100 - MOST_USED)
 
 
-def over_force(campaign: Campaign) -> bool:
-    """Whether tests are drawn over the normal force: all have one frequency ratio, but several forces."""
+def across(campaign: Campaign) -> tuple[str, str]:
+    """What tests are drawn over, and its attribute: r (speed, where motions are given), or force where all have one."""
     tests = [t for t in campaign.trials if not t.failed]
-    return len(levels([t.r for t in tests])) < 2 <= len({t.normal_force_n for t in tests})
+    name, of = ("largest speed [mm/s]", "speed_mm_per_s") if campaign.is_given else ("frequency ratio r", "r")
+    several = len({t.normal_force_n for t in tests}) > 1
+    return (FORCE, "normal_force_n") if several and len(levels([getattr(t, of) for t in tests])) < 2 else (name, of)
 
 
 def _set_across(ax: Axes, campaign: Campaign) -> None:
-    """What tests are drawn over, from 0 on: frequency ratio, or normal force where all have one ratio."""
-    tests = [t for t in campaign.trials if not t.failed]
-    if over_force(campaign):
-        ax.set(xlabel="normal force [N]", xlim=(0, 1.1 * max(t.normal_force_n or 0.0 for t in tests)))
-    else:
-        ax.set(xlabel="frequency ratio r", xlim=(0, 1.03 * max((t.r for t in tests), default=1.0)))
+    """What tests are drawn over, from 0 on."""
+    name, of = across(campaign)
+    most = max((getattr(t, of) for t in campaign.trials if not t.failed), default=1.0)
+    ax.set(xlabel=name, xlim=(0, (1.1 if name == FORCE else 1.03) * most))
 
 
 def at_lag(campaign: Campaign) -> str:
@@ -214,7 +217,7 @@ def _draw_tests(
         part = [row for row in rows if not row[0].trial.is_long and (row[0].excluded is None) is used]
         if part:
             trials, values, errors = zip(*((v.trial, value, error) for v, value, error in part), strict=True)
-            places = [(t.normal_force_n or 0.0) if over_force(campaign) else t.r for t in trials]
+            places = [getattr(trial, across(campaign)[1]) for trial in trials]
             how: dict[str, Any] = {"markersize": 3.2, "markerfacecolor": fill_colour, "elinewidth": 0.7, "capsize": 1.5}
             ax.errorbar(places, values, yerr=errors, fmt=marker, color=colour, label=label, **how)
             label = ""

@@ -15,6 +15,7 @@ from frictionlab.figures import grids, materials
 from frictionlab.figures.style import save
 
 FIRST = ("friction", "law_", "energy_")
+OF_GIVEN = ("friction", "law_")  # figures of tests whose motion is given: the others need a frame that answers
 SUFFIXES = (".svg", ".pdf", ".png")
 SAFE = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-"
 
@@ -83,6 +84,8 @@ def plates(campaign: Campaign) -> tuple[Plate, ...]:
     """The figures that a campaign has the data for, in the report's order, under names that no two share."""
     taken, found = Counter[str](), list[Plate]()
     for kind, (draw, each) in KINDS.items() if campaign.fits else ():
+        if campaign.is_given and kind not in OF_GIVEN:
+            continue
         title, _, words = (inspect.getdoc(draw) or "").partition(".")
         caption = " ".join(words.split())
         last, is_there = LAST.get(kind, ("", bool))

@@ -14,7 +14,7 @@ from typing import Any, cast
 import numpy as np
 
 from frictionlab.analysis.measurement import Measurement, measure
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference import verdict as words
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
@@ -192,7 +192,7 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
         )
     observation = replace(observe(measurement, scene, law.law), wall=law.wall)
     drive = measurement.drive_frequency_hz
-    test = (measurement.normal_force_n, measurement.base_amplitude_m, drive / law.rig["natural_frequency_hz"])
+    test = (measurement.normal_force_n, measurement.base_amplitude_m, drive / law.natural_frequency_hz)
     middle = law.problem(*test)
     errors = dict(zip(law.values, np.sqrt(np.diag(law.covariance)).tolist(), strict=True))
     of_rig = {FRAME: 0.0, DETUNING: 0.0}
@@ -281,20 +281,15 @@ def compare_force(
         if asked != law:
             raise UsageError(f"law: the contact slides one way at one speed, which shows no {asked}: do: --law coulomb")
     found, ladder = _found(observe_force(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
-    observation, values = cast("ForceObservation", found.tests[0].observation), found.values()
-    force = observation.motion(values)
-    if force is None:
-        raise AnalysisError(f"force: law {observation.law.name} has none at the values found")
+    observation = cast("ForceObservation", found.tests[0].observation)
+    contact = contact_of(observation, found.values())
     said = [*measurement.warnings, *observation.said, *found.warnings]
     momentary = "" if observation.pressed is None else "momentary "
     over = "friction" if observation.normal_force is None else f"{momentary}normal"
     stroke = f"Y = {1e3 * observation.unit:.4g} mm" if measurement.force_energy_j.known else "half the stroke"
     unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over {stroke}"
-    velocity, shown = measurement.cycle.mass_velocity, force * (1.0 + values.get(GAIN, 0.0))
-    slides = np.isin(np.arange(len(force)) * observation.count // len(force), observation.parts)
-    varies = 100.0 * float(np.max(np.abs(observation.force - force)[slides]) / np.mean(np.abs(force)))
-    # a load cell has no zero: it is fitted about the mean of these parts
-    seen = observation.force - (0.0 if measurement.slides_one_way else np.mean((observation.force - shown)[slides]))
+    missed, of_law = np.abs(np.array([contact.residual, contact.law_force], dtype=np.float64))
+    varies = 100.0 * float(np.nanmax(missed) / of_law.mean())
     return _judged(
         *(found, scene, ladder, found.fit.nrmse(), said),
         what="force",
@@ -305,13 +300,7 @@ def compare_force(
         solver="prescribed",
         closure_error=None,
         **{key: getattr(measurement, key) for key in MEASURED[2:]},
-        at_contact=_contact(
-            *(observation, measurement.cycle.tau, AtContact(observation.place, velocity, seen)),
-            *(AtContact(observation.place, velocity, shown), observation.unit_n),
-            residual=np.where(slides, seen - shown, math.nan),
-            is_measured=True,
-            is_one_way=measurement.slides_one_way,
-        ),
+        at_contact=contact,
     )
 
 
@@ -495,9 +484,20 @@ def _judged(
 
 
 def contact_of(
-    observation: CycleObservation, values: Mapping[str, float], state: SteadyState, stiffness: float | None
+    observation: CycleObservation | ForceObservation,
+    values: Mapping[str, float],
+    state: SteadyState | None = None,
+    stiffness: float | None = None,
 ) -> ContactForce:
-    """Return the contact's force as the measured cycle has it, over that of a state; ``stiffness`` N/m."""
+    """Return the contact's force as measured (by the cycle, or its sensor), over that of a law at some values.
+
+    ``state``: the steady state there, of a cycle; ``stiffness`` N/m. AnalysisError where the law has no motion there.
+    """
+    if isinstance(observation, ForceObservation):
+        return _measured_contact(observation, values)
+    state = observation.state(values) if state is None else state
+    if state is None:
+        raise AnalysisError(f"law {observation.law.name}: the values found have no steady state")
     late, tau = observation.gain_and_phase(0.0, values)[1], observation.cycle.tau
     law, unit_n = observation.law_at_contact(state, tau + late), None
     seen = observation.measured_contact(state, late) or AtContact(*np.full((3, len(tau)), math.nan))
@@ -507,6 +507,23 @@ def contact_of(
     if stiffness is not None:
         unit_n = stiffness * observation.unit
     return _contact(observation, tau, seen, law, unit_n)
+
+
+def _measured_contact(observation: ForceObservation, values: Mapping[str, float]) -> ContactForce:
+    """A measured force about that of its law: a load cell has no zero, it is fitted about the mean of its parts."""
+    force, place = observation.motion(values), observation.place
+    if force is None:
+        raise AnalysisError(f"force: law {observation.law.name} has none at the values found")
+    tau, velocity = 2.0 * np.pi * np.arange(len(place)) / len(place), shifted(place, order=1)
+    shown = force * (1.0 + values.get(GAIN, 0.0))
+    slides = np.isin(np.arange(len(force)) * observation.count // len(force), observation.parts)
+    seen = observation.force - (0.0 if observation.one_way else np.mean((observation.force - shown)[slides]))
+    return _contact(
+        *(observation, tau, AtContact(place, velocity, seen), AtContact(place, velocity, shown), observation.unit_n),
+        residual=np.where(slides, seen - shown, math.nan),
+        is_measured=True,
+        is_one_way=observation.one_way,
+    )
 
 
 def _contact(

@@ -19,7 +19,7 @@ from frictionlab.inference.observation import NO_MOTION
 from frictionlab.inference.observations import CycleObservation, OfCycles, cycle_of, mean_cycle
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, explains, infer, model_of
 from frictionlab.inference.starts import at_medians, point_at, starting_points
-from frictionlab.inference.unknowns import STRAINED, Unknown, factor
+from frictionlab.inference.unknowns import STRAINED, Unknown
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.problem import Meter
@@ -293,10 +293,9 @@ def _freed(main: Fit, cause: Unknown) -> Fit:
     scatter, local = np.append(main.model.scatter, 0.0)[: len(unknowns)], main.local
     scatter[k] = 0.0
     if k == len(main.point):
-        lengths = [t.observation.unit / first.unit for t in tests]
-        times = [factor(cause, first.law, length=length, rate=1.0, force=1.0) for length in lengths]
+        times = [np.append(t.factors, t.observation.factor(cause, first)) for t in tests]
         each = zip(tests, times, strict=True)
-        tests = tuple(replace(t, index=np.append(t.index, k), factors=np.append(t.factors, x)) for t, x in each)
+        tests = tuple(replace(t, index=np.append(t.index, k), factors=own) for t, own in each)
         local = tuple(np.append(d, 0.0) for d in local)
     open_ = replace(main.model, tests=tests, unknowns=tuple(unknowns), scatter=scatter, most=STEPS, tolerance=NEARLY)
     begun = [np.append(main.point, 0.0)[: len(unknowns)]]

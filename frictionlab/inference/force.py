@@ -22,7 +22,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.signals import white_noise
 from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.observation import NO_MOTION, SENSORS, Reached, Values
+from frictionlab.inference.observation import NO_MOTION, SENSORS, Observation, Reached, Values
 from frictionlab.inference.observations import (
     FEWEST_CYCLES,
     CycleObservation,
@@ -64,7 +64,8 @@ class ForceObservation(OfCycles):
     equal parts of the cycle are fitted; ``strangers``: cycles left out, for their force is not that of the others;
     ``unit_n``: force that all are over [N], known to ``unit_u``, relative;
     ``normal_force_u``: relative, of the normal force; ``rate``: of sampling, Hz; ``force`` (p,): as measured, over
-    `unit_n`; ``pressed`` (p,): the normal force over its mean, where it varies.
+    `unit_n`; ``pressed`` (p,): the normal force over its mean, where it varies; ``energy``: of the loop of force over
+    displacement, over unit_n Y; ``one_way``: the contact slides one way at one speed, which shows Coulomb friction.
     """
 
     place: FloatArray
@@ -77,7 +78,30 @@ class ForceObservation(OfCycles):
     force: FloatArray
     pressed: FloatArray | None
     strangers: int
+    energy: Estimate
+    one_way: bool
     by_sensors: ClassVar = (GAIN, UNIT)
+
+    @property
+    def frame(self) -> dict[str, float]:
+        """What the law's numbers are over: that of a frame would be a spring with the force's unit at Y; r is 1."""
+        stiffness, frequency = self.unit_n / self.unit, self.turn / (2.0 * math.pi)
+        return {"stiffness": stiffness, "frequency": frequency, "amplitude": self.unit, "turn": self.turn}
+
+    def factor(self, unknown: Unknown, reference: Observation, *, amontons: bool = True) -> float:
+        """Return by how much a value is larger here than in a reference test: over normal forces friction is not."""
+        over_normal = unknown.name == "beta" and self.normal_force is not None
+        return 1.0 if over_normal else super().factor(unknown, reference, amontons=amontons)
+
+    @property
+    def sums(self) -> tuple[Estimate, ...]:
+        """The measured number that a test is predicted by, as of `summed`."""
+        return (self.energy,)
+
+    def summed(self, shown: FloatArray, late: float = 0.0) -> FloatArray:  # noqa: ARG002 - it hides in no loop
+        """Return the energy (over unit_n Y) that a force (N,) takes in the parts of the cycle that are fitted."""
+        way = shifted(self.place, order=1) * (2.0 * math.pi / self.count)
+        return np.array([shown @ means_of_parts(way, self.count, self.parts)])
 
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
@@ -243,6 +267,8 @@ def observe_force(
         force=whole / unit,
         pressed=None if pressed is None else pressed.mean(axis=0),
         strangers=strangers,
+        energy=measurement.force_energy_j.over(unit * measurement.base_amplitude_m),
+        one_way=measurement.slides_one_way,
         **known,
     )
 

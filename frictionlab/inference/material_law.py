@@ -68,8 +68,8 @@ class MaterialLaw:
     and what more of it the tests leave possible (in quadrature); a name without one has none. ``test_level``: values
     that are another in each test: their mean is what stands in `values`. ``rig``: ``natural_frequency_hz``,
     ``stiffness_n_per_m``, ``frame_damping_ratio``, and ``lag_s``: by how much the base's channel is behind, as the
-    tests have found it (0 where that is not known). ``conditions``: lowest and highest ``normal_force_n``,
-    ``base_amplitude_m`` and ``frequency_ratio`` of the tests.
+    tests have found it (0 where that is not known); nothing of a law found on a tribometer. ``conditions``: lowest and
+    highest ``normal_force_n``, ``base_amplitude_m`` and ``frequency_ratio`` of the tests.
     """
 
     material: str
@@ -107,6 +107,17 @@ class MaterialLaw:
         said = ", ".join(f"{k} {with_error(v, u)}" for (k, v), u in zip(self.values.items(), errors, strict=True))
         return f"<MaterialLaw of {self.material}, {self.law}: {said}>"
 
+    @property
+    def natural_frequency_hz(self) -> float:
+        """Natural frequency of the rig; `UsageError` of a law found on a tribometer, which has none."""
+        if not self.rig:
+            raise UsageError(
+                f"law of {self.material}: found on a tribometer, whose motion is given: expected the frame that it is"
+                " to be used on; got none; do: write natural_frequency_hz, stiffness_n_per_m and frame_damping_ratio"
+                " under [rig] of the law's file"
+            )
+        return self.rig["natural_frequency_hz"]
+
     def problem(
         self, normal_force_n: float, base_amplitude_m: float, r: float, *, values: Mapping[str, float] | None = None
     ) -> Problem:
@@ -128,10 +139,9 @@ class MaterialLaw:
         0.395
         """
         given = dict(self.values if values is None else values)
-        stiffness = self.rig["stiffness_n_per_m"]
-        frequency = self.rig["natural_frequency_hz"] * given.get(DETUNING, 1.0)
+        natural, stiffness = self.natural_frequency_hz, self.rig["stiffness_n_per_m"]
+        frequency, turn = natural * given.get(DETUNING, 1.0), 2.0 * math.pi * natural * r
         parameters = {FRAME: given.get(FRAME, self.rig.get(FRAME, 0.0))}
-        turn = 2.0 * math.pi * self.rig["natural_frequency_hz"] * r
         for parameter in law_of(self.law).own:
             factor, _ = to_physical(parameter, stiffness, frequency, amplitude=base_amplitude_m, turn=turn)
             name = physical_name(parameter)
@@ -205,7 +215,7 @@ class MaterialLaw:
             spread = zip(("scatter", "scatter_u"), self.scatter.get(name, ()), strict=False)
             level = "test" if name in self.test_level else "rig" if name in (FRAME, DETUNING) else "material"
             lines += [*(f"{part} = {_said(number)}" for part, number in spread), f'level = "{level}"']
-        lines += ["", "[rig]", *(f"{key} = {_said(value)}" for key, value in self.rig.items())]
+        lines += ["", "[rig]"] * bool(self.rig) + [f"{key} = {_said(value)}" for key, value in self.rig.items()]
         lines += ["", "[conditions]", *(f"{key} = {_said(list(pair))}" for key, pair in self.conditions.items()), ""]
         return "\n".join(lines)
 
@@ -223,14 +233,15 @@ def material_law_of(
     posterior: "Posterior",
     material: str,
     *,
-    stiffness_n_per_m: float,
-    natural_frequency_hz: float,
+    stiffness_n_per_m: float | None,
+    natural_frequency_hz: float | None,
     lag_s: float = 0.0,
 ) -> MaterialLaw | None:
     """Return what a joint fit says of one material, in physical units; None where a normal force is not known.
 
     A fit with a friction ratio at each normal force gives a friction force at each, one with a single ratio (Amontons'
-    law) a coefficient. Values that the scene holds have no error. ``lag_s``: that the scene declares.
+    law) a coefficient. Values that the scene holds have no error. ``lag_s``: that the scene declares; stiffness and
+    frequency are None where motions are given and forces measured.
     """
     places = [i for i, o in enumerate(posterior.observations) if o.material == material]
     seen = [posterior.observations[i] for i in places]
@@ -241,13 +252,18 @@ def material_law_of(
     index = [{posterior.unknowns[k].name: int(k) for k in posterior.tests[i].index} for i in places]
     several = len({own.get("beta") for own in index}) > 1
     known = seen[0].problem(values).parameters
-    tuned = natural_frequency_hz * (1.0 + values.get("natural_frequency", 0.0))
+    rig, frame = dict[str, float](), dict[str, float]()
+    if stiffness_n_per_m and natural_frequency_hz:
+        lag = posterior.shared(index[0]["lag_s"], first)[0] if "lag_s" in index[0] else 0.0
+        rig = {"natural_frequency_hz": natural_frequency_hz, "stiffness_n_per_m": stiffness_n_per_m}
+        rig |= {FRAME: known[FRAME], "lag_s": lag_s + lag}
+        tuned = natural_frequency_hz * (1.0 + values.get("natural_frequency", 0.0))
+        frame = {"stiffness": stiffness_n_per_m, "frequency": tuned}
     found: dict[str, tuple[float, int | None, float]] = {}  # value; its unknown, and the change of the value with that
     for i, o, own in list(zip(places, seen, index, strict=True))[: None if several else 1]:
-        turn = 2.0 * math.pi * natural_frequency_hz * o.r
         for parameter in o.law.own:
             k, name = own.get(parameter.name), physical_name(parameter)
-            times = to_physical(parameter, stiffness_n_per_m, tuned, amplitude=o.unit, turn=turn)[0] or 1.0
+            times = to_physical(parameter, **(o.frame | frame))[0] or 1.0
             if name == COEFFICIENT and several:
                 name = f"{AT_FORCE}{o.normal_force!r}"
             elif name == COEFFICIENT:
@@ -274,13 +290,8 @@ def material_law_of(
         covariance=posterior.covariance[np.ix_(rows, rows)] * np.outer(slopes, slopes),
         scatter={n: (float(scatter[k]) * s, float(error[k]) * s) for n, (k, s) in fitted.items() if scatter[k] > 0.0},
         test_level=tuple(name for name, (k, _) in fitted.items() if posterior.unknowns[k].level == "test"),
-        rig={
-            "natural_frequency_hz": natural_frequency_hz,
-            "stiffness_n_per_m": stiffness_n_per_m,
-            FRAME: known[FRAME],
-            "lag_s": lag_s + (posterior.shared(index[0]["lag_s"], first)[0] if "lag_s" in index[0] else 0.0),
-        },
-        conditions={name: (min(some), max(some)) for name, some in ranges.items()},
+        rig=rig,
+        conditions={name: (min(some), max(some)) for name, some in ranges.items() if rig or name != "frequency_ratio"},
         tests=len(seen),
         wall=seen[0].wall,
     )
@@ -323,7 +334,7 @@ def read_material_law(path: str | PathLike[str]) -> MaterialLaw:
             covariance=np.array(file.covariance).reshape(len(file.covariance), len(file.values)),
             scatter={n: (v.scatter, v.scatter_u or 0.0) for n, v in file.values.items() if v.scatter is not None},
             test_level=tuple(name for name, value in file.values.items() if value.level == "test"),
-            rig=file.rig.model_dump(exclude_unset=True),
+            rig={} if file.rig is None else file.rig.model_dump(exclude_unset=True),
             conditions={name: (pair[0], pair[1]) for name, pair in file.conditions.items()},
             tests=file.tests,
             wall=file.wall,
@@ -357,7 +368,7 @@ class _File(SceneTable):
     tests: int
     covariance: list[list[Finite]]
     values: dict[str, _Value]
-    rig: _Rig
+    rig: _Rig | None = None
     conditions: dict[Literal["normal_force_n", "base_amplitude_m", "frequency_ratio"], Pair]
 
 

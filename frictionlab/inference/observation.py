@@ -18,6 +18,7 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
+from frictionlab.scene.physical import to_physical
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Meter, OverspentError, Wall
@@ -145,6 +146,26 @@ class Observation(ABC):
     def friction_by_energy(self) -> float | None:
         """Friction ratio as energy over the path slid, which needs no law but Coulomb's; None: not known."""
         return None
+
+    @property
+    def frame(self) -> dict[str, float]:
+        """What the law's numbers are over, as `to_physical` takes it; the stiffness is that of all tests: 1."""
+        frequency = self.turn / (2.0 * math.pi * self.r)
+        return {"stiffness": 1.0, "frequency": frequency, "amplitude": self.unit, "turn": self.turn}
+
+    def factor(self, unknown: Unknown, reference: "Observation", *, amontons: bool = True) -> float:
+        """Return by how much an unknown's dimensionless value is larger in this test than in a reference test.
+
+        ``amontons``: whether friction is in proportion to the normal force.
+        """
+        if self is reference:
+            return 1.0
+        if not unknown.law:
+            length = self.unit / reference.unit
+            return {"spring_cubic": length**2, "play": 1.0 / length}.get(unknown.name, 1.0)
+        parameter, own, load = self.law.parameter(unknown.name), self.normal_force, reference.normal_force
+        there, here = (to_physical(parameter, **test.frame)[0] or 1.0 for test in (reference, self))
+        return there / here * (own / load if amontons and own and load and unknown.name == "beta" else 1.0)
 
     @abstractmethod
     def motion(self, values: Values, near: Any = None) -> Any:

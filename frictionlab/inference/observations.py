@@ -298,6 +298,20 @@ class CycleObservation(OfCycles):
             energy += loop_energy(harmonics_of(cycle - plain, points // 2 - 1), state.problem.base.lines)
         return in_band(cycle - cycle.mean(), measured.kept), energy, None if amplitude is None else gain * amplitude
 
+    @property
+    def sums(self) -> tuple[Estimate, ...]:
+        """The measured numbers that a test is predicted by: energy and amplitude, as of `summed`."""
+        return self.energy, self.amplitude
+
+    def summed(self, lines: FloatArray, late: float = 0.0) -> FloatArray:
+        """Return energy (k Y^2, eq. 2.18) and amplitude (Y) of a cycle by its harmonics (2 K,).
+
+        ``late``: phase (rad) by which the mass is shown ahead, taken off.
+        """
+        cycle, a = self.cycle, lines_of(lines)
+        x = np.fft.irfft(np.concatenate([[0.0], 0.5 * LEAST_POINTS * a]), LEAST_POINTS)
+        return np.array([loop_energy(a, cycle.base_cosine - 1j * cycle.base_sine, -late), 0.5 * float(np.ptp(x))])
+
     def energy_by_lag(self, late: float) -> float:
         """Return the part of the measured energy (k Y^2) that is due to a base's channel behind by a phase (rad)."""
         lines, base = lines_of(self.data[: 2 * self.count]), self.cycle.base_cosine - 1j * self.cycle.base_sine

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import cast
+from typing import Any
 
 import numpy as np
 from scipy.special import gammaincinv, ndtr, ndtri
@@ -30,9 +30,8 @@ from frictionlab.inference.fit import (
     with_scatter,
 )
 from frictionlab.inference.observation import Observation, Reached, at_least
-from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.starts import starting_points
-from frictionlab.inference.unknowns import STRAINED, Unknown, factor
+from frictionlab.inference.unknowns import STRAINED, Unknown
 from frictionlab.simulator.laws import Law
 from frictionlab.uncertainty import LEVEL, NORMAL, NOT_KNOWN, Estimate
 
@@ -93,9 +92,9 @@ class Posterior:
         return self.fit.model.tests
 
     @cached_property
-    def observations(self) -> tuple[CycleObservation, ...]:
-        """The mean cycle of each test."""
-        return tuple(cast("CycleObservation", test.observation) for test in self.tests)
+    def observations(self) -> tuple[Any, ...]:
+        """What was observed of each test, of whatever kind."""
+        return tuple(test.observation for test in self.tests)
 
     def law(self, i: int = 0) -> Law:
         """Law of test i."""
@@ -372,11 +371,6 @@ def model_of(observations: Sequence[Observation], *, amontons: bool = True, rig:
     for o, width in zip(observations, widths, strict=True):
         index, factors = [], []
         reference = references.setdefault(o.material, o)
-        scales = {"length": 1.0, "rate": 1.0, "force": 1.0}
-        if o is not reference:
-            load, own = reference.normal_force, o.normal_force
-            force = own / load if amontons and own and load else 1.0
-            scales = {"length": o.unit / reference.unit, "rate": o.turn / reference.turn, "force": force}
         for u in (*o.law_unknowns, *(common if rig else ())):
             key: tuple[object, ...] = (u.name, o.material) if u.law else (u.name,)
             if u.name == "beta" and not amontons:
@@ -385,7 +379,7 @@ def model_of(observations: Sequence[Observation], *, amontons: bool = True, rig:
                 places[key] = len(unknowns)
                 unknowns.append(u)
             index.append(places[key])
-            factors.append(factor(u, o.law, **scales) * width.get(u.name, 1.0))
+            factors.append(o.factor(u, reference, amontons=amontons) * width.get(u.name, 1.0))
         tests.append(Test(o, np.array(index, dtype=np.intp), np.array(factors)))
     return Model(tuple(tests), tuple(unknowns), np.zeros(len(unknowns)))
 

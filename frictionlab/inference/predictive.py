@@ -142,7 +142,7 @@ def predict_tests(
                 numbers=numbers,
                 warnings=(*unsolved, *best.warnings, *beyond, *lost),
                 unsteady=1.0 - len(states) / count,
-                time=tau / (2.0 * np.pi * r * law.rig["natural_frequency_hz"]),
+                time=tau / (2.0 * np.pi * r * law.natural_frequency_hz),
                 base=amplitude * best.problem.base.at(tau),
                 **_displacements(amplitude * middle, amplitude * motions),
             )
@@ -183,7 +183,7 @@ def predict_record(
         The base jumps, has a gap or does not move.
     """
     largest = float(np.abs(recording.base_displacement - recording.base_displacement[0]).max())
-    frequency, stiffness = law.rig["natural_frequency_hz"], law.rig["stiffness_n_per_m"]
+    frequency, stiffness = law.natural_frequency_hz, law.rig["stiffness_n_per_m"]
 
     def respond(values: Mapping[str, float]) -> RecordResponse:
         detuned = values.get(DETUNING, 1.0)

@@ -209,21 +209,3 @@ def lag(name: str, words: str, u: float, key: str, assumed: str) -> Unknown:
     return Unknown(
         name, words, sd=wider * u, assumed=assumed, known_to=known, unit=(1e3, "ms"), key=key, scatter=DIFFERS * known
     )
-
-
-def factor(unknown: Unknown, law: Law, *, length: float, rate: float, force: float) -> float:
-    """Return by how much an unknown's dimensionless value is larger in a test than in the reference test.
-
-    ``law``: for the powers of Y and omega in its parameters' units; ``length``, ``rate``, ``force``: base amplitude Y,
-    drive and normal force of the test, each over that of the reference.
-    """
-    if not unknown.law:
-        return {"spring_cubic": length**2, "play": 1.0 / length}.get(unknown.name, 1.0)
-    if unknown.name == "beta":
-        return force / length
-    return carried(law.parameter(unknown.name), length, rate)
-
-
-def carried(parameter: Parameter, length: float, rate: float) -> float:
-    """Return by how much a parameter's dimensionless value is larger where Y and omega are so many times as large."""
-    return float(length**-parameter.lengths * rate**-parameter.rates)

@@ -6,16 +6,16 @@ posterior of a fit states: the plan counts what a fit counts.
 """
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from frictionlab.analysis.response import Cycle
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
 from frictionlab.inference.comparison import harmonics_of
 from frictionlab.inference.diagnose import OTHER_CAUSE
@@ -38,9 +38,6 @@ MOST_CYCLES = 60  # drawn of a test: more cycles scatter like these
 STEP = 1e-3  # relative change of the friction by which the scatter from cycle to cycle is drawn
 HOUR = 3600.0
 EXAMPLES = {"frequency_ratios": [0.3, 0.5, 1.2], "normal_forces_n": [2.5, 5.0], "base_amplitudes_m": [0.0018]}
-MISFIT = "--measured: {} of {} comparisons are not counted: their law does not explain their test"
-Before = Mapping[str, object] | MaterialLaw
-"""What is known before: a row of `compare-numeric`, or the law of a material."""
 
 
 class Candidate(NamedTuple):
@@ -58,7 +55,7 @@ class Laboratory:
 
     ``candidates``: all tests that could be run; ``middle``: their geometric middle; ``expected``: the law's parameters
     other than beta, dimensionless there; ``coefficient``: the friction coefficient and its standard
-    error; ``known``: what comparisons at hand say, by name.
+    error; ``known``: what was measured before, by name.
     """
 
     scene: Scene
@@ -83,6 +80,11 @@ class Laboratory:
         """Rms of the noise of one sample, and of the sensor's steps."""
         return math.sqrt(self.scene.plan.noise_m**2 + self.scene.plan.step_m**2 / 12.0)
 
+    @property
+    def seconds(self) -> FloatArray:
+        """Laboratory time (n,) of each candidate, s."""
+        return np.array([candidate.duration_s + self.scene.plan.setup_s for candidate in self.candidates])
+
     def under(self, law: str) -> "Laboratory":
         """The same laboratory with another law in mind; nothing of it is held but the frame's damping."""
         other = law_of(law)
@@ -105,11 +107,10 @@ class Laboratory:
         return simulated(self.law, self.held, wall, stronger, candidate.frequency_ratio)
 
 
-def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Before] = ()) -> Laboratory:
-    """Return what a scene says of its laboratory, and what is known of the contact before.
+def laboratory(scene: Scene, law: str | None = None, measured: MaterialLaw | None = None) -> Laboratory:
+    """Return what a scene says of its laboratory, and what the law of its material, ``measured``, knows before.
 
-    The law is the one named, else the scene's, else the one that most of what was measured requires. Comparisons whose
-    law does not explain their test are not counted. Errors as of `frictionlab.plan`.
+    The law planned for is the one named, else the scene's, else the measured one. Errors as of `frictionlab.plan`.
     """
     frequency, stiffness, plan = scene.rig.natural_frequency, scene.rig.stiffness, scene.plan
     forces = tuple(plan.normal_forces_n) or tuple(f for f in [scene.experiment.normal_force_n] if f is not None)
@@ -128,15 +129,12 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Before] 
         raise SceneError("\n".join(lacking))
     possible = _candidates(scene, forces)
     middle = Candidate(*(math.sqrt(min(column) * max(column)) for column in zip(*possible, strict=True)))
-    rows = [_as_row(one, middle) if isinstance(one, MaterialLaw) else one for one in measured]
-    good = [row for row in rows if row.get("verdict") != "misfit"]
-    notes = [MISFIT.format(len(rows) - len(good), len(rows))] if len(good) < len(rows) else []
-    found = Counter(str(row["law"]) for row in good if row.get("law"))
-    if law is None and "law" not in scene.model.model_fields_set and found:
-        law = max(found, key=lambda name: (found[name], len(name)))
-        notes.append(f"law: {law}, as --measured has found it ({found[law]} of {len(good)}): --law plans another")
+    notes = list[str]()
+    if law is None and "law" not in scene.model.model_fields_set and measured is not None:
+        law = measured.law
+        notes.append(f"law: {law}, as the law of {measured.material} has it: --law plans another")
     chosen, held = law_and_held(scene, law)
-    known, expected = measured_before(good, plan.repeatability), _expected(scene, chosen, held)
+    known, expected = {} if measured is None else known_of(measured, middle), _expected(scene, chosen, held)
     value, error = plan.friction_coefficient or ASSUMED_COEFFICIENT
     if COEFFICIENT in known:
         value, error = known[COEFFICIENT].value or value, known[COEFFICIENT].u or error
@@ -187,47 +185,20 @@ def _expected(scene: Scene, law: Law, held: Mapping[str, float]) -> dict[str, fl
     return found
 
 
-def _as_row(law: MaterialLaw, middle: Candidate) -> dict[str, object]:
-    """The law of a material as the row of a comparison would have it, dimensionless in the middle of all candidates."""
+def known_of(law: MaterialLaw, middle: Candidate) -> dict[str, Estimate]:
+    """Return what the law of a material knows of its parameters, dimensionless in a test; the coefficient by its name.
+
+    Nothing where Amontons' law fails, and so no one coefficient is known before.
+    """
+    if COEFFICIENT not in law.values:
+        return {}
     errors = dict(zip(law.values, np.sqrt(np.diag(law.covariance)).tolist(), strict=True))
-    row: dict[str, object] = {"law": law.law, COEFFICIENT: law.values.get(COEFFICIENT)}
-    if COEFFICIENT not in law.values:  # Amontons' law fails: no one coefficient is known before
-        return row
+    found = {COEFFICIENT: Estimate(law.values[COEFFICIENT], None, errors[COEFFICIENT])}
     problem = law.problem(middle.normal_force_n, middle.base_amplitude_m, middle.frequency_ratio)
-    found = {}
     for p in law_of(law.law).own:
         value, physical = problem.parameters[p.name], law.values[physical_name(p)]
         u = abs(errors[physical_name(p)] * value / physical) if physical else 0.0
-        found[p.name] = {"value": value, "u": u, "se": u, "told": u > 0.0}
-    return {**row, "parameters": found}
-
-
-def measured_before(rows: Sequence[Mapping[str, object]], repeatability: float = 0.0) -> dict[str, Estimate]:
-    """Return what rows of `compare-numeric` say together: means weighed by their uncertainties.
-
-    Statistical errors are each test's own, and so is friction that differs from test to test by `repeatability`. What
-    is not known of sensors and rig is the same in all tests: more of them do not average it out.
-    """
-    every: dict[str, list[tuple[float, float, float]]] = {}
-    for row in rows:
-        parameters: Mapping[str, Any] = row.get("parameters") or {}  # type: ignore[assignment]
-        for name, p in parameters.items():
-            value, u, coefficient = p["value"], p.get("u") or p.get("se") or 0.0, row.get(COEFFICIENT)
-            if not (p.get("told") and u > 0.0):
-                continue
-            own = np.array([value, u, min(p.get("se") or u, u)])
-            every.setdefault(name, []).append(tuple(own))
-            if name == "beta" and value > 0 and isinstance(coefficient, int | float):
-                every.setdefault(COEFFICIENT, []).append(tuple(coefficient / value * own))
-    found = {}
-    for name, known in every.items():
-        values, u, se = np.array(known).T
-        own = np.hypot(se, repeatability * values) if name in ("beta", COEFFICIENT) else se
-        shared = np.sqrt(np.maximum(u**2 - se**2, 0.0))
-        weights = (own**2 + shared**2) ** -1.0
-        weights = weights / weights.sum()
-        statistical = float(np.sqrt((weights**2 * own**2).sum()))
-        found[name] = Estimate(float(weights @ values), statistical, math.hypot(statistical, float(weights @ shared)))
+        found |= {p.name: Estimate(value, None, u)} if u else {}
     return found
 
 

@@ -53,7 +53,7 @@ class PlannedTest:
     friction, or over the law it is planned against; ``log_bayes_against``: for that law, if it is the one that holds;
     ``log_bayes_after``: for the one of the two that holds after this and all better tests, the lesser of both ways.
 
-    ``laboratory_s``: laboratory time that this test adds; ``total_s``: of the plan so far; ``values``: the law's
+    ``laboratory_s``: laboratory time of this test; ``total_s``: of the plan so far; ``values``: the law's
     parameters that are to be found, as they are expected in this test; ``told``: whether this test alone does.
     """
 
@@ -133,16 +133,17 @@ def plan_tests(
     if not lab.free:
         raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
     virtual = [virtual_test(lab, candidate) for candidate in lab.candidates]
-    limits = Limits.of(lab, virtual, tests or MOST)
-    allowed, evidence = limits.allowed, np.full((2, len(virtual)), math.nan)
+    allowed, evidence = allowed_by(lab, virtual), np.full((2, len(virtual)), math.nan)
     if against is None:
-        order = pick(_least_error(lab, virtual, aim), limits)
+        order = pick(_least_error(lab, virtual, aim), lab, allowed, tests or MOST)
         for i in np.flatnonzero(allowed) if everything else np.unique(order):
             evidence[0, i], own = evidence_over(lab, virtual[i], "coulomb"), virtual[i].posterior
             if own is not None:  # errors hold, as a comparison's do, what another spring or frequency would move
                 virtual[i] = replace(virtual[i], posterior=diagnose(own, lab.scene, explained=True).posterior)
     else:
-        evidence = _between(lab, virtual, against, limits, everything=everything)
+        evidence = _between(
+            lab, virtual, against, allowed, len(virtual) if everything else max(NEAR, 2 * (tests or MOST))
+        )
         shown = np.nan_to_num(evidence)
 
         def both_ways(before: Sequence[int]) -> FloatArray:  # growth in proportion, both ways alike
@@ -150,10 +151,10 @@ def plan_tests(
             grown = np.log1p(np.maximum(so_far + shown, 0.0)) - np.log1p(np.maximum(so_far, 0.0))
             return np.where(np.isnan(evidence[0]), -math.inf, grown.sum(axis=0))
 
-        order = pick(both_ways, replace(limits, allowed=allowed & np.isfinite(evidence[0])))
+        order = pick(both_ways, lab, allowed & np.isfinite(evidence[0]), tests or MOST)
 
     def row(i: int, before: Sequence[int] = ()) -> PlannedTest:
-        return _row(lab, virtual, limits, i, before, evidence if against else evidence[:1])
+        return _row(lab, virtual, i, before, evidence if against else evidence[:1])
 
     chosen = tuple(row(i, order[: rank + 1]) for rank, i in enumerate(order))
     decided = [rank for rank, test in enumerate(chosen, 1) if (test.log_bayes_after or 0.0) >= REQUIRED]
@@ -203,107 +204,66 @@ def known_before(lab: Laboratory, joint: Posterior, candidate: Candidate) -> Flo
     ``candidate``: in whose units these are.
     """
     known, values = np.zeros(len(joint.unknowns)), lab.values(candidate)
-    coefficient = lab.known.get("friction_coefficient")
     for k, u in enumerate(joint.unknowns):
         if not u.law:
             continue
         slope = u.slope(u.at(values[u.name])) if values[u.name] or u.scale == "linear" else 0.0
         if u.name == "beta":
-            value, error = lab.coefficient if coefficient is None else (coefficient.value or 0.0, coefficient.u or 0.0)
+            value, error = lab.coefficient
             known[k] = (slope / (values["beta"] * error / value)) ** 2
         elif u.name in lab.known:
             known[k] = (slope / (lab.known[u.name].u or math.inf)) ** 2
     return np.diag(known)
 
 
-@dataclass(frozen=True)
-class Limits:
-    """What a choice keeps to, and what tests cost.
-
-    ``running`` (n,): s, each time; ``change_force``, ``change_drive``: s, once for each of their groups; ``force``,
-    ``drive`` (n,): number of the group that shares a normal force, or that and the motion of the base;
-    ``allowed`` (n,): by the rig; ``tests``: at most; ``most_repeats`` of one candidate.
-    """
-
-    running: FloatArray
-    force: NDArray[np.intp]
-    drive: NDArray[np.intp]
-    change_force: float
-    change_drive: float
-    allowed: NDArray[np.bool_]
-    tests: int
-    most_repeats: float
-
-    @classmethod
-    def of(cls, lab: Laboratory, tests: Sequence[VirtualTest], most: int) -> "Limits":
-        """Return them by ``[plan]``: each weight is put on once, each motion of the base set once for it."""
-        plan, response = lab.scene.plan, np.array([test.response_m for test in tests])
-        allowed = ~(response > (plan.largest_response_m or math.inf))
-        if not allowed.any():
-            raise SceneError(
-                f"plan.largest_response_m: {plan.largest_response_m:g} m forbids all candidates; the least response"
-                f" expected is {np.nanmin(response):.3g} m"
-            )
-        if not any(test.posterior is not None for test, ok in zip(tests, allowed, strict=True) if ok):
-            raise UsageError(
-                f"law {lab.law.name}: no candidate shows anything: the mass stands still or has no steady state in all"
-                " of them, or would if friction were one standard error higher; change normal_forces_n,"
-                " base_amplitudes_m or frequency_ratios of [plan], or narrow friction_coefficient"
-                + "".join(f"\n{note}" for note in lab.notes)
-            )
-        settings = [(t.normal_force_n, t.base_amplitude_m, t.frequency_ratio) for t in lab.candidates]
-        force, drive = (
-            np.unique(some, axis=0, return_inverse=True)[1] for some in ([s[:1] for s in settings], settings)
+def allowed_by(lab: Laboratory, tests: Sequence[VirtualTest]) -> NDArray[np.bool_]:
+    """Return which candidates (n,) the rig allows; refused where none is, or none shows anything."""
+    response, most = np.array([test.response_m for test in tests]), lab.scene.plan.largest_response_m
+    allowed = ~(response > (most or math.inf))
+    if not allowed.any():
+        raise SceneError(
+            f"plan.largest_response_m: {most:g} m forbids all candidates; the least response expected is"
+            f" {np.nanmin(response):.3g} m"
         )
-        running, repeats = np.array([t.duration_s + plan.setup_s for t in lab.candidates]), plan.most_repeats
-        change = plan.change_force_s, plan.change_drive_s
-        return cls(running, force, drive, *change, np.asarray(allowed), most, repeats or math.inf)
-
-    def more(self, order: Sequence[int]) -> FloatArray:
-        """Time (n,) that each candidate would add to tests already chosen, s."""
-        chosen = np.asarray(order, dtype=np.intp)
-        new_force = ~np.isin(self.force, self.force[chosen])
-        new_drive = ~np.isin(self.drive, self.drive[chosen])
-        return np.asarray(self.running + self.change_force * new_force + self.change_drive * new_drive)
-
-    def total(self, order: Sequence[int]) -> float:
-        """Time of some tests together, s."""
-        return sum(float(self.more(order[:n])[i]) for n, i in enumerate(order))
-
-    def often(self, order: Sequence[int]) -> NDArray[np.intp]:
-        """How often each candidate is chosen."""
-        return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(self.allowed))
-
-    def next(self, order: Sequence[int], gain: Gain, free: NDArray[np.bool_] | None = None) -> int | None:
-        """The candidate that shows most beside tests chosen, for the time it adds; None where none is ``free``.
-
-        Free are those that the rig and repeats allow, unless it is said.
-        """
-        more, often = self.more(order), self.often(order)
-        free = self.allowed & (often < self.most_repeats) if free is None else free
-        gained = gain(order) * (1.0 - AGAIN * often)
-        rate = np.where(free, np.where(gained > 0.0, gained / more, gained * more), -math.inf)
-        return int(np.argmax(rate)) if free.any() else None
+    if not any(test.posterior is not None for test, ok in zip(tests, allowed, strict=True) if ok):
+        raise UsageError(
+            f"law {lab.law.name}: no candidate shows anything: the mass stands still or has no steady state in all"
+            " of them, or would if friction were one standard error higher; change normal_forces_n,"
+            " base_amplitudes_m or frequency_ratios of [plan], or narrow friction_coefficient"
+            + "".join(f"\n{note}" for note in lab.notes)
+        )
+    return np.asarray(allowed)
 
 
-def pick(gain: Gain, limits: Limits) -> list[int]:
-    """Indices of the tests chosen, best first.
+def pick(gain: Gain, lab: Laboratory, allowed: NDArray[np.bool_], most: int) -> list[int]:
+    """Return indices of the tests chosen, at most so many, best first.
 
-    Each is the one that shows most for the time it adds. What the first show beside nothing is no measure of what they
+    Each is the one that shows most for the time it takes. What the first show beside nothing is no measure of what they
     show beside the rest: so each is put to the test again beside all others, and the set is ranked once more.
     """
+    seconds, repeats = lab.seconds, lab.scene.plan.most_repeats or math.inf
+
+    def often(order: Sequence[int]) -> NDArray[np.intp]:
+        return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(seconds))
+
+    def best(order: Sequence[int], free: NDArray[np.bool_]) -> int | None:
+        gained = gain(order) * (1.0 - AGAIN * often(order))
+        rate = np.where(free, np.where(gained > 0.0, gained / seconds, gained * seconds), -math.inf)
+        return int(np.argmax(rate)) if free.any() else None
+
     order: list[int] = []
     for _ in range(1 + SWEEPS):
         before = sorted(order)
         for k in range(len(order)):
-            better = limits.next([*order[:k], *order[k + 1 :]], gain)
+            rest = [*order[:k], *order[k + 1 :]]
+            better = best(rest, allowed & (often(rest) < repeats))
             order[k] = order[k] if better is None else better
-        while len(order) < limits.tests and (i := limits.next(order, gain)) is not None:
+        while len(order) < most and (i := best(order, allowed & (often(order) < repeats))) is not None:
             order.append(i)
         if sorted(order) == before:
             break
     ranked: list[int] = []
-    while (i := limits.next(ranked, gain, limits.often(order) > limits.often(ranked))) is not None:
+    while (i := best(ranked, often(order) > often(ranked))) is not None:
         ranked.append(i)
     return ranked
 
@@ -324,7 +284,7 @@ def _doubts(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) 
 
 
 def _row(
-    lab: Laboratory, tests: Sequence[VirtualTest], limits: Limits, i: int, order: Sequence[int], evidence: Evidence
+    lab: Laboratory, tests: Sequence[VirtualTest], i: int, order: Sequence[int], evidence: Evidence
 ) -> PlannedTest:
     """One candidate as a row of a plan; ``order``: the tests up to it, if it is chosen."""
     test, candidate, response = tests[i], lab.candidates[i], tests[i].response_m
@@ -355,8 +315,8 @@ def _row(
         expected_u=u,
         cumulative=after_se,
         cumulative_u=after_u,
-        laboratory_s=float(limits.more(order[:-1])[i]),
-        total_s=limits.total(order) if order else None,
+        laboratory_s=float(lab.seconds[i]),
+        total_s=float(lab.seconds[list(order)].sum()) if order else None,
         drive_frequency_hz=candidate.frequency_ratio * lab.natural_frequency_hz,
         values={name: values[name] for name in lab.free},
         told={name: bool(estimates and estimates[name].told) for name in lab.free},
@@ -409,26 +369,27 @@ def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float:
 
 
 def _between(
-    lab: Laboratory, tests: Sequence[VirtualTest], against: str, limits: Limits, *, everything: bool
+    lab: Laboratory, tests: Sequence[VirtualTest], against: str, allowed: NDArray[np.bool_], most: int
 ) -> Evidence:
-    """The evidence between two laws, each fitted to what the other shows: of all candidates allowed if ``everything``.
+    """The evidence between two laws, each fitted to what the other shows: of so many candidates allowed.
 
-    Else of those whose cycles differ most; NaN of the others.
+    They are those whose cycles differ most; NaN of the others.
     """
     other = lab.under(against)
     if other.law.name == lab.law.name:
         raise UsageError(f"against: law {against} is the one that is planned for: name another one")
     others = [virtual_test(other, candidate) for candidate in lab.candidates]
     apart = np.array([_apart(one, two) for one, two in zip(tests, others, strict=True)])
-    if not np.isfinite(apart[limits.allowed]).any():
+    if not np.isfinite(apart[allowed]).any():
         raise UsageError(
             f"against: no candidate that largest_response_m allows moves steadily under both {lab.law.name} and"
             f" {other.law.name}: change normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
         )
-    rate = np.where(limits.allowed, apart, -math.inf) / limits.more([])
-    near = [i for i in np.argsort(-rate)[: max(NEAR, 2 * limits.tests)] if np.isfinite(rate[i])]
-    found = np.full((2, len(tests)), np.nan)
-    for i in np.flatnonzero(limits.allowed).tolist() if everything else near:
+    rate = np.where(allowed, apart, -math.inf) / lab.seconds
+    found, every = np.full((2, len(tests)), np.nan), most == len(tests)
+    for i in np.argsort(-rate)[:most].tolist():
+        if not allowed[i] or not (every or np.isfinite(rate[i])):
+            continue
         ways = evidence_over(lab, tests[i], other.law.name), evidence_over(other, others[i], lab.law.name)
         found[:, i] = np.nan_to_num(ways)
     return found

@@ -20,7 +20,7 @@ from frictionlab import __version__, schema
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.ranking import CRITERIA
 from frictionlab.campaign.trials import short_name
-from frictionlab.figures.materials import at_lag, over_force
+from frictionlab.figures.materials import across, at_lag
 from frictionlab.figures.plates import Plate, first_of
 from frictionlab.files import write_whole
 from frictionlab.inference.material_law import MaterialLaw, physical_name
@@ -168,22 +168,24 @@ def _warnings(campaign: Campaign) -> list[str]:
 
 
 def _overview(campaign: Campaign) -> str:
-    """The energy of every test over its frequency ratio, or over the normal force; a point opens its test's page."""
-    forces, verdicts = over_force(campaign), campaign.verdicts
+    """The energy of every test (its measured coefficient, where motions are given); a point opens its test's page."""
+    (name, of), verdicts = across(campaign), campaign.verdicts
     found = {t.source: verdicts[t.source].energy if t.source in verdicts else t.means[0] for t in campaign.trials}
+    number, said = "energy per cycle [kY²]", "r {r:.4g}, E {} kY²"
+    if campaign.is_given:
+        found, number, said = {t.source: t.coefficient for t in campaign.trials}, "friction coefficient", "{}"
     points = [
         Dot(
-            (trial.normal_force_n or 0.0) if forces else trial.r,
+            getattr(trial, of),
             found[trial.source].value or 0.0,
-            f"{short_name(trial.source)}: r {trial.r:.4g}, E {found[trial.source]} kY²",
+            f"{short_name(trial.source)}: {said.format(found[trial.source], r=trial.r)}",
             f"tests/{sheet_name(place, trial)}",
             campaign.materials.index(trial.material) if trial.material in campaign.materials else 0,
         )
         for place, trial in enumerate(campaign.trials, 1)
         if not trial.failed
     ]
-    across = "normal force [N]" if forces else "frequency ratio r"
-    return chart([], across, "energy per cycle [kY²]", dots=points, groups=campaign.materials)
+    return chart([], name, number, dots=points, groups=campaign.materials)
 
 
 def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, str, Listing]]:

@@ -1,19 +1,17 @@
 """A page of one test: its motion, its loop, the force of its contact, its cycles, and what is to be warned of."""
 
-import contextlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from frictionlab.analysis.measurement import Measurement, measure
+from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign
-from frictionlab.campaign.files import is_page, recording_of
+from frictionlab.campaign.files import is_page, measured_again
 from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.trials import Trial, short_name
-from frictionlab.errors import AnalysisError
 from frictionlab.figures.materials import at_lag
 from frictionlab.files import make_folder, write_whole
 from frictionlab.inference.comparison import contact_force
@@ -44,11 +42,7 @@ def write_sheets(campaign: Campaign, folder: Path, *, force: bool = False) -> No
     fitted = {} if campaign.joint is None else campaign.joint.problems()
     verdicts, lag, scene = campaign.verdicts, at_lag(campaign), campaign.scene
     for number, trial in enumerate(campaign.trials, 1):
-        recording, measured = None if trial.failed else recording_of(trial, campaign.folders), None
-        if recording is not None:
-            # measured under another scene, it was possible: the page says that nothing is drawn
-            with contextlib.suppress(AnalysisError):
-                measured = measure(recording, scene)
+        measured = None if trial.failed else measured_again(trial, campaign.folders, scene)
         seen = (trial, scene, verdicts.get(trial.source), fitted.get(trial.source), measured)
         text = sheet_page(*seen, lag=lag)
         write_whole(folder / sheet_name(number, trial), text.encode(), replace=force or is_page)
@@ -72,7 +66,7 @@ def sheet_page(
     shares = (share or 0.0 for share in trial.systematic)
     means = [mean.widened(share) if mean.u is None else mean for mean, share in zip(trial.means, shares, strict=False)]
     energy, mean = trial.energy.value, trial.means[0].value
-    charts = () if measurement is None else _charts(measurement, scene, fitted)
+    charts = () if measurement is None else _charts(measurement, scene, fitted, trial)
     return TEMPLATES.get_template("sheet.html").render(
         trial=trial,
         title=short_name(trial.source),
@@ -89,7 +83,9 @@ def sheet_page(
     )
 
 
-def _charts(measured: Measurement, scene: Scene, fitted: tuple[Problem, float] | None) -> Iterator[tuple[str, str]]:
+def _charts(
+    measured: Measurement, scene: Scene, fitted: tuple[Problem, float] | None, trial: Trial
+) -> Iterator[tuple[str, str]]:
     """Titles, by which the template has captions, and charts."""
     stiffness = scene.rig.stiffness
     unit, drive = 1e3 * (measured.base_amplitude.value or np.nan), measured.drive.value or np.nan  # Y in mm; Hz
@@ -97,7 +93,14 @@ def _charts(measured: Measurement, scene: Scene, fitted: tuple[Problem, float] |
     last = np.arange(len(layout))[-CYCLES:]
     time, both = layout.moments(last), (("base", layout.base, "other"), ("mass", layout.mass, "measured"))
     lines = [ChartLine(time, unit * cycles[last].ravel(), label, kind) for label, cycles, kind in both]
-    yield "Time response", chart(lines, "time [s]", "displacement [mm]")
+    yield "Time response", chart(lines[1:] if trial.is_given else lines, "time [s]", "displacement [mm]")
+    if trial.is_given:
+        if cycle.force is not None:
+            speed = 2.0 * np.pi * drive * unit * cycle.mass_velocity
+            x, label = "displacement [mm]", "measured force [N]"
+            yield "Measured force over displacement", chart([_loop(unit * cycle.mass_smooth, cycle.force)], x, label)
+            yield "Measured force over speed", chart([_loop(speed, cycle.force)], "speed [mm/s]", label)
+        return
     x, y = "mass displacement x [mm]", "base displacement y [mm]"
     yield "Loop", chart([_loop(unit * cycle.mass, unit * cycle.base)], x, y)
     if measured.frequency_ratio is not None:

@@ -206,8 +206,6 @@ class PlanTable(SceneTable):
     duration_s: Positive = key("Length of a test, its transient included.", 60.0)
     durations_s: list[Positive] = key("Lengths to choose from, in place of duration_s.", [])
     setup_s: NonNegative = key("Laboratory time that each test costs beside its length: to start, to store.", 0.0)
-    change_force_s: NonNegative = key("Laboratory time to set another normal force.", 0.0)
-    change_drive_s: NonNegative = key("Laboratory time to set another frequency or amplitude of the base.", 0.0)
     repeatability: NonNegative = key("Relative rms of friction from test to test; cycles do not average it out.", 0.0)
     drift_per_hour: NonNegative = key("Relative change of friction in an hour of rubbing, of unknown sign.", 0.0)
     most_repeats: Annotated[int, Field(ge=1)] | None = key(

@@ -16,7 +16,7 @@ from frictionlab.errors import UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.hdf5 import read_recording
 from frictionlab.inference.compare import AUTO
-from frictionlab.inference.force import with_force
+from frictionlab.inference.force import ForceObservation, observe_force, with_force
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
@@ -83,7 +83,7 @@ def evaluate(
     wanted = [t for t in trials if not (t.failed or t.regime == "stuck" or (t.is_long and t.group in short))]
     tests = {there: trial for trial in wanted if (there := recording_path(trial, sorted(places))) is not None}
     observed = rows_of(list(tests), partial(_observed, scene=known, tests=tests), workers=workers)
-    found = [one for row in observed if isinstance(one := row.get("observation"), CycleObservation)]
+    found = [one for row in observed if isinstance(one := row.get("observation"), (CycleObservation, ForceObservation))]
     return evaluate_trials(
         trials,
         known,
@@ -105,7 +105,9 @@ def _observed(path: Path, *, scene: Scene, tests: Mapping[Path, Trial]) -> Row:
     trial = tests[path]
     facts: Any = {"source": trial.source, "material": trial.material, "normal_force_n": trial.normal_force_n}
     measured = replace(measure(read_recording(path), scene), **facts)
-    return {"observation": with_force(observe(measured, scene), measured, scene)}
+    if scene.rig.kind != "prescribed":
+        return {"observation": with_force(observe(measured, scene), measured, scene)}
+    return {"observation": observe_force(measured, scene)}
 
 
 def publish(

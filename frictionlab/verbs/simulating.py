@@ -5,7 +5,7 @@ SceneError or UsageError where its scene or a setting is refused; its docstring 
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
     from frictionlab.inference.material_law import MaterialLaw
     from frictionlab.inference.predictive import Prediction
-    from frictionlab.planning.candidates import Before
     from frictionlab.planning.plan import Plan
     from frictionlab.recording import Recording
     from frictionlab.simulator import Problem, Solver, SteadyState, Structure
@@ -161,7 +160,7 @@ def plan(
     against: str | None = None,
     tests: int | None = None,
     aim: Sequence[str] = (),
-    measured: "Sequence[FilePath | Before]" = (),
+    measured: "Sequence[FilePath | MaterialLaw]" = (),
     sheet: "FilePath | None" = None,
     force: bool = False,
     everything: bool = False,
@@ -181,9 +180,9 @@ def plan(
         How many at most: by default ten, between two laws no more than are expected to decide.
     aim : sequence of str
         Parameters of the law whose errors count; by default all.
-    measured : sequence of str, Path, rows or MaterialLaw
-        What is known before: comparisons, laws of materials (``law_MATERIAL.toml``), their files, or folders of them.
-        Where neither `law` nor the scene names a law, it is the one that these have found.
+    measured : sequence of str, Path or MaterialLaw
+        What is known before: the law of the material (``law_MATERIAL.toml``), or the folder of its campaign. Where
+        neither `law` nor the scene names a law, it is planned for.
     sheet : str or Path, optional
         Write the plan here as a sheet (CSV) for the laboratory, which ``[experiment] sheet`` reads after the tests;
         a file that stands there may have been filled in, and is replaced with ``force`` only.
@@ -202,6 +201,7 @@ def plan(
     UsageError
         A law or an aim cannot be, no candidate shows anything about it, or the sheet exists.
     """
+    from frictionlab.inference.material_law import MaterialLaw, read_material_law
     from frictionlab.planning.candidates import laboratory
     from frictionlab.planning.plan import plan_tests, sheet_rows, waiting
     from frictionlab.tables import check_output, write_rows
@@ -211,16 +211,15 @@ def plan(
     open_keys = [key for key in ("base_amplitudes_m", "duration_s") if key not in known.plan.model_fields_set]
     assumed = ", ".join(f"{key} = {getattr(known.plan, key)}" for key in open_keys)
     notes = [f"plan: not given, assumed: {assumed}: name yours under [plan]"] if assumed else []
-    inputs = files_of([Path(what) for what in measured if isinstance(what, (str, PathLike))], _known_in)
-    given = [what for what in measured if not isinstance(what, (str, PathLike))]
+    inputs = files_of([Path(what) for what in measured if isinstance(what, (str, PathLike))], _laws_in)
+    given = [what for what in measured if isinstance(what, MaterialLaw)]
     if sheet is not None:
         check_output(Path(sheet), force=force, inputs=[*inputs, *known.files])
         if Path(sheet).exists() and not force:
             raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or --force")
-    before = [*given, *_known_before(inputs, known.experiment.material)]
-    materials = {one.get("material") if isinstance(one, Mapping) else one.material for one in before} - {None}
-    if known.experiment.material is None and len(materials) == 1:
-        known = known.changed(experiment={"material": materials.pop()})
+    before = _law_among([*given, *map(read_material_law, inputs)], known.experiment.material)
+    if before is not None and known.experiment.material is None:
+        known = known.changed(experiment={"material": before.material})
     if sheet is not None and known.experiment.material is None:
         notes.append(f"experiment.material: not given: {sheet} leaves it empty: fill it in")
     lab = laboratory(known, law, before)
@@ -235,32 +234,23 @@ def plan(
     return found
 
 
-def _known_in(folder: Path) -> list[Path]:
-    """What a folder knows of contacts: the laws that a campaign has found, else comparisons, as `batch` writes them."""
-    from frictionlab.verbs.inputs import tables_in
+def _laws_in(folder: Path) -> list[Path]:
+    """The laws of materials that a campaign has left in a folder."""
+    if not (found := sorted(folder.glob("law_*.toml"))):
+        raise UsageError(
+            f"{folder}: expected law_MATERIAL.toml, as `frictionlab batch LOGS --campaign` writes it; got none"
+        )
+    return found
 
-    compared = folder / "comparisons.jsonl"
-    return sorted(folder.glob("law_*.toml")) or ([compared] if compared.is_file() else tables_in(folder))
 
-
-def _known_before(paths: Sequence[Path], material: str | None) -> "list[Before]":
-    """Rows of comparisons and laws of materials in files, of one material."""
-    from frictionlab.inference.material_law import read_material_law
-    from frictionlab.tables import read_rows
-
-    laws = [read_material_law(path) for path in paths if path.suffix == ".toml"]
-    rows = [row for path in paths if path.suffix != ".toml" for row in read_rows(path)]
-    own: list[tuple[object, Before]] = [(law.material, law) for law in laws]
-    own += [(row.get("material"), row) for row in rows if isinstance(row.get("parameters"), Mapping)]
-    own = [(of, one) for of, one in own if material is None or of in (None, material)]
-    names = sorted({str(of) for of, _ in own if of is not None})
-    if paths and not own:
-        of = "" if material is None else f" of {material}"
-        raise UsageError(f"{paths[0]}: expected comparisons (compare-numeric -o) or law_MATERIAL.toml{of}; got none")
-    if len(names) > 1:
-        do = f"give one law, such as {paths[0]}" if paths[0].suffix == ".toml" else "name it in [experiment]"
-        raise UsageError(f"--measured: expected tests of one material; got {', '.join(names)}: {do}")
-    return [one for _, one in own]
+def _law_among(laws: "Sequence[MaterialLaw]", material: str | None) -> "MaterialLaw | None":
+    """The one law of the material that is planned for; None where none is given."""
+    own = [law for law in laws if material in (None, law.material)]
+    if laws and len(own) != 1:
+        got = ", ".join(sorted(law.material for law in own or laws))
+        of = "one material: name it in [experiment]" if own else str(material)
+        raise UsageError(f"--measured: expected the law of {of}; got {got}")
+    return own[0] if own else None
 
 
 def predict(

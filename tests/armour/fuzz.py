@@ -33,21 +33,12 @@ from frictionlab.synthetic import virtual_tests
 from frictionlab.tables import is_table, read_rows
 from frictionlab.verbs.evaluate import evaluate
 from frictionlab.verbs.one_test import analyze
-from frictionlab.verbs.simulating import plan
 from frictionlab.workers import Lost, cores, run_batches
 from tests.armour.sound import MAKE, case
 from tests.campaign.fabricate import SCENE
 from tests.logs import fuzz as logs
 
 ARRAYS = ("time", "mass_displacement", "base_displacement", "quality")
-PLAN = SCENE | {
-    "plan": {
-        "frequency_ratios": [0.5],
-        "normal_forces_n": [1.0],
-        "base_amplitudes_m": [1.8e-3],
-        "duration_s": 60.0,
-    }
-}
 MANY = 10_000
 _MET: set[bytes] = set()
 LONGEST_S = 60
@@ -69,7 +60,7 @@ def read(kind: str, path: Path) -> None:
         describe(path)
     elif kind.startswith("comparisons"):
         is_table(path)
-        _each(path, read_rows, _planned)
+        _each(path, read_rows)
     elif kind.startswith("rows"):
         is_table(path)
         _each(path, read_rows, _evaluated)
@@ -96,12 +87,6 @@ def _evaluated(path: Path) -> None:
         found = evaluate([path], scene_from_tables(SCENE))
         write_tables(found, path.parent / "out")
         page(found, (), {}).encode()
-
-
-def _planned(path: Path) -> None:
-    rows = read_rows(path)
-    if _is_new(repr(rows).encode()):
-        plan(scene_from_tables(PLAN), law="coulomb", tests=1, measured=[path])
 
 
 def _is_new(*parts: bytes) -> bool:

@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from frictionlab.campaign.files import elsewhere, read_measurements, recording_of
+from frictionlab.campaign.files import elsewhere, read_measurements, recording_path
 from frictionlab.campaign.trials import LONGEST_NAME, trial_of
 from frictionlab.errors import LogError, RecordingError, SceneError
 from frictionlab.hdf5 import trial
@@ -32,22 +32,16 @@ def test_a_number_where_matlab_names_a_class_takes_no_memory(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    ("place", "data", "words"),
-    [
-        ("rows/asymmetry", h5py.Empty("f8"), ""),
-        ("rows/asymmetry", 1.0, ""),
-        ("rows", np.zeros(3), ""),
-        ("cycles", [b"a"], "damaged series behind row 1"),
-    ],
+    ("place", "data"), [("rows/asymmetry", h5py.Empty("f8")), ("rows/asymmetry", 1.0), ("rows", np.zeros(3))]
 )
-def test_columns_and_series_that_are_none_are_damage(place: str, data: object, words: str, tmp_path: Path) -> None:
+def test_columns_that_are_none_are_damage(place: str, data: object, tmp_path: Path) -> None:
     path = tmp_path / "r.h5"
     path.write_bytes(sound("rows.h5"))
     with h5py.File(path, "r+") as file:
         del file[place]
         file[place] = data
-    for reader in (read_measurements,) if words else (read_rows, read_measurements):
-        with pytest.raises(RecordingError, match=rf"r\.h5: .*{words}"):
+    for reader in (read_rows, read_measurements):
+        with pytest.raises(RecordingError, match=r"r\.h5: "):
             reader(path)
 
 
@@ -105,9 +99,9 @@ def test_a_recording_outside_is_not_opened(how: str, outside: Path) -> None:
     source = {"absolute": str(outside), "above": "../a.h5", "link": "link.h5"}[how]
     Path("link.h5").symlink_to(outside)
     trial = trial_of({**row("steel", 1.0, 0.5, 0.6), "source": source})
-    assert recording_of(trial, [Path()]) is None
+    assert recording_path(trial, [Path()]) is None
     assert elsewhere([trial], [Path()]) == ([source] if how != "link" else [])
-    assert recording_of(trial, [outside.parent]) is not None
+    assert recording_path(trial, [outside.parent]) is not None
 
 
 def test_what_is_not_opened_is_said(outside: Path) -> None:
@@ -123,7 +117,7 @@ def test_what_is_not_opened_is_said(outside: Path) -> None:
 def test_a_source_that_cannot_be_a_file_is_none(source: str, outside: Path) -> None:
     Path("loop.h5").symlink_to("loop.h5")
     os.mkfifo("pipe.h5")
-    assert recording_of(trial_of({**row("steel", 1.0, 0.5, 0.6), "source": source}), [outside.parent]) is None
+    assert recording_path(trial_of({**row("steel", 1.0, 0.5, 0.6), "source": source}), [outside.parent]) is None
 
 
 def test_a_name_too_long_for_a_figure_is_a_reason() -> None:

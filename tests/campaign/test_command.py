@@ -1,4 +1,4 @@
-"""The command, and the whole chain from virtual logs to the report, as a user runs them."""
+"""The command, as a user runs it."""
 
 import json
 from pathlib import Path
@@ -7,17 +7,8 @@ import pytest
 
 from frictionlab.hdf5 import write_tree
 from frictionlab.tables import read_rows, write_rows
-from tests.campaign.fabricate import COEFFICIENTS, small_campaign
+from tests.campaign.fabricate import small_campaign
 from tests.desk import NAMED, Run, invoke
-
-TEST = """
-[[synthetic.tests]]
-material = "%s"
-normal_forces_n = [0.75, 1.5]
-frequency_ratios = [0.35, 1.4]
-friction_coefficient = %g
-friction_scatter = %g
-"""
 
 
 def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: Path) -> None:
@@ -65,31 +56,6 @@ def test_where_nothing_can_be_evaluated_no_report_takes_the_place_of_one(
     assert (done.exit_code, done.stdout) == (1, "")
     assert fault in done.stderr
     assert not (tmp_path / "out" / "report.html").exists()
-
-
-@pytest.mark.usefixtures("one_format")
-def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> None:
-    scatter = {"aramid": 0.005, "rubber": 0.03, "steel": 0.1}
-    tests = "".join(TEST % (m, mu, scatter[m]) for m, mu in COEFFICIENTS.items())
-    (tmp_path / "scene.toml").write_text(NAMED + "[synthetic]\nseed = 3\nduration_s = 40.0\n" + tests)
-    scene = ("--scene", "scene.toml")
-    assert run("synthesize", *scene, "-o", "logs", "--quiet").exit_code == 0
-    logs = sorted((tmp_path / "logs").glob("*.csv"))
-    assert run("ingest", *logs, *scene, "-o", "recordings", "--quiet").exit_code == 0
-    recordings = sorted((tmp_path / "recordings").glob("*.h5"))
-    assert run("analyze", *recordings, *scene, "-o", "m.h5", "--quiet").exit_code == 0
-    done = run("campaign", "m.h5", *scene, "-o", "out", "--quiet")
-    assert (done.exit_code, done.stderr) == (0, "")
-    assert done.stdout.startswith("material"), "--quiet keeps the tables"
-    assert "the report" not in done.stdout
-    fits = read_rows(tmp_path / "out" / "friction.csv")
-    assert len(fits) == 6
-    for fit in fits:
-        assert fit["friction_coefficient"] == pytest.approx(COEFFICIENTS[str(fit["material"])], rel=0.03)
-    ranks = [(r["criterion"], r["material"]) for r in read_rows(tmp_path / "out" / "ranking.csv")]
-    assert [m for c, m in ranks if c == "energy"] == ["rubber", "steel", "aramid"]
-    assert [m for c, m in ranks if c == "consistency"] == ["aramid", "rubber", "steel"]
-    assert (tmp_path / "out" / "figures" / "energy_rubber.svg").exists()
 
 
 def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> None:

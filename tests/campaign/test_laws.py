@@ -57,7 +57,7 @@ def rows_of(scene: Scene, **parameters: float) -> list[dict[str, object]]:
 
 def only_fit(scene: Scene, rows: list[dict[str, object]], words: str) -> FrictionFit:
     campaign = evaluate_trials([trial_of(r) for r in rows], scene)
-    assert words in campaign.model.words
+    assert words in campaign.model
     (fit,) = campaign.fits
     assert len(fit.used) == len(RATIOS), [str(v.excluded) for v in fit.verdicts]
     return fit

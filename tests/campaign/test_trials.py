@@ -3,7 +3,6 @@
 import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,7 +13,6 @@ from frictionlab.campaign.trials import in_order, levels, nearest, trial_of
 from frictionlab.errors import RecordingError, UsageError
 from frictionlab.hdf5 import write_tree
 from frictionlab.scene import Rig, Scene
-from frictionlab.schema import MEASUREMENTS
 from tests.campaign.fabricate import STIFFNESS, row, small_campaign
 
 
@@ -83,7 +81,7 @@ def test_a_value_that_cannot_be_fails_its_test_alone_and_says_why(key: str, valu
     (failed,) = found.failures
     with pytest.raises(AssertionError, match=words):
         raise AssertionError(failed.reason)
-    assert found.fits == evaluate([trial_of(r) for r in good], SCENE).fits
+    assert found.rows() == evaluate([trial_of(r) for r in good], SCENE).rows()
 
 
 def test_a_campaign_without_base_amplitudes_has_ratios_and_says_why_no_forces() -> None:
@@ -118,17 +116,6 @@ def test_an_earlier_campaign_is_replaced_and_nothing_else(folder: Path) -> None:
     with pytest.raises(UsageError, match=r"measurements\.csv: exists and is no file of an earlier campaign"):
         check_folder(folder)
     check_folder(folder, force=True)
-
-
-def test_an_h5_file_brings_the_trend_of_a_long_test(tmp_path: Path) -> None:
-    trend = {"time": np.arange(3.0), "value": np.ones(3), "slope": 1e-4, "slope_se": 1e-5, "low": 8e-5, "high": 12e-5}
-    tree = {"rows": {"source": ["a.h5"]}, "cycles": {"0": {"trend": {**trend, "level": 1.0}}}}
-    write_tree(tree, tmp_path / "m.h5", kind=MEASUREMENTS.format)
-    (found,) = read_measurements(tmp_path / "m.h5")
-    trial = trial_of(found)
-    assert trial.trend is not None
-    assert trial.trend.slope == 1e-4
-    assert "trend" not in trial.row
 
 
 @pytest.mark.parametrize(

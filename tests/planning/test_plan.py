@@ -14,7 +14,7 @@ from frictionlab.analysis.measurement import measure
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.inference.compare import identified
-from frictionlab.inference.material_law import example_law
+from frictionlab.inference.material_law import MaterialLaw, example_law
 from frictionlab.planning.plan import Plan
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.scene.text import to_toml
@@ -89,15 +89,14 @@ def test_an_undeclared_lag_leaves_more_unknown_than_a_declared_one_of_its_size()
 
 
 def test_what_was_measured_is_known_before() -> None:
-    known = {"beta": {"value": 0.28, "u": 1e-5, "told": True}}
-    measured: list[Mapping[str, object]] = [{"friction_coefficient": 0.6, "parameters": known}]
+    known = replace(example_law(), law="coulomb", values={"friction_coefficient": 0.6}, covariance=np.eye(1) * 1e-10)
 
-    def left(rows: list[Mapping[str, object]]) -> float:
+    def left(*measured: MaterialLaw) -> float:
         few = scene(frequency_ratios=[0.3, 0.8], normal_forces_n=[0.5, 1.0])
-        test = fl.plan(few, tests=1, measured=rows).tests[0]
+        test = fl.plan(few, tests=1, measured=measured).tests[0]
         return (present(test.cumulative)["beta"] or math.inf) / test.normal_force_n
 
-    assert left(measured) < left([])
+    assert left(known) < left()
 
 
 def test_a_base_amplitude_that_is_assumed_is_named_and_so_where_every_candidate_stands_still() -> None:
@@ -119,24 +118,23 @@ def test_what_the_sensors_gain_does_is_promised_as_a_comparison_states_it() -> N
     assert second.friction_coefficient_u_after == pytest.approx(first.friction_coefficient_u, rel=0.02)
 
 
-def test_the_law_that_a_folder_of_results_has_found_is_planned_for_unless_another_is_named(tmp_path: Path) -> None:
-    """A table of comparisons, then the law of a campaign beside it; what explains its test badly counts for nothing."""
+def test_the_law_that_a_campaign_has_found_is_planned_for_unless_another_is_named(tmp_path: Path) -> None:
     few: dict[str, object] = {"frequency_ratios": [0.5], "normal_forces_n": [1.0]}
-    known = {"beta": {"value": 0.28, "u": 1e-3, "told": True}}
-    row = {"source": "a.h5", "status": "ok", "verdict": "explained", "law": "coulomb+place", "parameters": known}
-    rows = [row, {**row, "source": "b.h5"}, {**row, "source": "c.h5", "law": "coulomb+speed", "verdict": "misfit"}]
-    (tmp_path / "comparisons.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    with pytest.raises(UsageError, match=r"expected law_MATERIAL.toml, as .* writes it; got none"):
+        fl.plan(scene(**few), measured=[tmp_path])
+    example_law().write(tmp_path / "law_brass.toml")
     plan = fl.plan(scene(**few), tests=1, measured=[tmp_path])
     assert plan.law == "coulomb+place"
-    assert any("1 of 3 comparisons are not counted" in note for note in plan.notes)
+    assert plan.tests[0].values["beta"] == pytest.approx(
+        0.309 * plan.tests[0].normal_force_n / (1191.0 * BASE_M), rel=1e-6
+    )
     assert fl.plan(scene(**few), law="coulomb", tests=1, measured=[tmp_path]).law == "coulomb"
     assert fl.plan(scene({"model": {"law": "coulomb"}}, **few), tests=1, measured=[tmp_path]).law == "coulomb"
-    law = replace(example_law(), law="coulomb", values={"friction_coefficient": 0.5}, covariance=np.eye(1) * 1e-4)
-    law.write(tmp_path / "law_brass.toml")
-    plan = fl.plan(scene(**few), tests=1, measured=[tmp_path])
-    assert plan.tests[0].values["beta"] == pytest.approx(0.5 * plan.tests[0].normal_force_n / (1191.0 * BASE_M))
-    with pytest.raises(UsageError, match=r"expected comparisons .* of steel; got none"):
+    with pytest.raises(UsageError, match="--measured: expected the law of steel; got brass"):
         fl.plan(scene({"experiment": {"material": "steel"}}), measured=[tmp_path])
+    replace(example_law(), material="bronze").write(tmp_path / "law_bronze.toml")
+    with pytest.raises(UsageError, match=r"expected the law of one material: name it in .*; got brass, bronze"):
+        fl.plan(scene(**few), measured=[tmp_path])
 
 
 @pytest.mark.parametrize(
