@@ -36,13 +36,9 @@ _MOST_COLUMNS = 64  # of a matrix
 
 def read_container(path: Path, options: LogOptions) -> tuple[LogLayout, tuple[FloatArray, ...]] | None:
     """Read a log of a kind in `READERS`: what its columns are, and they, (n,) each, nan for no value; else None."""
-    try:
-        check_regular(path)
-        with path.open("rb") as file:
-            first = file.read(1024)
-    except OSError as error:
-        raise LogError(f"cannot be read ({error.strerror}): give the path of a log") from error
-    kind = _kind_of(first, path)
+    check_regular(path)
+    with path.open("rb") as file:
+        kind = _kind_of(file.read(1024), path)
     if not kind:
         return None
     name, read = READERS[kind]

@@ -57,7 +57,7 @@ def read_frequency_table(path: Path, options: LogOptions | None = None) -> Frequ
     """
     try:
         log = open_log(path, options or LogOptions())
-    except LogError:
+    except (LogError, OSError):
         return None  # whoever reads it as a log says why
     with naming(path):
         return _over_frequency(log)

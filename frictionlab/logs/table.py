@@ -44,8 +44,10 @@ def naming(*logs: Path) -> Iterator[None]:
     """Of whatever is wrong with logs their names are said first."""
     try:
         yield
-    except FrictionlabError as error:
-        raise LogError(f"{' and '.join(log.name for log in logs)}: {error}") from error
+    except (FrictionlabError, OSError) as error:
+        unread = f"cannot be read ({getattr(error, 'strerror', '')}): give the path of a log"
+        reason = unread if isinstance(error, OSError) else error
+        raise LogError(f"{' and '.join(log.name for log in logs)}: {reason}") from error
 
 
 @dataclass

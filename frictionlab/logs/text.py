@@ -87,7 +87,7 @@ class Text:
 
 
 def read_text(path: Path, encoding: str | None = None) -> Text:
-    """Read a log; refused if it cannot be read, is empty, or is not text."""
+    """Read a log; refused if it is empty, is not text, or changes meanwhile."""
     raw = _read(path)
     package, unpacked = _unpacked(raw, path.name)
     size, sha256 = len(raw), hashlib.sha256(raw).hexdigest()
@@ -117,13 +117,10 @@ def read_text(path: Path, encoding: str | None = None) -> Text:
 
 
 def _read(path: Path) -> bytes:
-    try:
-        with path.open("rb") as file:
-            before = os.fstat(file.fileno())
-            raw = file.read()
-            after = os.fstat(file.fileno())
-    except OSError as error:
-        raise LogError(f"cannot be read ({error.strerror})") from error
+    with path.open("rb") as file:
+        before = os.fstat(file.fileno())
+        raw = file.read()
+        after = os.fstat(file.fileno())
     if before.st_mtime_ns != after.st_mtime_ns or not before.st_size == after.st_size == len(raw):
         raise LogError("changed while it was read: wait until it is written, ingest again")
     return raw
@@ -234,8 +231,6 @@ def _with_numbers(book: Any) -> Any:
 _KINDS = (
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file (.xls), or another old Office file: save it as .xlsx"),
     (b"RIFF", "a sound file (WAV, AVI): its samples have no unit of length: export the displacement as text"),
-    *((magic, "a picture: give the log itself") for magic in (b"\x89PNG", b"\xff\xd8\xff")),
-    (b"%PDF", "a PDF document: give the log itself"),
     *((magic, "packed: unpack it first") for magic in (b"7z\xbc\xaf\x27\x1c", b"Rar!", b"BZh", b"\xfd7zXZ\0")),
     (b"MDF     ", "an ASAM MDF measurement: export it as text or as MATLAB"),
     (b"SQLite format 3", "a database (SQLite): export the log as text"),
@@ -248,8 +243,6 @@ _SUFFIXES = {
     ".toml": "a scene (give it to --scene)",
     ".jsonl": "a table of results",
     ".md": "a text to read",
-    ".html": "a web page",
-    ".svg": "a drawing",
 }
 
 

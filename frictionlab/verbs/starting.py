@@ -185,7 +185,7 @@ def _names_some(path: Path, logs: Sequence[Path]) -> bool:
 
     if path.stat().st_size > SHEETS:
         return False
-    with contextlib.suppress(FrictionlabError):
+    with contextlib.suppress(FrictionlabError, OSError):
         text = "\n".join(read_text(path).lines)
         return sum(stem_of(log) in text for log in logs if len(stem_of(log)) > 2) > 1
     return False
