@@ -229,13 +229,13 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
 
 def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scene: Scene) -> Layout:
     """The steady cycles; refused where there are none, by what is the cause."""
-    begin, how = float(recording.time[0]) + transient, scene.analysis
+    begin = float(recording.time[0]) + transient
     steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= SHORTEST_PART]
     if not steady:
         got = f"expected more than {transient:g} s; got {recording.duration_s:.4g} s: shorten transient_s (--transient)"
         raise AnalysisError(f"analysis: the test is shorter than its transient: {got}")
     try:
-        return lay_out(steady, padding=how.padding, least_points=how.least_points, most_points=how.most_points)
+        return lay_out(steady, **scene.analysis.knobs)
     except AnalysisError as error:
         held = recording.flag_counts()["held"]
         if not held:

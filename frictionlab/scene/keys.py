@@ -16,10 +16,11 @@ from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import BaseModel, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
-from frictionlab.errors import SceneError, UsageError
+from frictionlab.errors import SceneError
 from frictionlab.log_options import LogOptions
 from frictionlab.scene.rig import LawName, NonNegative, Positive, Rig, SceneTable, Synthetic, check_parameters, key
 
+Padding = Annotated[int, Field(ge=1, le=1024)]
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Order = Annotated[int, Field(ge=1, le=8)]
 Two = Annotated[list[float], Field(min_length=2, max_length=2)]
@@ -34,7 +35,7 @@ LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         "exact": {"padding": 16, "least_points": 1024, "most_points": None},
     }
 )
-"""Levels of ``--accuracy``: names for settings of ``[analysis]``; `tradeoff` measures what each costs and brings."""
+"""What the levels of accuracy set in ``[analysis]``; `tradeoff` measures what each costs and brings."""
 
 
 WORDS = {
@@ -115,8 +116,11 @@ class Analysis(SceneTable):
 
     transient_s: NonNegative | None = key("Cut from the beginning; by default until the motion settles (thesis: 20 s).")
     cycles: str = key('Cycles the energy is of: "all", "last" (thesis), or "window:15", of the last 15 s.', "all")
-    padding: int = key("Length of the FFT over the record's.", 4, ge=1, le=1024)
-    least_points: CyclePoints = key("Points a cycle is laid out on: one per sample, but at least so many.", 64)
+    accuracy: Literal["fast", "balanced", "exact"] = key(
+        'Level that trades speed for accuracy: "fast", "balanced" or "exact"; the next three win over it.', "balanced"
+    )
+    padding: Padding | None = key("Length of the FFT over the record's; by default, by level, 1, 4 or 16.")
+    least_points: CyclePoints | None = key("Points a cycle is laid out on: one per sample, but at least so many.")
     most_points: CyclePoints | None = key("Points a cycle is laid out on: one per sample, but at most so many.")
 
     @field_validator("cycles")
@@ -124,6 +128,12 @@ class Analysis(SceneTable):
     def _known_rule(cls, rule: str) -> str:
         window_of(rule)
         return rule
+
+    @property
+    def knobs(self) -> dict[str, Any]:
+        """Padding and points of a cycle: as given, else as the level of accuracy has them."""
+        given = {name: value for name in LEVELS[self.accuracy] if (value := getattr(self, name)) is not None}
+        return {**LEVELS[self.accuracy], **given}
 
     @property
     def planned_transient_s(self) -> float:
@@ -288,27 +298,8 @@ class Scene(SceneTable):
 
     @property
     def accuracy(self) -> str:
-        """The level whose knobs this scene has: ``fast``, ``balanced``, ``exact``, or ``own`` for other settings."""
-        own = self.analysis
-        alike = (name for name, knobs in LEVELS.items() if all(getattr(own, key) == knobs[key] for key in knobs))
-        return next(alike, "own")
-
-    def with_accuracy(self, level: str) -> Self:
-        """The scene with the knobs of a level in place of its own.
-
-        Raises
-        ------
-        UsageError
-            There is no such level.
-
-        Examples
-        --------
-        >>> Scene().accuracy, Scene().with_accuracy("fast").analysis.padding
-        ('balanced', 1)
-        """
-        if level not in LEVELS:
-            raise UsageError(f"accuracy: expected one of {', '.join(LEVELS)}; got {level!r}")
-        return self.model_copy(update={"analysis": self.analysis.model_copy(update=dict(LEVELS[level]))})
+        """The level of accuracy: ``fast``, ``balanced`` or ``exact``."""
+        return self.analysis.accuracy
 
     @model_validator(mode="after")
     def _damping_is_known(self) -> Self:

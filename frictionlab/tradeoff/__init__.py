@@ -197,7 +197,7 @@ def accuracy_of(command: str) -> tuple[Setting, ...]:
         return measured.series.energy if command == "analyze" else compare_measurement(measured, scene).friction_ratio
 
     quantity, truth = (f"{ENERGY} of one cycle", orbit()[1]) if command == "analyze" else ("friction_ratio", BETA)
-    settings = {level: SCENE.with_accuracy(level) for level in LEVELS}
+    settings = {level: _analysis(accuracy=level) for level in LEVELS}
     return _each(f"{command} --accuracy", quantity, truth, settings, "balanced", run)
 
 

@@ -38,8 +38,7 @@ EXPECTED_LOGS = (
 def scene_given(scene: AnyScene, settings: Mapping[str, object] | None = None, tables: tuple[str, ...] = ()) -> Scene:
     """The scene in any form that a verb takes, with keys of some of its tables set anew.
 
-    ``settings``: keys of these tables, looked up in their order, and their values; None stands for: as the scene says;
-    with those of ``[analysis]`` the level ``accuracy``, "fast", "balanced" or "exact".
+    ``settings``: keys of these tables, looked up in their order, and their values; None stands for: as the scene says.
     `SceneError`: the scene or a value is refused; `UsageError`: no such key in these tables.
 
     Examples
@@ -49,8 +48,6 @@ def scene_given(scene: AnyScene, settings: Mapping[str, object] | None = None, t
     """
     known = scene if isinstance(scene, Scene) else Scene() if scene is None else read_scene(scene)
     said = {key: value for key, value in (settings or {}).items() if value is not None}
-    if "analysis" in tables and "accuracy" in said:  # a level sets some of these keys: what is said of one wins
-        known = known.with_accuracy(str(said.pop("accuracy")))
     if not said:
         return known
     places = {key: table for table in reversed(tables) for key in type(getattr(known, table)).model_fields}

@@ -38,7 +38,7 @@ def test_the_fast_accuracy_states_errors_that_hold_and_books_no_dashpot_as_frict
     """Errors were up to 60 times too small, and the frame's dashpot was friction: +6 to +21 %."""
     truth = Problem(r, 0.3, frame_damping_ratio=damping)
     seen = recorded(truth, np.random.default_rng(2), seconds=30.0)
-    found = compare(seen, scene(rig={"damping_ratio": damping}).with_accuracy("fast"))
+    found = compare(seen, scene(rig={"damping_ratio": damping}, analysis={"accuracy": "fast"}))
     assert found.accuracy == "fast"
     assert found.friction_ratio == pytest.approx(0.3, abs=3.0 * present(found.friction_ratio_u))
     assert found.friction_ratio == pytest.approx(0.3, rel=0.01)

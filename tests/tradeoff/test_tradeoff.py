@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionlab import tradeoff
-from frictionlab.errors import UsageError
+from frictionlab.errors import SceneError
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Problem
@@ -69,13 +69,12 @@ def test_of_any_settings_the_fastest_and_the_most_accurate_are_never_beaten(pair
     assert all(any(tradeoff.beats(other, s) for other in settings) == s.dominated for s in settings)
 
 
-def test_a_level_of_accuracy_is_its_knobs() -> None:
+def test_a_level_of_accuracy_is_its_knobs_and_what_is_given_beside_it_wins() -> None:
     assert Scene().accuracy == "balanced"
-    for level in LEVELS:
-        assert Scene().with_accuracy(level).accuracy == level
-    own = Scene.model_validate({"analysis": {"padding": 7}})
-    assert own.accuracy == "own"
+    for level, knobs in LEVELS.items():
+        said = scene_given(None, {"accuracy": level}, ("analysis", "rig"))
+        assert (said.accuracy, said.analysis.knobs) == (level, knobs)
     said = scene_given(None, {"accuracy": "fast", "padding": 7}, ("analysis", "rig"))
-    assert (said.analysis.padding, said.analysis.most_points) == (7, 64)
-    with pytest.raises(UsageError, match="accuracy: expected one of fast, balanced, exact; got 'sloppy'"):
-        Scene().with_accuracy("sloppy")
+    assert said.analysis.knobs == {**LEVELS["fast"], "padding": 7}
+    with pytest.raises(SceneError, match="accuracy: expected 'fast', 'balanced' or 'exact'; got 'sloppy'"):
+        scene_given(None, {"accuracy": "sloppy"}, ("analysis",))
