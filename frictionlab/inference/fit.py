@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 from scipy.special import log_ndtr, logsumexp, ndtr, ndtri_exp
 
 from frictionlab.arrays import FloatArray, IntArray
@@ -381,8 +382,11 @@ def _step(here: Fit, reach: float) -> tuple[FloatArray, list[FloatArray], float]
     model, strains = here.model, here.model.strains(here.point)
     bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, here.point, strict=True)])
     curvature, slope = here.reduced.precision + np.diag(bent**2), bent * strains - here.reduced.pull
-    low, high = model.bounds
-    step = inside(curvature, slope, np.maximum(low - here.point, -reach), np.minimum(high - here.point, reach))
+    low, high = (np.clip(end - here.point, -reach, reach) for end in model.bounds)
+    step: FloatArray = np.asarray(np.linalg.solve(curvature, -slope))
+    if (step < low).any() or (step > high).any():
+        root = np.linalg.cholesky(curvature).T
+        step = lsq_linear(root, -np.linalg.solve(root.T, slope), (low, high), method="bvls", tol=1e-14).x
     moves, foretold = [], -float(2.0 * (bent * strains) @ step + (bent * step) @ (bent * step))
     for i, test in enumerate(model.tests):
         s = model.scatter[test.index]
@@ -395,33 +399,6 @@ def _step(here: Fit, reach: float) -> tuple[FloatArray, list[FloatArray], float]
         foretold += float(here.local[i] @ here.local[i] - after @ after)
         moves.append(np.asarray(move))
     return step, moves, foretold
-
-
-def inside(curvature: FloatArray, slope: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return the x (n,) of the least ``x C x / 2 + g x`` with ``low <= x <= high``, from 0 on, by an active set.
-
-    Bounds are met one at a time, and left one at a time, the one that is pulled from most first: each step leads down.
-    """
-    x = np.zeros(len(slope))
-    held = ((low >= 0.0) & (slope > 0.0)) | ((high <= 0.0) & (slope < 0.0))
-    for _ in range(8 * len(x)):
-        way = np.zeros(len(x))
-        pull = curvature @ x + slope
-        way[~held] = np.linalg.solve(curvature[np.ix_(~held, ~held)], -pull[~held])
-        left = np.where(way < 0.0, low - x, high - x)
-        share = np.divide(left, way, out=np.full(len(x), np.inf), where=way != 0.0)
-        first = int(np.argmin(share))
-        if share[first] < 1.0:
-            x = x + share[first] * way
-            x[first] = low[first] if way[first] < 0.0 else high[first]
-            held[first] = True
-            continue
-        x, pull = x + way, pull + curvature @ way
-        pulled = np.where(held, np.where(x <= low, -pull, pull), 0.0)
-        if pulled.max(initial=0.0) <= 0.0:
-            break
-        held[int(np.argmax(pulled))] = False
-    return x
 
 
 def fit_from(

@@ -11,7 +11,6 @@ from frictionlab import compare
 from frictionlab.analysis.measurement import measure
 from frictionlab.errors import UsageError
 from frictionlab.inference.comparison import contact_force, harmonics_of, loop_energy
-from frictionlab.inference.fit import inside
 from frictionlab.inference.observations import mean_cycle, observe, parts
 from frictionlab.inference.posterior import infer
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
@@ -241,26 +240,6 @@ def test_a_step_far_beyond_all_doubles_is_a_value() -> None:
     """A width of five decades times ten deviations ended a fit in `math range error`."""
     strength = Unknown("stribeck_speed", "", scale="log", sd=100.0)
     assert 1e300 < strength.value(10.0) < math.inf
-
-
-def test_a_step_inside_bounds_is_the_best_of_all_points_inside() -> None:
-    """Against every corner, edge and face: the least of a bowl with bounds, by enumeration."""
-    rng = np.random.default_rng(3)
-    for _ in range(40):
-        half = rng.standard_normal((3, 3))
-        bowl, slope = half @ half.T + 0.1 * np.eye(3), rng.standard_normal(3)
-        low, high = -np.abs(rng.standard_normal(3)), np.abs(rng.standard_normal(3))
-        best = math.inf
-        for held in np.ndindex(3, 3, 3):
-            free = [i for i in range(3) if held[i] == 0]
-            x = np.where(np.array(held) == 1, low, high) * (np.array(held) > 0)
-            if free:
-                rest = slope[free] + bowl[np.ix_(free, [i for i in range(3) if i not in free])] @ np.delete(x, free)
-                x[free] = np.linalg.solve(bowl[np.ix_(free, free)], -rest)
-            if np.all((x >= low - 1e-12) & (x <= high + 1e-12)):
-                best = min(best, float(0.5 * x @ bowl @ x + slope @ x))
-        found = inside(bowl, slope, low, high)
-        assert float(0.5 * found @ bowl @ found + slope @ found) == pytest.approx(best, abs=1e-9)
 
 
 @pytest.mark.parametrize("r", [0.3, 0.7])
