@@ -7,7 +7,6 @@ campaign of one.
 
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, replace
 from typing import Any, cast
 
@@ -23,15 +22,8 @@ from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.force import GAIN, ForceObservation, observe_force, with_force
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.material_law import DETUNING, FRAME, MaterialLaw
-from frictionlab.inference.observation import NO_MOTION, Observation
-from frictionlab.inference.observations import (
-    CycleObservation,
-    OfCycles,
-    cycle_of,
-    law_and_held,
-    observe,
-    refuse_several,
-)
+from frictionlab.inference.observation import Observation
+from frictionlab.inference.observations import CycleObservation, OfCycles, law_and_held, observe, refuse_several
 from frictionlab.inference.posterior import EXPLAINED, Posterior, explains, infer, model_of, posterior_of
 from frictionlab.inference.record import RecordObservation, follow, observe_record
 from frictionlab.inference.table import TableObservation, observe_table
@@ -59,7 +51,6 @@ ONE_WAY = (
     " friction varies by up to {:.2g} %"
 )
 OF_RECORD = "it is the law that the whole record requires, of those that --law auto tried"
-ON_BASE = 'model.wall: friction against what moves with the base explains this cycle: if it rubs there, wall = "base"'
 NOT_STEADY = "its mean cycle is {:.3g} times its standard error off the steady state, for the motion was not steady"
 UNEVEN, OF_UNEVEN = "normal force that varies in the cycle", 0.02  # share of that that is open where it is counted
 OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
@@ -104,7 +95,7 @@ def compare_record(
     if measurement is None:
         return _without_cycle(recording, scene, why, law, friction_ratio)
     found, ladder = identified(measurement, scene, law, friction_ratio)
-    cycle, climbed = cycle_of(found.tests[0]), None
+    cycle, climbed = found.observations[0], None
     observation, said = observe_record(recording, scene, cycle.law, cycle.held, measurement)
     if fit == "whole":
         best, climbed = _found(observation, scene, law, None, near=found.values())
@@ -257,8 +248,6 @@ def compare_table(
     return _judged(
         *(found, scene, ladder, nrmse, [*scene.rig.doubts, *table.said, *found.warnings]),
         after=() if observation.is_stated else (*bad, NO_ERRORS),
-        what="table",
-        of="stated errors",
         floor=observation.floor if observation.is_stated else None,
         amplitude=Estimate(observation.unit, 0.0) if math.isfinite(observation.unit) else Estimate(),
         model=words.model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
@@ -292,7 +281,6 @@ def compare_force(
     varies = 100.0 * float(np.nanmax(missed) / of_law.mean())
     return _judged(
         *(found, scene, ladder, found.fit.nrmse(), said),
-        what="force",
         step=ONE_WAY.format(varies) if measurement.slides_one_way else words.ANOTHER,
         floor=observation.floor,
         amplitude=measurement.base_amplitude,
@@ -319,7 +307,7 @@ def compared(
     ``cycle``: the posterior is that of the whole record, whose ``diagnosis`` is known; where it explains that, what the
     mean cycle misses is that it was not steady.
     """
-    observation = cycle_of(found.tests[0]) if cycle is None else cycle
+    observation = found.observations[0] if cycle is None else cycle
     state = observation.solved(found.values(), scene.model.solver)
     predicted, energy, amplitude = observation.shown(state, found.values())
     nrmse = None if predicted is None else observation.left(predicted, found.values())
@@ -340,10 +328,9 @@ def compared(
             *uneven,
             *([restless] if restless else []),
             *([f"no prediction: {state.outcome}"] if predicted is None else []),
-            *([ON_BASE] if (misfit or 0.0) > EXPLAINED and not unsteady and _rubs_on_base(observation) else []),
             *([f"verdict: of the whole record; {NOT_STEADY.format(misfit)}"] if unsteady else []),
         ],
-        what="cycle",
+        seen=observation,
         of_record=unsteady,
         step=step,
         first=first,
@@ -412,16 +399,6 @@ def _of_whole(found: Posterior, scene: Scene, cycle: Posterior | None = None) ->
     return Diagnosis(found, strained, (*said, *strained_facts(found, scene), *causes))
 
 
-def _rubs_on_base(observation: CycleObservation) -> bool:
-    """Whether Coulomb friction against what moves with the base explains a cycle that a fixed wall does not."""
-    if observation.wall != "fixed" or not observation.single:
-        return False
-    other = replace(observation.under(law_of("coulomb")), wall="base")
-    with suppress(*NO_MOTION):
-        return explains(infer([other]).fit, [0])
-    return False
-
-
 def _judged(
     found: Posterior,
     scene: Scene,
@@ -429,9 +406,8 @@ def _judged(
     nrmse: float | None,
     said: list[str],
     *,
-    what: str,
-    of: str = "standard error of the measured mean cycle",
     floor: float | None,
+    seen: Observation | None = None,
     diagnosis: Diagnosis | None = None,
     unsettled: bool = False,
     of_record: bool = False,
@@ -444,17 +420,17 @@ def _judged(
 ) -> Comparison:
     """The comparison of an observation that leaves an nrmse over a floor: with its verdict, its doubts, its ladder.
 
-    ``what`` is compared, its misfit over ``of``; ``said``, ``after``: sentences before the doubts, and behind
-    them; ``diagnosis``: of a cycle; without one sensors and rig are doubted where they strain; ``step``: to take where
-    no ladder was climbed; ``first``: before any; ``of_record``: the verdict is not that of the cycle, whose misfit is
-    said elsewhere; ``amplitude``: Y [m]; ``budget``: what the measurement's own errors come from.
+    ``seen``: what is compared, where the fit is to something else; ``said``, ``after``: sentences before the doubts,
+    and behind them; ``diagnosis``: of a cycle; without one sensors and rig are doubted where they strain; ``step``: to
+    take where no ladder was climbed; ``first``: before any; ``of_record``: the verdict is not that of the cycle, whose
+    misfit is said elsewhere; ``amplitude``: Y [m]; ``budget``: what the measurement's own errors come from.
     """
     misfit = None if nrmse is None or floor is None else nrmse / floor
     judged_by, observation = 0.0 if of_record else misfit, found.tests[0].observation
     known = diagnosis or Diagnosis(found, bool(found.strained), tuple(strained_facts(found, scene)))
     verdict = words.verdict_of(judged_by, strained=known.strained, answered=known.answered, unsettled=unsettled)
     moved = known.said if verdict == "strained" and diagnosis is None else ()
-    doubted = words.doubts(found, verdict, judged_by, ladder, what=what, of=of, step=step, first=first)
+    doubted = words.doubts(found, seen or observation, verdict, judged_by, ladder, step=step, first=first)
     friction = words.friction_of(found, scene, amplitude)
     rough = words.unlike_contacts(friction["coefficient"], observation.normal_force)
     parameters = {name: asdict(e) for name, e in found.parameters().items()}
@@ -607,8 +583,7 @@ def _without_cycle(
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
     diagnosis, amplitude = _of_whole(found, scene), Estimate(observation.unit, 0.0)
     found = diagnosis.posterior.with_doubt(OVER_TIME, record.wandering)
-    newtons = words.friction_of(found, scene, amplitude)
-    if observation.unit_u:  # noise of Y changes the number that a force is expressed by, not the force
+    if observation.unit_u:  # noise of Y changes the numbers that are over it
         by_unit = [abs(values[u.name]) / found.slope(k) if u.law else 0.0 for k, u in enumerate(found.unknowns)]
         found = found.with_shift(LARGEST, observation.unit_u * np.array(by_unit))
     no_cycle = (
@@ -622,8 +597,6 @@ def _without_cycle(
         [*scene.rig.doubts, *recording.source.warnings, no_cycle, *diagnosis.said, *said, *found.warnings],
         diagnosis=diagnosis,
         after=record.warnings,
-        what="record",
-        of="noise of its sensor",
         floor=observation.floor,
         amplitude=amplitude,
         model=f"{observation.law.words}, {observation.wall} wall, measured base",
@@ -631,9 +604,7 @@ def _without_cycle(
         closure_error=respond(motion.problem, motion.base, x0=x0, v0=v0).closure_error,
         **_of_record(record, climbed),
     )
-    of_cycle: dict[str, Any] = dict.fromkeys(("response_nrmse", "response_floor", "misfit", "verdict", "laws"))
-    budget = {**newtons["budget"], "friction_ratio": judged.budget["friction_ratio"]}
-    return replace(judged, force=newtons["force"], coefficient=newtons["coefficient"], budget=budget, **of_cycle)
+    return replace(judged, response_nrmse=None, response_floor=None, misfit=None, verdict=None, laws=None)
 
 
 def _of_record(record: WholeRecord, climbed: Ladder | None) -> dict[str, Any]:

@@ -15,9 +15,8 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.compare import AUTO, compare_measurement
 from frictionlab.inference.comparison import Comparison, ContactForce
-from frictionlab.inference.diagnose import OTHER_CAUSE
-from frictionlab.inference.ladder import DEAR, EXACT, NOT_DISTINGUISHED, NUMERIC, REQUIRED, left_for_work
-from frictionlab.inference.posterior import AS_KNOWN, MISSED, NOISE, PRIOR, limits_in_words
+from frictionlab.inference.ladder import REQUIRED, left_for_work
+from frictionlab.inference.posterior import limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.simulator.laws import law_of
@@ -26,24 +25,6 @@ from frictionlab.uncertainty import Estimate, unit_share
 WIDTH = 80
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 PARTS = {"stops": "at stops", "slides up": "while the mass slides up", "slides down": "while the mass slides down"}
-SOURCES = {
-    NOISE: "noise, and what the law misses",
-    PRIOR: "the usual range of friction, far above what is seen here",
-    AS_KNOWN: "sensors and rig, which the fit finds unlike what is known of them",
-    NOT_DISTINGUISHED: "other laws, which the recording does not distinguish",
-    MISSED: "the law: found in another way, beta is another",
-    OTHER_CAUSE: "another cause than the law",
-    "natural_frequency": "the natural frequency (rig.natural_frequency_hz)",
-    "gain": "the gain of a sensor (sensors.gain_error)",
-    "force_gain": "the gain of the load cell (sensors.gain_error)",
-    "lag_s": "the lag between the channels (sensors.lag_s)",
-    "frame_damping_ratio": "the frame's damping (rig.damping_ratio)",
-    **dict.fromkeys(("parabola", "cubic"), "the linearity of the mass's sensor (sensors.linearity)"),
-    **dict.fromkeys(("base_parabola", "base_cubic"), "the linearity of the base's sensor (sensors.linearity)"),
-    "base_in_mass": "the base's channel in the mass's (sensors.crosstalk)",
-    "mass_in_base": "the mass's channel in the base's (sensors.crosstalk)",
-}
-"""Where an uncertainty comes from, in words."""
 VERDICTS = {
     "explained": "It explains the cycle: it",
     "strained": "It explains the cycle only with sensors or rig unlike the scene (below): it",
@@ -206,11 +187,11 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
     shares = c.budget.get("friction_ratio", {})
     if shares:
         most = max(shares, key=lambda name: shares[name])
-        yield 4, f"What adds most to the error of beta: {SOURCES.get(most, most)}."
+        yield 4, f"What adds most to the error of beta: {most} (compare-numeric --budget lists all)."
 
 
 def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
-    """What a simpler law leaves, and where this one misses, which other laws were tried, and which were not."""
+    """What a simpler law leaves, and where this one misses, and which other laws were tried."""
     c, simpler = about.comparison, about.simpler
     if simpler is not None and simpler["response_nrmse"] is not None:
         enough = f"Its log evidence is {simpler['gain']:.0f} lower; {REQUIRED:.0f} is enough."
@@ -224,12 +205,6 @@ def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
         yield 0, f"Left out, for the ladder's work was used up: {', '.join(left)}."
     if others := [str(rung["law"]) for rung in c.laws or () if not (rung["required"] or rung["note"])]:
         yield 6, f"Tried, not required: {', '.join(others)}."
-    # terms of laws tried, and of those of which a warning says for what other reason they were not, or not to the end
-    warned = [said.partition(" ")[2].partition(":")[0] for said in c.warnings if said.startswith(("law ", "laws "))]
-    names = [*(str(rung["law"]) for rung in c.laws or ()), *", ".join(warned).split(", ")]
-    seen = {term for name in names for term in name.split("+")}
-    if c.verdict == "explained" and (rest := [term for term in (*EXACT, *NUMERIC, *DEAR) if term not in seen]):
-        yield 6, f"Not tried, because only noise is left to explain: {', '.join(rest)}."
 
 
 def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:

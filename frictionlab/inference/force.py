@@ -12,7 +12,8 @@ newtons, the motion a ratio to k Y; what is not known of that product and of the
 
 import math
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Self
+from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,6 +81,7 @@ class ForceObservation(OfCycles):
     strangers: int
     energy: Estimate
     one_way: bool
+    kind: ClassVar = "force"
     by_sensors: ClassVar = (GAIN, UNIT)
 
     @property
@@ -299,28 +301,21 @@ class MotionAndForce(CycleObservation):
     force: ForceObservation
     by_sensors: ClassVar = (*SENSORS, "mass_in_base", GAIN, UNIT, LAG)
 
-    @property
-    def own(self) -> int:
-        """How many of the data are the motion's."""
-        return len(self.alone.data)
+    @cached_property
+    def both(self) -> tuple[tuple[OfCycles, slice], ...]:
+        """Motion and force, each under the law and with what it misses, and which of the data are theirs."""
+        n, each = len(self.alone.data), (self.alone, self.force)
+        motion, force = (o.under(self.law, self.held).missing(self.missed) for o in each)
+        return (motion, slice(n)), (force, slice(n, None))
 
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of sensors and rig, and of the load cell."""
         return (*super().rig_unknowns, *self.force.rig_unknowns)
 
-    def under(self, law: Law, held: Values | None = None) -> Self:
-        """Return the same test under another law; what that law lacks is no longer held."""
-        kept = super().under(law, held)
-        return replace(kept, alone=self.alone.under(law, held), force=self.force.under(law, held))
-
-    def missing(self, share: float) -> Self:
-        """Return the test with a share of its power counted as what the law misses, of motion and force alike."""
-        return replace(super().missing(share), alone=self.alone.missing(share), force=self.force.missing(share))
-
     def seen(self, motion: Motion, values: Values) -> FloatArray:
         """Return harmonics as the sensors show them, then the force (N,); NaN where it has none."""
-        force = self.force.predict(values)
+        force = self.both[1][0].predict(values)
         shown = np.full(len(self.force.data), math.nan) if force is None else force
         return np.concatenate([super().seen(motion, values), shown])
 
@@ -329,10 +324,8 @@ class MotionAndForce(CycleObservation):
 
         Each by its own cycles; what the other says holds the coordinates too.
         """
-        n, total = self.own, np.zeros_like(at.hold)
-        both = (self.alone, slice(n)), (self.force, slice(n, None))
-        for observation, some in both:
-            rest = slice(n, None) if some.stop else slice(n)
+        total = np.zeros_like(at.hold)
+        for (observation, some), (_, rest) in zip(self.both, self.both[::-1], strict=True):
             others = at.hold + at.slopes[rest].T @ at.slopes[rest]
             reached = replace(
                 at, residual=at.residual[some], slopes=at.slopes[some], gain=at.gain[:, some], hold=others
@@ -342,14 +335,13 @@ class MotionAndForce(CycleObservation):
 
     def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
         """Return the score of each part of the cycles by the fit to the others, and the nrmse of their motion."""
-        n = self.own
-        scores, nrmse = self.alone.left_out(residual[:n], slopes[:n], gain[:, :n])
-        more = self.force.left_out(residual[n:], slopes[n:], gain[:, n:])[0]
+        (scores, nrmse), (more, _) = (o.left_out(residual[n], slopes[n], gain[:, n]) for o, n in self.both)
         return scores + more if len(more) == len(scores) else scores, nrmse
 
     def nrmse(self, residual: FloatArray) -> float:
         """Return the rms of a whitened residual over that of what was measured, of the motion."""
-        return self.alone.nrmse(residual[: self.own])
+        motion, own = self.both[0]
+        return motion.nrmse(residual[own])
 
     def in_newtons(self, found: Posterior) -> dict[str, Any]:
         """Return friction force (N) and coefficient of a posterior by the force, and what adds to their uncertainty."""
@@ -357,7 +349,7 @@ class MotionAndForce(CycleObservation):
 
     def disagreement(self, found: Posterior) -> tuple[str, ...]:
         """Say where force and motion give different friction, by more than three of what is not known between them."""
-        said, force = list(self.force.said), self.force
+        said, (force, own) = list(self.force.said), self.both[1]
         places = [k for name in (GAIN, UNIT) if (k := found.fit.find(name)) is not None]
         if math.hypot(*found.fit.point[places]) > STRAINED:
             more = float(f"{100 * ((force.guess or math.nan) / self.loop_friction_ratio - 1.0):.2g}")
@@ -365,7 +357,7 @@ class MotionAndForce(CycleObservation):
                 f"friction_force_n: force and motion give different friction: the force is {more:+g} % off the"
                 " motion's; check the gain of the load cell, the stiffness and the base's sensor"
             )
-        nrmse = force.nrmse(found.fit.residuals[0][self.own :])
+        nrmse = force.nrmse(found.fit.residuals[0][own])
         if (misfit := nrmse / force.floor) > STRAINED:
             said.append(
                 f"force: the law leaves {100 * nrmse:.2g} % of the measured force, {misfit:.2g} times its error: what"

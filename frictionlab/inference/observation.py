@@ -122,6 +122,9 @@ class Observation(ABC):
     settles_later_s: float | None = None
     starting: bool = False
     work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
+    kind: ClassVar[str] = "cycle"
+    noise_words: ClassVar[str] = "standard error of the measured mean cycle"
+    """What was observed, and what its misfit is over."""
     steps: ClassVar[tuple[float, ...]]
     """Of a prior's standard deviation, one after the other where there is no motion: differences of the simulation."""
     by_sensors: ClassVar[tuple[str, ...]] = ()

@@ -633,43 +633,35 @@ def of_mean(
 
     No variance of a single cycle is below ``least``; ``white``: that of one of its parts by the sensor's white noise.
     """
-    one_cycle, raised = of_one_cycle(single, least)
-    covariance = one_cycle * (raised / used) + of_all
     n, about = len(single), single - single.mean(axis=0)
-    noise = white + 4.0 * ROUNDING**2 * power / len(mean)
+    of_each = 1.0 / used
+    if (
+        n >= FEWEST_CYCLES
+    ):  # the mean is as much less sure as its cycles, along their main direction, are autocorrelated
+        few = n <= len(mean)  # the same, and cheaper where cycles are many
+        product = about @ about.T if few else about.T @ about
+        main = eigh(product, subset_by_index=[len(product) - 1] * 2)[1][:, 0]
+        inflated = variance_inflation((main if few else about @ main)[:, None])
+        of_each *= min(max(1.0, float(inflated[0])), MOST_RAISED)
+    noise, (covariance, unsure) = white + 4.0 * ROUNDING**2 * power / len(mean), shrunk(single, least)
+    covariance = covariance * of_each + of_all
     others = tuple(
-        (about[part], shrunk(np.delete(single, part, axis=0), noise) * (raised / used) + of_all)
+        (about[part], shrunk(np.delete(single, part, axis=0), noise)[0] * of_each + of_all)
         for part in (np.array_split(np.arange(n), min(n, PARTS)) if n > FEWEST_CYCLES else ())
     )
     known = {"data": mean, "powers": power, "power": power, "each": single, "used": used, "sensor": white / used}
-    known |= {"of_all": of_all, "by_others": others, "unsure": of_few_cycles(single) * raised / used}
+    known |= {"of_all": of_all, "by_others": others, "unsure": unsure * of_each}
     return known | noise_of(covariance), float(np.trace(covariance))
 
 
-def of_one_cycle(single: FloatArray, least: float) -> tuple[FloatArray, float]:
-    """Return the covariance (d, d) of one cycle of n (n, d), no variance below `least`, and what it is raised by.
+def shrunk(single: FloatArray, least: float) -> tuple[FloatArray, float]:
+    """Return the covariance (d, d) of one cycle of n (n, d), its correlations shrunk, and what of it is assumed.
 
-    By the autocorrelation of the cycles, in that of their mean; few cycles say neither.
+    No variance is below ``least``, or known below a share of their mean; few cycles say nothing.
     """
-    if len(single) < FEWEST_CYCLES:
-        return np.eye(single.shape[1]) * least, 1.0
-    about = single - single.mean(axis=0)
-    few = len(about) <= about.shape[1]  # the cycles' main direction: the same, and cheaper where cycles are many
-    product = about @ about.T if few else about.T @ about
-    main = eigh(product, subset_by_index=[len(product) - 1] * 2)[1][:, 0]
-    inflated = variance_inflation((main if few else about @ main)[:, None])
-    return shrunk(single, least), min(max(1.0, float(inflated[0])), MOST_RAISED)
-
-
-def of_few_cycles(single: FloatArray) -> float:
-    """Return the variance below which no part of one cycle of n (n, d) is known: a share of their mean variance."""
     n = len(single)
-    return FEW / n * float(single.var(axis=0, ddof=1).mean()) if n >= FEWEST_CYCLES else 0.0
-
-
-def shrunk(single: FloatArray, least: float) -> FloatArray:
-    """Return the covariance (d, d) of one cycle of n (n, d): its correlations shrunk, no variance below `least`."""
-    n = len(single)
+    if n < FEWEST_CYCLES:
+        return np.eye(single.shape[1]) * least, 0.0
     about = single - single.mean(axis=0)
     variance = np.maximum((about**2).sum(axis=0) / (n - 1), 1e-300)
     unit = about / np.sqrt(variance)
@@ -681,5 +673,5 @@ def shrunk(single: FloatArray, least: float) -> FloatArray:
     share = float(np.clip(spread[off].sum() / max((correlation[off] ** 2).sum(), 1e-300), 0.0, 1.0))
     deviation = np.sqrt(variance)
     together = (1.0 - share) * correlation + share * np.eye(len(correlation))
-    floor = least + of_few_cycles(single)
-    return np.asarray(together * np.outer(deviation, deviation) + np.eye(len(correlation)) * floor)
+    unsure = FEW / n * float(variance.mean())
+    return np.asarray(together * np.outer(deviation, deviation) + np.eye(len(correlation)) * (least + unsure)), unsure

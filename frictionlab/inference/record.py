@@ -14,6 +14,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from frictionlab.analysis.channels import best_penalty, gain_kept, restored, spline
 from frictionlab.analysis.measurement import Measurement, material_of, normal_force_of, source_of, sources_of_test
@@ -86,6 +87,8 @@ class RecordObservation(Observation):
     natural_frequency: float
     begin: float
     middle: float
+    kind: ClassVar = "record"
+    noise_words: ClassVar = "noise of its sensor"
     steps: ClassVar = (STEP, -STEP)
     by_sensors: ClassVar = (*SENSORS, "offset")
     shows_rig: ClassVar = True
@@ -372,7 +375,6 @@ def follow(observation: RecordObservation, values: Mapping[str, float], *, fits_
     AnalysisError: the law has no motion under the measured base at these values.
     """
     from scipy.integrate import cumulative_trapezoid  # noqa: PLC0415 - for whole records alone
-    from scipy.optimize import least_squares  # noqa: PLC0415 - as above
 
     if fits_start:  # where and how fast the mass begins, by least squares, all else given
         names, far = tuple(observation.start), np.full(len(observation.data), 10.0 * observation.rms)

@@ -49,6 +49,8 @@ class TableObservation(Observation):
     there: NDArray[np.intp]
     sizes: FloatArray
     is_stated: bool
+    kind: ClassVar = "table"
+    noise_words: ClassVar = "stated errors"
     steps: ClassVar = (STEP, -STEP)
 
     def tried(self, near: Values) -> list[dict[str, float]]:

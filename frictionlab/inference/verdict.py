@@ -6,6 +6,7 @@ from typing import Any
 
 from frictionlab.inference.comparison import Verdict
 from frictionlab.inference.ladder import CHEAP, Ladder, left_for_work
+from frictionlab.inference.observation import Observation
 from frictionlab.inference.observations import OfCycles
 from frictionlab.inference.posterior import EXPLAINED, Posterior, limits_in_words
 from frictionlab.scene import Scene
@@ -110,19 +111,17 @@ def model_words(law: Law, place: str, held: Mapping[str, float], base: str) -> s
 
 def doubts(
     found: Posterior,
+    seen: Observation,
     verdict: Verdict | None,
     misfit: float | None,
     ladder: Ladder | None,
     *,
-    what: str,
-    of: str,
     step: str,
     first: str = "",
 ) -> Iterator[str]:
     """Yield what is not known of a law, why it does not explain a test, or why it says little that it does.
 
-    ``what``: the test is a cycle, or a table; ``of``: what the misfit is over; ``step``: to take without a ladder;
-    ``first``: before any other.
+    ``seen``: what it was compared with; ``step``: to take without a ladder; ``first``: before any other.
     """
     observation, parameters = found.tests[0].observation, found.parameters()
     beta, law = parameters["beta"], {u.name for u in found.unknowns if u.law}
@@ -144,10 +143,10 @@ def doubts(
         if ladder is None and "beta" in observation.held:
             held = f"{observation.held['beta']:g}"
             step = f"the friction ratio is held at {held}: leave out --beta, and beta of [model.parameters], to fit it"
-        words = f"does not explain this {what}"
-        missed = f"what it misses is {misfit:.3g} times the {of}"
+        words = f"does not explain this {seen.kind}"
+        missed = f"what it misses is {misfit:.3g} times the {seen.noise_words}"
         if verdict == "strained":
-            words = f"explains this {what} only with a rig or sensors unlike the scene"
+            words = f"explains this {seen.kind} only with a rig or sensors unlike the scene"
             step = "other warnings name what to check"
         step = f"{first}; else {step}" if first else step
         yield f"verdict: {observation.law.name} {words}: {missed}. {step[0].upper()}{step[1:]}"

@@ -140,15 +140,6 @@ def test_a_contact_too_soft_for_the_energy_has_no_friction_ratio() -> None:
     assert elastic_friction_ratios(strokes, 0.9999, 1.0) == pytest.approx([0.495, 0.505], abs=1e-3)
 
 
-def test_a_contact_on_what_moves_with_the_base_is_named() -> None:
-    """`[model] wall = "base"` explained at once what every law had left, and nothing said so."""
-    law = Problem(0.6, 0.3, wall="base")
-    seen = recorded(law, np.random.default_rng(3), scatter=0.0, seconds=20.0)
-    found = compare(seen, scene(), law="coulomb")
-    assert found.verdict == "misfit"
-    assert any(w.startswith("model.wall: friction against what moves with the base explains") for w in found.warnings)
-
-
 def test_what_is_left_of_a_start_is_in_the_error_of_the_cycle_and_makes_no_term() -> None:
     """Half of 60 s was cut, a decay of a thousandth was left: a misfit of 3.4, and friction "required" to vary."""
     law = Problem(0.42, 0.2205, frame_damping_ratio=0.004)
