@@ -65,6 +65,7 @@ _LOWER = {
     **{unit.lower(): spelled for unit, spelled in _SPELLINGS.items()},
 }
 _EITHER = "NM"  # in capitals: nanometres or newton metres, of no quantity until a column's name says it
+_ACCELERATION = re.compile(r"acc", re.IGNORECASE)
 _TORQUE = re.compile(r"torque|moment", re.IGNORECASE)
 _BRACKETS = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\]]*)\]|\((?P<b>[^)]*)\)|\{(?P<c>[^}]*)\}|<(?P<d>[^>]*)>)\s*$")
 _TAIL = re.compile(r"^(?P<name>.*?[^\s/_])\s*(?P<mark>\s/\s|/|_| |,\s*)(?P<unit>[^\s/_]+(?:/s(?:\^?2|²)?)?)$")
@@ -106,6 +107,8 @@ def split_unit(text: str) -> tuple[str, str]:
     [('time', 's'), ('Distance1', 'mm'), ('x', 'mm'), ('Weg', 'um'), ('mass', ''), ('laser 2', ''), ('t', 's')]
     >>> [split_unit(text) for text in ("TORQUE [NM]", "friction force / kN", "normal_N", "channel N")]
     [('TORQUE', 'Nm'), ('friction force', 'kN'), ('normal', 'N'), ('channel N', '')]
+    >>> [split_unit(text)[1] for text in ("acc_m/s2", "v_mm/s", "angle_deg", "acc_g", "mass_g", "frequency_Hz")]
+    ['m/s^2', 'mm/s', 'deg', 'g', '', 'hz']
     """
     title = text.strip()
     if match := _BRACKETS.match(title):
@@ -114,7 +117,9 @@ def split_unit(text: str) -> tuple[str, str]:
     if match := _TAIL.match(title):
         unit, mark = known_unit(match["unit"]), match["mark"].strip()
         # a word of one letter behind a space may be a number's name, and "mass_g" is no acceleration
-        marked = unit in _QUANTITY if mark in ("/", ",") else bool(mark) and quantity_of(unit) in ("force", "torque")
+        is_mass = unit in ("g", "mg") and not _ACCELERATION.search(match["name"])
+        marked = unit in _QUANTITY or unit in ("hz", "khz")
+        marked = marked and (mark in ("/", ",") or (bool(mark) and quantity_of(unit) != "voltage" and not is_mass))
         if unit in {*LENGTH, *TIME} or marked:
             return match["name"].strip(), unit
     return title, ""

@@ -105,6 +105,9 @@ def test_plot_draws_each_result_and_refuses_others(tmp_path: Path) -> None:
         fl.plot(state, "motion.doc")
     with pytest.raises(UsageError, match="got a Scene"):
         fl.plot(fl.Scene(), tmp_path / "a.png")
+    with pytest.raises(UsageError, match="expected one SteadyState; got 2: plot each by itself"):
+        fl.plot([state, state])
+    assert fl.plot([state]).get_axes()
 
 
 def test_a_notebook_gets_frames_pages_and_figures(
@@ -125,6 +128,9 @@ def test_a_notebook_gets_frames_pages_and_figures(
         assert "<table" in page
         assert "<svg" in page
         assert "{" not in page.partition("<svg")[0], "a dict is nothing to read"
+    explanation = fl.explain(comparison)
+    assert str(explanation) == explanation.text
+    assert explanation._repr_html_().startswith("<pre>")
     assert len(recording.to_pandas()) == len(recording)
     assert "<svg" in recording._repr_html_()
     assert all(fl.plot(result).get_axes() for result in (recording, comparison))

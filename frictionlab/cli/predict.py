@@ -162,7 +162,7 @@ def predict(
         about = f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base {base}"
         asked = {"normal_force_n": normal_force, "base_amplitude_m": base_amplitude or base_motion}
         taken = [f"--{key.rpartition('_')[0].replace('_', '-')}" for key, given in asked.items() if given is None]
-        paragraph(f"{about}; each number with its 95 % band")
+        paragraph(f"{about}; each number with its 95 % band: errors of the law, not of the rig (stiffness, load)")
         if taken:
             paragraph(f"Not given, so the middle of those that the law was found under: {', '.join(taken)}.")
         more = {"unsteady": "no steady state"} if any(test.unsteady for test in found.tests) else {}

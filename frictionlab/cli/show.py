@@ -121,7 +121,7 @@ def laws(
     if figure is not None and known is not None:
         from frictionlab.simulator import Problem, steady_state
 
-        own = {p.name: 0.5 * sum(p.usual) for p in known.parameters if p.name != "beta"}
+        own = {p.name: 0.5 * sum(p.usual) or p.usual[1] for p in known.parameters if p.name != "beta"}
         state = steady_state(Problem(*LOOP, law=known.name, parameters=own))
         to.draw(state, figure)
 

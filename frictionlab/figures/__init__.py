@@ -64,7 +64,7 @@ FIGURES = {
     "FreeVibration": "recorded.free_vibration_figure",
     "Campaign": "plates.campaign_figure",
 }
-"""Kind of result, or of those in a sequence -> the function that draws it."""
+"""Kind of result -> the function that draws it."""
 
 
 @overload
@@ -78,7 +78,7 @@ def plot(
 
     Parameters
     ----------
-    result : Recording, Measurement, Comparison, Campaign, SteadyState, RecordResponse, Prediction, ...
+    result : Recording, Measurement, Comparison, Campaign, SteadyState, RecordResponse, Prediction, FreeVibration(s), ...
     path : str or Path, optional
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional
@@ -96,13 +96,17 @@ def plot(
     place = None if path is None else Path(path)
     if place is not None and place.suffix not in FORMATS:
         raise UsageError(f"{place}: expected a figure ending in {', '.join(FORMATS)}; got {place.suffix!r}")
-    kind = type(result[0] if isinstance(result, (list, tuple)) and result else result).__name__
+    results = list(result) if isinstance(result, (list, tuple)) else [result]
+    kind = type(results[0] if results else result).__name__
     if kind not in FIGURES:
         raise UsageError(f"plot: expected one of {', '.join(FIGURES)}; got a {kind}")
+    if len(results) > 1 and kind != "FreeVibration":  # the taps of one log are one figure
+        raise UsageError(f"plot: expected one {kind}; got {len(results)}: plot each by itself")
     module, _, name = FIGURES[kind].partition(".")
     draw: Callable[..., Figure] = getattr(import_module(f"{__name__}.{module}"), name)
+    drawn = results if kind == "FreeVibration" else results[0]
     takes_title = title and len(inspect.signature(draw).parameters) > 1
-    figure = draw(result, title) if takes_title else draw(result)
+    figure = draw(drawn, title) if takes_title else draw(drawn)
     if place is None:
         return figure
     from frictionlab.figures.style import save  # noqa: PLC0415 - matplotlib, which a refusal does not need

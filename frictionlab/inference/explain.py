@@ -3,6 +3,7 @@
 Everything here is a `Comparison` in words; nothing is found anew. What a simpler law leaves is its row of the ladder.
 """
 
+import html
 import math
 import textwrap
 from collections.abc import Iterator, Mapping
@@ -59,6 +60,12 @@ class Explanation:
         fewer = [row for name, row in rows.items() if {t.name for t in law_of(name).terms} < terms]
         best = max(fewer, key=lambda row: row["log_evidence"], default=None)
         return {**best, "gain": own["log_evidence"] - best["log_evidence"]} if own and best else None
+
+    def __str__(self) -> str:
+        return self.text
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(self.text)}</pre>"
 
     @property
     def text(self) -> str:

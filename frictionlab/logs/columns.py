@@ -13,7 +13,18 @@ import numpy as np
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import FURTHER, LASERS, LogOptions
-from frictionlab.units import ACCELERATION, LENGTH, NORMAL_FORCE, TIME, UNIT, VOLTS, known_unit, quantity_of, split_unit
+from frictionlab.units import (
+    ACCELERATION,
+    LENGTH,
+    NORMAL_FORCE,
+    QUANTITIES,
+    TIME,
+    UNIT,
+    VOLTS,
+    known_unit,
+    quantity_of,
+    split_unit,
+)
 
 if TYPE_CHECKING:
     from frictionlab.logs.table import Log
@@ -42,7 +53,6 @@ _SAYS = re.compile(  # what a column holds, by the words of its name
 )
 _GROUPED = re.compile(r"\s*[-+]?\d{1,3}(?:(?:\.\d{3})+,|(?:,\d{3})+\.)\d+\s*", re.ASCII)
 _CALIBRATE = "; for volts say what one is, --units 'mass=5 mm/V,base=5 mm/V'"
-_NAMED = "; a sensor of no displacement is known by its column's name: mass velocity [mm/s], base acceleration [g]"
 _ONE_EACH = (
     "if each sensor has its file, `frictionlab init FOLDER` lists them in pairs for `batch`, and `frictionlab ingest"
     " --mass-log FILE --base-log FILE -o NAME.h5` makes a recording of two"
@@ -199,7 +209,8 @@ def _not_taken(columns: Sequence[LogColumn]) -> list[str]:
             continue
         quantity = str(word.lastgroup)
         role = channel_named(replace(column, unit=UNIT[quantity])) or f"mass_{quantity}"
-        unit = f"'{role}=50 {UNIT[quantity]}/V', or what a volt is" if column.unit else f"{role}={UNIT[quantity]}"
+        unit = f"{role}=UNIT, which is one of {', '.join(QUANTITIES[quantity])}"
+        unit = f"'{role}=50 {UNIT[quantity]}/V', or what a volt is" if column.unit else unit
         said.append(
             f"column {column} is not taken: by its name a {quantity}, by its unit none; if it is one, give"
             f" {_flag(role)} {column.index + 1} --units {unit}"
@@ -342,11 +353,12 @@ def _with_displacements(
         if left:
             raise _unassigned(left, found.get("time"))
         others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
+        sensed = [(f"{missing[0]}_{quantity_of(c.unit)}", c.index + 1) for c in columns]
+        do = [f"if it is the {missing[0]}'s, give {_flag(role)} {n}" for role, n in sensed if role in FURTHER]
         raise LogError(
             f"no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
-            f"correct the units in the log's head; {_ONE_EACH}"
+            f"{'; '.join(do) or 'correct the units in its head'}; {_ONE_EACH}"
             + (_CALIBRATE if any(c.unit in VOLTS for c in columns) else "")
-            + (_NAMED if {"velocity", "acceleration"} & {quantity_of(c.unit) for c in columns} else "")
         )
     mass = found.get("mass")
     is_relative = mass is not None and _RELATIVE.fullmatch(mass.name) and "time" not in mass.name.lower()

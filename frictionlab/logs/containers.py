@@ -59,7 +59,8 @@ def _kind_of(first: bytes, path: Path) -> str:
         return "matlab"
     if first.startswith(b"\x93NUMPY") or (first.startswith(b"PK") and suffix == ".npz"):
         return "numpy"
-    if suffix == ".json" and first.lstrip()[:1] in (b"{", b"["):
+    is_table = suffix == ".jsonl" and first.startswith((b'{"source"', b'{"log"'))  # of results, or of truths
+    if suffix in (".json", ".jsonl") and first.lstrip()[:1] in (b"{", b"[") and not is_table:
         return "json"
     return {b"TDSm": "tdms", b"PAR1": "parquet"}.get(first[:4], "")
 
@@ -92,12 +93,14 @@ def _numpy(path: Path) -> Any:
 
 
 def _json(path: Path) -> Any:
-    """Arrays by name, records (a mapping a row), columns with data, or a list of tests."""
+    """Arrays by name, records (a mapping a row, in JSON Lines too), columns with data, or a list of tests."""
     if path.stat().st_size > FREE_BYTES:
         raise LogError(f"more than {FREE_BYTES / 1e6:.0f} MB of JSON: save it as text or Parquet")
     too_deep = f"JSON nested more than {MOST_DEPTH} deep: expected arrays by name: save the log's arrays alone"
     try:
-        content = json.loads(path.read_bytes())
+        raw = path.read_bytes()
+        is_lines = path.suffix.lower() == ".jsonl"
+        content = [json.loads(line) for line in raw.splitlines() if line.strip()] if is_lines else json.loads(raw)
     except RecursionError as error:
         raise LogError(too_deep) from error
     level = [content]

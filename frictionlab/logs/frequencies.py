@@ -22,7 +22,7 @@ _OVER_FREQUENCY: dict[str, tuple[str, Mapping[str, float], str]] = {
         "[Hz] or [rad/s]",
     ),
     "amplitude": (
-        r"((response|mass)[ _])?(amplitude|amp)([ _]ratio)?|transmissibility|x ?/ ?y",
+        r"((response|mass)[ _])?(amplitude|amp)([ _](ratio|y))?|gain|magnitude|transmissibility|x ?/ ?y",
         LENGTH,
         "[Y] (over the base's amplitude) or a length such as [mm]",
     ),
@@ -31,7 +31,9 @@ _OVER_FREQUENCY: dict[str, tuple[str, Mapping[str, float], str]] = {
 }
 """Of each column: its names, how many of its units make that of a `FrequencyTable`, and what is expected in words."""
 _COLUMNS = ("drive", "drive_u", "amplitude", "amplitude_u", "phase", "phase_u", "base_amplitude")
-_PART_OF_Y = re.compile(r"[\[({<]\s*(Y|-|1|x/y)\s*[\])}>]|^x ?/ ?y", re.IGNORECASE)
+_PART_OF_Y = re.compile(
+    r"[\[({<]\s*(Y|-|1|x/y)\s*[\])}>]|^(x ?/ ?y|gain|transmissibility)\b|.*[ _](ratio|y)$", re.IGNORECASE
+)
 
 
 def read_frequency_table(path: Path, options: LogOptions | None = None) -> FrequencyTable | None:
@@ -115,7 +117,7 @@ def _in_si(values: FloatArray, found: Mapping[str, LogColumn], name: str) -> Flo
     """The numbers of a column in r, Hz, Y or m, and rad; an error without a unit has that of its number."""
     column, name = found[name], name.removesuffix("_u")
     column = column if column.unit or _PART_OF_Y.search(column.title) else found.get(name, column)
-    if name == "amplitude" and _PART_OF_Y.search(column.title):
+    if name == "amplitude" and column.unit in ("", "-", "1") and _PART_OF_Y.search(column.title):
         return values.copy()
     _, known, expected = _OVER_FREQUENCY[name]
     if column.unit not in known:

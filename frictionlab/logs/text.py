@@ -39,6 +39,8 @@ _BOMS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
+_NO_TEXT = bytes({*range(1, 32), 127} - set(b"\t\n\v\f\r\x1b"))  # a logger that lost power leaves zeros
+MOST_SIGNS = 0.05  # share of such bytes in a text; of random bytes it is a tenth
 _WIDE = re.compile("^utf[-_]?(16|32)", re.IGNORECASE)
 
 
@@ -96,6 +98,9 @@ def read_text(path: Path, encoding: str | None = None) -> Text:
     if not head.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
         raise LogError(f"empty: expected lines of numbers; got {size} bytes without any")
     name, why = (encoding, "as given") if encoding else _encoding_of(head)
+    share = 1.0 - len(head.translate(None, _NO_TEXT)) / len(head)
+    if name == "cp1252" and share > MOST_SIGNS:
+        raise LogError(f"not text: {share:.0%} of its bytes are no characters: export the log as text, such as .csv")
     decoder = codecs.getincrementaldecoder(name)("replace" if name == "cp1252" else "strict")
     try:
         text = decoder.decode(head)

@@ -54,6 +54,7 @@ def test_both_dampings_are_told_apart(zeta: float, friction: float) -> None:
     assert tap.damping_ratio == pytest.approx(zeta, abs=max(4 * (tap.damping_ratio_se or 0.0), 2e-6))
     assert tap.friction_m == pytest.approx(friction, abs=max(4 * (tap.friction_m_se or 0.0), 2e-8))
     assert (tap.damping_ratio_se or 0.0) < 1e-3 * max(zeta, 0.05)
+    assert fl.plot(tap).get_axes(), "one tap as well as the tuple that a log gives"
     at_zero = replace(tap, friction_m=0.0, friction_m_se=None, friction_m_upper=1.645e-6)
     found = averages([at_zero])["friction_m"]  # what is held at zero weighs by its limit
     assert (found.mean, found.se) == pytest.approx((0.0, 1e-6))

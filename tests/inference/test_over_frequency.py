@@ -146,6 +146,18 @@ def test_phases_of_x_over_y_and_unused_columns_are_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    "head", ["frequency_Hz,gain,phase_deg", "freq [Hz];X/Y [-];phi [deg]", "f [Hz],amplitude_Y,phase_deg"]
+)
+def test_heads_that_laboratories_write_are_those_of_a_table(head: str, tmp_path: Path) -> None:
+    mark = ";" if ";" in head else ","
+    path = tmp_path / "frf.csv"
+    path.write_text("\n".join([head, *([mark.join(("1.5", "1.2", "20"))] * 4)]))
+    table = present(read_frequency_table(path))
+    assert (table.drive[0], table.amplitude[0], table.in_metres) == (1.5, 1.2, False)
+    assert np.rad2deg(table.phase[0]) == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(
     ("head", "words"),
     [
         ("r,amplitude,phase [deg]", r"column 2 \('amplitude'\): expected \[Y\] .* or a length .*; got no unit"),

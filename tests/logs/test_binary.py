@@ -200,6 +200,15 @@ def test_json_of_any_shape_is_the_log(content: object, options: LogOptions, tmp_
     assert_is_the_log(read_log(tmp_path / "log.json", options))
 
 
+def test_json_lines_are_a_log_and_bytes_that_are_no_text_are_none(tmp_path: Path) -> None:
+    rows = zip((np.arange(50) / 100).tolist(), np.sin(np.arange(50)).tolist(), strict=True)
+    (path := tmp_path / "a.jsonl").write_text("".join(f'{{"t_s": {t}, "x_mm": {x}, "y_mm": 1.5}}\n' for t, x in rows))
+    np.testing.assert_allclose(read_log(path).mass_displacement, 1e-3 * np.sin(np.arange(50)), rtol=1e-12)
+    (path := tmp_path / "a.csv").write_bytes(np.random.default_rng(1).bytes(5000))
+    with pytest.raises(LogError, match=r"not text: 1\d% of its bytes are no characters"):
+        read_log(path)
+
+
 def test_arrays_of_numpy_are_the_log(tmp_path: Path) -> None:
     np.savez(tmp_path / "log.npz", t=T, x=X, y=Y)
     assert_is_the_log(read_log(tmp_path / "log.npz", LogOptions(unit="mm")))

@@ -53,8 +53,13 @@ def test_units_in_capitals_and_without_brackets_are_read_and_what_may_be_two_is_
     np.testing.assert_allclose(found.contact_force, 1e3 * FORCE, atol=1e-5)
     with pytest.raises(LogError, match=r"no column for mass and base: .*in NM, .*: correct the units in"):
         read_log(log(tmp_path, **{"t [s]": T, "M1 [NM]": X, "M2 [NM]": X}))
-    with pytest.raises(LogError, match=r"no column for mass and base: .* by its column's name: mass velocity \[mm/s\]"):
+    with pytest.raises(LogError, match=r"no column for mass and base: .*: if it is the mass's, give --mass-accel.* 2;"):
         read_log(log(tmp_path, **{"t [s]": T, "acceleration [g]": X}))
+    for title, words in (("acc_m/s2", "--mass-acceleration 2"), ("v_mm/s", "--mass-velocity 2")):
+        with pytest.raises(LogError, match=f"no column for mass: .*{words}"):  # were taken as mm after --unit mm
+            read_log(log(tmp_path, **{"t_s": T, title: X, "y_mm": X}), LogOptions(unit="mm"))
+    turned = read_log(log(tmp_path, **{"t_s": T, "angle_deg": X, "torque_Nm": X}))
+    np.testing.assert_allclose(turned.angle, np.deg2rad(X), atol=1e-8)
     with pytest.raises(ValueError, match="such as force=kN or mass=5 mm/V"):
         LogOptions(units="mass=1.2.3 mm/V")
     mils = read_log(log(tmp_path, **{"t [s]": T, "mass [mil]": X, "base [thou]": X}))
@@ -75,9 +80,9 @@ def test_a_normal_force_in_any_unit_is_read_or_named(unit: str, size: float, tmp
         np.testing.assert_allclose(recording.normal_force, size * FORCE, atol=1e-8 * size)
     else:
         assert "normal_force" not in recording.measured()
-        units = "'normal_force=50 N/V', or" if unit == "V" else "normal_force=N"
+        units = "'normal_force=50 N/V', or" if unit == "V" else "normal_force=UNIT, which is one of N, mN, uN"
         assert [f"--normal-force 4 --units {units}" in w for w in said] == [True]
-        assert read_log(path, LogOptions(normal_force=4, units=units.strip("', or")))
+        assert read_log(path, LogOptions(normal_force=4, units=f"normal_force={'50 N/V' if unit == 'V' else 'N'}"))
 
 
 CALIBRATED = {  # title, role, unit of its calibration
