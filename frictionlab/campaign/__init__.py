@@ -32,14 +32,7 @@ from frictionlab.campaign.friction import (
     screen,
 )
 from frictionlab.campaign.joint_fit import JointFit, fit_together
-from frictionlab.campaign.laws import (
-    AmontonsTest,
-    amontons_of,
-    laws_together,
-    left_out,
-    loops_of,
-    not_predicted,
-)
+from frictionlab.campaign.laws import AmontonsTest, amontons_of, laws_together, left_out, loops_of, not_predicted
 from frictionlab.campaign.prediction import RowObservation, model_of
 from frictionlab.campaign.ranking import Drift, Rank, drift_of, rank_all
 from frictionlab.campaign.trials import LONGEST_NAME, Trial, in_order

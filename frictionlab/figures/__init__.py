@@ -78,7 +78,7 @@ def plot(
 
     Parameters
     ----------
-    result : Recording, Measurement, Comparison, Campaign, SteadyState, RecordResponse, Prediction, FreeVibration(s), ...
+    result : Recording, Measurement, Comparison, Campaign, SteadyState, RecordResponse, Prediction, FreeVibration, ...
     path : str or Path, optional
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional

@@ -58,7 +58,7 @@ def test_units_in_capitals_and_without_brackets_are_read_and_what_may_be_two_is_
     for title, words in (("acc_m/s2", "--mass-acceleration 2"), ("v_mm/s", "--mass-velocity 2")):
         with pytest.raises(LogError, match=f"no column for mass: .*{words}"):  # were taken as mm after --unit mm
             read_log(log(tmp_path, **{"t_s": T, title: X, "y_mm": X}), LogOptions(unit="mm"))
-    turned = read_log(log(tmp_path, **{"t_s": T, "angle_deg": X, "torque_Nm": X}))
+    turned = read_log(log(tmp_path, t_s=T, angle_deg=X, torque_Nm=X))
     np.testing.assert_allclose(turned.angle, np.deg2rad(X), atol=1e-8)
     with pytest.raises(ValueError, match="such as force=kN or mass=5 mm/V"):
         LogOptions(units="mass=1.2.3 mm/V")

@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.compiled import address_of, caller, entry, inlined, inner
 from frictionlab.simulator.exact.flow import RECORDS, Carrier, is_integrated
-from frictionlab.simulator.exact.motion import (
-    base_at_time,
-    begin_motion,
-    contact_force,
-    modes_at,
-    place_of,
-)
+from frictionlab.simulator.exact.motion import base_at_time, begin_motion, contact_force, modes_at, place_of
 from frictionlab.simulator.exact.phase import CONTACTS, MASSES, SIDE, dot, slot_of
 
 TURN = 2.0 * pi

@@ -14,15 +14,7 @@ from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import compiled, entry, inlined, inner
 from frictionlab.simulator.exact import orbit
 from frictionlab.simulator.exact.account import call_account
-from frictionlab.simulator.exact.flow import (
-    TURN_OF,
-    Carrier,
-    call_run,
-    freeze,
-    is_integrated,
-    is_rigid,
-    set_contact,
-)
+from frictionlab.simulator.exact.flow import TURN_OF, Carrier, call_run, freeze, is_integrated, is_rigid, set_contact
 from frictionlab.simulator.exact.motion import base_at_time, contact_force, place_of
 from frictionlab.simulator.exact.orbit import TURN
 from frictionlab.simulator.exact.phase import DONE, TIRED, factorise, slot_of, substitute
