@@ -44,7 +44,7 @@ def warnings(
     layout, r, (stepped, jumps) = m.layout, m.frequency_ratio, steadiness.steps(parts)
     cutoff, zeta, wall_moves = known
     prescribed = m.energy.value is None  # the motion of the mass is given, and stands in the base's place
-    said = [*(stepped or jumps), *_of_the_drive(layout, r, is_even=not stepped)]
+    said = [*(stepped or jumps), *_of_the_drive(layout, r, is_even=not stepped, prescribed=prescribed)]
     said += _of_lines(layout, "motion" if prescribed else "base")
     if not prescribed:
         said = [*_of_the_channels(layout, m, wall_moves=wall_moves), *said]
@@ -65,11 +65,11 @@ def warnings(
     return said
 
 
-def _of_the_drive(layout: Layout, r: float | None, *, is_even: bool) -> Iterator[str]:
+def _of_the_drive(layout: Layout, r: float | None, *, is_even: bool, prescribed: bool) -> Iterator[str]:
     drive, distortion = layout.drive, layout.drive.distortion
     if r is not None and not 0.02 <= r <= 5.0:
         yield f"frequency_ratio: {r:.3g} lies outside 0.02 to 5: check --natural-frequency and time_unit in [log]"
-    if distortion > 0.05:
+    if distortion > 0.05 and not prescribed:
         said = f"harmonics 2-{HARMONICS} of the base are {100 * distortion:.2g} % of its fundamental"
         yield f"base_distortion: {said}: the prediction of a recording takes them in, that of a row of numbers cannot"
     if drive.drifts and drive.wander > 0.002 * TURN and is_even:

@@ -31,7 +31,7 @@ from frictionlab.inference.verdict import not_tried, start_left
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, SteadyState
 from frictionlab.simulator.laws import Law, law_of
-from frictionlab.uncertainty import NOT_KNOWN, Estimate
+from frictionlab.uncertainty import Estimate
 
 OUTLIER = 4.0  # robust standard deviations from which a test stands out ...
 FEWEST = 5  # ... among so many tests of its material
@@ -146,10 +146,9 @@ class JointFit:
         With so many times its friction; None where there is none. Sensors and rig are as they are declared.
         """
         i = self.tests(*group)[0]
-        first, unknowns = self.posterior.observations[i], self.posterior.unknowns
+        first = self.posterior.observations[i]
         seen, law = observation.under(first.law, first.held), {p.name for p in first.law.parameters}
-        named = [(j, u) for j in self.posterior.tests[i].index.tolist() if (u := unknowns[j]).name in law]
-        known = {u.name: self.posterior.shared(j, i)[0] * seen.factor(u, first) for j, u in named}
+        known = {name: value for name, value in values_in(seen, self.posterior, i).items() if name in law}
         k = self.by_force.fit.find("beta", i) or 0
         beta = self.by_force.shared(k, i)[0] * first.unit / seen.unit
         found = [seen.state(known | {"beta": beta * each}) for each in times]
@@ -163,8 +162,8 @@ class JointFit:
         They are close at the low end, where the stops change fast. ``row``: one of its tests.
         """
         half = (CURVE_POINTS if self.posterior.law(self.tests(*group)[0]).is_exact else DEAR_POINTS) // 2
-        ratios, unit = np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]), self.unit(group)
-        r = np.unique(ratios)
+        r = np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
+        unit = self.unit(group)
         tests = [replace(row, r=value, turn=row.turn * value / row.r, unit=unit) for value in r.tolist()]
         states = [self.states(group, test)[0] for test in tests]
         return r, np.array([math.nan if state is None else state.energy_per_cycle or 0.0 for state in states])
@@ -179,12 +178,10 @@ class JointFit:
     def coefficient(self, material: str, stiffness: float | None) -> Estimate:
         """Return a material's friction coefficient by all its tests, stiffness and normal forces as they are known."""
         i = self.tests(material)[0]
-        observation = self.posterior.observations[i]
+        observation, ratio = self.posterior.observations[i], self.posterior.estimate("beta", i)
         if isinstance(observation, ForceObservation):
-            return self.posterior.estimate("beta", i)
-        if stiffness is None or not observation.normal_force:
-            return NOT_KNOWN
-        return self.posterior.estimate("beta", i).scaled(stiffness * observation.unit / observation.normal_force)
+            return ratio
+        return ratio.scaled(stiffness).scaled(observation.unit).over(observation.normal_force)
 
     def rig_notes(self, scene: Scene) -> tuple[str, ...]:
         """Return where the tests find sensors and rig, and which of them are far from what is known.
@@ -337,12 +334,15 @@ def fit_together(
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
 
 
+def values_in(observation: Seen, found: Posterior, i: int = 0) -> dict[str, float]:
+    """Return what all tests of a material share, by name, as values in a test of it; ``i``: one in the fit."""
+    first, shared = found.observations[i], ((k, found.unknowns[k]) for k in found.tests[i].index.tolist())
+    return {u.name: found.shared(k, i)[0] * observation.factor(u, first) for k, u in shared}
+
+
 def _forgets(observation: Seen, found: Posterior) -> bool:
     """Whether the motion of a test, by what others of its material have found, forgets how it began."""
-    model = model_of([found.observations[0], observation])
-    known = {u.name: u.at(found.shared(k, 0)[0]) for u in model.unknowns if (k := found.fit.find(u.name)) is not None}
-    point = np.array([known.get(u.name, 0.0) for u in model.unknowns])
-    state = observation.state(model.values(1, point[model.tests[1].index]))
+    state = observation.state(values_in(observation, found))
     return state is not None and state.memory < KEPT
 
 

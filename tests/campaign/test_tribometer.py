@@ -86,18 +86,14 @@ def test_each_material_has_one_coefficient_and_its_law(campaign: Campaign) -> No
 
 def test_it_says_what_it_cannot_give(campaign: Campaign, tmp_path: Path) -> None:
     (said,) = (note for note in campaign.notes if "tribometer" in note)
-    assert "no frequency ratio" in said
-    assert "no energy of a loop" in said
+    assert all(words in said for words in ("no frequency ratio", "no energy of a loop"))
     assert not any("stiffness" in note for note in campaign.notes)
-    assert {(rank.criterion, rank.rank) for rank in campaign.ranking} == {
-        (criterion, None) for criterion in ("energy", "consistency", "drift")
-    }
+    assert {rank.rank for rank in campaign.ranking} == {None}
     page = publish(campaign, tmp_path / "out").read_text()
     assert said in page
     assert "kY²" not in page
-    assert {path.name for path in (tmp_path / "out" / "figures").glob("*.png")} == {
-        "friction.png", "law_brass.png", "law_felt.png",
-    }  # fmt: skip
+    drawn = {path.stem for path in (tmp_path / "out" / "figures").iterdir()}
+    assert drawn == {"friction", "law_brass", "law_felt"}
     law = read_material_law(tmp_path / "out" / "law_brass.toml")
     assert dict(law.rig) == {}
     with pytest.raises(UsageError, match=r"brass: found on a tribometer.*under \[rig\] of the law's file"):
@@ -120,9 +116,7 @@ def test_tests_left_out_are_predicted_by_the_others(campaign: Campaign) -> None:
 
 def test_a_normal_force_that_is_measured_needs_no_fact(tmp_path: Path) -> None:
     found = campaign_of(tmp_path, 2, channel=True)
-    assert [(fit.material, round(fit.normal_force_n)) for fit in found.fits] == [
-        ("brass", 10), ("brass", 20), ("felt", 10), ("felt", 20),
-    ]  # fmt: skip
+    assert [round(fit.normal_force_n) for fit in found.fits] == [10, 20, 10, 20]
     felt = found.amontons[1]
     assert abs(present(felt.coefficient) - 0.22) < 2.5 * present(felt.coefficient_se)
 
@@ -133,3 +127,9 @@ def test_a_coefficient_that_falls_with_the_force_breaks_amontons_law(tmp_path: P
     law = found.material_laws[1]
     assert law.values["friction_n_at_10.0"] == pytest.approx(2.2, rel=0.02)
     assert law.values["friction_n_at_20.0"] == pytest.approx(4.4 * 2.0**-0.4, rel=0.02)
+
+
+def test_harmonics_of_a_motion_that_is_given_are_no_doubt() -> None:
+    made = stroked("felt", SETTINGS[0], np.random.default_rng(1))
+    bent = made.changed(mass_displacement=made.mass_displacement + 2e4 * made.mass_displacement**3)
+    assert not any("base_distortion" in said for said in measure(bent, scene_from_tables(GIVEN)).warnings)
