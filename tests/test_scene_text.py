@@ -13,7 +13,7 @@ import frictionlab as fl
 from frictionlab.errors import UsageError
 from frictionlab.scene import Scene, find_scene, read_scene, scene_from_tables
 from frictionlab.scene.text import tables_of_keys, template, to_toml, value_text
-from tests.desk import ROOT, Run, log_of
+from tests.desk import ROOT, Run, log_of, short_of
 
 CONFIGS = ROOT / "configs"
 
@@ -104,6 +104,9 @@ def test_init_finds_taps_names_and_sheet(run: Run, tmp_path: Path) -> None:
     written = (logs / "frictionlab.toml").read_text(encoding="utf-8")
     of_taps = run("free-vibration", "logs/tap1.csv").stdout.split("[rig]\n")[1]
     assert of_taps in written, "one tap has one uncertainty"
+    assert re.search(
+        r"transient_s = .*; the last of the tests looked at settles after [\d.]+ s\n\n\[sensors\]", written
+    )
     tap(logs / "tap2.csv", 0.0, 1.05)
     said = run("init", "logs", "--force").stdout
     assert "warning: tap2.csv: natural_frequency_hz: the tap at" in said
@@ -117,7 +120,7 @@ def test_init_finds_taps_names_and_sheet(run: Run, tmp_path: Path) -> None:
     ]
 
 
-def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_says_what_to_do(run: Run, tmp_path: Path) -> None:
+def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_is_made(run: Run, tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     t = np.arange(2500) / 250.0
     columns = {"time [s]": t, "displacement [mm]": 2.0 * np.sin(2 * np.pi * t)}
@@ -125,10 +128,14 @@ def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_says_what_to_do
     for name, force in (("brass_2N", 2.0), ("brass_3N", 3.0)):
         log_of(tmp_path / "logs" / f"{name}.csv", {**columns, "normal force [N]": np.full(len(t), force)})
     done = run("init", "logs")
-    assert done.stdout.splitlines()[::3] == ["2 tests", "next: frictionlab batch logs"]
+    assert done.stdout.splitlines()[::3] == ["2 tests", "next: frictionlab batch logs --campaign"]
     assert "to fill in" not in done.stdout
     assert read_scene(tmp_path / "logs" / "frictionlab.toml").rig.kind == "prescribed"
-    assert "without --campaign" in run("batch", "logs", "--campaign", "-o", "together").stderr
+    (tmp_path / "logs" / "frame.csv").write_bytes(short_of(ROOT / "sample_data" / "steel_N1.25_r0.3.csv"))
+    assert "warning: brass_2N.csv, brass_3N.csv: a force and no base" in run("init", "logs", "--force").stdout
+    (tmp_path / "logs" / "frame.csv").unlink()
+    fl.init(tmp_path / "logs", force=True)
+    assert run("batch", "logs", "--campaign", "-o", "together").exit_code == 0
     assert run("batch", "logs", "-o", "each").exit_code == 0
 
 

@@ -228,7 +228,7 @@ def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
     if found.unread and not (found.tests or table):
         typer.echo("next: mend what is not read, as it says, and frictionlab init again")
         return
-    together = " --campaign" if len(found.tests) > 1 and not found.is_tribometer else ""
+    together = " --campaign" if len(found.tests) > 1 else ""
     verb = "batch" if found.tests or not (found.taps or table) else "compare-numeric" if table else "free-vibration"
     place = table if verb == "compare-numeric" else path.parent
     shown = f'"{place}"' if " " in str(place) else place

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 MOST_READ = 12  # logs that are read; the names of all are
 SHEETS = 1 << 16  # bytes; a larger file is no list of tests
+LATEST = 0.7  # share of a record after which nothing is said to have settled
 MOVES = 0.05  # a base that moves more than this share of the mass drives it
 OF_CONTACT = ("contact_force", "torque")  # channels of a tribometer, whose logs have no base
 TOKEN = re.compile(r"([A-Za-z]*?\xa0?)(\d+(?:[.,]\d+)?)(\xa0?[A-Za-z]*)")
@@ -34,6 +35,7 @@ PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequen
 SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
 NO_MATERIALS = (
     "run", "test", "log", "protocol", "data", "record", "recording", "measurement", "messung", "versuch", "file", "exp",
+    "mass", "masse", "base", "basis",
 )  # fmt: skip
 SENSORS = [re.compile(rf"(?<![^\W_])({words})(?![^\W_])", re.IGNORECASE) for words in ("mass|masse|x", "base|basis|y")]
 """Words in names of logs that say whose sensor wrote them, the mass's or the base's."""
@@ -62,7 +64,8 @@ class Found:
     odd: tuple[str, ...] = ()  # tests whose names do not say it
     is_tribometer: bool = False  # no test has a base, all measure a force of the contact: [rig] kind = "prescribed"
     frame: "Mapping[str, Average]" = field(default_factory=dict)  # natural frequency and damping ratio, from the taps
-    doubts: tuple[str, ...] = ()  # of taps that contradict each other
+    doubts: tuple[str, ...] = ()  # of taps that contradict each other, or of rigs of two kinds
+    settled_s: float | None = None  # when the last of the tests that were read had settled
 
     @property
     def lacks(self) -> tuple[str, ...]:
@@ -107,6 +110,12 @@ def look(folder: FilePath) -> Found:
         unread = {log: reason for log, reason in unread.items() if log not in paired}
     pattern, odd = pattern_of([stem_of(log) for log in tests])
     decays = [(log.name, tap) for log, one in seen.items() for tap in one.decays]
+    doubts = [f"{decays[k][0]}: {sentence}" for k, sentence in taps_apart([tap for _, tap in decays])]
+    given = [log.name for log, one in seen.items() if one.is_driven is False]
+    if given and any(one.is_driven for one in seen.values()):
+        doubts.append(
+            f"{', '.join(given)}: a force and no base, as of a tribometer: put them into a folder of their own"
+        )
     return Found(
         tests=tuple(tests),
         taps=tuple(log for log, one in seen.items() if one.decays),
@@ -119,7 +128,8 @@ def look(folder: FilePath) -> Found:
         odd=odd,
         is_tribometer={one.is_driven for one in seen.values()} - {None} == {False},
         frame=averages([tap for _, tap in decays]),
-        doubts=tuple(f"{decays[k][0]}: {sentence}" for k, sentence in taps_apart([tap for _, tap in decays])),
+        doubts=tuple(doubts),
+        settled_s=max((one.settled_s for one in seen.values() if one.settled_s is not None), default=None),
     )
 
 
@@ -131,10 +141,11 @@ class _Seen:
     is_driven: bool | None = None
     decays: "tuple[FreeVibration, ...]" = ()
     reason: str = ""
+    settled_s: float | None = None
 
 
 def _seen(log: Path, scene: Scene) -> _Seen:
-    from frictionlab.verbs.one_test import free_vibration, frequency_table_given, ingest
+    from frictionlab.verbs.one_test import analyze, free_vibration, frequency_table_given, ingest
 
     reason = ""
     try:
@@ -142,7 +153,11 @@ def _seen(log: Path, scene: Scene) -> _Seen:
         measured = recording.measured()
         is_driven = not any(name in measured for name in OF_CONTACT) or any("base" in name for name in measured)
         if not is_driven or np.ptp(recording.base_displacement) > MOVES * np.ptp(recording.mass_displacement):
-            return _Seen(is_test=True, is_driven=is_driven)
+            at = None
+            with contextlib.suppress(FrictionlabError):  # it is a test all the same: the batch says what is wrong
+                at = analyze(recording, transient_s=min(1.0, 0.1 * recording.duration_s), cycles="all").settled_s
+            is_late = at is None or at > LATEST * recording.duration_s
+            return _Seen(is_test=True, is_driven=is_driven, settled_s=None if is_late else at)
     except FrictionlabError as error:
         reason = str(error)
     try:
@@ -200,7 +215,7 @@ def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
     (('{material}_N{normal_force_n}_r{nominal_frequency_ratio}', ()), ('{material}_{normal_force_g}g', ('steel_x',)))
     >>> pattern_of(["oak 1 N r 0.5", "oak 2 N r 0.7"]), pattern_of(["test1", "some other"])
     (('{material} {normal_force_n} N r {nominal_frequency_ratio}', ()), (None, ()))
-    >>> pattern_of(["run_1", "run_2"]), pattern_of(["oak 3N long"]), pattern_of(["oak dry 3N", "oak wet 3N"])
+    >>> pattern_of(["run1_mass", "run2_mass"]), pattern_of(["oak 3N long"]), pattern_of(["oak dry 3N", "oak wet 3N"])
     ((None, ()), ('{material} {normal_force_n}N long', ()), (None, ()))
     """
     for sign in ("_", "-", " "):
