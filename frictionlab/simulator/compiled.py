@@ -24,7 +24,6 @@ llvm: Any = importlib.import_module("llvmlite.ir")
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-
 EXACT = ("phase", "motion", "flow", "account", "orbit", "answer")
 SOURCES = ("compiled", "row", "laws/law", *(f"exact/{name}" for name in EXACT), "numeric/radau")
 

@@ -7,8 +7,10 @@ ROW = 14
 
 # Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
 # COSTLY: the search took more work than it may. Of a search that is to go on, OVERFULL: more pieces than there is space
-# for; AWAITED: the motion from a start is to be followed.
-PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, COSTLY, OVERFULL, AWAITED = range(10)
+# for; RESTING: friction may hold the mass; UNREACHED: other starts are to be tried; AWAITED: the motion from a start is
+# to be followed.
+PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, COSTLY = range(8)
+OVERFULL, RESTING, UNREACHED, AWAITED = range(8, 12)
 
 PATIENCE = 4096  # cycles that a motion is followed for
 EXACT, CLOSED_FORM, INTEGRATED = 0.0, 1.0, 2.0  # what SOLVER says

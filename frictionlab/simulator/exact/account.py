@@ -52,7 +52,7 @@ def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
     """
     if work.entered != k:
         work.slot = enter(system, work, pieces, k)
-    modes_at(system, work, work.slot, t, False)
+    modes_at(system, work, work.slot, t)
     for c in range(system.contacts):
         work.force[c] = contact_force(system, work, work.slot, c)
         work.slip[c] = place_of(system, work.now_v, c, work.f[1]) if work.side[c] != 0 else 0.0

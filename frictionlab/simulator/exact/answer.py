@@ -4,7 +4,7 @@ Den Hartog's continuous motion (2.10-2.14) answers where it is valid: one undamp
 pure cosine.
 """
 
-from math import atan2, floor, hypot, inf, isnan, nan, pi, sqrt, tan
+from math import atan2, floor, hypot, inf, nan, pi, sqrt, tan
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,12 @@ from frictionlab.simulator.compiled import compiled, entry, inlined, inner
 from frictionlab.simulator.exact import orbit
 from frictionlab.simulator.exact.account import call_account
 from frictionlab.simulator.exact.flow import TURN_OF, Carrier, call_run, freeze, is_integrated, is_rigid, set_contact
-from frictionlab.simulator.exact.motion import base_at_time, contact_force, place_of
+from frictionlab.simulator.exact.motion import base_at_time, contact_force
 from frictionlab.simulator.exact.orbit import TURN
-from frictionlab.simulator.exact.phase import DONE, TIRED, factorise, slot_of, substitute
+from frictionlab.simulator.exact.phase import DONE, TIRED, slot_of
 
 LOOKS = 1e7  # evaluations in a search, for each harmonic: some seconds
 CYCLES = 150.0  # natural periods that a search may always follow, ten evaluations each
-RESTING = 64  # cycles in which a mass that can rest comes to rest, or nearly so
 
 
 @compiled
@@ -76,126 +75,6 @@ def grows(system: Any) -> bool:
     return False
 
 
-@inner
-def places_of_rest(system: Any, work: Any, slot: int) -> tuple[float, float]:
-    """Return the least and the largest place at which friction holds one mass; none does where the least is larger.
-
-    By the extremes of the force that holds it at s = 0; times all over the cycle come first, so that few rule rest out.
-    """
-    by_f, stiffness, least, largest = work.phases.seen_f, system.stiffness[0, 0], inf, -inf
-    up, down = system.up[0] * system.limit[0], system.down[0] * system.limit[0]
-    up_share, down_share = stiffness + up * system.gradient[0], stiffness - down * system.gradient[0]
-    if min(up_share, down_share) <= 0.0:
-        return least, largest
-    if system.harmonics == 1:
-        size = abs(system.lines[0] * complex(by_f[slot, 0, 0] - by_f[slot, 0, 2], by_f[slot, 0, 1]))
-        return (size - up) / up_share, (down - size) / down_share
-    high, low, finer = -inf, inf, max(1, system.harmonics)
-    for k in range(64 * finer):
-        i = 25 * k % 64 * finer + k // 64
-        begin, end = TURN * i / (64 * finer), TURN * (i + 1) / (64 * finer)
-        for _ in range(54):
-            middle = 0.5 * (begin + end)
-            work.tau = middle
-            base_at_time(system, work)
-            value = by_f[slot, 0, 0] * work.f[0] + by_f[slot, 0, 1] * work.f[1] + by_f[slot, 0, 2] * work.f[2]
-            slope = by_f[slot, 0, 0] * work.f[1] + by_f[slot, 0, 1] * work.f[2] + by_f[slot, 0, 2] * work.f[3]
-            bend = by_f[slot, 0, 0] * work.f[2] + by_f[slot, 0, 1] * work.f[3] + by_f[slot, 0, 2] * work.f[4]
-            high, low = max(high, value), min(low, value)
-            if abs(slope) > abs(bend) * (end - begin):  # no crest here
-                break
-            begin, end = (middle, end) if slope * bend < 0.0 else (begin, middle)
-        least, largest = (high - up) / up_share, (low + down) / down_share
-        if least > largest:
-            break
-    return least, largest
-
-
-@inlined
-def comes_to_rest(flow: Any, leg: Any, y: FloatArray, alone: bool) -> bool:
-    """Return whether the motion of one mass with a rigid contact ends at rest; its place is written into y.
-
-    Under plain dry friction it does wherever a place holds the mass: the distance to a motion at rest never grows. It
-    may need endlessly many ever smaller slides, and ends at the edge of the places then; elsewhere such slides show it.
-    """
-    system, work = flow.system, flow.work
-    if system.masses != 1 or system.contacts != 1 or not is_rigid(system, 0):
-        return False
-    work.kappa[0] = inf
-    slot = slot_of(system, work.phases, work.kappa)
-    least, largest = places_of_rest(system, work, slot)
-    if least > largest:
-        return False
-    if least <= y[0] <= largest and y[1] == 0.0:
-        return True
-    image, before = np.empty(len(y)), 0.0
-    leg.tau, leg.span, leg.turns, leg.sign = 0.0, TURN, 1, 1.0
-    for cycle in range(RESTING):
-        if orbit.carry(flow, leg, y, image, False) != DONE:
-            return False
-        y[0], y[1] = image[0], image[1]
-        if work.path == 0.0:
-            return True
-        before = work.path if cycle == RESTING // 2 else before
-    inside = 4e-16 * (orbit.drive_size(system) + abs(least) + abs(largest))
-    aim = 0.5 * (least + largest)
-    if largest - least > 2.0 * inside:
-        aim = min(max(y[0], least + inside), largest - inside)
-    rests = alone or (work.path < 0.5 * before and abs(y[0] - aim) < 4.0 * RESTING * work.path)
-    if rests:
-        y[0], y[1] = aim, 0.0
-    return rests
-
-
-@inlined
-def start_from(system: Any, work: Any, start: FloatArray, held: bool) -> bool:
-    """Write the forced motion at tau = 0 as a start: contacts without friction, or elastic ones held; False: none.
-
-    Of each harmonic the imaginary parts of displacements are solved for, then the real ones.
-    """
-    n, start[:] = system.masses, 0.0
-    matrix, force, rows = np.empty((2 * n, 2 * n)), np.empty(2 * n), np.empty(2 * n, np.int64)
-    for c in range(system.contacts):
-        work.kappa[c] = 0.0
-        for i in range(system.first[c], system.first[c + 1]):
-            work.kappa[c] += system.spring[i] if held else 0.0
-    for m in range(system.harmonics):
-        k, line = m + 1.0, system.lines[m]
-        for a in range(n):
-            push = complex(system.push[a, 0], k * system.push[a, 1])
-            for b in range(n):
-                stiff, thick = system.stiffness[a, b] - k * k * system.inertia[a, b], k * system.damping[a, b]
-                for c in range(system.contacts):
-                    stiff += work.kappa[c] * system.row[c, a] * system.row[c, b]
-                matrix[a, b] = matrix[n + a, n + b] = stiff
-                matrix[a, n + b], matrix[n + a, b] = thick, -thick
-            for c in range(system.contacts):
-                push += work.kappa[c] * system.follow[c] * system.row[c, a]
-            force[a], force[n + a] = (push * line).imag, (push * line).real
-        if not factorise(matrix, 2 * n, rows, 1e-15):
-            return False
-        substitute(matrix, 2 * n, rows, force)
-        for a in range(n):
-            start[a] += force[n + a]
-            start[n + a] -= k * force[a]
-    return True
-
-
-@inner
-def fill_starts(system: Any, work: Any, starts: FloatArray) -> None:
-    """Write where a search may begin (3, size): at rest, forced with elastic contacts held, forced without friction."""
-    n = system.masses
-    work.tau = 0.0
-    base_at_time(system, work)
-    for kind in range(3):
-        if kind == 0 or not start_from(system, work, starts[kind], kind == 1):
-            for k in range(2 * n + system.sliders):
-                starts[kind, k] = 0.0
-        for c in range(system.contacts):
-            for i in range(system.first[c], system.first[c + 1]):
-                starts[kind, 2 * n + i] = 0.0 if kind == 1 else place_of(system, starts[kind], c, work.f[0])
-
-
 @inlined
 def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
     """Write Den Hartog's motion as an orbit; return whether it is one: a straight way between two turns, no stop."""
@@ -207,55 +86,74 @@ def closed_form(flow: Any, leg: Any, y: FloatArray) -> bool:
     amplitude *= abs(drive)
     if amplitude * system.inertia[0, 0] <= system.limit[0] * (1.0 - 1e-9) or amplitude == 0.0:
         return False
-    image = np.empty(2)
+    begun, image = np.array((amplitude, 0.0)), np.empty(2)
     leg.tau, leg.span, leg.turns, leg.sign = (phase - np.angle(drive)) % TURN, 0.5 * pi, 1, 1.0
-    y[0], y[1] = amplitude, 0.0
-    if orbit.carry(flow, leg, y, image, False) != DONE:
+    if orbit.carry(flow, leg, begun, image, False) != DONE:
         return False
-    y[0], y[1] = image[0], image[1]
-    leg.tau, leg.span, leg.sign = (leg.tau + 0.5 * pi) % TURN, pi, -1.0
-    code = orbit.carry(flow, leg, y, image, True)
+    orbit.copy(image, begun)
+    leg.tau, leg.span, leg.sign, leg.stalls = (leg.tau + 0.5 * pi) % TURN, pi, -1.0, orbit.FULL
+    code = orbit.carry(flow, leg, begun, image, True)
     straight = work.signature == 1 + TURN_OF and abs(work.path - 2.0 * amplitude) <= 1e-9 * amplitude
-    miss = orbit.distance(system, y, image)
+    miss = orbit.distance(system, begun, image)
     if code == DONE and straight and 1e-14 * amplitude < miss <= 1e-9 * amplitude:
-        miss, code = orbit.shoot(flow, leg, y, orbit.FULL)
-    return code == DONE and straight and miss <= 1e-9 * amplitude
+        miss, code = orbit.shoot(flow, leg, begun)
+    if code != DONE or not straight or miss > 1e-9 * amplitude:
+        return False
+    orbit.copy(begun, y)
+    return True
+
+
+@inner
+def may_rest(system: Any) -> bool:
+    """Return whether friction may hold one mass for ever; False is certain, where to is for Python to say.
+
+    The force that holds it swings by its amplitude, or by twice its root mean square at least.
+    """
+    if system.masses != 1 or system.contacts != 1 or not is_rigid(system, 0):
+        return False
+    square, up, down = 0.0, system.up[0] * system.limit[0], system.down[0] * system.limit[0]
+    for m in range(system.harmonics):
+        square += abs(system.lines[m] * complex(system.push[0, 0], (m + 1.0) * system.push[0, 1])) ** 2
+    swing = sqrt((4.0 if system.harmonics == 1 else 2.0) * square)
+    more, less = system.stiffness[0, 0] + up * system.gradient[0], system.stiffness[0, 0] - down * system.gradient[0]
+    return min(more, less) > 0.0 and swing * min(more, less) <= up * less + down * more
 
 
 @inlined
-def find(flow: Any, leg: Any, y: FloatArray, row: FloatArray) -> int:
-    """Find a steady state without following the motion, and write the start of its orbit; return an outcome.
+def find(flow: Any, leg: Any, y: FloatArray, row: FloatArray, rests: bool) -> int:
+    """Find the orbit that Newton's method comes to from a start, and write its own; return an outcome.
 
-    AWAITED: orbits may coexist, and the motion from rest is to be followed: `follow`. What is integrated starts from y.
+    RESTING: friction may hold the mass (asked if it `rests`); UNREACHED: other starts are to be tried; AWAITED: orbits
+    may coexist, and the motion is to be followed.
     """
-    system, work, starts, count, smooth = flow.system, flow.work, np.empty((3, len(y))), 1, True
-    alone = bool(system.alone)
+    system, work, image, alone = flow.system, flow.work, np.empty(len(y)), bool(flow.system.alone)
     if grows(system):
         return places.UNBOUNDED
-    orbit.copy(y, starts[0])
     if not is_integrated(system):
         if system.masses == 1 and abs(system.limit[0] * system.gradient[0]) >= system.stiffness[0, 0]:
             return places.RUNAWAY
-        fill_starts(system, work, starts)
-        orbit.copy(starts[0], y)
-        if comes_to_rest(flow, leg, y, alone):
-            return places.STUCK
+        if rests and may_rest(system):
+            return places.RESTING
         if alone and closed_form(flow, leg, y):
             return places.PERIODIC
-        count = 3 if system.sliders else 2
+        rubs, breaks = False, False
         for c in range(system.contacts):
-            smooth = smooth and system.up[c] == 1.0 and system.down[c] == 1.0
-    if not smooth:
-        return places.AWAITED
+            rubs = rubs or system.limit[c] > 0.0
+            breaks = breaks or system.up[c] != 1.0 or system.down[c] != 1.0
+        if breaks or not rubs:
+            return places.AWAITED if rubs else places.UNREACHED
     orbit.whole(leg, 1, 2 if system.mirrored else 1)
-    miss, code = orbit.only_orbit(flow, leg, starts[:count], y)
-    floor, row[places.MISS] = orbit.floor_of(system, orbit.size_of(system, work, y)), miss
-    if code == TIRED or (code != DONE and alone):
-        return orbit.verdict_of(code)
-    if alone:
-        return places.PERIODIC if miss <= 1e3 * floor else places.NOT_FOUND
-    stable = code == DONE and miss <= floor and abs(orbit.multiplier(system, work)) <= 1.0 + 1e-9
-    return places.PERIODIC if stable and (system.sliders <= 1 or is_integrated(system)) else places.AWAITED
+    leg.stalls = orbit.SOME
+    for _ in range(2):
+        orbit.carry(flow, leg, y, image, False)
+        orbit.copy(image, y)
+    miss, code = orbit.shoot(flow, leg, y)
+    row[places.MISS] = miss
+    if code != DONE:
+        return orbit.VERDICT[code] if alone or code == TIRED else places.AWAITED
+    if miss > orbit.floor_of(system, orbit.size_of(system, work, y)):
+        return places.UNREACHED
+    return places.PERIODIC if alone or orbit.is_stable(system, work) else places.AWAITED
 
 
 @inlined
@@ -304,13 +202,12 @@ def fill_energies(system: Any, leg: Any, held: bool, size: float, numbers: Any, 
 
 
 @inner
-def begin_row(flow: Any, leg: Any, row: FloatArray) -> float:
+def begin_row(flow: Any, row: FloatArray) -> float:
     """Empty a row; return the evaluations that a search may take, which are written as those left."""
     system, work = flow.system, flow.work
     if system.masses == 1:
         work.phases.count, work.phases.next = 0, 0
     work.left = min(work.left, system.harmonics * (LOOKS + CYCLES * 10.0 / system.r))
-    leg.tau, leg.span, leg.turns, leg.sign = 0.0, TURN, 1, 1.0
     for k in range(len(row)):
         row[k] = nan
     row[places.SOLVER], row[places.MISS] = places.EXACT, 0.0
@@ -321,7 +218,7 @@ def begin_row(flow: Any, leg: Any, row: FloatArray) -> float:
 def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: Any, row: FloatArray) -> None:
     """Fill the row of what was found with so many evaluations given; an orbit is that of the run last carried."""
     system, work, image = flow.system, flow.work, np.empty(len(y))
-    outcome = places.COSTLY if work.left < 0.0 and found != places.AWAITED else found
+    outcome = places.COSTLY if work.left < 0.0 and found < places.OVERFULL else found
     work.spent, work.left = given - work.left, inf
     row[places.OUTCOME] = float(outcome)
     if outcome not in (places.PERIODIC, places.STUCK):
@@ -352,32 +249,44 @@ def end_row(flow: Any, leg: Any, y: FloatArray, found: int, given: float, sums: 
 def solve(
     systems: Any, works: Any, pieces: FloatArray, legs: Any, ys: FloatArray, sums: Any, rows: FloatArray, left: float
 ) -> None:
-    """Fill the rows (k, ROW) of steady states of systems, each by itself, as far as no motion has to be followed.
+    """Fill the rows (k, ROW) of steady states of systems, each by itself, as far as Newton's method comes at once.
 
-    Starts are read from `ys` (k, size), where what is not integrated needs none, and starts of the orbits are written
-    there; leg, pieces and sums (NUMBERS) are the last one's. `left`: evaluations that each may take, if those are fewer
+    Starts are read from `ys` (k, size), and starts of the orbits are written there; leg, pieces and sums (NUMBERS) are
+    the last one's. What a row says already is taken for it: RESTING, that the mass does not come to rest; PERIODIC or
+    STUCK, that the start is of an orbit, that of the leg. `left`: evaluations that each may take, if those are fewer
     than its share.
     """
     for k in range(len(rows)):
-        flow, works[0].left = Carrier(systems[k], works[0], pieces), left
-        given = begin_row(flow, legs[0], rows[k])
-        end_row(flow, legs[0], ys[k], find(flow, legs[0], ys[k], rows[k]), given, sums[0], rows[k])
+        flow, works[0].left, found = Carrier(systems[k], works[0], pieces), left, rows[k, places.OUTCOME]
+        given = begin_row(flow, rows[k])
+        if found == places.PERIODIC:
+            orbit.carry(flow, legs[0], ys[k], np.empty(ys.shape[1]), True)
+        else:
+            orbit.whole(legs[0], 1, 1)
+        if found not in (places.PERIODIC, places.STUCK):
+            found = find(flow, legs[0], ys[k], rows[k], found != places.RESTING)
+        end_row(flow, legs[0], ys[k], int(found), given, sums[0], rows[k])
 
 
 @entry
 def follow(
     systems: Any, works: Any, pieces: FloatArray, legs: Any, ys: FloatArray, sums: Any, rows: FloatArray, left: float
 ) -> None:
-    """As `solve`, of the orbits that motions from starts settle on; from rest where those are not numbers."""
-    starts = np.empty((3, ys.shape[1]))
+    """As `solve`, of the orbits that motions from starts settle on."""
     for k in range(len(rows)):
         flow, works[0].left = Carrier(systems[k], works[0], pieces), left
-        given = begin_row(flow, legs[0], rows[k])
-        if isnan(ys[k, 0]):
-            fill_starts(flow.system, flow.work, starts)
-            orbit.copy(starts[0], ys[k])
+        given = begin_row(flow, rows[k])
         rows[k, places.MISS], found = orbit.settle_from(flow, legs[0], ys[k], 2 if flow.system.mirrored else 1)
         end_row(flow, legs[0], ys[k], found, given, sums[0], rows[k])
+
+
+@entry
+def shoot_on(systems: Any, works: Any, pieces: FloatArray, legs: Any, y: FloatArray) -> tuple[float, float, int, bool]:
+    """Move a state to the orbit of a leg nearby; return its miss, that which is none, how it ended, if it is stable."""
+    flow = Carrier(systems[0], works[0], pieces)
+    miss, code = orbit.shoot(flow, legs[0], y)
+    floor = orbit.floor_of(flow.system, orbit.size_of(flow.system, flow.work, y))
+    return miss, floor, code, orbit.is_stable(flow.system, flow.work)
 
 
 @entry

@@ -326,7 +326,7 @@ def first_event(system: Any, work: Any, slot: int, span: float) -> tuple[float, 
     """Return when the phase ends within a span, by which contact and how; (span, -1, 0) where nothing happens."""
     t, end, grows = 0.0, 0.0, system.harmonics == 0 or work.phases.close[slot]
     window = (SHORT if grows else WINDOW) / work.fastest
-    modes_at(system, work, slot, 0.0, True)
+    modes_at(system, work, slot, 0.0)
     while t < span:
         if t >= end:
             end = min(span, t + window)
@@ -343,7 +343,7 @@ def first_event(system: Any, work: Any, slot: int, span: float) -> tuple[float, 
             return t, contact, how
         met, t = work.sure and least < end - t, end if least >= end - t else t + least
         if t < span or end < span:
-            modes_at(system, work, slot, t, True)
+            modes_at(system, work, slot, t)
         if met:
             return t, contact, how
     return span, -1, 0
@@ -450,7 +450,8 @@ def after_event(system: Any, work: Any, slot: int, c: int, how: int) -> bool:
         work.resting[c], work.breaking = side, c
     else:  # what meets its threshold gives way
         if abs(place_of(system, work.v, c, work.f[1])) <= still_speed(system, work):  # a rigid contact held it there
-            watch(system, work, slot, c, TURN_OF)
+            work.how = TURN_OF
+            watch(system, work, slot, c, work.how)
             slope, bend = work.seen[1], work.seen[2]
             if side * slope < 0.0 and (abs(slope) > BARELY * work.fastest or side * bend < 0.0):  # it moves back
                 work.lead[c, how] = 2
@@ -510,7 +511,7 @@ def advance(system: Any, work: Any, pieces: FloatArray, slot: int, length: float
             pieces[at, begun + a], pieces[at, begun + n + a] = work.q[a], work.v[a]
         for c in range(contacts):
             pieces[at, begun + 2 * n + c], pieces[at, begun + 2 * n + contacts + c] = work.kappa[c], work.offset[c]
-    modes_at(system, work, slot, length, True)
+    modes_at(system, work, slot, length)
     if tangent:
         flow_over(system, work, slot)
         carry_jacobian(system, work)

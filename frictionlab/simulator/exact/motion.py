@@ -26,7 +26,6 @@ from frictionlab.simulator.exact.phase import (
 ORDERS = 5  # values and four derivatives
 LONG = 4.0  # rad: over longer spans the sine itself is taken, lest roundings of the half angle's add up over cycles
 
-
 _N, _C, _D, _S, _H = MASSES, CONTACTS, MODES, SLIDERS, HARMONICS
 _J = 2 * _N + _S
 
@@ -265,17 +264,16 @@ def begin_mode(system: Any, work: Any, i: int, j: int) -> None:
 
 
 @inner
-def modes_at(system: Any, work: Any, i: int, t: float, derived: bool) -> None:
+def modes_at(system: Any, work: Any, i: int, t: float) -> None:
     """Write what each mode has grown by, its derivatives, the base's motion and the masses' at a time after the begin.
 
-    Growth is not a difference of values: motions that are small beside the drive keep their digits. Not `derived`:
-    second and higher derivatives of the modes are left out.
+    Growth is not a difference of values: motions that are small beside the drive keep their digits.
     """
     if t == work.at:
         return
     phases, w = work.phases, work.w
     work.left -= 1.0
-    work.at = t if derived else np.nan
+    work.at = t
     base_at(system, work, t)
     for j in range(phases.modes[i]):
         rate = phases.rate[i, j]
@@ -298,10 +296,9 @@ def modes_at(system: Any, work: Any, i: int, t: float, derived: bool) -> None:
                 w0 += phases.fore[i, j, m] * grown
             apart, both = k * (fore - back), k * k * (fore + back)
             w1 += complex(-apart.imag, apart.real)
-            if derived:
-                w2 -= both
-                w3 += k * k * complex(apart.imag, -apart.real)
-                w4 += k * k * both
+            w2 -= both
+            w3 += k * k * complex(apart.imag, -apart.real)
+            w4 += k * k * both
         w[0, j], w[1, j], w[2, j], w[3, j], w[4, j] = w0, w1, w2, w3, w4
         for m in range(system.harmonics if phases.close[i] else 0):
             if phases.near[i, j, m] == 1:

@@ -17,7 +17,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import inlined, inner
 from frictionlab.simulator.exact.flow import call_run, is_integrated
-from frictionlab.simulator.exact.phase import DONE, PULLS, STEEP, TIRED, factorise, substitute
+from frictionlab.simulator.exact.phase import DONE, factorise, substitute
 
 TURN = 2.0 * pi
 STEPS, FEW_STEPS = 60, 8  # of Newton's method, firmly and in full steps alone
@@ -26,7 +26,6 @@ FULL, SOME, MANY = 0, 6, 60  # times that the map is applied where no share of a
 ROUNDED = -1.0
 CONVERGED, ALMOST = 1e-13, 1e-8  # of an orbit's size: what steps leave of a miss, and what is taken where no less comes
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
-SECTIONS = 4  # phases of the drive from which the only orbit is tried
 LONGEST = 512  # cycles of the longest orbit looked for
 LONGEST_ELASTIC = 128
 ENOUGH = 384  # for a motion that does not pass the same events in each, beside those in which friction stops it
@@ -34,8 +33,12 @@ FOR_GOOD = 1e-7  # of its size: a motion so near to an orbit slips where that do
 NEAR = 0.01  # of its size: how near a motion must come to where it was before an orbit is tried
 EAGER = 64  # maps after each of which that is looked for; later after every eighth
 
-LEG = np.dtype([("tau", "f8"), ("span", "f8"), ("turns", "i8"), ("sign", "f8")])
-"""The map whose fixed point is an orbit: turns times a span from tau on, the end multiplied by sign."""
+VERDICT = (places.PERIODIC, places.CHATTERED, places.PULLING, places.COSTLY, places.RUNAWAY)  # of how a run ended
+
+LEG = np.dtype([("tau", "f8"), ("span", "f8"), ("turns", "i8"), ("sign", "f8"), ("stalls", "i8")])
+"""The map whose fixed point is an orbit: turns times a span from tau on, the end multiplied by sign.
+
+`stalls`: how often a search by Newton's method may apply it where no step helps."""
 
 
 @inner
@@ -178,7 +181,7 @@ def newton_target(system: Any, work: Any, leg: Any, y: FloatArray, image: FloatA
 
 
 @inner
-def shoot(flow: Any, leg: Any, y: FloatArray, stalls: int) -> tuple[float, int]:
+def shoot(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
     """Move a state to the fixed point of a leg's map nearby; return its miss and how the last run ended.
 
     Each of Newton's steps must halve the miss. Where the map itself may be applied, some times (`stalls`), they are
@@ -186,7 +189,7 @@ def shoot(flow: Any, leg: Any, y: FloatArray, stalls: int) -> tuple[float, int]:
     from the state.
     """
     system, work = flow.system, flow.work
-    image, turns = np.empty(len(y)), 1
+    image, turns, stalls = np.empty(len(y)), 1, leg.stalls
     code = carry(flow, leg, y, image, True)
     miss = distance(system, y, image)
     least = LEAST if stalls > FULL else 1.0
@@ -278,6 +281,12 @@ def multiplier(system: Any, work: Any) -> float:
 
 
 @inner
+def is_stable(system: Any, work: Any) -> bool:
+    """Return whether the orbit last carried draws motions nearby, as far as its derivative says it."""
+    return abs(multiplier(system, work)) <= 1.0 + 1e-9 and (system.sliders <= 1 or is_integrated(system))
+
+
+@inner
 def squared(matrix: FloatArray, share: float) -> FloatArray:
     """Return the square of a share of a matrix: without a library that takes seconds to compile in."""
     size, out = len(matrix), np.zeros((len(matrix), len(matrix)))
@@ -287,56 +296,6 @@ def squared(matrix: FloatArray, share: float) -> FloatArray:
                 for j in range(size):
                     out[i, j] += (share * matrix[i, k]) * (share * matrix[k, j])
     return out
-
-
-@inlined
-def only_orbit(flow: Any, leg: Any, starts: FloatArray, y: FloatArray) -> tuple[float, int]:
-    """Find the one orbit of a problem whose motions only draw nearer, from rest or another of some starts (k, size).
-
-    The map has a kink where a contact comes to rest just at the section, and Newton's method may stall there: then the
-    section is shifted.
-    """
-    system, work = flow.system, flow.work
-    image, miss, code, rubs = np.empty(len(y)), inf, DONE, False
-    for c in range(system.contacts):
-        rubs = rubs or system.limit[c] > 0.0
-    for attempt in range(len(starts) + SECTIONS - 1):
-        leg.tau = 0.7 * max(0, attempt + 1 - len(starts))
-        copy(starts[attempt if attempt < len(starts) else 0], y)
-        for _ in range(2 if attempt == 0 or attempt >= len(starts) else 0):
-            carry(flow, leg, y, image, False)
-            copy(image, y)
-        miss, code = shoot(flow, leg, y, SOME)
-        idle = attempt == 0 and not rubs and len(starts) > 1 and distance(system, starts[0], starts[1]) > 0.0
-        fails = code == TIRED or (code != DONE and attempt == 0)  # another start may only lie too far away
-        if fails or (code == DONE and miss <= floor_of(system, size_of(system, work, y)) and not idle):
-            return miss, code
-    if system.masses == 1 and system.sliders == 0 and not is_integrated(system):
-        return continued(flow, leg, y)
-    leg.tau = 0.0
-    copy(starts[0], y)
-    return shoot(flow, leg, y, MANY)
-
-
-@inlined
-def continued(flow: Any, leg: Any, y: FloatArray) -> tuple[float, int]:
-    """Find the orbit that is reached from one with more friction, step by step.
-
-    Where stops are about to vanish Newton's method converges only from the side on which the mass stops: more friction
-    is on that side.
-    """
-    system = flow.system
-    more = 0.03
-    limit = system.limit[0]
-    leg.tau = 0.0
-    for k in range(len(y)):
-        y[k] = 0.0
-    while more > 0.0:
-        system.limit[0] = limit * (1.0 + more)
-        shoot(flow, leg, y, SOME)
-        more = 0.2 * more if more > 1e-17 else 0.0
-    system.limit[0] = limit
-    return shoot(flow, leg, y, MANY)
 
 
 @inlined
@@ -352,7 +311,8 @@ def finish(flow: Any, leg: Any, y: FloatArray) -> tuple[float, bool]:
     if carry(flow, leg, y, later, False) != DONE:
         return inf, False
     passed, extent = work.signature, size_of(system, work, y)
-    miss, code = shoot(flow, leg, orbit, FULL)
+    leg.stalls = FULL
+    miss, code = shoot(flow, leg, orbit)
     floor, radius = floor_of(system, extent), abs(multiplier(system, work))
     if code != DONE or miss > floor:
         return miss, False
@@ -393,7 +353,8 @@ def shortest(flow: Any, leg: Any, y: FloatArray, miss: float) -> float:
             code = carry(flow, leg, y, image, True)
             less = distance(system, y, image)
             if code == DONE and less <= 1e3 * floor_of(system, size_of(system, work, y)):
-                return shoot(flow, leg, y, FULL)[0]
+                leg.stalls = FULL
+                return shoot(flow, leg, y)[0]
     leg.turns = turns
     carry(flow, leg, y, image, True)
     return miss
@@ -418,7 +379,7 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, i
         whole(leg, 1, each)
         code = carry(flow, leg, y, past[at % keep], False)
         if code != DONE:
-            return inf, verdict_of(code)
+            return inf, VERDICT[code]
         still = still + 1 if work.path == 0.0 else 0
         copy(past[at % keep], y)
         if still == each and system.sliders == 0 and system.masses == 1:
@@ -470,13 +431,3 @@ def nearest(
         if i == maps:
             best, least = maps, away
     return best, least
-
-
-@inner
-def verdict_of(code: int) -> int:
-    """Return the outcome of a run that did not come to its end."""
-    if code == PULLS:
-        return places.PULLING
-    if code == TIRED:
-        return places.COSTLY
-    return places.RUNAWAY if code == STEEP else places.CHATTERED

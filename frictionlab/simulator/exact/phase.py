@@ -24,10 +24,9 @@ DONE, CHATTER, PULLS, TIRED, STEEP = range(5)  # how a run ended
 CRITICAL = 2e-10  # over the squared frequency: two rates nearer than this are parted by it (zeta moved by 1e-10)
 ROUNDING = 1e-13  # a contact that moves by a smaller share of the masses' motion is held by others
 SIDE = (
-    6  # column of a recorded piece from which on slip directions stand; before: begin, length, cubic of a sampled base
+    6  # column of a recorded piece from which on slip directions stand; before: begin, length, a sampled base's cubic
 )
 NEAR = 0.02  # a harmonic nearer to a rate than this is taken by its divided difference
-
 
 MASSES, CONTACTS, SLIDERS, HARMONICS = 6, 6, 200, 64  # what a structure may have
 MODES = 2 * MASSES

@@ -4,12 +4,12 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import ceil, inf, nan, pi
-from typing import Any, ClassVar, NamedTuple, cast
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import address_in_python, announce, record_of
@@ -31,6 +31,8 @@ MODES = address_in_python(phase.make_modes, phase.SYSTEM, phase.PHASES)
 
 TURN = 2.0 * pi
 TOUCH = 1e-13  # rad: a shorter stick is no stop
+SECTIONS = 4  # phases of the drive from which the only orbit is tried
+RESTING = 64  # cycles in which a mass that can rest comes to rest, or nearly so
 PIECES = 512  # recorded at first
 MOST_PIECES = 1 << 22
 NOTHING: FloatArray = np.empty((0, 0))
@@ -343,7 +345,7 @@ class Flow:
         Pieces are recorded as far as there is space for them.
         """
         works, legs, end = self.workspace(), record_of(orbit.LEG), np.empty(self.size)
-        legs[0], works[0]["left"] = (tau, span, turns, 1.0), self.longest
+        legs[0], works[0]["left"] = (tau, span, turns, 1.0, 0), self.longest
         self.refuse(answer.carry_on(self.systems, works, pieces, legs, start.copy(), end, derived))
         return end, works[0]["jacobian"][: self.size, : self.size].copy(), int(works[0]["count"])
 
@@ -366,11 +368,15 @@ class Flow:
         `waits`: the motion is followed at once. `left`: evaluations that the search may take, if those are fewer than
         its own share.
         """
-        ys = np.full((1, self.size), nan) if start is None else start[np.newaxis].copy()
+        if start is None:
+            still, f = np.zeros(self.masses), self.systems[0]["lines"].real
+            start = np.zeros(self.size) if self.masses == 1 else self.rest_at(still, still, float(f.sum()))
         count = PIECES if self.most == inf else 0  # an integrated orbit is recorded when it is found
         works, kept = self.workspace(), np.empty((count, self.width))
-        rows, leg, pieces = _searched(works, self.systems, ys, kept, waits=waits, left=min(left, self.most))
-        return Solved(rows[0], ys[0], pieces[: int(works[0]["count"])], leg, float(works[0]["spent"]))
+        search = Search(works, self.systems, start[np.newaxis].copy(), kept, min(left, self.most))
+        search.run(waits=waits)
+        pieces = search.pieces[: int(works[0]["count"])]
+        return Solved(search.rows[0], search.ys[0], pieces, search.legs[0], search.spent)
 
     def refuse(self, code: int, motion: str = "") -> None:
         """Raise the named error of a run that did not come to its end; `motion`: of what."""
@@ -454,34 +460,173 @@ class Flow:
 
 def rows_of(systems: Any) -> FloatArray:
     """Return the rows (k, ROW) of the steady states of systems of one mass: the same bits as one by one."""
-    ys = np.full((len(systems), 2 + int(systems["sliders"].max(initial=0))), nan)
-    return _searched(workspace(), systems, ys, np.empty((PIECES, SIDE + 5)))[0]
+    ys = np.zeros((len(systems), 2 + int(systems["sliders"].max(initial=0))))
+    return Search(workspace(), systems, ys, np.empty((PIECES, SIDE + 5))).run()
 
 
-def _searched(
-    works: Any,
-    systems: Any,
-    ys: FloatArray,
-    pieces: FloatArray,
-    *,
-    waits: bool = False,
-    left: float = inf,
-) -> tuple[FloatArray, Any, FloatArray]:
-    """Return the rows (k, ROW) of steady states, leg and pieces of the last; starts are read from ys and put there."""
-    legs, numbers, rows = record_of(orbit.LEG), record_of(NUMBERS), np.empty((len(systems), places.ROW))
-    some, begun, search = cast("Any", np.s_[:]), ys.copy(), answer.follow if waits else answer.solve
-    while True:
-        found, starts = rows[some], begun[some].copy()
-        search(systems[some], works, pieces, legs, starts, numbers, found, float(left))
-        rows[some], ys[some] = found, starts
-        outcomes = rows[:, places.OUTCOME].tolist()
-        if places.AWAITED in outcomes:
-            some, search = np.flatnonzero(rows[:, places.OUTCOME] == places.AWAITED), answer.follow
-            continue
-        if places.OVERFULL not in outcomes:
-            return rows, legs[0], pieces
-        some = np.flatnonzero(rows[:, places.OUTCOME] == places.OVERFULL)
-        search = answer.follow if waits else answer.solve
-        pieces = np.empty((max(4 * len(pieces), int(works[0]["count"])), pieces.shape[1]))
-        if len(pieces) > MOST_PIECES:
-            raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got more")
+class Search:
+    """A search for the steady states of systems (k,), from starts (k, size).
+
+    Compiled is what most of them need, Newton's method from the start; what that leaves open is seen to here. Then `ys`
+    are starts of the orbits, `legs` and `pieces` are those of the last one. `left`: what each may spend, if that is
+    less than its share.
+    """
+
+    def __init__(self, works: Any, systems: Any, starts: FloatArray, pieces: FloatArray, left: float = inf) -> None:
+        self.works, self.systems, self.starts, self.pieces, self.left = works, systems, starts, pieces, float(left)
+        self.legs, self.sums, self.spent = record_of(orbit.LEG), record_of(NUMBERS), 0.0
+        self.rows = np.full((len(systems), places.ROW), nan)
+
+    def run(self, *, waits: bool = False) -> FloatArray:
+        """Return the rows (k, ROW); `waits`: motions are followed at once."""
+        search, outcomes = answer.follow if waits else answer.solve, self.rows[:, places.OUTCOME]
+        self.ys = self.starts.copy()
+        search(self.systems, self.works, self.pieces, self.legs, self.ys, self.sums, self.rows, self.left)
+        self.spent = float(self.works[0]["spent"])
+        while outcomes.max() >= places.OVERFULL:
+            resting = self._which(places.RESTING)
+            for k in resting:
+                outcomes[k] = places.STUCK if self._comes_to_rest(k) else places.RESTING
+            self._ask(resting, answer.solve)
+            for k in self._which(places.UNREACHED):
+                outcomes[k] = self._reach(k)
+                if outcomes[k] == places.PERIODIC:
+                    self._ask(np.array([k]), answer.solve)
+            self._ask(self._which(places.AWAITED), answer.follow)
+            more, space = self._which(places.OVERFULL), max(4 * len(self.pieces), int(self.works[0]["count"]))
+            if len(more) and space > MOST_PIECES:
+                raise SimulationError(f"steady state: expected at most {MOST_PIECES} phases in an orbit; got more")
+            self.pieces = np.empty((space, self.pieces.shape[1])) if len(more) else self.pieces
+            self._ask(more, search)
+        return self.rows
+
+    def _which(self, outcome: int) -> NDArray[np.intp]:
+        return np.flatnonzero(self.rows[:, places.OUTCOME] == outcome)
+
+    def _ask(self, some: NDArray[np.intp], search: Any) -> None:
+        """Fill the rows of some systems."""
+        if len(some):
+            found, ys = self.rows[some], self.starts[some]
+            search(self.systems[some], self.works, self.pieces, self.legs, ys, self.sums, found, self.left)
+            self.rows[some], self.ys[some] = found, ys
+            self.spent += float(self.works[0]["spent"])
+
+    def _begin(self, k: int) -> tuple[Any, Any, FloatArray]:
+        """Return a system, the workspace without the phases of others, and the start."""
+        self.works[0]["phases"]["count"] = self.works[0]["phases"]["next"] = 0
+        return self.systems[k], self.works[0], self.starts[k].copy()
+
+    def _carry(self, k: int, y: FloatArray) -> int:
+        """Replace a state of a system by what it becomes over the leg; return how that ended."""
+        return answer.carry_on(self.systems[k : k + 1], self.works, self.pieces, self.legs, y.copy(), y, False)
+
+    def _comes_to_rest(self, k: int) -> bool:
+        """Return whether the motion of one mass with a rigid contact ends at rest; its place is then the start.
+
+        Under plain dry friction it does wherever a place holds the mass: the distance to a motion at rest never grows.
+        It may need endlessly many ever smaller slides, and ends at the edge of the places then; elsewhere such slides
+        show it.
+        """
+        system, work, y = self._begin(k)
+        least, largest = places_of_rest(system)
+        if least > largest or (least <= y[0] <= largest and y[1] == 0.0):
+            return least <= largest
+        before, self.legs[0], work["left"] = 0.0, (0.0, TURN, 1, 1.0, 0), inf
+        for cycle in range(RESTING):
+            if self._carry(k, y) != phase.DONE:
+                return False
+            if work["path"] == 0.0:
+                self.starts[k] = y
+                return True
+            before = float(work["path"]) if cycle == RESTING // 2 else before
+        waves = np.abs(system["lines"]) @ np.arange(1.0, len(system["lines"]) + 1.0)
+        inside, aim = 4e-16 * (float(waves) + abs(least) + abs(largest)), 0.5 * (least + largest)
+        if largest - least > 2.0 * inside:
+            aim = min(max(y[0], least + inside), largest - inside)
+        slows = work["path"] < 0.5 * before and abs(y[0] - aim) < 4.0 * RESTING * work["path"]
+        if system["alone"] or slows:
+            self.starts[k] = aim, 0.0
+        return bool(system["alone"] or slows)
+
+    def _forced(self, k: int, *, held: bool) -> FloatArray:
+        """Return the forced motion at tau = 0 as a state: contacts without friction, or elastic ones held."""
+        system, y = self.systems[k], np.zeros(self.starts.shape[1])
+        n, c, h = (int(system[name]) for name in ("masses", "contacts", "harmonics"))
+        row, follow, first = system["row"][:c, :n], system["follow"][:c], system["first"]
+        springs = np.array([held * system["spring"][first[i] : first[i + 1]].sum() for i in range(c)])
+        inertia, damping, stiffness = (system[name][:n, :n] for name in ("inertia", "damping", "stiffness"))
+        turn = 1j * np.arange(1.0, h + 1.0)[:, None, None]
+        matrix = turn**2 * inertia + turn * damping + stiffness + row.T @ (springs[:, None] * row)
+        push = system["push"][:n, 0] + turn[:, 0] * system["push"][:n, 1] + row.T @ (springs * follow)
+        waves = (np.linalg.pinv(matrix) @ (push * system["lines"][:h, None])[..., None])[..., 0]
+        y[:n], y[n : 2 * n] = waves.real.sum(axis=0), (turn[:, 0] * waves).real.sum(axis=0)
+        for i in range(0 if held else c):
+            y[2 * n + first[i] : 2 * n + first[i + 1]] = row[i] @ y[:n] - follow[i] * system["lines"][:h].real.sum()
+        return y
+
+    def _reach(self, k: int) -> int:
+        """Find the orbit of a system that Newton's method did not come to from rest; return an outcome, as `solve`.
+
+        Without friction it is the forced motion. The map has a kink where a contact comes to rest just at the section,
+        and Newton's method may stall there: then the section is shifted. Where stops are about to vanish it converges
+        only from the side on which the mass stops: more friction is on that side. Start and leg of the orbit are kept.
+        """
+        system, work, rest = self._begin(k)
+        leg, exact, rubs = self.legs[0], system["law"]["tolerance"] == 0.0, system["limit"].any()
+        share = float(system["harmonics"] * (answer.LOOKS + answer.CYCLES * 10.0 / system["r"]))
+        work["left"] = before = min(self.left, share) - float(work["spent"])
+        self.legs[0] = (0.0, pi, 1, -1.0, orbit.SOME) if system["mirrored"] else (0.0, TURN, 1, 1.0, orbit.SOME)
+        kinds = [False, True] if system["sliders"] else [False]
+        starts = [(0.0, self._forced(k, held=held)) for held in kinds if exact]
+        for tau, y in [*starts, *((0.7 * i, rest) for i in range(1, SECTIONS))]:
+            leg["tau"], self.starts[k] = tau, y
+            if tau:
+                self._carry(k, self.starts[k])
+                self._carry(k, self.starts[k])
+            miss, floor, code, stable = self._shoot(k)
+            if code == phase.TIRED or (code == phase.DONE and miss <= (floor if rubs else 1e3 * floor)):
+                break
+        else:
+            leg["tau"], self.starts[k] = 0.0, rest
+            if exact and system["masses"] == 1 and not system["sliders"]:
+                self.starts[k], limit = 0.0, float(system["limit"][0])
+                for more in 0.03 * 0.2 ** np.arange(23.0):
+                    system["limit"][0] = limit * (1.0 + more)
+                    self._shoot(k)
+                system["limit"][0] = limit
+            leg["stalls"] = orbit.MANY
+            miss, floor, code, stable = self._shoot(k)
+        self.spent += before - float(work["left"])
+        self.rows[k, places.MISS] = miss
+        if code == phase.TIRED or (code != phase.DONE and system["alone"]):
+            return orbit.VERDICT[code]
+        if system["alone"]:
+            return places.PERIODIC if miss <= 1e3 * floor else places.NOT_FOUND
+        if code == phase.DONE and miss <= floor and stable:
+            return places.PERIODIC
+        self.starts[k] = rest
+        return places.AWAITED
+
+    def _shoot(self, k: int) -> tuple[float, float, int, bool]:
+        return answer.shoot_on(self.systems[k : k + 1], self.works, self.pieces, self.legs, self.starts[k])
+
+
+def places_of_rest(system: Any) -> tuple[float, float]:
+    """Return the least and the largest place at which friction holds one mass; none does where the least is larger.
+
+    By the extremes of the force that holds it at s = 0.
+    """
+    k = np.arange(1, int(system["harmonics"]) + 1)
+    push, stiffness, q = system["push"][0], system["stiffness"][0, 0], system["gradient"][0]
+    waves, up, down = (push[0] + 1j * k * push[1]) * system["lines"][: len(k)], system["up"][0], system["down"][0]
+    high, low = (abs(waves[0]), -abs(waves[0])) if len(k) == 1 else (crest_of(waves), -crest_of(-waves))
+    up, down = up * system["limit"][0], down * system["limit"][0]
+    return (high - up) / (stiffness + up * q), (low + down) / (stiffness - down * q)
+
+
+def crest_of(waves: ComplexArray) -> float:
+    """Return the largest value of Re sum waves_k e^(i k tau), k from 1 on: where its slope is zero, as a polynomial."""
+    k = np.arange(1.0, len(waves) + 1.0)
+    slope = 1j * k * waves
+    tau = np.angle(np.roots(np.concatenate((slope[::-1], [0.0], slope.conj()))))
+    return float((np.exp(1j * np.outer(tau, k)) @ waves).real.max())
