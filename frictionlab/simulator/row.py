@@ -6,9 +6,8 @@ CONTACT_ENERGY, FRAME_ENERGY, NOTES = 11, 12, 13  # NOTES: `notes.Note` as bits,
 ROW = 14
 
 # Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
-# COSTLY: the search took more work than it may. Of a search that is to go on, OVERFULL: more pieces than there is space
-# for; RESTING: friction may hold the mass; UNREACHED: other starts are to be tried; AWAITED: the motion from a start is
-# to be followed.
+# COSTLY: the search took more work than it may. Of one that goes on, OVERFULL: more pieces than there is space for;
+# RESTING: friction may hold the mass; UNREACHED: other starts are to be tried; AWAITED: a motion is to be followed.
 PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, COSTLY = range(8)
 OVERFULL, RESTING, UNREACHED, AWAITED = range(8, 12)
 

@@ -36,9 +36,7 @@ EAGER = 64  # maps after each of which that is looked for; later after every eig
 VERDICT = (places.PERIODIC, places.CHATTERED, places.PULLING, places.COSTLY, places.RUNAWAY)  # of how a run ended
 
 LEG = np.dtype([("tau", "f8"), ("span", "f8"), ("turns", "i8"), ("sign", "f8"), ("stalls", "i8")])
-"""The map whose fixed point is an orbit: turns times a span from tau on, the end multiplied by sign.
-
-`stalls`: how often a search by Newton's method may apply it where no step helps."""
+"""The map whose fixed point is an orbit: turns times a span from tau on, the end times sign; `shoot` reads stalls."""
 
 
 @inner
