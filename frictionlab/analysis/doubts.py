@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 FEW_CYCLES = 5
 ASIDE = 0.06  # of the frequency ratio asked for, of 1 where it is less: names are rounded
 QUIET = 0.01  # rounding that noise does not average away, over the step: a sensor that shows the same in every cycle
+COARSE, FINE_STEP = 0.02, 0.005  # of the amplitude: a sensor's step that is said, and one that no noise hides
 FOLDED = 0.003  # of the drive's frequency: how near a line lies to a harmonic that the sampling folds down
 PARTS, KEEPS = 16, 20.0  # of a record; times the noise's power: the phase of so strong a line is the same in all parts
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
@@ -34,20 +35,25 @@ MANY = 6  # times named in one sentence
 
 
 def warnings(
-    m: "Measurement", parts: Sequence[Stretch], cut: float, known: tuple[float | None, float, bool], asked: object
+    m: "Measurement", parts: Sequence[Stretch], cut: float, known: tuple[float | None, float, bool, bool], asked: object
 ) -> list[str]:
     """Say what a reader of the numbers must know.
 
     ``parts``: driven ones; ``cut``: what the mass's filter cuts away, by `channels.cut_away`; ``known``: that filter's
-    cut-off [Hz], the frame's damping ratio, whether the wall goes with the base; ``asked``: frequency ratio by name.
+    cut-off [Hz], the frame's damping ratio, whether the wall goes with the base, whether the frame is of one mass;
+    ``asked``: frequency ratio by name.
     """
     layout, r, (stepped, jumps) = m.layout, m.frequency_ratio, steadiness.steps(parts)
-    cutoff, zeta, wall_moves = known
+    cutoff, zeta, wall_moves, is_one = known
     prescribed = m.energy.value is None  # the motion of the mass is given, and stands in the base's place
     said = [*(stepped or jumps), *_of_the_drive(layout, r, is_even=not stepped, prescribed=prescribed)]
     said += _of_lines(layout, "motion" if prescribed else "base")
     if not prescribed:
         said = [*_of_the_channels(layout, m, wall_moves=wall_moves), *said]
+    if is_one and m.cycle.others:
+        off = 100.0 * float(np.std(m.cycle.others[0].mass - m.cycle.mass)) / max(float(np.std(m.cycle.mass)), 1e-12)
+        both = "if both see one mass, give both columns (ingest --mass 2+3, or mass in [log]); else [[rig.masses]]"
+        said.append(f"mass: mass_2_displacement, {off:.3g} % off it (rms), is left out: {both}")
     said += _of_the_sampling(layout, m, prescribed=prescribed)
     if not m.is_stuck:
         said += (*_of_changes(layout, m, is_even=not (stepped or jumps)), *_of_stops(m))
@@ -151,12 +157,13 @@ def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> I
     size = m.size
     if m.is_stuck and of_mass.rounding > QUIET * of_mass.step:
         size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
-    if of_mass.step > 0.02 * size > QUIET * of_mass.step:
+    if of_mass.step > (FINE_STEP if of_mass.is_stepped else COARSE) * size > QUIET * of_mass.step:
         step = of_mass.step / size
         few = ", too coarse to say whether it moves" if 2.5 * step > 2.0 else ""  # fewer steps across
+        coarse = ", the energy's error is larger than stated" if step > COARSE else ": use a finer sensor"
         yield (
             f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}: stops and regime"
-            " are of its steps, the energy's error is larger than stated"
+            f" are of its steps{coarse}"
         )
     elif not m.is_stuck and m.is_blurred:
         yield (
@@ -168,7 +175,12 @@ def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> I
 def _of_changes(layout: Layout, m: "Measurement", *, is_even: bool) -> Iterator[str]:
     """Of a mass that has not settled, does not follow the drive, drifts, or whose channel loses samples."""
     at = m.settles_later_s if is_even else None
-    if at == math.inf:
+    growth, by_energy = (is_even * steadiness.growth(s, least=0.005) for s in (m.series.amplitude, m.series.energy))
+    drift = steadiness.drift(layout.mass.mean(axis=1)) or steadiness.drift(layout.base.mean(axis=1))
+    if at == math.inf and drift and not (growth or by_energy):
+        cause = "a sensor that warms up, or a frame that gives way; amplitude and energy leave it out"
+        yield f"transient_s: the mean position of mass or base drifts evenly, by {drift:+.2g} Y: {cause}"
+    elif at == math.inf:
         yield f"transient_s: the motion had not settled; measured is from {m.transient_s:.3g} s on: record longer"
     elif at is not None:
         yield f"transient_s: the motion settled only at {at:.4g} s, not {m.transient_s:g}: --transient {at:.4g}"
@@ -176,7 +188,6 @@ def _of_changes(layout: Layout, m: "Measurement", *, is_even: bool) -> Iterator[
     share, size = float(np.var(layout.mass.mean(axis=0))) / power, m.size
     if share < 0.5 and len(layout) >= FEW_CYCLES:
         yield f"drive_frequency_hz: only {100 * share:.2g} % of the mass's power repeats with it: check the column"
-    growth, by_energy = (is_even * steadiness.growth(s, least=0.005) for s in (m.series.amplitude, m.series.energy))
     if layout.duration >= steadiness.LONG_S and (growth or by_energy):
         name, change = ("response_amplitude", growth) if abs(growth) > abs(by_energy) else (ENERGY, by_energy)
         yield f"{name}: drifts by {100 * change:+.2g} %: friction changes, and means are of all cycles measured"

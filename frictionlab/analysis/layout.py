@@ -9,7 +9,7 @@ import numpy as np
 
 from frictionlab.analysis import cycles, spectrum, steadiness
 from frictionlab.analysis.cycles import Cut
-from frictionlab.analysis.signals import BY_TWO, Sensor, Stretch, sensor_step, white_noise
+from frictionlab.analysis.signals import BY_TWO, Sensor, Stretch, white_noise
 from frictionlab.analysis.spectrum import SHORTEST_S, DriveLine, Line, Spectrum, line_in
 from frictionlab.arrays import ComplexArray, FloatArray, IntArray
 from frictionlab.errors import AnalysisError
@@ -197,9 +197,10 @@ def _cleaned(
         if name != "base":
             lines = spectrum.amplitude_spectrum(signal, longest.step, padding=1)
         found[name], faint = spectrum.foreign_lines(lines, drive), spectrum.LEAST * drive.unit
-        if any(line.amplitude <= faint for line in found[name]):  # of a quiet sensor's steps they may be rounding
-            faint = min(faint, 0.1 * sensor_step(signal))
-            found[name] = tuple(line for line in found[name] if line.amplitude > faint)
+        if found[name]:  # of a quiet sensor's steps they may be rounding
+            sensor = Sensor.of(signal, float(np.ptp(signal)), 1.0 / cut.frequency)
+            least = 0.1 * sensor.step if sensor.is_stepped else min(faint, 0.1 * sensor.step)
+            found[name] = tuple(line for line in found[name] if line.amplitude > least)
         if name == "mass":
             faintest, others = spectrum.faintest(lines, drive), spectrum.on_harmonics(lines, drive, found[name])
         kept = slice(int(np.searchsorted(lines.frequency, SHOWN * drive.frequency, side="right")))

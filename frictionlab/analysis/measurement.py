@@ -45,6 +45,8 @@ from frictionlab.uncertainty import (
 Means = Mapping[str, Any]
 """Estimates by their names in a `Measurement`."""
 
+MANY_HELD = 0.01  # of the samples: so many leave no cycle whole
+
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Measurement(Response, ByForce, Result):
@@ -168,11 +170,13 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     0.250000 1.570796 0.5000 continuous
     """
     begin, prescribed = float(recording.time[0]), scene.rig.kind == "prescribed"
-    parts, warnings = even_stretches(recording, scene)
-    parts, stands = steadiness.driven(parts)
-    found, settled = steadiness.transient(parts, begin, scene.rig.natural_frequency)
-    transient = found if scene.analysis.transient_s is None else scene.analysis.transient_s
-    layout = _laid_out(parts, transient, recording, scene)
+    try:
+        parts, warnings, transient, settled, layout = _laid_out(recording, scene, begin)
+    except AnalysisError as error:
+        if (held := recording.flag_counts()["held"]) < MANY_HELD * len(recording):
+            raise
+        what = f"{held} values are held at the end of a sensor's range, which cuts every cycle"
+        raise AnalysisError(f"analysis: {what}: move it or enlarge its range") from error
     drive, natural, of_mass = layout.drive, scene.rig.natural_frequency, channels_of(scene)[0]
     channels.check_drive(drive.frequency, channels_of(scene))
     wall_moves, r = scene.model.wall == "base", drive.frequency / natural if natural else None
@@ -222,26 +226,24 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         sources=sources,
         slides_one_way=one_way,
     )
-    known = of_mass.cutoff, scene.rig.damping or 0.0, wall_moves
+    known = of_mass.cutoff, scene.rig.damping or 0.0, wall_moves, not scene.rig.masses
     said += doubts.warnings(measured, parts, cut, known, recording.experiment.get("nominal_frequency_ratio"))
-    return replace(measured, warnings=(*scene.rig.doubts, *warnings, *stands, *said))
+    return replace(measured, warnings=(*scene.rig.doubts, *warnings, *said))
 
 
-def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scene: Scene) -> Layout:
-    """The steady cycles; refused where there are none, by what is the cause."""
-    begin = float(recording.time[0]) + transient
-    steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= SHORTEST_PART]
+def _laid_out(
+    recording: Recording, scene: Scene, begin: float
+) -> tuple[list[Stretch], list[str], float, float | None, Layout]:
+    """The driven parts, what is said of them, the transient [s], when it settled [s], and the steady cycles."""
+    parts, warnings = even_stretches(recording, scene)
+    parts, stands = steadiness.driven(parts)
+    found, settled = steadiness.transient(parts, begin, scene.rig.natural_frequency)
+    transient = found if scene.analysis.transient_s is None else scene.analysis.transient_s
+    steady = [part for part in (p.after(begin + transient) for p in parts) if len(part.mass) >= SHORTEST_PART]
     if not steady:
         got = f"expected more than {transient:g} s; got {recording.duration_s:.4g} s: shorten transient_s (--transient)"
         raise AnalysisError(f"analysis: the test is shorter than its transient: {got}")
-    try:
-        return lay_out(steady, **scene.analysis.knobs)
-    except AnalysisError as error:
-        held = recording.flag_counts()["held"]
-        if not held:
-            raise
-        what = f"analysis: {held} values are held at the end of a sensor's range: move it or enlarge its range"
-        raise AnalysisError(f"{what} ({error})") from error
+    return parts, warnings + stands, transient, settled, lay_out(steady, **scene.analysis.knobs)
 
 
 def used_cycles(end_time: FloatArray, rule: str) -> slice:

@@ -164,6 +164,11 @@ class Sensor:
     shared: float = 0.0
     second: Second | None = None
 
+    @property
+    def is_stepped(self) -> bool:
+        """Whether noise of less than a fifth of a step leaves the steps to be seen."""
+        return self.rounding > 0.1 * self.step
+
     def left(self, samples: float, order: FloatArray) -> FloatArray:
         """Share of the noise's power that is left at harmonics (n,) of a cycle of so many samples."""
         if self.second is None:

@@ -16,6 +16,7 @@ from frictionlab.arrays import FloatArray, IntArray, runs
 from frictionlab.uncertainty import Estimate
 
 OF_A_RAMP = 1.0 / math.sqrt(12.0)  # rms of what changes steadily about its middle, over the whole change
+STRAIGHT = 0.02  # of the variance of what drifts: what a line leaves
 LONG_S = 300.0  # of steady cycles: so long a test has a trend of its own
 MEMORY_S = 60.0  # no frame of a laboratory remembers its start for longer
 SOFT = 0.05  # of a record: a soft start or stop that takes no more is part of the transient, and needs no word
@@ -253,6 +254,12 @@ def growth(series: FloatArray, *, least: float = 1e-3) -> float:
     change = slope * (n - 1) / float(series.mean())
     clear = abs(slope) > 8.0 * error and float(np.var(left)) < 0.5 * float(np.var(series))
     return change if clear and abs(change) > least else 0.0
+
+
+def drift(means: FloatArray) -> float:
+    """How far the means of cycles (n,) move from the first to the last, where they follow a straight line; else 0."""
+    slope, left, _ = line(np.arange(len(means), dtype=np.float64), means)
+    return slope * (len(means) - 1) if float(np.var(left)) < STRAIGHT * float(np.var(means)) else 0.0
 
 
 def jumps(series: FloatArray, *, noise: float, width: int = 5, least: float = JUMP) -> IntArray:

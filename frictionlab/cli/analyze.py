@@ -11,7 +11,7 @@ import typer
 
 from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import AnalysisSettings, Judged, Made, ManyInputs, check_law
-from frictionlab.schema import BASE, COMPARISONS, ENERGY, FREE_VIBRATIONS, LAWS, MEASUREMENTS, with_error
+from frictionlab.schema import AMPLITUDE, BASE, COMPARISONS, ENERGY, FREE_VIBRATIONS, LAWS, MEASUREMENTS, with_error
 from frictionlab.tables import Row
 from frictionlab.verbs.inputs import files_of, recordings_in
 
@@ -23,12 +23,7 @@ MOST = 12  # lines of an explanation, where not all are asked for
 DRAWN = ("time", "measured", "fitted", "unit")  # of a tap: no part of its row
 
 
-def analyze(
-    recordings: list[Path],
-    *,
-    settings: AnalysisSettings,
-    work: Judged,
-) -> None:
+def analyze(recordings: list[Path], *, settings: AnalysisSettings, work: Judged) -> None:
     """Measure recordings: drive, response, energy per cycle, irregularity, stops, regime, each with its error.
 
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
@@ -53,6 +48,8 @@ def _measured(file: Path, *, scene: "Scene", with_series: bool) -> Made:
 
     found = analyze(file, scene)
     row, drawn = {**found.row(), "_assumed": found.sources.assumed}, {"measurement": found}
+    if not (found.energy.known or found.force_energy_j.known):  # of a turning contact with no radius: not in metres
+        row[f"_{AMPLITUDE}"] = None
     if not with_series:
         return row, drawn
     series: dict[str, object] = {f.name: np.asarray(getattr(found.series, f.name), float) for f in fields(found.series)}

@@ -30,7 +30,7 @@ LEAST_TEXT = 17  # letters that a text keeps in one line before it is folded
 MOST_WARNINGS = 10  # lines
 NO_LAG = (
     "lag_s_u of [sensors] is not declared: half a sampling interval of lag between the channels, either way, is assumed"
-    " in the uncertainties"
+    " in the uncertainties, and no filter of one channel, which lags too (mass_filter_hz; compare-numeric may see it)"
 )
 T = TypeVar("T")
 

@@ -199,12 +199,15 @@ def _refuse_grouped(log: "Log", columns: Sequence[LogColumn]) -> None:
 
 
 def _not_taken(columns: Sequence[LogColumn]) -> list[str]:
-    """Sentences of columns left over whose names say a quantity that their units do not."""
+    """Sentences of columns left over that are lengths, or whose names say a quantity that their units do not."""
     said = []
     for column in columns:
         word = _SAYS.search(column.name)
         laser = next((role for role in LASERS if column.unit in VOLTS and _NAMES[role].fullmatch(column.name)), "")
         said += [f"column {column} is not taken: say what a volt is, --units '{laser}=5 mm/V'"] if laser else []
+        if column.unit in LENGTH:
+            same = f"if it sees what another does, give both (ingest --mass 2+{column.index + 1}, or mass in [log])"
+            said.append(f"column {column} is a length, and not taken: {same}")
         if word is None or quantity_of(column.unit) not in ("", "voltage"):
             continue
         quantity = str(word.lastgroup)

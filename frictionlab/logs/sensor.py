@@ -309,11 +309,10 @@ def _cut_off(values: NDArray[np.float64], start: int, stop: int, step: float) ->
     corners = [_is_corner(np.abs(some - values[start]), step) for side in sides if len(some := side[np.isfinite(side)])]
     if None not in corners or not corners:
         return bool(corners) and all(corners)
-    # too few samples: whether the steps into and out of the run are as large as those of the motion around it
+    # too few samples: whether a whole step into and out of the run is as large as those of the motion around it
     around = np.abs(np.diff(values[max(0, start - _NEAR) : stop + _NEAR]))
     usual = float(np.nanquantile(around[around > 0.0], 0.5)) if np.any(around > 0.0) else 0.0
-    into = abs(values[start] - values[start - 1]) if start > 0 else np.inf
-    out = abs(values[stop] - values[stop - 1]) if stop < len(values) else np.inf
+    into, out = (np.abs(np.diff(some[:2], prepend=values[start])).max(initial=0.0) or np.inf for some in sides)
     return bool(min(into, out) > 0.5 * usual > 0.0)
 
 

@@ -382,10 +382,7 @@ def test_friction_that_scatters_from_cycle_to_cycle_is_in_the_bar() -> None:
 def test_damping_of_another_kind_widens_the_bars() -> None:
     quiet, odd = (
         fit_decay(*decayed(0.004, 20e-6, np.random.default_rng(3), drag=drag)[:2], guess)
-        for drag, guess in (
-            (0.0, Decay(0, 5e-3, 0, OMEGA, 0.004, 2e-5)),
-            (2.0, Decay(0, 5e-3, 0, OMEGA, 0.006, 2e-5)),
-        )
+        for drag, guess in ((0.0, Decay(0, 5e-3, 0, OMEGA, 0.004, 2e-5)), (2.0, Decay(0, 5e-3, 0, OMEGA, 0.006, 2e-5)))
     )
     assert odd.misfit > 3 * quiet.misfit
     assert odd.se.zeta > 20 * quiet.se.zeta

@@ -41,11 +41,12 @@ def assert_within(m: Measurement, of: Motion, energy: float, amplitude: float) -
     assert abs(m.response_amplitude - of.amplitude) < amplitude * m.response_amplitude_se
 
 
-def test_a_range_that_cuts_every_cycle_is_named_and_not_the_transient() -> None:
-    one = seen(motion(0.5, 0.4), seconds=40.0)
-    cut = after(one, lambda x, y: (np.minimum(x, 0.8 * x.max()), y))
-    with pytest.raises(AnalysisError, match=r"held at the end of a sensor's range.*enlarge its range"):
-        measure(as_read(cut), ALL)
+@pytest.mark.parametrize(("r", "share"), [(0.5, 0.8), (0.5, 0.4), (0.3, 0.2), (0.7, 0.1)])
+def test_a_range_that_cuts_every_cycle_is_the_only_cause_named(r: float, share: float) -> None:
+    """What was cut hard passed for stops, with half the energy."""
+    one = seen(motion(r, 0.6), rate=250.0, seconds=40.0)
+    with pytest.raises(AnalysisError, match=r"held at the end of a sensor's range[^(]*enlarge its range$"):
+        measure(as_read(after(one, lambda x, y: (clipped(x, share), y))), ALL)
 
 
 def test_many_gaps_are_counted_not_listed() -> None:
@@ -77,6 +78,12 @@ def test_a_quiet_sensor_is_measured_by_its_step(r: float, beta: float, size: flo
     assert 3 * m.energy_per_cycle_se < 0.01 * of.energy
     assert 2 * m.response_amplitude_se < 0.1
     assert m.warnings == () or r == 1.6  # the slowest of these sensors' steps hides every speed, and that is said
+
+
+def test_steps_that_no_noise_hides_are_named_and_are_no_lines() -> None:
+    """Steps of 1 % of the base hid two stops, and two lines of a base that has none were to be looked for."""
+    (said,) = measure(as_read(seen(motion(0.5, 0.4), rate=250.0, step=2e-5, noise=0.0)), ALL).warnings
+    assert said.startswith("stops_per_cycle: the sensor's step is 0.8")
 
 
 @pytest.mark.parametrize(
@@ -115,6 +122,7 @@ def test_a_mass_that_no_frame_would_move_so_far_is_a_doubt_of_its_unit() -> None
     right, wrong, of_two = (measure(one, ALL) for one in (made, far, two))
     doubt = "the unit looks wrong"
     assert not any(doubt in warning for warning in of_two.warnings)
+    assert any("mass_2_displacement, 100 % off it" in warning for warning in of_two.warnings)
     assert any(doubt in warning for warning in wrong.warnings)
     assert not any(doubt in warning for warning in right.warnings)
 
@@ -352,6 +360,8 @@ def test_a_base_whose_zero_drifts_does_not_move_the_phase() -> None:
     straight, drifting = (measure(each, ALL) for each in (one, after(one, lambda x, y: (x, y + ramp))))
     np.testing.assert_allclose(drifting.series.time, straight.series.time, atol=1e-7)
     np.testing.assert_allclose(drifting.cycle.base, straight.cycle.base, atol=1e-5)
+    (said,) = drifting.warnings
+    assert said.startswith("transient_s: the mean position of mass or base drifts evenly, by +0.4")
 
 
 def jittered(of: Motion, rms: float, *, both: bool = True) -> Recording:

@@ -155,10 +155,7 @@ def test_the_third_harmonic_of_a_mass_that_slides_is_what_its_friction_makes() -
     assert cut_away(cosine, 5.0, channel, friction=friction, r=1.6) == pytest.approx(found, rel=0.01)
 
 
-@pytest.mark.parametrize(
-    ("r", "cutoff", "order"),
-    [(0.15, 3.2, 4), (0.3, 3.6, 8), (0.5, 2.8, 8)],
-)
+@pytest.mark.parametrize(("r", "cutoff", "order"), [(0.15, 3.2, 4), (0.3, 3.6, 8), (0.5, 2.8, 8)])
 def test_a_law_is_compared_in_the_band_that_a_filter_leaves(r: float, cutoff: float, order: int) -> None:
     """It was compared with all its harmonics: a misfit of 4 to 52 standard errors, the amplitude 3 to 24 u off."""
     recording, what = through(r, (cutoff, order), (20.0, 1))
@@ -174,8 +171,7 @@ def test_a_law_is_compared_in_the_band_that_a_filter_leaves(r: float, cutoff: fl
 
 
 @pytest.mark.parametrize(
-    ("base", "where", "key"),
-    [(1e4, "the mass's channel", "mass_filter_hz"), (12.0, "both channels", "filter_hz")],
+    ("base", "where", "key"), [(1e4, "the mass's channel", "mass_filter_hz"), (12.0, "both channels", "filter_hz")]
 )
 def test_a_filter_that_nobody_declared_is_named_with_its_key(base: float, where: str, key: str) -> None:
     """Friction was 7 standard uncertainties off by the loop, and --law auto was advised, which found another law."""

@@ -110,9 +110,10 @@ def test_volts_that_are_not_taken_are_said(tmp_path: Path) -> None:
     )
     assert list(one.measured()) == ["contact_force"]
     assert one.source.warnings == ("column 2 ('mass [V]') is not taken: say what a volt is, --units 'mass=5 mm/V'",)
-    path = log(tmp_path, **{"t [s]": T, "mass [mm]": X, "base [mm]": X, "[V]": FORCE})
+    path = log(tmp_path, **{"t [s]": T, "mass [mm]": X, "base [mm]": X, "[V]": FORCE, "side [mm]": X})
     said = read_log(path, LogOptions(units="contact_force=4 N/V,normal_force=9 N/V")).source.warnings
     assert said[0] == "contact_force: a volt of it is declared, but no column is called so: give --contact-force"
+    assert said[-1].startswith("column 5 ('side [mm]') is a length, and not taken: ")
 
 
 def test_a_log_without_displacements_is_a_recording_that_says_what_it_lacks(tmp_path: Path) -> None:
