@@ -116,7 +116,7 @@ def test_init_finds_taps_names_and_sheet(run: Run, tmp_path: Path) -> None:
     scene = read_scene(logs / "frictionlab.toml")
     assert (scene.experiment.sheet, scene.rig.mass_kg, scene.experiment.normal_force_n) == ("tests.csv", 3.08, 1.25)
     assert [log.name for log in fl.batch(logs, scene, output=tmp_path / "out").logs] == [
-        *("broken.csv", "steel_N1.25_r0.3.csv", "steel_N1.25_r1.2.csv"),
+        *("broken.csv", "steel_N1.25_r0.3.csv", "steel_N1.25_r1.2.csv")
     ]
 
 

@@ -290,10 +290,7 @@ def test_the_law_of_a_sweep_is_found_and_a_ladder_without_work_ends_with_what_it
 
 @pytest.mark.parametrize(
     ("kind", "law"),
-    [
-        ("random", {"law": "coulomb+speed", "parameters": {"contact_damping_ratio": 0.03}}),
-        ("start-up", {"mu": 1.4}),
-    ],
+    [("random", {"law": "coulomb+speed", "parameters": {"contact_damping_ratio": 0.03}}), ("start-up", {"mu": 1.4})],
 )
 def test_the_error_of_a_law_that_misses_a_record_holds_what_it_misses(kind: str, law: dict[str, Any]) -> None:
     """A contact outside the law fitted: the error stated was 3 to 4 times too small."""
@@ -383,8 +380,7 @@ def test_bent_sensors_and_crosstalk_are_nuisances_of_a_whole_record() -> None:
     x, y = recording.mass_displacement, recording.base_displacement
     half = float(np.ptp(x)) / 2
     shown = recording.changed(
-        mass_displacement=x + 0.002 * y + 0.004 * half * (x / half) ** 3,
-        base_displacement=y + 0.002 * x,
+        mass_displacement=x + 0.002 * y + 0.004 * half * (x / half) ** 3, base_displacement=y + 0.002 * x
     )
     sensors = {"crosstalk": 0.002, "linearity": 0.002, "lag_s_u": 1e-4}
     seen = fl.compare(shown, SCENE.changed(sensors=sensors, rig={"damping_ratio_u": 1e-4}), fit="whole")

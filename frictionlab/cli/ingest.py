@@ -140,13 +140,7 @@ def _places(inputs: Sequence[Path], output: str | None) -> Mapping[Path, Path]:
     return places
 
 
-def init(
-    folder: Path = Path(),
-    *,
-    every: bool = False,
-    force: bool = False,
-    quiet: bool = False,
-) -> None:
+def init(folder: Path = Path(), *, every: bool = False, force: bool = False, quiet: bool = False) -> None:
     """Look at logs and write the scene that they need, frictionlab.toml, with what was found in them.
 
     Taps among the logs give the natural frequency, names and a sheet the facts of each test. On a terminal it asks for

@@ -84,13 +84,7 @@ def _show_rows(file: Path) -> None:
     print_warnings(named, verbose=True)
 
 
-def laws(
-    name: str | None = None,
-    *,
-    plot: Path | None = None,
-    as_json: bool = False,
-    force: bool = False,
-) -> None:
+def laws(name: str | None = None, *, plot: Path | None = None, as_json: bool = False, force: bool = False) -> None:
     """List the contact laws: terms, parameters with their domains and usual ranges, and what excludes what.
 
     A law is coulomb, or a sum that begins with it: coulomb+place+speed. NAME lists the terms of one law.
@@ -126,12 +120,7 @@ def laws(
         to.draw(state, figure)
 
 
-def synthesize(
-    output: Path,
-    *,
-    scene: Path | None = None,
-    quiet: bool = False,
-) -> None:
+def synthesize(output: Path, *, scene: Path | None = None, quiet: bool = False) -> None:
     """Write logs of a virtual rig whose truth is known, with truth.jsonl beside them.
 
     Example: frictionlab synthesize --scene configs/sample_data.toml -o build/logs

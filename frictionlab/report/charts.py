@@ -72,12 +72,7 @@ class _Axis:
 
 
 def chart(
-    lines: Sequence[ChartLine],
-    x_label: str,
-    y_label: str,
-    *,
-    dots: Sequence[Dot] = (),
-    groups: Sequence[str] = (),
+    lines: Sequence[ChartLine], x_label: str, y_label: str, *, dots: Sequence[Dot] = (), groups: Sequence[str] = ()
 ) -> str:
     """Return lines, or dots over a whole page under the names of their groups, as an SVG element; empty without any.
 

@@ -149,8 +149,5 @@ WORDS: Mapping[Note, str] = {
     Note.FEWER_DIGITS: "numbers are good to fewer digits than usual: energies in and out differ",
 }
 """What each note says, of many points as of one state ..."""
-MORE: Mapping[Note, Callable[["SteadyState"], str]] = {
-    Note.GIVEN_UP: _given_up,
-    Note.FEWER_DIGITS: _fewer_digits,
-}
+MORE: Mapping[Note, Callable[["SteadyState"], str]] = {Note.GIVEN_UP: _given_up, Note.FEWER_DIGITS: _fewer_digits}
 """... unless it has numbers of the state."""

@@ -36,12 +36,7 @@ RATIOS, BETAS = [round(0.02 + 0.01 * i, 2) for i in range(249)], [round(0.1 * i,
 CONTACT = {"stiffness_ratio": 50.0}
 STRIBECK = {"static_ratio": 1.4, "stribeck_speed": 0.2}
 SLIDERS = {"stiffness_ratio": 12.0, "sliders": 8, "chi": -0.4}
-RATE_STATE = CONTACT | {
-    "direct_effect": 0.06,
-    "evolution_effect": 0.03,
-    "slip_distance": 0.02,
-    "reference_speed": 0.1,
-}
+RATE_STATE = CONTACT | {"direct_effect": 0.06, "evolution_effect": 0.03, "slip_distance": 0.02, "reference_speed": 0.1}
 STATES = {
     "coulomb": fl.Problem(0.5, 0.4),
     "coulomb+compliance": fl.Problem(0.5, 0.4, law="coulomb+compliance", parameters=CONTACT),

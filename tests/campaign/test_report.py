@@ -195,10 +195,7 @@ def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path
     assert shown[0].startswith("material")
     assert not any(line.startswith("by ") for line in shown), "one material is not ranked"
     told = [line for line in done.stderr.splitlines() if "warning (" in line]
-    assert told == [
-        "warning (3 tests): stops_per_cycle: 0.3 ... 0.7 in some cycles",
-        "warning (steel_N1_r0.3): odd",
-    ]
+    assert told == ["warning (3 tests): stops_per_cycle: 0.3 ... 0.7 in some cycles", "warning (steel_N1_r0.3): odd"]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").partition('<section id="warnings">')[2]
     assert page.count("in some cycles") == 1
     assert page.count("steel_N1_r0.5") == page.count("steel_N1_r0.7") == 1

@@ -115,11 +115,7 @@ def test_the_energy_of_an_elastic_contact_tells_its_friction_ratio(r: float, sti
     assert min(abs(beta - 0.4) for beta in found) < 2e-4
 
 
-@given(
-    st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3),
-    st.floats(0.05, 0.6),
-    st.floats(2.0, 30.0),
-)
+@given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3), st.floats(0.05, 0.6), st.floats(2.0, 30.0))
 @settings(max_examples=40)
 def test_strokes_take_in_what_a_slider_takes_in_of_any_motion(
     parts: list[float], beta: float, stiffness: float

@@ -30,11 +30,7 @@ RUNG = {"law", "parameters", "log_evidence", "response_nrmse", "held_out_nrmse",
 
 @pytest.mark.parametrize(
     ("law", "parameters"),
-    [
-        ("coulomb", {}),
-        ("coulomb+speed", {"contact_damping_ratio": 0.03}),
-        ("coulomb+place", {"gradient": 0.06}),
-    ],
+    [("coulomb", {}), ("coulomb+speed", {"contact_damping_ratio": 0.03}), ("coulomb+place", {"gradient": 0.06})],
 )
 def test_the_law_that_made_a_recording_is_the_one_it_requires(law: str, parameters: dict[str, float]) -> None:
     truth = Problem(0.35, 0.4, law=law, parameters=parameters)

@@ -43,10 +43,7 @@ def assert_is_the_log(recording: Recording) -> None:
     assert recording.source.files[0].size_bytes > 0
 
 
-PACKED: dict[str, Callable[[bytes], bytes]] = {
-    "gzip": gzip.compress,
-    "zip": lambda data: zipped(data, "test.csv"),
-}
+PACKED: dict[str, Callable[[bytes], bytes]] = {"gzip": gzip.compress, "zip": lambda data: zipped(data, "test.csv")}
 
 
 @pytest.mark.parametrize("kind", PACKED)

@@ -75,10 +75,7 @@ TWO = [
     [rubs("coulomb+speed", 2, "base", beta=0.3, contact_damping_ratio=0.05)],
     [rubs("coulomb+compliance", 1, beta=0.3, stiffness_ratio=5.0), rubs("coulomb+place", 2, 1, beta=0.2, gradient=0.1)],
     [rubs("coulomb+breakaway", 2, beta=0.3, static_ratio_up=1.4, static_ratio_down=1.2)],
-    [
-        rubs("coulomb+compliance+breakaway", 1, 2, beta=0.2, stiffness_ratio=9.0, **UNEVEN),
-        rubs("coulomb", 2, beta=0.2),
-    ],
+    [rubs("coulomb+compliance+breakaway", 1, 2, beta=0.2, stiffness_ratio=9.0, **UNEVEN), rubs("coulomb", 2, beta=0.2)],
     # what rigid contacts hold, an elastic one beside them waits on: they stop and give way together
     [rubs("coulomb", 2, beta=0.2), rubs("coulomb+compliance", 2, beta=0.3, stiffness_ratio=5.0)],
     [

@@ -10,12 +10,7 @@ from hypothesis import strategies as st
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state, sweep, thesis_run
 from tests.desk import present
-from tests.simulator.closed_form import (
-    continuous_amplitude,
-    continuous_energy,
-    friction_limit,
-    viscous_energy,
-)
+from tests.simulator.closed_form import continuous_amplitude, continuous_energy, friction_limit, viscous_energy
 from tests.simulator.phases import settles_on, sides
 
 DAMPED = st.builds(

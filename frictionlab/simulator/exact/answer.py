@@ -299,13 +299,7 @@ def carry_on(
 
 @entry
 def travel(
-    systems: Any,
-    works: Any,
-    pieces: FloatArray,
-    time: FloatArray,
-    cubics: FloatArray,
-    found: FloatArray,
-    left: float,
+    systems: Any, works: Any, pieces: FloatArray, time: FloatArray, cubics: FloatArray, found: FloatArray, left: float
 ) -> tuple[int, int]:
     """Carry the state at hand along sampled times (n,); return the piece that it did not come through, and why.
 

@@ -401,13 +401,7 @@ def settle_from(flow: Any, leg: Any, y: FloatArray, each: int) -> tuple[float, i
 
 @inner
 def nearest(
-    system: Any,
-    past: FloatArray,
-    passed: NDArray[np.int64],
-    at: int,
-    tried: FloatArray,
-    each: int,
-    extent: float,
+    system: Any, past: FloatArray, passed: NDArray[np.int64], at: int, tried: FloatArray, each: int, extent: float
 ) -> tuple[int, float]:
     """Return the number of maps after which a motion has come nearest to where it was, and how near; none: 0, inf.
 

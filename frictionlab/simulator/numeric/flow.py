@@ -155,11 +155,7 @@ class Integrated(Flow):
         return y
 
     def steady(
-        self,
-        _solver: str = "auto",
-        *,
-        meter: Meter | None = None,
-        near: SteadyState | None = None,
+        self, _solver: str = "auto", *, meter: Meter | None = None, near: SteadyState | None = None
     ) -> SteadyState:
         """Return the steady state that rest settles on, or a neighbour's branch: see `steady_state`."""
         weakens, spent = self.what.weakens, STATE
