@@ -76,10 +76,8 @@ def test_settings_win_over_the_scene_and_are_validated(recording: fl.Recording) 
     measurement = fl.analyze(recording, scene, cycles="all", natural_frequency_hz=3.0, padding=None)
     assert measurement.energy_rule == "all"
     assert measurement.natural_frequency_hz == 3.0
-    assert (
-        measurement.row()
-        == fl.analyze(recording, scene.changed(analysis={"cycles": "all"}), natural_frequency_hz=3.0).row()
-    )
+    said = scene.changed(analysis={"cycles": "all"})
+    assert measurement.row() == fl.analyze(recording, said, natural_frequency_hz=3.0).row()
     with pytest.raises(UsageError, match="cycle: unknown setting; did you mean cycles"):
         fl.analyze(recording, scene, cycle="all")
     with pytest.raises(SceneError, match=r"analysis\.cycles: expected 'last'"):
@@ -118,6 +116,8 @@ def test_a_notebook_gets_frames_pages_and_figures(
     for judged in (comparison, fl.compare(measurement, SCENE, friction_ratio=0.3)):
         assert judged.energy_joules.u == pytest.approx(measurement.energy_per_cycle_j_u), "with the stiffness's error"
     assert repr(recording) == f"<Recording {LOG.name}: 15000 samples, 60 s at 250 Hz>"
+    work = fl.batch(LOG, SCENE, output=tmp_path)
+    assert repr(work) == f"<Batch: 1 of 1 logs to be done into {tmp_path}: .run() does the work>"
     assert repr(campaign) == "<Campaign: 1 tests, 0 failed, 1 fits of steel>"
     state, states = fl.simulate(fl.Problem(0.5, 0.4)), fl.sweep([0.3, 0.5], [0.2, 0.4])
     prediction = fl.predict(example_law(), r=0.5, normal_force_n=4.0, draws=5)

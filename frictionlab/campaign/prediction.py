@@ -17,7 +17,7 @@ from frictionlab.errors import UsageError
 from frictionlab.inference.comparison import loop_energy
 from frictionlab.inference.observation import Observation, Values, noise_of
 from frictionlab.inference.observations import law_and_held
-from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
+from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law, of_rig
 from frictionlab.inference.verdict import model_words
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, SteadyState
@@ -156,8 +156,8 @@ def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit:
     """Return a row of measurements as a fit sees it; ``beta``: about what its friction ratio is.
 
     Sensors and rig are as the row's combined uncertainties say, else the scene: what moves both numbers alike is a
-    gain; what is left of the energy's uncertainty a lag, of the amplitude's a crosstalk. What an error of r does to the
-    numbers counts as their noise, so that near resonance the ratio of the two decides.
+    gain; what is left of the energy's uncertainty a lag, of the amplitude's a crosstalk; damping is the scene's. What
+    an error of r does to the numbers counts as their noise, so that near resonance the ratio of the two decides.
     """
     of_energy, of_amplitude, of_ratio = trial.systematic
     gain = math.hypot(sources.gain, sources.linearity)
@@ -171,7 +171,10 @@ def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit:
         ("crosstalk", "crosstalk", math.sqrt(of_amplitude**2 - both**2), "sensors.crosstalk"),
         ("natural_frequency", "natural frequency", detuned, "rig.natural_frequency_hz"),
     )
-    rig = tuple(Unknown(n, said, sd=sd, key=key) for n, said, sd, key in known if sd > SMALLEST and math.isfinite(sd))
+    unknown = [Unknown(n, said, sd=sd, key=key) for n, said, sd, key in known]
+    every = of_rig(sources, model.held, amplitude=float(trial.mean[1]), unit=unit, distorted=False)
+    unknown += [u for u in every if u.name == "frame_damping_ratio"]  # what it takes is in the energy of the loop
+    rig = tuple(u for u in unknown if u.sd > SMALLEST and math.isfinite(u.sd))
     noise = np.diag(np.hypot(np.divide(trial.mean_se, trial.mean), MODEL_FLOOR) ** 2)
     row = RowObservation(
         source=trial.source,

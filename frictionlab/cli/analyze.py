@@ -73,6 +73,9 @@ def compare_numeric(
 ) -> None:
     """Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted.
 
+    A table over frequency has columns r or frequency [Hz], and amplitude [Y], gain or amplitude [mm], or phase [deg];
+    amplitude_u and phase_u are their standard uncertainties.
+
     Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
     scene = work.scene_for(recordings[0], {**settings, "solver": solver}, ("model", "analysis", "rig"))

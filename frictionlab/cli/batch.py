@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 TABLE = "comparisons.jsonl"
 FEW = 3  # tests left out, up to which each is named
 NO_SCENE = (
-    "no scene: there is no frictionlab.toml in the working folder or beside the logs, and none is given (--scene FILE;"
+    "no scene: there is no frictionlab.toml in the working folder or beside the input, and none is given (--scene FILE;"
     " make: SCENE=FILE): all settings are defaults and the rig is not known; `frictionlab init` writes one to fill in"
 )
 
@@ -47,13 +47,12 @@ def batch(
 
     Example: frictionlab batch my_logs --scene my_scene.toml -o my_results
     """
-    from frictionlab.scene import find_scene
     from frictionlab.scene.text import RESULTS
     from frictionlab.verbs.chain import batch as plan
 
     check_law(law)
     scene = work.scene_for(logs[0], {}, ())
-    if work.scene is None and find_scene(logs[0]) is None and not work.quiet:
+    if not (scene.files or work.quiet):
         complain(NO_SCENE)
     if output is None:  # beside the raw data, not among them
         raw = logs[0].resolve() if logs[0].is_dir() else logs[0].resolve().parent
@@ -190,6 +189,8 @@ def campaign(
     check_folder(output, force=force, inputs=[*paths, *what.files])
     folders = [place for path in paths for place in recordings_beside(path)]
     result = _write_campaign(rows, what, output, folders=folders, law=law, workers=workers, force=force, quiet=quiet)
+    if not (what.files or quiet):
+        complain(NO_SCENE)
     _print_campaign(output, _said(result), quiet=quiet)
     if not quiet:
         screen.print_warnings(rows, verbose=verbose)

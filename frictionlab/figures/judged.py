@@ -18,6 +18,7 @@ STILL = 1e-9  # of omega Y: a contact that is slower stands
 ROW = 0.115  # inches: a law of the ladder
 WIDTHS = (2.0, 1.0, 1.0)  # of what is left, misfit, and evidence
 NEAR, FAR = (-100.0, -10.0, 0.0, 10.0), (-1000.0, -10.0, 0.0, 10.0)  # ticks of evidence
+FLATTENED = 3.0  # times the largest point: a peak of the curve above which a linear axis flattens the points
 ABOVE = 60.0  # evidence shown at least: space for numbers beside the law required
 
 
@@ -76,6 +77,9 @@ def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
             ax.errorbar(*points, yerr=error, fmt="o", ms=4, color=style.MEASURED, label="measured")
             ax.plot(drawn.curve_r, curve, color=style.PREDICTED, lw=1.0, label=comparison.law)
             ax.set(xlabel="frequency ratio r", ylabel=label)
+            if values is seen.amplitude and np.nanmax(curve) > FLATTENED * np.max(values[there]):
+                ax.set_yscale("log")
+                style.plain_numbers(ax.yaxis)
             ax.legend()
     return figure
 

@@ -46,6 +46,9 @@ _BASE = re.compile(
 _RELATIVE = re.compile(r"(.*[\W_])?(rel|relative|relativ)(\d*[\W_].*)?\d*|x ?[-–−] ?y|mass ?[-–−] ?base", re.IGNORECASE)
 _NUMBERED = re.compile(r"(?:.*[\W_])?(?:mass|masse|massa|m|x)[ _-]?(\d{1,2})(?:[\W_].*)?", re.IGNORECASE)
 _FRICTION = re.compile(r"f|ft|fx|fr|.*(friction|tangential|lateral|force|kraft|reib).*", re.IGNORECASE)
+_COEFFICIENT = re.compile(
+    r"cof|mu|µ|μ|.*(friction[ _-]coefficient|reib(ungs)?(zahl|wert|koeffizient)|coefficient.*friction).*", re.IGNORECASE
+)
 _SAYS = re.compile(  # what a column holds, by the words of its name
     r"(?P<force>force|kraft|reib|friction|tangential|\bnormal|\bload\b)|(?P<torque>torque|dreh?moment|\bmoment\b)"
     r"|(?P<acceleration>accel|(?<![^\W_])acc(?![^\W\d_])|beschleunig)|(?P<velocity>velocity|geschwindig)|(?P<angle>\bangle|winkel)",
@@ -120,8 +123,8 @@ def candidates(columns: Sequence[LogColumn], role: str) -> list[LogColumn]:
 
 
 def is_displacement(column: LogColumn) -> bool:
-    """Whether a column may hold a displacement: its unit is a length or is not said."""
-    return column.unit in LENGTH or not column.unit
+    """Whether a column may hold a displacement: its unit is a length, or is not said of what is no coefficient."""
+    return column.unit in LENGTH or not (column.unit or _COEFFICIENT.fullmatch(column.name))
 
 
 def _is_acceleration(column: LogColumn) -> bool:
@@ -353,6 +356,12 @@ def _with_displacements(
         found[missing[0]] = left[0]
     elif missing and (left or not alone):
         _refuse_grouped(log, log.layout.columns)
+        if ratios := [c for c in columns if c.unit not in LENGTH and _COEFFICIENT.fullmatch(c.name)]:
+            raise LogError(
+                f"column {ratios[0]} is a coefficient of friction by its name: expected what it was worked out from;"
+                " got the result: export the friction force in N (and the normal force, or give it as"
+                " experiment.normal_force_n)"
+            )
         if left:
             raise _unassigned(left, found.get("time"))
         others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
@@ -383,9 +392,8 @@ def _unassigned(columns: Sequence[LogColumn], time: LogColumn | None) -> LogErro
     if len(columns) == 1:
         order = f"--mass {one}, --base {one} or what else it is (--angle {one} --units angle=deg)"
     more = [] if time is not None else ["--time or --sampling-rate where no column says it is the time"]
-    more += ["--unit where the sensor's step does not show it"] if not any(c.unit for c in columns) else []
-    if len(columns) == 1:
-        more += [_ONE_EACH]
+    more += ["--unit, such as --unit mm, for none says its unit"] if not any(c.unit for c in columns) else []
+    more += [_ONE_EACH] * (len(columns) == 1)
     rest = f"; and {', '.join(more)}" if more else ""
     known = f" (time is {time})" if time is not None else ""
     return LogError(

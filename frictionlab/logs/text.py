@@ -244,11 +244,7 @@ _KINDS = (
     (b"source,status,reason,", "a table of results, not a log: `frictionlab show` and `frictionlab campaign` read it"),
 )  # fmt: skip
 
-_SUFFIXES = {
-    ".toml": "a scene (give it to --scene)",
-    ".jsonl": "a table of results",
-    ".md": "a text to read",
-}
+_SUFFIXES = {".toml": "a scene (give it to --scene)", ".jsonl": "a table of results", ".md": "a text to read"}
 
 
 def refuse_by_name(first: bytes, name: str) -> None:

@@ -251,13 +251,7 @@ class VirtualTests(SceneTable):
 
 
 VirtualChannel = Literal[
-    "angle",
-    "contact_force",
-    "normal_force",
-    "mass_velocity",
-    "base_velocity",
-    "mass_acceleration",
-    "base_acceleration",
+    "angle", "contact_force", "normal_force", "mass_velocity", "base_velocity", "mass_acceleration", "base_acceleration"
 ]
 
 

@@ -26,8 +26,7 @@ from frictionlab.simulator import Motion, Problem, Solver, SteadyState, last_cyc
 ROUNDING = 1e-14  # errors below this are all the same: rounding
 BETTER = 0.95  # an error is smaller if it is below this share of the other
 FASTER = 0.6  # a time is shorter if it is below this share of the other: two runs differ by less
-FIRST_TWICE = 1.5  # seconds; up to this a first run is repeated, for it may have loaded or compiled something
-LAPS = 7  # runs of one setting, at most
+LAPS = 7  # timed runs of one setting, at most
 WORTH_REPEATING = 0.8  # seconds spent on the repetitions of one setting, at most about
 
 
@@ -77,23 +76,19 @@ def run_trials(
     """Run all settings of a knob in turn, several rounds of them, and judge each by its result and its shortest time.
 
     ``runs``: setting -> what returns a steady state or measured numbers, whose relative rms distance from the truth is
-    the error. Going round keeps a slow minute of the machine from being one setting's bad luck; the collector of
-    garbage waits.
+    the error. A first run, which may load or compile something, is not timed. Going round keeps a slow minute of the
+    machine from being one setting's bad luck; the collector of garbage waits.
     """
-    found: dict[str, Setting] = {}
-    spent = dict.fromkeys(runs, 0.0)
-    results: list[object] = []
-    for lap in range(LAPS):
+    errors = {name: _error(run(), truth) for name, run in runs.items()}
+    seconds: dict[str, list[float]] = {name: [] for name in runs}
+    for _ in range(LAPS):
         for name, run in runs.items():
-            if spent[name] > (WORTH_REPEATING if lap > 1 else FIRST_TWICE):
-                continue
-            seconds = timeit("results.append(run())", globals={"results": results, "run": run}, number=1)
-            spent[name] += seconds
-            if lap == 0:
-                error = _error(results[-1], truth)
-                found[name] = Setting(knob, name, quantity, error, seconds, name == default, reference=reference)
-            found[name] = replace(found[name], seconds=min(found[name].seconds, seconds))
-    return marked(list(found.values()))
+            if sum(seconds[name]) <= WORTH_REPEATING:
+                seconds[name].append(timeit(run, number=1))
+    return marked([
+        Setting(knob, name, quantity, errors[name], min(seconds[name]), name == default, reference=reference)
+        for name in runs
+    ])  # fmt: skip
 
 
 def _error(result: object, truth: float) -> float:

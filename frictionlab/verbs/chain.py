@@ -32,7 +32,7 @@ NOT_MEASURED_BY = {"synthetic", "plan"}  # tables of a scene that no result of a
 Stamp = Mapping[str, object]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Batch:
     """A plan of what is to be done: all logs, and those of them whose results are not up to date.
 
@@ -45,12 +45,15 @@ class Batch:
 
     logs: tuple[Path, ...]
     due: tuple[Path, ...]
-    scene: Scene = field(repr=False)
+    scene: Scene
     folder: Path
     compares: bool = True
     law: str | None = None
-    names: Mapping[Path, str] = field(default_factory=dict, repr=False)  # of each log's results
-    copies: Mapping[Path, Path] = field(default_factory=dict, repr=False)
+    names: Mapping[Path, str] = field(default_factory=dict)  # of each log's results
+    copies: Mapping[Path, Path] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"<Batch: {len(self.due)} of {len(self.logs)} logs to be done into {self.folder}: .run() does the work>"
 
     @property
     def steps(self) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from frictionlab.inference.predictive import Prediction
     from frictionlab.planning.plan import Plan
     from frictionlab.recording import Recording
+    from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, Solver, SteadyState, Structure
     from frictionlab.synthetic import SyntheticTest
     from frictionlab.verbs.inputs import AnyScene, FilePath
@@ -208,9 +209,6 @@ def plan(
     from frictionlab.verbs.inputs import files_of, scene_given
 
     known = scene_given(scene, settings, PLANNED)
-    open_keys = [key for key in ("base_amplitudes_m", "duration_s") if key not in known.plan.model_fields_set]
-    assumed = ", ".join(f"{key} = {getattr(known.plan, key)}" for key in open_keys)
-    notes = [f"plan: not given, assumed: {assumed}: name yours under [plan]"] if assumed else []
     inputs = files_of([Path(what) for what in measured if isinstance(what, (str, PathLike))], _laws_in)
     given = [what for what in measured if isinstance(what, MaterialLaw)]
     if sheet is not None:
@@ -218,6 +216,7 @@ def plan(
         if Path(sheet).exists() and not force:
             raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or --force")
     before = _law_among([*given, *map(read_material_law, inputs)], known.experiment.material)
+    known, notes = _not_said(known, before)
     if before is not None and known.experiment.material is None:
         known = known.changed(experiment={"material": before.material})
     if sheet is not None and known.experiment.material is None:
@@ -232,6 +231,17 @@ def plan(
     if sheet is not None:
         write_rows(sheet_rows(found, known), Path(sheet), force=True, inputs=inputs)
     return found
+
+
+def _not_said(scene: "Scene", before: "MaterialLaw | None") -> "tuple[Scene, list[str]]":
+    """The scene with the base amplitudes of the law's tests where it names none; what is assumed, in words."""
+    open_keys, notes = [k for k in ("base_amplitudes_m", "duration_s") if k not in scene.plan.model_fields_set], []
+    if before is not None and "base_amplitudes_m" in open_keys and "base_amplitude_m" in before.conditions:
+        tested = sorted({float(f"{amplitude:.3g}") for amplitude in before.conditions["base_amplitude_m"]})
+        scene, open_keys = scene.changed(plan={"base_amplitudes_m": tested}), open_keys[1:]
+        notes.append(f"plan.base_amplitudes_m: not given: {tested}, as in the tests of {before.material}")
+    assumed = ", ".join(f"{key} = {getattr(scene.plan, key)}" for key in open_keys)
+    return scene, notes + [f"plan: not given, assumed: {assumed}: name yours under [plan]"] * bool(assumed)
 
 
 def _laws_in(folder: Path) -> list[Path]:

@@ -21,7 +21,7 @@ SCENE: dict[str, dict[str, object]] = {"rig": {"stiffness_n_per_m": STIFFNESS, "
 QUIET: dict[str, dict[str, object]] = {
     "rig": {
         "stiffness_n_per_m": STIFFNESS, "natural_frequency_hz": NATURAL,
-        "natural_frequency_hz_u": 1e-9, "stiffness_n_per_m_u": 1e-9,
+        "natural_frequency_hz_u": 1e-9, "stiffness_n_per_m_u": 1e-9, "damping_ratio": 0.0,
     },
     "sensors": {"gain_error": 0.0, "linearity": 0.0, "lag_s_u": 0.0},
     "experiment": {"normal_force_n_u": 1e-9},
@@ -43,13 +43,15 @@ def row(
     *,
     noise: float = 0.002,
     seed: int = 0,
+    damping: float = 0.0,
     irregularity: float = 0.01,
     **more: object,
 ) -> dict[str, object]:
-    """One measurement of a Coulomb contact; ``noise``: relative error of energy and amplitude, as stated."""
+    """One measurement of a Coulomb contact; ``noise``: relative error of both, as stated; ``damping``: of the frame."""
     name = f"{material}_N{force:g}_r{r:g}"
     generator = np.random.default_rng([seed, zlib.crc32(name.encode())])
-    state = steady_state(Problem(r, coefficient * force / (STIFFNESS * AMPLITUDE)))
+    beta = coefficient * force / (STIFFNESS * AMPLITUDE)
+    state = steady_state(Problem(r, beta, frame_damping_ratio=damping))
     energy = state.energy_per_cycle if state.energy_per_cycle is not None else 9.0
     amplitude = state.response_amplitude if state.response_amplitude is not None else 9.0
     one, two, three = generator.standard_normal(3)

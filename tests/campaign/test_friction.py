@@ -208,6 +208,16 @@ def fit_of(
     return fit
 
 
+@pytest.mark.parametrize(("ratios", "widest"), [((0.4, 0.7, 1.4), 0.03), ((0.7,), 0.2)])
+def test_damping_that_nobody_declared_is_not_taken_for_friction(ratios: tuple[float, ...], widest: float) -> None:
+    """Friction was 4 % too high, 3 errors; over several frequency ratios energy and amplitude tell both."""
+    rows = [row("steel", FORCE, r, 0.3 * TRUE, noise=1e-4, damping=0.0055) for r in ratios]
+    silent = EXACT.changed(rig={"damping_ratio": None})
+    (fit,) = evaluate([trial_of(r) for r in rows], silent).fits
+    ratio, u = present(fit.friction_ratio), present(fit.friction_ratio_u)
+    assert abs(ratio - 0.3 * BETA) < 2.0 * u < 2.0 * widest * BETA
+
+
 def test_a_common_lag_does_not_average_away() -> None:
     """Many tests at one frequency ratio do not tell it; over several its own pattern does (thesis eq. 2.18)."""
     few, many = (fit_of(late=0.01, tests=tests, ratios=(0.5,)) for tests in (4, 16))

@@ -108,6 +108,7 @@ def test_a_law_that_is_too_simple_is_said() -> None:
     assert found.verdict == "misfit"
     assert any("coulomb does not explain this table" in said for said in found.warnings)
     assert fl.plot(found).axes[0].get_ylabel() == "amplitude, X / Y"
+    assert fl.plot(found).axes[0].get_yscale() == "log"  # the peak at r = 1 would flatten the points
     rms = fl.compare(table(rows(0.4, 1) * (1.0, 0.5**0.5, 1.0), stated=False), scene())  # 5 errors off, without a word
     assert any("% of the table, more than errors of a measurement: are amplitudes" in said for said in rms.warnings)
 

@@ -103,6 +103,16 @@ def test_bare_names_say_which_unit_by_the_sensors_step_or_ask_for_it(tmp_path: P
         read_log(log)
     recording = read_log(log, LogOptions(unit="um"))
     np.testing.assert_array_equal(recording.mass_displacement, [float(x) / 1e6 for _, x, _ in smooth.rows])
+    with pytest.raises(LogError, match=r"which column is the mass, .* give --mass 2 --base 3, .* and --unit"):
+        read_log(write(tmp_path / "bare.csv", table(smooth, "", ",").lstrip()))  # all that is missing, at once
+
+
+@pytest.mark.parametrize("name", ["COF", "mu", "friction coefficient [-]", "Reibzahl"])
+def test_a_coefficient_of_friction_is_no_displacement(name: str, tmp_path: Path) -> None:
+    for motion in ("stroke", "x"):
+        log = write(tmp_path / f"{motion}.csv", table(DATA, f"time [s],{motion} [mm],{name}", ","))
+        with pytest.raises(LogError, match=r"is a coefficient of friction by its name: .* export the friction force"):
+            read_log(log)
 
 
 def test_overrides_by_name_and_by_number(tmp_path: Path) -> None:

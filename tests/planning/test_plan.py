@@ -106,6 +106,9 @@ def test_a_base_amplitude_that_is_assumed_is_named_and_so_where_every_candidate_
         fl.plan(known)
     found = fl.plan(known, tests=1, friction_coefficient=[0.3, 0.1])
     assert found.notes[0].startswith("plan: not given, assumed: base_amplitudes_m = [0.0018], duration_s = 60.0")
+    found = fl.plan(known, tests=1, law="coulomb", measured=[example_law()])  # of tests at 1.5 and 1.9 mm
+    assert found.notes[0] == "plan.base_amplitudes_m: not given: [0.0015, 0.0019], as in the tests of brass"
+    assert found.notes[1].startswith("plan: not given, assumed: duration_s = 60.0")
 
 
 def test_what_the_sensors_gain_does_is_promised_as_a_comparison_states_it() -> None:

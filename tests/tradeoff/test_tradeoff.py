@@ -3,8 +3,9 @@
 import json
 import math
 import re
+import time
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,16 @@ def test_a_knob_has_one_default_a_reference_and_the_errors_of_the_readme(knob: K
     written = dict(re.findall(r"^\| (.+? \| .+?) \| ([-+.e0-9]+) \|", text, re.MULTILINE))
     for s in settings:
         assert float(written[f"{s.knob} | {s.setting}"]) == pytest.approx(s.error, rel=0.02)
+
+
+def test_a_first_run_that_compiles_is_not_timed() -> None:
+    @cache
+    def run() -> float:
+        time.sleep(0.2)
+        return 1.0
+
+    (setting,) = tradeoff.run_trials("k", "q", 1.0, "truth", {"auto": run}, "auto")
+    assert setting.seconds < 0.1
 
 
 POSITIVE = st.floats(1e-12, 1e3)
