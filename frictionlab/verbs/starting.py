@@ -215,8 +215,8 @@ def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
     (('{material}_N{normal_force_n}_r{nominal_frequency_ratio}', ()), ('{material}_{normal_force_g}g', ('steel_x',)))
     >>> pattern_of(["oak 1 N r 0.5", "oak 2 N r 0.7"]), pattern_of(["test1", "some other"])
     (('{material} {normal_force_n} N r {nominal_frequency_ratio}', ()), (None, ()))
-    >>> pattern_of(["run1_mass", "run2_mass"]), pattern_of(["oak 3N long"]), pattern_of(["oak dry 3N", "oak wet 3N"])
-    ((None, ()), ('{material} {normal_force_n}N long', ()), (None, ()))
+    >>> pattern_of(["a_mass", "b_mass"]), pattern_of(["oak 3N a", "oak 3N b"]), pattern_of(["oak dry 3N", "oak wet 3N"])
+    ((None, ()), ('{material} {normal_force_n}N {note}', ()), (None, ()))
     """
     for sign in ("_", "-", " "):
         rows = {name: HELD.sub("\xa0", name).split(sign) for name in names}
@@ -246,7 +246,7 @@ def _part(words: Sequence[str]) -> str:
             if key is not None:
                 return f"{first[1]}{{{key}}}{first[3]}".replace("\xa0", " ")
         return "{repeat}" if len(set(words)) > 1 else words[0]
-    if all(word.isalpha() and word.lower() not in NO_MATERIALS for word in words):
+    if all(word.isalpha() and len(word) > 1 and word.lower() not in NO_MATERIALS for word in words):
         return "{material}"
     return "{note}" if len(set(words)) > 1 else words[0]
 
