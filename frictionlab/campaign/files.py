@@ -3,7 +3,7 @@
 import os
 import re
 from collections.abc import Iterable, Sequence
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 from frictionlab import schema
 from frictionlab.analysis.measurement import Measurement, measure
@@ -47,7 +47,7 @@ def read_measurements(path: Path) -> list[Row]:
         raise UsageError(f"{path}: there is no such file: expected what `frictionlab analyze -o` wrote")
     if is_recording(path):
         raise UsageError(f"{path}: {IS_RECORDING}")
-    rows: list[Row] = [*read_rows(path, schema.MEASUREMENTS if path.suffix.lower() == ".h5" else None)]
+    rows = [_at_home(row) for row in read_rows(path, schema.MEASUREMENTS if path.suffix.lower() == ".h5" else None)]
     if not rows:
         raise UsageError(f"{path}: expected at least one measurement; got none")
     strange = [n for n, row in enumerate(rows, 1) if "source" not in row]
@@ -64,6 +64,14 @@ def refuse_comparisons(rows: Iterable[Row], where: str) -> None:
     """Refuse (`UsageError`) rows with the columns of comparisons; a user's own column may have any name."""
     if any(schema.table_of(list(row)) is schema.COMPARISONS for row in rows):
         raise UsageError(f"{where}: {IS_COMPARISON}")
+
+
+def _at_home(row: Row) -> Row:
+    """The row with its source as this system writes paths: a table may have been made under Windows."""
+    source = row.get("source")
+    if not (isinstance(source, str) and "\\" in source) or Path(source).exists():
+        return row
+    return {**row, "source": PureWindowsPath(source).as_posix()}
 
 
 def measured_again(trial: Trial, folders: Sequence[Path], scene: Scene) -> Measurement | None:

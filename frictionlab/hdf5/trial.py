@@ -62,7 +62,7 @@ def main(path: str, output: int = 1) -> int:
                 _read_node("/", tree)
                 tree.visititems(_read_node)
         else:
-            with open(output, "wb", closefd=False) as pipe:
+            with os.fdopen(output, "wb", closefd=False) as pipe:
                 pickle.dump(_matlab(path), pipe)
     except Exception as error:  # noqa: BLE001 - whatever it is, it is over
         return _NO_MEMORY if _is_of_memory(error) else _DAMAGED

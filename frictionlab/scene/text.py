@@ -168,8 +168,9 @@ def to_toml(scene: Scene) -> str:
 
     Examples
     --------
-    >>> print(to_toml(Scene()).partition("[analysis]")[2].partition("padding")[0].strip())
+    >>> print(to_toml(Scene()).partition("[analysis]")[2].partition("[model]")[0].strip())
     cycles = "all"
+    accuracy = "balanced"
     """
     tables, texts = scene.model_dump(), []
     for table in tables_of_keys():
