@@ -157,8 +157,8 @@ def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> I
     size = m.size
     if m.is_stuck and of_mass.rounding > QUIET * of_mass.step:
         size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
-    if of_mass.step > (FINE_STEP if of_mass.is_stepped else COARSE) * size > QUIET * of_mass.step:
-        step = of_mass.step / size
+    step = of_mass.step / max(size, 1e-300)
+    if (FINE_STEP if of_mass.is_stepped else COARSE) < step < COARSE / QUIET:
         few = ", too coarse to say whether it moves" if 2.5 * step > 2.0 else ""  # fewer steps across
         coarse = ", the energy's error is larger than stated" if step > COARSE else ": use a finer sensor"
         yield (

@@ -27,8 +27,9 @@ MOST_DEPTH = 60  # of a value in JSON; results have 3
 MOST_DIGITS = 15  # of a whole number; beyond, two of them are one float
 GRAVE = re.compile(
     r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
-    r"|times what|the fit moved|changes its sign|not at hand|used up"
+    r"|times what|the fit moved|changes its sign|not at hand|used up|repeats|swapped|dead|jump off|quarantined"
 )
+_OF_LAWS = re.compile(r"(verdict|friction_ratio: known only|laws?)\b")  # what follows from data that are broken
 _DIGITS = re.compile(r"(?<![\w.])(?<!\w-)\d[\d.]*(?:e[+-]?\d+)?")  # a number, not part of a name
 _TO = re.compile(r"( \w{1,3})? to ")  # of a range, also of one that names its unit twice
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
@@ -267,6 +268,8 @@ def few_of(names: Sequence[str]) -> str:
 def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, ...]]]:
     """Group warnings (source, sentence) by cause: doubts of a unit first, of which others follow, then grave ones.
 
+    Of these what is wrong with the data stands before what it makes of laws.
+
     Sentences that differ in their numbers alone, or in the source's name, are one, with the least and the largest of
     each number; of ranges the ends that are farthest. Where one source has several, as of gaps, its first stands for
     them.
@@ -275,6 +278,8 @@ def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, 
     --------
     >>> kinds_of([("a", "lag: 3 s"), ("b", "no unit"), ("c", "lag: 4.5e-3 s")])
     [('lag: 4.5e-3 ... 3 s', ('a', 'c')), ('no unit', ('b',))]
+    >>> kinds_of([("a", "verdict: misfit"), ("b", "verdict: misfit"), ("b", "mass: repeats the base")])[0]
+    ('mass: repeats the base', ('b',))
     >>> kinds_of([("r/N2_1.h5", "no row for N2_1.csv"), ("r/N3_1.h5", "no row for N3_1.csv")])
     [('no row for N2_1.csv', ('r/N2_1.h5', 'r/N3_1.h5'))]
     >>> kinds_of([("a", "from 2 N to 5 N"), ("b", "from 1 N to 4 N")])
@@ -294,7 +299,8 @@ def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, 
         sources = tuple(dict.fromkeys(source for source, _ in alike))
         said = _in_one(list(dict.fromkeys(first[source] for source in sources)))
         kinds.append((f"{said} (and {more} more such)" if more else said, sources))
-    return sorted(kinds, key=lambda kind: (DOUBTED not in kind[0], not GRAVE.search(kind[0]), -len(kind[1])))
+    kinds.sort(key=lambda kind: (bool(_OF_LAWS.match(kind[0])), -len(kind[1])))
+    return sorted(kinds, key=lambda kind: (DOUBTED not in kind[0], not GRAVE.search(kind[0])))
 
 
 def _in_one(sentences: Sequence[str]) -> str:
