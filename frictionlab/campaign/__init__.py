@@ -300,10 +300,7 @@ def _notes(campaign: Campaign) -> list[str]:
         (left, f"{left} short tests are left out of the friction fits; each is listed with its reason."),
         (campaign.is_given, NO_FRAME),
         (campaign.scene.rig.stiffness is None and not campaign.is_given, NO_STIFFNESS),
-        (
-            not (campaign.drifts or campaign.is_given),
-            f"No test lasts {LONG_S:g} s or longer: nothing is said of drift.",
-        ),
+        (not (campaign.drifts or campaign.is_given), NO_DRIFT),
         (not any(recording_path(t, campaign.folders) for t in campaign.trials if not t.failed), NO_RECORDINGS),
         (not campaign.is_given, SHARED_ERRORS),
         (assumed, ASSUMED.format(", ".join(assumed))),

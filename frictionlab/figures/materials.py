@@ -43,6 +43,7 @@ def friction(campaign: Campaign) -> Figure:
     with style.drawing(3.2) as figure:
         axes = style.panels(figure, 2 if has_several_forces(campaign) else 1)
         most, stiffness = max((f.normal_force_n for f in campaign.fits), default=1.0), campaign.scene.rig.stiffness
+        of = across(campaign)[1]
         for i, (test, marker) in enumerate(zip(campaign.amontons, cycle(style.MARKERS), strict=False)):
             colour = style.PALETTE[i % len(style.PALETTE)]
             known = [f for f in campaign.fits if f.material == test.material and f.friction_coefficient is not None]
@@ -52,7 +53,7 @@ def friction(campaign: Campaign) -> Figure:
                 forces = [(n, v, v.alone.scaled(stiffness).scaled(v.trial.base_amplitude_m)) for n, v in tests]
                 if campaign.is_given:  # the ratio is the coefficient
                     forces = [(n, v, v.alone.scaled(n)) for n, v in tests]
-                points = [(getattr(v.trial, across(campaign)[1]), force.over(n)) for n, v, force in forces]
+                points = [(getattr(v.trial, of), force.over(n)) for n, v, force in forces]
             rows = [(place, c.value, c.low, c.high) for place, c in points]
             force, value, low, high = np.array(rows, dtype=np.float64).reshape(-1, 4).T
             how: dict[str, Any] = {"fmt": marker, "color": colour, "markersize": 3.5, "capsize": 2}
@@ -213,11 +214,12 @@ def _draw_tests(
     ax: Axes, campaign: Campaign, rows: Sequence[tuple[Verdict, float, float]], colour: str, marker: str, label: str
 ) -> None:
     """Numbers of the short tests with their 95 % confidence; open: left out of the fit."""
+    of = across(campaign)[1]
     for used, fill_colour in ((True, colour), (False, "white")):
         part = [row for row in rows if not row[0].trial.is_long and (row[0].excluded is None) is used]
         if part:
             trials, values, errors = zip(*((v.trial, value, error) for v, value, error in part), strict=True)
-            places = [getattr(trial, across(campaign)[1]) for trial in trials]
+            places = [getattr(trial, of) for trial in trials]
             how: dict[str, Any] = {"markersize": 3.2, "markerfacecolor": fill_colour, "elinewidth": 0.7, "capsize": 1.5}
             ax.errorbar(places, values, yerr=errors, fmt=marker, color=colour, label=label, **how)
             label = ""

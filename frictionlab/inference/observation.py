@@ -20,7 +20,7 @@ from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
 from frictionlab.scene.physical import to_physical
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
-from frictionlab.simulator.laws import Law
+from frictionlab.simulator.laws import Law, Parameter
 from frictionlab.simulator.problem import Meter, OverspentError, Wall
 from frictionlab.uncertainty import Sources
 
@@ -62,6 +62,11 @@ def simulated(
     beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
     detuned = r / (1.0 + values.get("natural_frequency", 0.0))
     return Problem(detuned, beta, wall=wall, base=base, law=law, parameters=given, frame_damping_ratio=frame)
+
+
+def carried(parameter: Parameter, there: Mapping[str, float], here: Mapping[str, float]) -> float:
+    """Return by how much a parameter's dimensionless value is larger here than there, by what both are over."""
+    return (to_physical(parameter, **there)[0] or 1.0) / (to_physical(parameter, **here)[0] or 1.0)
 
 
 @dataclass(frozen=True)
@@ -167,8 +172,8 @@ class Observation(ABC):
             length = self.unit / reference.unit
             return {"spring_cubic": length**2, "play": 1.0 / length}.get(unknown.name, 1.0)
         parameter, own, load = self.law.parameter(unknown.name), self.normal_force, reference.normal_force
-        there, here = (to_physical(parameter, **test.frame)[0] or 1.0 for test in (reference, self))
-        return there / here * (own / load if amontons and own and load and unknown.name == "beta" else 1.0)
+        force = own / load if amontons and own and load and unknown.name == "beta" else 1.0
+        return carried(parameter, reference.frame, self.frame) * force
 
     @abstractmethod
     def motion(self, values: Values, near: Any = None) -> Any:

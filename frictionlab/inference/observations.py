@@ -635,9 +635,7 @@ def of_mean(
     """
     n, about = len(single), single - single.mean(axis=0)
     of_each = 1.0 / used
-    if (
-        n >= FEWEST_CYCLES
-    ):  # the mean is as much less sure as its cycles, along their main direction, are autocorrelated
+    if n >= FEWEST_CYCLES:  # the mean is less sure as far as cycles, along their main direction, are autocorrelated
         few = n <= len(mean)  # the same, and cheaper where cycles are many
         product = about @ about.T if few else about.T @ about
         main = eigh(product, subset_by_index=[len(product) - 1] * 2)[1][:, 0]

@@ -13,12 +13,11 @@ from frictionlab.analysis.signals import student
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import NO_FREQUENCY, AnalysisError
 from frictionlab.inference.comparison import OverFrequency, harmonics_of
-from frictionlab.inference.observation import Observation, Reached, Values, simulated, steady
+from frictionlab.inference.observation import Observation, Reached, Values, carried, simulated, steady
 from frictionlab.inference.observations import law_and_held, mean_cycle
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.recording import FrequencyTable
 from frictionlab.scene import Scene
-from frictionlab.scene.physical import to_physical
 from frictionlab.simulator import Problem, SteadyState
 from frictionlab.simulator.problem import Meter
 from frictionlab.uncertainty import sources_of
@@ -82,12 +81,9 @@ class TableObservation(Observation):
         The law is the same in N, m and s in all rows.
         """
         r = self.r if r is None else r
-        times = dict[str, float]()
-        for p in (p for p in self.law.own if not p.whole):
-            first, here = (
-                to_physical(p, 1.0, 1.0, amplitude=y, turn=t)[0] for y, t in ((1.0, 1.0), (length, r / self.r))
-            )
-            times[p.name] = (first or 1.0) / (here or 1.0)
+        frame = {"stiffness": 1.0, "frequency": 1.0, "amplitude": 1.0, "turn": 1.0}
+        here = frame | {"amplitude": length, "turn": r / self.r}
+        times = {p.name: carried(p, frame, here) for p in self.law.own if not p.whole}
         return simulated(self.law, self.held, self.wall, values, r, times=times)
 
     def shown(self, values: Values, state: SteadyState | None, r: float) -> tuple[float, float]:
