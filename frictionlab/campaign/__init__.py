@@ -171,15 +171,6 @@ class Campaign(Result):
         return {v.trial.source: v for fit in self.fits for v in fit.verdicts}
 
     @property
-    def lag_found_s(self) -> float | None:
-        """By how much the tests find the base's channel behind, the declared lag included; None: no fit looked for it.
-
-        Energies in figures and pages are those at this lag, as the law's are.
-        """
-        lag = 0.0 if self.joint is None else self.joint.lag_s()
-        return self.scene.sensors.lag_s + lag if lag else None
-
-    @property
     def is_given(self) -> bool:
         """Whether motions were given and forces measured, as on a tribometer."""
         return self.scene.rig.kind == "prescribed"

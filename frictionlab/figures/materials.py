@@ -199,9 +199,9 @@ def _set_across(ax: Axes, campaign: Campaign) -> None:
 
 
 def at_lag(campaign: Campaign) -> str:
-    """At which lag energies are shown: the one that the tests find, if they do."""
-    lag = campaign.lag_found_s
-    return "" if lag is None else f", at the lag found ({1e3 * lag:+.3g} ms)"
+    """At which lag energies are shown, as the law's are: the one that the tests find, the declared one included."""
+    lag = 0.0 if campaign.joint is None else campaign.joint.lag_s()
+    return f", at the lag found ({1e3 * (campaign.scene.sensors.lag_s + lag):+.3g} ms)" if lag else ""
 
 
 def _energy(verdict: Verdict) -> tuple[Verdict, float, float]:

@@ -195,7 +195,7 @@ def test_what_changes_with_the_normal_force_is_no_scatter_from_test_to_test(spre
     known = scene_with({"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": STIFFNESS, "damping_ratio": 0.0})
     draw, observations, true = np.random.default_rng(5), [], {1.0: 0.4, 2.0: 0.32, 4.0: 0.25}
     for newtons, coefficient in true.items():
-        for r in (0.4, 0.5, 0.6):
+        for r in (0.4, 0.6):
             beta = coefficient * (1.0 + spread * draw.standard_normal()) * newtons / (STIFFNESS * BASE_M)
             named: dict[str, Any] = {"source": f"{newtons} {r}", "material": "nylon", "newtons": newtons}
             observations.append(observed(Problem(r, beta), known, draw, **named, seconds=20.0))
@@ -241,7 +241,7 @@ def test_what_all_forces_share_does_not_count_against_the_law() -> None:
     assert shared.p == pytest.approx(alone.p, rel=1e-6)
 
 
-@pytest.mark.parametrize(("by_mass", "declared"), [(False, 0.001), (True, 0.001), (True, 0.0)])
+@pytest.mark.parametrize(("by_mass", "declared"), [(False, 0.001), (True, 0.0)])
 def test_a_natural_frequency_that_all_tests_contradict_is_named_and_in_the_error(
     by_mass: bool, declared: float
 ) -> None:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, coexisting, simulate, steady_state
+from frictionlab.simulator.exact.solve import crest_of
 from tests.desk import present
 from tests.simulator.closed_form import of_modes
 from tests.simulator.phases import settles_on
@@ -33,6 +34,19 @@ def test_friction_over_half_the_range_of_the_force_always_brings_the_mass_to_res
     assert place == 0.0 or "comes to rest" in state.verdict
     late = float(simulate(Problem(r, beta + 1e-6, base=base), cycles=200, keep=1).at(399 * pi)[0])
     assert late == pytest.approx(place, abs=0.05)  # it gets there like 1 / cycles at the edge of the places
+
+
+@given(seed=st.integers(0, 2**32), count=st.sampled_from([2, 3, 16, 64]), falls=st.floats(0.0, 3.0))
+def test_the_crest_of_a_sum_of_waves_is_no_lower_than_any_sample_and_no_higher_than_curvature_lets_it(
+    seed: int, count: int, falls: float
+) -> None:
+    k = np.arange(1.0, count + 1.0)
+    waves = k**-falls * np.exp(1j * np.random.default_rng(seed).uniform(0.0, 2 * pi, count))
+    tau = np.linspace(0.0, 2 * pi, 8001)
+    sampled, far = float((np.exp(1j * np.outer(tau, k)) @ waves).real.max()), 0.5 * (0.5 * tau[1]) ** 2
+    assert -1e-13 * count <= crest_of(waves) - sampled <= far * float(k**2 @ np.abs(waves))
+    flat = np.array([1.0, -0.25]) * np.exp(1j * k[:2] * k[-1])  # of fourth order
+    assert crest_of(flat) == pytest.approx(0.75, rel=1e-12)
 
 
 def test_unequal_break_away_forces_let_the_mass_rest_to_one_side() -> None:
