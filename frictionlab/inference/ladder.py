@@ -45,6 +45,7 @@ OF_RIVAL = 8.0, 4.0  # ... times so much, of one test and of several, for one he
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
 PUSHED = 3.0  # standard deviations from which what is known of sensors and rig is not where a richer law begins
+WRONG = 50.0  # scenes of which one has a wrong fact of sensors or rig
 SURE = 3.5  # errors from where a term of a record does nothing: half its square is an evidence of 6
 TRIALS = (1.0, -1.0, 0.0)  # standard deviations from its prior's mean at which a new parameter is tried
 SCALES = (-1.5, -1.0, -0.5, 0.0, 0.5)  # the same on a logarithmic scale: where it does most, first
@@ -77,6 +78,20 @@ class Rung:
     def log_evidence(self) -> float:
         """Logarithm of its evidence; minus infinity where it could not be fitted."""
         return -math.inf if self.fit is None else self.fit.log_evidence
+
+    @cached_property
+    def freed_evidence(self) -> float:
+        """The same if the one fact of sensors or rig that a law which explains had to push may be wrong in the scene.
+
+        A scene is wrong once in so many (`WRONG`); the fact's prior is then as wide as it was moved.
+        """
+        if self.fit is None or self.posterior is None or len(self.posterior.strained) != 1:
+            return self.log_evidence
+        if not explains(self.fit, range(len(self.fit.model.tests))):
+            return self.log_evidence
+        k = self.posterior.strained[0]
+        u, c = self.fit.model.unknowns[k], float(self.fit.point[k])
+        return self.log_evidence + max(0.0, 0.5 * u.strain(c) ** 2 - 0.5 - math.log(WRONG * abs(c) / u.known_to))
 
     @cached_property
     def nrmse(self) -> float | None:
@@ -206,7 +221,7 @@ class _Climb:
                 self.work.left = OF_RIVAL[len(tests) > 1] * RESERVE * len(tests)
                 self.rungs = [rung for rung in self.rungs if rung.law.name != name or SPENT not in rung.said]
                 rival = self.tried(name, top)
-                better = rival.fit is not None and rival.log_evidence - top.log_evidence > REQUIRED
+                better = rival.fit is not None and rival.log_evidence - top.freed_evidence > REQUIRED
                 if better and _is_better(top.held_out, rival.held_out):
                     top = rival
                 elif len(tests) > 1:
@@ -375,7 +390,7 @@ class _Climb:
 
     def _is_required(self, rung: Rung, below: Rung) -> bool:
         """Whether a law is required over the simpler ones: by its evidence, and by what was left out of the fit."""
-        simpler = [r.log_evidence for r in self.rungs if set(r.law.terms) < set(rung.law.terms)]
+        simpler = [r.freed_evidence for r in self.rungs if set(r.law.terms) < set(rung.law.terms)]
         if not rung.log_evidence - max(simpler, default=below.log_evidence) > REQUIRED:
             return False
         if below.fit is None or rung.fit is None:

@@ -264,6 +264,14 @@ def test_a_lag_that_nobody_declared_is_not_taken_for_a_law() -> None:
         assert found.nuisances["lag_s"]["value"] == pytest.approx(3e-3, abs=1e-3)
 
 
+def test_a_gain_that_is_wrong_is_not_taken_for_a_law() -> None:
+    """Two per cent, twelve times what is known of it: friction that falls with speed was explained in its stead."""
+    found = compare(recorded(Problem(0.5, 0.42), np.random.default_rng(5), gain=1.02), scene(), law="auto")
+    assert (found.law, found.verdict) == ("coulomb", "strained")
+    assert found.friction_ratio == pytest.approx(0.42, abs=2.0 * present(found.friction_ratio_u))
+    assert any("sensors.gain_error" in said for said in found.warnings)
+
+
 def test_a_lag_far_from_half_a_sample_is_told_in_milliseconds() -> None:
     seen = recorded(Problem(0.7, 0.4), np.random.default_rng(4), seconds=20.0, lag_s=8e-3)
     (said,) = (w for w in compare(seen, scene()).warnings if "sensors.lag_s" in w)

@@ -249,6 +249,15 @@ def test_a_lopsided_motion_of_an_even_contact_is_one_of_two() -> None:
     assert abs(there[0] - start_of(motion)[0]) > 0.1  # and it is not the same motion
 
 
+def test_a_mass_at_rest_at_the_section_is_at_rest_to_rounding() -> None:
+    """The base turns there too: a search left 1e-22 of slip, and its orbit was never that of the motion followed."""
+    values = {"static_ratio": 1.4, "stribeck_speed": 0.5639353540363419, "stribeck_exponent": 0.99943726}
+    found = steady_state(Problem(0.5, 0.3265626, zeta=0.0055, law="coulomb+stribeck", parameters=values))
+    motion = present(found.orbit)
+    assert (found.outcome, found.stops_per_cycle) == ("periodic", 1.0)
+    assert Twin(found.problem).run([0.0, TURN], start_of(motion)) == pytest.approx(start_of(motion), abs=1e-7)
+
+
 def test_an_event_at_the_begin_of_a_step_moves_the_tangent_by_the_base_as_it_is_then() -> None:
     """The base's motion of the step's end stood there, and the derivative was 0.68 for 0.42."""
     start, problem = np.array([cos(5.0) - 0.4, 0.0]), Problem(0.5, 0.4)

@@ -17,7 +17,7 @@ from frictionlab.simulator.exact.account import call_account
 from frictionlab.simulator.exact.flow import TURN_OF, Carrier, call_run, freeze, is_integrated, is_rigid, set_contact
 from frictionlab.simulator.exact.motion import base_at_time, contact_force
 from frictionlab.simulator.exact.orbit import TURN
-from frictionlab.simulator.exact.phase import DONE, TIRED, slot_of
+from frictionlab.simulator.exact.phase import DONE, TIRED, drive_size, slot_of
 
 LOOKS = 1e7  # evaluations in a search, for each harmonic: some seconds
 CYCLES = 150.0  # natural periods that a search may always follow, ten evaluations each
@@ -193,7 +193,7 @@ def fill_energies(system: Any, leg: Any, held: bool, size: float, numbers: Any, 
     row[places.STOPS] = 0.0 if held or system.contacts == 0 else numbers.stops[0] / cycles
     row[places.STUCK_SHARE] = 1.0 if held else numbers.stuck[0] / (cycles * TURN)
     row[places.OUTCOME] = places.STUCK if held else places.PERIODIC
-    force = abs(system.push[0, 0]) * orbit.drive_size(system)
+    force = abs(system.push[0, 0]) * drive_size(system)
     least = 1e-3 * (taken + numbers.frame) / cycles + 1e-10 * force * size
     if not held and row[places.CLOSURE] > least:
         for k in range(places.ENERGY, places.MISS + 1):

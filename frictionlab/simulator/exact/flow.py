@@ -26,7 +26,7 @@ from frictionlab.simulator.exact.motion import (
     modulus,
     place_of,
 )
-from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, SYSTEM, TIRED, dot, slot_of
+from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, SYSTEM, TIRED, dot, drive_size, slot_of
 
 TURN_OF, UPWARDS, DOWNWARDS = 0, 1, 2  # what ends a phase: slip of a contact, or what it holds up or down
 WINDOW = 8.0  # over the fastest rate: derivatives are bounded over so long at first
@@ -208,8 +208,8 @@ def _is_consistent(system: Any, work: Any) -> bool:
 
 @inner
 def still_speed(system: Any, work: Any) -> float:
-    """Return the speed below which a contact stands."""
-    total = abs(work.f[1])
+    """Return the speed below which a contact stands: steps leave rounding of a mass at rest, where the base turns."""
+    total = abs(work.f[1]) + (drive_size(system) if is_integrated(system) else 0.0)
     for a in range(system.masses):
         total += abs(work.v[a])
     return STILL * total

@@ -17,7 +17,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.simulator import row as places
 from frictionlab.simulator.compiled import inlined, inner
 from frictionlab.simulator.exact.flow import call_run, is_integrated
-from frictionlab.simulator.exact.phase import DONE, factorise, substitute
+from frictionlab.simulator.exact.phase import DONE, drive_size, factorise, substitute
 
 TURN = 2.0 * pi
 STEPS, FEW_STEPS = 60, 8  # of Newton's method, firmly and in full steps alone
@@ -129,15 +129,6 @@ def size_of(system: Any, work: Any, y: FloatArray) -> float:
     for a in range(n):
         total += y[a] ** 2 + (system.r * y[n + a]) ** 2 + (work.high[a] - work.low[a]) ** 2
     return sqrt(total)
-
-
-@inner
-def drive_size(system: Any) -> float:
-    """Return the size of the base's harmonics: what rounding is of, where a motion is much smaller."""
-    total = 0.0
-    for m in range(system.harmonics):
-        total += (m + 1.0) * abs(system.lines[m])
-    return total
 
 
 @inner

@@ -120,6 +120,15 @@ PHASES = np.dtype(
 
 
 @inner
+def drive_size(system: Any) -> float:
+    """Return the size of the base's harmonics: what rounding is of, where a motion is much smaller."""
+    total = 0.0
+    for m in range(system.harmonics):
+        total += (m + 1.0) * abs(system.lines[m])
+    return total
+
+
+@inner
 def dot(one: FloatArray, other: FloatArray, count: int) -> float:
     """Return the sum of the products of the first entries of two arrays."""
     total = 0.0
