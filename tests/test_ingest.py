@@ -16,8 +16,6 @@ from tests.logs.samples import sensortool, table, truth, write
 
 DATA = truth(300)
 HEADER = "time [s],mass [mm],base [mm]"
-
-
 run = partial(invoke, "ingest")
 
 

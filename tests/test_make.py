@@ -80,13 +80,13 @@ def test_a_changed_log_redoes_its_chain_alone_and_a_broken_one_is_named(desk: Pa
     before = times(desk / "out")
     log = desk / "logs" / LOGS[0]
     os.utime(log, (log.stat().st_mtime - 1e6,) * 2)  # replaced by an older one
-    again = make(desk)
+    again = invoke("batch", desk / "logs", "--scene", SCENE, "-o", desk / "out")
     assert "1 of 2 logs" in again.stdout
     there = {Path(name).name for name, at in times(desk / "out").items() if before.get(name) != at and "/" in name}
     written = {name.split(".comparison")[0].split(".measurement")[0] for name in there}
     assert written == {stems[0], f"{stems[0]}.h5", f"{stems[0]}.jsonl", f"{stems[0]}.json"}
     assert again.stdout.splitlines()[-4].startswith("test ")
-    assert again.stdout.splitlines()[-1] == "recordings, measurements, comparisons and figures are in out/"
+    assert again.stdout.splitlines()[-1] == f"recordings, measurements, comparisons and figures are in {desk}/out/"
     told = json.loads((desk / "out" / "comparisons" / f"{stems[0]}.jsonl").read_text())
     alone = fl.compare(log, ROOT / "configs" / "sample_data.toml")
     assert told["friction_ratio"] == alone.friction_ratio

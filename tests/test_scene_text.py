@@ -120,6 +120,7 @@ def test_init_finds_taps_names_and_sheet(run: Run, tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.usefixtures("one_format")
 def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_is_made(run: Run, tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     t = np.arange(2500) / 250.0

@@ -140,10 +140,9 @@ def test_a_notebook_gets_frames_pages_and_figures(
         fl.evaluate(recording, SCENE)  # type: ignore[arg-type]
     with pytest.raises(fl.UsageError, match="law: explain finds the law"):
         fl.explain(recording, SCENE, law="coulomb")
-    told = fl.explain(comparison)
-    assert told.comparison is comparison
-    assert told.text.startswith("steel_N1.25_r0.3.csv: coulomb at r = 0.3")
-    assert "Energy per cycle: 1.215 ± 0.021 k Y^2 = 4.69 ± 0.08 mJ measured" in " ".join(told.text.split())
+    assert explanation.comparison is comparison
+    assert explanation.text.startswith("steel_N1.25_r0.3.csv: coulomb at r = 0.3")
+    assert "Energy per cycle: 1.215 ± 0.021 k Y^2 = 4.69 ± 0.08 mJ measured" in " ".join(explanation.text.split())
 
 
 def test_the_readme_example_runs_and_prints_what_it_says(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,8 +23,6 @@ from tests.logs.samples import log
 
 RATE, HZ = 500.0, 3.126
 OMEGA = 2 * math.pi * HZ
-
-
 T = np.arange(round(25 * RATE)) / RATE
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frictionlab.campaign.files import elsewhere, read_measurements, recording_path
-from frictionlab.campaign.trials import LONGEST_NAME, trial_of
+from frictionlab.campaign.trials import trial_of
 from frictionlab.errors import LogError, RecordingError, SceneError
 from frictionlab.hdf5 import trial
 from frictionlab.logs import read_log
@@ -118,9 +118,3 @@ def test_a_source_that_cannot_be_a_file_is_none(source: str, outside: Path) -> N
     Path("loop.h5").symlink_to("loop.h5")
     os.mkfifo("pipe.h5")
     assert recording_path(trial_of({**row("steel", 1.0, 0.5, 0.6), "source": source}), [outside.parent]) is None
-
-
-def test_a_name_too_long_for_a_figure_is_a_reason() -> None:
-    assert trial_of(row("x" * LONGEST_NAME, 1.0, 0.5, 0.6)).reason is None
-    reason = trial_of(row("x" * 5000, 1.0, 0.5, 0.6)).reason
-    assert reason == "material: expected a name of at most 60 characters; got 5000: shorten it"

@@ -59,6 +59,7 @@ SCENE = Scene(rig=Rig(natural_frequency_hz=3.13, stiffness_n_per_m=STIFFNESS))
     [
         ("status", "failed", "^its measurement failed and gives no reason"),
         ("material", None, "^no material: name them"),
+        ("material", "x" * 61, "^material: expected a name of at most 60 characters; got 61: shorten it"),
         ("normal_force_n", 0.0, "^no normal_force_n: name them"),
         ("frequency_ratio", None, "natural_frequency_hz"),
         ("energy_per_cycle", math.nan, "no energy_per_cycle in the measurement"),

@@ -84,6 +84,7 @@ def test_each_material_has_one_coefficient_and_its_law(campaign: Campaign) -> No
             assert newtons == pytest.approx(value * float(str(row["normal_force_n"])))
 
 
+@pytest.mark.usefixtures("one_format")
 def test_it_says_what_it_cannot_give(campaign: Campaign, tmp_path: Path) -> None:
     (said,) = (note for note in campaign.notes if "tribometer" in note)
     assert all(words in said for words in ("no frequency ratio", "no energy of a loop"))

@@ -111,15 +111,13 @@ def test_the_exponent_of_a_stribeck_curve_is_not_pulled_amid_one_and_two() -> No
 
 @patch.multiple(ladder, EXACT=("speed",), SMOOTH=("logarithm", "stribeck"), WORK=2e4)
 def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try() -> None:
-    """Work is counted in steps of integration, not in seconds: the same recording gets the same answer anywhere."""
     truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
     seen = recorded(truth, np.random.default_rng(3), seconds=20.0)
-    found, again = compare(seen, scene(), law="auto"), compare(seen, scene(), law="auto")
+    found = compare(seen, scene(), law="auto")
     unended = next(w for w in found.warnings if "not fitted to the end, for the work of a ladder was" in w)
     assert unended.startswith("laws coulomb+logarithm, coulomb+stribeck, ")
     unspent = next(w for w in found.warnings if "not tried, for the work of a ladder was" in w)
     assert "coulomb+rate-state" in unspent.split(":")[0]
-    assert (again.law, again.parameters, again.warnings) == (found.law, found.parameters, found.warnings)
 
 
 @patch.multiple(ladder, EXACT=("speed",), SMOOTH=("stribeck",), INNER=(), DEAR=(), WORK=3e5)

@@ -148,6 +148,7 @@ def _plan(folder: Path, *more: object, scene: str = "rig.toml") -> list[dict[str
     return sorted(rows_of(said), key=lambda test: test["frequency_ratio"])
 
 
+@pytest.mark.usefixtures("one_format")
 def test_what_was_planned_is_measured_and_the_next_plan_knows_it(desk: Path) -> None:
     recordings, campaign = sorted((desk / "recordings").glob("*.h5")), desk / "campaign"
     assert len(recordings) == 2

@@ -39,8 +39,7 @@ def some_base(seed: int, n: int, *, even: bool) -> tuple[np.ndarray, np.ndarray]
     return tau, sum(a * np.sin(w * tau + p) for a, w, p in tones)
 
 
-@pytest.mark.parametrize("even", [True, False])
-@pytest.mark.parametrize("name", sorted(CASES))
+@pytest.mark.parametrize(("name", "even"), [("coulomb", True), *((name, False) for name in sorted(CASES))])
 def test_it_is_the_slow_twin(name: str, *, even: bool) -> None:
     problem = CASES[name]
     tau, y = some_base(len(name), 60, even=even)
