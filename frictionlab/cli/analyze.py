@@ -113,6 +113,9 @@ def _print_parts(rows: Iterable[Any]) -> None:
     for row in rows:
         parameters, moved = (dict(row.get(key) or {}) for key in ("parameters", "nuisances"))
         laws, law, required = screen.each_of(row.get("laws")), row["law"], row.get("cycle_law") or row["law"]
+        said = f"the recording requires {required}"
+        if row.get("verdict") == "misfit":
+            said = "none explains it; each row is a best fit, and leaves less than one that holds sensors and rig"
         if "lag_s" in moved:
             moved["lag [ms]"] = {key: 1e3 * value for key, value in moved.pop("lag_s").items()}
         values = [{"parameter": name, **each} for name, each in parameters.items()] * bool(laws or len(parameters) > 2)
@@ -121,7 +124,7 @@ def _print_parts(rows: Iterable[Any]) -> None:
         parts: tuple[tuple[str, Sequence[Row], Any], ...] = (
             (f"{law}", values, heads("parameters")),
             ("what the fit moved beside the law (natural frequency and gain: relative)", beside, heads("nuisances")),
-            (f"laws in the order tried; the recording requires {required}", laws, LAWS),
+            (f"laws in the order tried; {said}", laws, LAWS),
             (f"laws tried on the whole record, which requires {law}", screen.each_of(row.get("record_laws")), LAWS),
         )
         for title, lines, columns in parts:

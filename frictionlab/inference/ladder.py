@@ -23,7 +23,15 @@ from frictionlab.inference.fit import Fit, Model, cost, fit_from, followed, temp
 from frictionlab.inference.force import ForceObservation
 from frictionlab.inference.observation import NO_MOTION, Observation
 from frictionlab.inference.observations import CycleObservation, OfCycles
-from frictionlab.inference.posterior import Posterior, explains, infer, misfit_is_noise, model_of, posterior_of
+from frictionlab.inference.posterior import (
+    CORRECTED,
+    Posterior,
+    explains,
+    infer,
+    misfit_is_noise,
+    model_of,
+    posterior_of,
+)
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.simulator.laws import TERMS, Law, excluded_by, law_of, tried_of
@@ -40,8 +48,8 @@ WORK = 9e5  # steps of integration, or as much work, for all laws of one test: s
 OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
 SHARE, LEAST = 0.5, 0.02  # of what is left, for one law or one start of it; of it all, below which none is begun
-RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts ...
-OF_RIVAL = 8.0, 4.0  # ... times so much, of one test and of several, for one held against it: it may take half
+RESERVE = 4e5  # the same for the values of the one that is required, found once more from all starts ...
+OF_RIVAL = 2.0, 1.0  # ... times so much, of one test and of several, for one held against it: it may take half
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
 PUSHED = 3.0  # standard deviations from which what is known of sensors and rig is not where a richer law begins
@@ -221,8 +229,9 @@ class _Climb:
                 self.work.left = OF_RIVAL[len(tests) > 1] * RESERVE * len(tests)
                 self.rungs = [rung for rung in self.rungs if rung.law.name != name or SPENT not in rung.said]
                 rival = self.tried(name, top)
-                better = rival.fit is not None and rival.log_evidence - top.freed_evidence > REQUIRED
-                if better and _is_better(top.held_out, rival.held_out):
+                simpler = set(rival.law.terms) < set(top.law.terms)  # then the top is to be required over it
+                gain = rival.log_evidence - top.freed_evidence + (2.0 * REQUIRED if simpler else 0.0)
+                if gain > REQUIRED and (simpler or _is_better(top.held_out, rival.held_out)):
                     top = rival
                 elif len(tests) > 1:
                     break
@@ -233,7 +242,8 @@ class _Climb:
         again = [o.under(top.law).metered(Meter(RESERVE * len(self.observations))) for o in self.observations]
         try:
             found = infer(again)
-            if top.fit is not None and found.fit.chi_square > top.fit.chi_square + DEEPER * top.fit.excess():
+            more = DEEPER if found.held_se is None else CORRECTED  # by which values as known may leave more
+            if top.fit is not None and found.fit.chi_square > top.fit.chi_square + more * top.fit.excess():
                 found = infer(again, near=top.fit.values())
         except NO_MOTION as fault:
             if (own := top.posterior) is None:

@@ -28,7 +28,7 @@ Values = Mapping[str, float]
 BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a motion
 NO_MOTION = (FrictionlabError, ArithmeticError, ValueError, np.linalg.LinAlgError)
 """What the simulator raises at values that are no candidate: there is no motion to compare with."""
-OF_ONE = 3e4  # steps that one steady state may take of a meter: where there is one, nearly all take a tenth
+OF_ONE = 1.5e4  # steps that one steady state may take of a meter: where there is one, nearly all take a third
 SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
 
 

@@ -113,7 +113,8 @@ def of_parameter(parameter: Parameter) -> Unknown:
     made = Unknown(parameter.name, parameter.words, level, law=True, scatter=scatter, first=parameter.first)
     if parameter.scale == "log":
         mean, sd = 0.5 * math.log(low * high), math.log(high / low) / WIDE
-        end = (math.log(high) - mean) / sd if parameter.neutral == math.inf else STRONGEST
+        largest = high if parameter.neutral == math.inf else parameter.high
+        end = min((math.log(largest) - mean) / sd, STRONGEST)
         return replace(made, mean=mean, sd=sd, scale="log", high=end, scatter=SCATTER / sd)
     if parameter.neutral is not None and parameter.neutral == parameter.low == low:
         return replace(made, mean=low, sd=2.0 * (high - low) / WIDE, low=0.0, folded=True)

@@ -270,6 +270,14 @@ def test_a_gain_that_is_wrong_is_not_taken_for_a_law() -> None:
     assert any("sensors.gain_error" in said for said in found.warnings)
 
 
+def test_a_simpler_law_that_is_fitted_late_stands_before_the_one_it_is_a_part_of() -> None:
+    """Beside speed Stribeck's law was fitted first, and stayed, with a dashpot of nothing: four errors off in one."""
+    more = {"static_ratio": 1.3, "stribeck_speed": 0.12, "stribeck_exponent": 2.0}
+    truth = Problem(0.08225, 0.3957, zeta=0.0055, law="coulomb+stribeck", parameters=more)
+    seen = recorded(truth, np.random.default_rng(1), rate=10.0, lag_s=0.006, scatter=0.0)
+    assert compare(seen, scene(), law="auto").law == "coulomb+stribeck"
+
+
 def test_a_lag_far_from_half_a_sample_is_told_in_milliseconds() -> None:
     seen = recorded(Problem(0.7, 0.4), np.random.default_rng(4), seconds=20.0, lag_s=8e-3)
     (said,) = (w for w in compare(seen, scene()).warnings if "sensors.lag_s" in w)

@@ -38,6 +38,7 @@ STRIBECK = Term(
             "d",
             "exponent of the Stribeck curve, 1 or 2 in most texts",
             open_low=True,
+            high=10.0,  # beyond it friction falls at once, as in a break-away
             usual=(0.5, 3.0),
             scale="log",
             default=2.0,

@@ -25,6 +25,7 @@ from frictionlab.simulator.structure import Structure
 TURN = 2.0 * np.pi
 FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
 MOST, LONGEST = 200_000, 3_000_000  # steps of a search for a steady state, some seconds; and of a run of many cycles
+NEARBY = 2_000  # the same of one that begins at a neighbour's orbit, some thirty cycles: rest is as quick else
 RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
 FOLLOWED, BESIDE = 2, 0.1  # cycles that rest is followed where friction weakens; how near an orbit must be then
@@ -164,6 +165,7 @@ class Integrated(Flow):
             begin.insert(0, near.orbit.section)
         for start, waits in [*((start, False) for start in begin), (begin[-1], True)]:
             left = inf if meter is None else meter.left - spent
+            left = left if start is not begin[0] or near is None else min(left, NEARBY)
             found = self.solved(start, waits=waits, left=left)
             spent += found.spent
             outcome, followed = found.row[places.OUTCOME], weakens and start is begin[-1]
