@@ -32,6 +32,7 @@ TURN_OF, UPWARDS, DOWNWARDS = 0, 1, 2  # what ends a phase: slip of a contact, o
 WINDOW = 8.0  # over the fastest rate: derivatives are bounded over so long at first
 SHORT = 1.5  # the same where their bounds grow: under a sampled base, and next to resonance
 STILL = 1e-12  # over the size of the motion: a slower contact stands
+ROUNDED = 1e-16  # over the size of the drive: what is left of a speed that is none
 BARELY = 1e-11  # over the masses' accelerations: a contact so little pushed stays where it is
 IDLE = 25  # events in a row at one moment, and as many for each contact and slider, that no motion has
 BRIEF = 1e-12  # rad: a phase by steps that is no longer takes no time
@@ -209,10 +210,10 @@ def _is_consistent(system: Any, work: Any) -> bool:
 @inner
 def still_speed(system: Any, work: Any) -> float:
     """Return the speed below which a contact stands: steps leave rounding of a mass at rest, where the base turns."""
-    total = abs(work.f[1]) + (drive_size(system) if is_integrated(system) else 0.0)
+    total = abs(work.f[1])
     for a in range(system.masses):
         total += abs(work.v[a])
-    return STILL * total
+    return STILL * total + (ROUNDED * drive_size(system) if is_integrated(system) else 0.0)
 
 
 @inner
