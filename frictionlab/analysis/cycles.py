@@ -49,8 +49,11 @@ class Cut:
         return len(self.start)
 
 
-def interpolate(signal: FloatArray, position: FloatArray) -> FloatArray:
-    """Values of a signal between its samples: cubic through the four nearest (Lagrange), shape of ``position``."""
+def interpolate(signal: FloatArray, position: FloatArray, *, jumps: bool = False) -> FloatArray:
+    """Values of a signal between its samples: cubic through the four nearest (Lagrange), shape of ``position``.
+
+    One that ``jumps``, as friction does where it turns, stays between the two samples beside it: no cubic does.
+    """
     index = np.clip(position.astype(np.intp), 1, len(signal) - 3)
     u = position - index
     v, w, z = u + 1.0, u - 1.0, u - 2.0
@@ -60,6 +63,9 @@ def interpolate(signal: FloatArray, position: FloatArray) -> FloatArray:
     value *= 0.5
     value += signal[index + 2] * (near * v / 6.0)
     value -= signal[index - 1] * (near * z / 6.0)
+    if jumps:
+        beside = np.sort(np.stack([signal[index], signal[index + 1]]), axis=0)
+        return np.clip(value, *beside)
     return value
 
 
@@ -78,14 +84,15 @@ def chunks(count: int, points: int, size: int = 1 << 13) -> Iterator[slice]:
     return (slice(first, min(first + some, count)) for first in range(0, max(count, 1), some))
 
 
-def fold(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) -> FloatArray:
+def fold(signal: FloatArray, start: FloatArray, end: FloatArray, points: int, *, jumps: bool = False) -> FloatArray:
     """Lay cycles under each other: row j holds ``points`` values, evenly from ``start[j]`` to before ``end[j]``.
 
-    ``start`` and ``end`` (n,): fractional sample numbers within the signal (m,). Returns (n, points).
+    ``start`` and ``end`` (n,): fractional sample numbers within the signal (m,); ``jumps``: as of `interpolate`.
+    Returns (n, points).
     """
     rows, phase = np.empty((len(start), points)), np.arange(points) / points
     for some in chunks(len(start), points, _CHUNK):
-        rows[some] = interpolate(signal, start[some, None] + (end[some] - start[some])[:, None] * phase)
+        rows[some] = interpolate(signal, start[some, None] + (end[some] - start[some])[:, None] * phase, jumps=jumps)
     return rows
 
 

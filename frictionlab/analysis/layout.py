@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from frictionlab.analysis import cycles, spectrum, steadiness
+from frictionlab.analysis.channels import FORCES
 from frictionlab.analysis.cycles import Cut
 from frictionlab.analysis.signals import BY_TWO, Sensor, Stretch, white_noise
 from frictionlab.analysis.spectrum import SHORTEST_S, DriveLine, Line, Spectrum, line_in
@@ -16,6 +17,7 @@ from frictionlab.errors import AnalysisError
 
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
 VELOCITY = "mass_velocity"
+JUMPS = " without overshoot"  # of a force: as it is drawn and fitted; its loop takes the harmonics of all samples
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
 
 
@@ -71,7 +73,7 @@ class Layout:
     ``spectra``: of the longest stretch, by channel, up to ten times the drive; ``foreign``: lines between the drive's
     harmonics, the high ones taken out;
     ``base_wander`` (p,): what the base's slow wander adds to its mean cycle; ``more``: name -> cycles (n, p) of further
-    channels, in SI units.
+    channels, in SI units; a force is there with `JUMPS` too.
     """
 
     drive: Drive
@@ -146,6 +148,8 @@ def lay_out(
     longest, cut = stretches[at], cuts[at]
     points = cycles.points_per_cycle(1.0 / cut.frequency, least=least_points, most=most_points)
     more = {name: _folded([s.channels[name] for s in stretches], cuts, points) for name in longest.channels}
+    of_force = [name for name in FORCES if name in longest.channels]
+    more |= {n + JUMPS: _folded([s.channels[n] for s in stretches], cuts, points, jumps=True) for n in of_force}
     mass, base = more.pop("mass"), more.pop("base")
     edges = np.cumsum([0, *(len(c) for c in cuts)]).tolist()
     blocks = tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
@@ -260,12 +264,13 @@ def _window(line: Line, drive: float) -> float:
     return max(SHORTEST_S, 3.0 / max(beside, 1e-300))  # resolution cells
 
 
-def _folded(signals: list[FloatArray], cuts: list[Cut], points: int) -> FloatArray:
-    """Cycles of all stretches; few samples of a cycle are interpolated without limit of band first."""
-    times = min(cycles.FINEST, math.ceil(cycles.SHARP * max(c.frequency for c in cuts)))
+def _folded(signals: list[FloatArray], cuts: list[Cut], points: int, *, jumps: bool = False) -> FloatArray:
+    """Cycles of all stretches; few samples of a cycle are interpolated without limit of band first, unless it jumps."""
+    times = 1 if jumps else min(cycles.FINEST, math.ceil(cycles.SHARP * max(c.frequency for c in cuts)))
     if times > 1:
         signals = [cycles.finer(s, times) for s in signals]
-    rows = [cycles.fold(s, c.start * times, c.end * times, points) for s, c in zip(signals, cuts, strict=True)]
+    each = zip(signals, cuts, strict=True)
+    rows = [cycles.fold(s, c.start * times, c.end * times, points, jumps=jumps) for s, c in each]
     return rows[0] if len(rows) == 1 else np.concatenate(rows)
 
 

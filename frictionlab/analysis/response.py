@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis import channels, steadiness, stops
 from frictionlab.analysis.cycles import BLOCK, INTERPOLATED, SHARP, Smoother, chunks, smoothed, smoother, some_cycles
-from frictionlab.analysis.layout import VELOCITY, Layout, slow_wander
+from frictionlab.analysis.layout import JUMPS, VELOCITY, Layout, slow_wander
 from frictionlab.analysis.stops import Move, Thresholds
 from frictionlab.arrays import ComplexArray, FloatArray, shifted
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, Sources, unit_uncertainty
@@ -402,7 +402,7 @@ def by_load_cell(
     mean = how.cycle(points)[0]
     speed = np.abs(shifted(mean, order=1))
     way = 2.0 * math.pi * float(speed.mean()) * unit * answer.series.amplitude / max(answer.size, 1e-300)
-    each, rows = loop_area(slid * unit, layout.more[name]), layout.more[name]
+    each, rows = loop_area(slid * unit, layout.more[name]), layout.more[name + JUMPS]
     said = list[str]()
     if float(each[used].mean()) < 0.0:
         each, rows = -each, -rows
