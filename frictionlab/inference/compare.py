@@ -16,7 +16,7 @@ from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference import verdict as words
-from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
+from frictionlab.inference.comparison import EXPECTED, AtContact, Comparison, ContactForce, Fitted, WholeRecord
 from frictionlab.inference.diagnose import OTHER_CAUSE, Diagnosis, against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.force import GAIN, ForceObservation, observe_force, with_force
@@ -167,45 +167,46 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
 
     Fitted are only the values of the law, each held by its error and its scatter from test to test, the natural
     frequency by its error and the scene's, and a lag by what the scene declares of it: the frame's damping and an
-    undeclared lag are those that the law was found with.
+    undeclared lag are those that the law was found with. Where the motion is given the force is judged, whatever the
+    law was found on, and energy and coefficient that the law alone expects are there with their bands.
 
     Raises
     ------
     AnalysisError
-        By this law the test has no steady state.
+        By this law the test has no steady state, or no force was measured where the motion is given.
     UsageError
         The test's normal force or frequency ratio is not known, or the law holds for other normal forces only.
     """
-    if measurement.normal_force_n is None or measurement.frequency_ratio is None:
+    seen: CycleObservation | ForceObservation | None = None
+    if scene.rig.kind == "prescribed":
+        seen = observe_force(measurement, scene, law.law)
+    elif measurement.frequency_ratio is not None:
+        seen = replace(observe(measurement, scene, law.law), wall=law.wall)
+    if seen is None or (force := seen.normal_force) is None:
         raise UsageError(
             f"{measurement.source}: a law of a material needs the test's normal force and frequency ratio: give"
             " normal_force_n in [experiment] and natural_frequency_hz in [rig] of the scene"
         )
-    observation = replace(observe(measurement, scene, law.law), wall=law.wall)
-    drive = measurement.drive_frequency_hz
-    test = (measurement.normal_force_n, measurement.base_amplitude_m, drive / law.natural_frequency_hz)
-    middle = law.problem(*test)
+    frame, held, by_force = seen.frame, dict[str, float](), isinstance(seen, ForceObservation)
+    if not by_force:
+        frame["frequency"] = law.natural_frequency_hz * law.values.get(DETUNING, 1.0)
+        frame["stiffness"] = law.rig["stiffness_n_per_m"]
+        held[FRAME] = law.values.get(FRAME, law.rig.get(FRAME, 0.0))
     errors = dict(zip(law.values, np.sqrt(np.diag(law.covariance)).tolist(), strict=True))
-    of_rig = {FRAME: 0.0, DETUNING: 0.0}
-    apart = {n: v + of_rig.get(n, math.hypot(*law.scatter.get(n, ()), errors[n])) for n, v in law.values.items()}
-    moved, own = law.problem(*test, values=apart).parameters, []
+    apart = {name: value + math.hypot(*law.scatter.get(name, ()), errors[name]) for name, value in law.values.items()}
+    middle, moved, own = law.over(law.values, force, frame), law.over(apart, force, frame), list[Unknown]()
     for p in law_of(law.law).own:
-        mean, sd = middle.parameters[p.name], moved[p.name] - middle.parameters[p.name]
+        mean, sd = middle[p.name], moved[p.name] - middle[p.name]
         if sd > 0.0:
             low = max(-STRONGEST, (p.low - mean) / sd)
             own.append(Unknown(p.name, p.words, "test", mean=mean, sd=sd, low=low, law=True))
-    tuned = drive / middle.r / (drive / measurement.frequency_ratio) - 1.0
-    known = observation.sources
-    lag = (law.rig.get("lag_s", 0.0) - scene.sensors.lag_s, 0.0) if known.lag_is_assumed else (0.0, known.lag)
-    by_both = math.hypot(errors.get(DETUNING, 0.0), 0.0 if FREQUENCY in known.assumed else known.natural_frequency)
-    for name, value, sd in (("natural_frequency", tuned, by_both), ("lag_s", *lag)):
-        own.append(Unknown(name, name, mean=value, sd=max(HELD, sd)))
-    names = {u.name for u in own}
-    held = {name: value for name, value in middle.parameters.items() if name not in names}
-    one = Test(observation.under(observation.law, held), np.arange(len(own)), np.ones(len(own)))
+        else:
+            held[p.name] = mean
+    own += seen.rig_unknowns if isinstance(seen, ForceObservation) else _rig_by(law, errors, scene, seen)
+    one = Test(seen.under(seen.law, held), np.arange(len(own)), np.ones(len(own)))
     starts = [np.array([start * (u.level == "test") for u in own]) for start in (0.0, 1.0, -1.0)]
     found = posterior_of(fit_from(Model((one,), tuple(own), np.zeros(len(own))), starts))
-    judged = compared(measurement, scene, found, None)
+    judged = (forced if by_force else compared)(measurement, scene, found, None)
     far = [
         f"{u.name}: {u.value(c):.4g} fits this test, the law says {u.mean:.4g}: {abs(c):.0f} times its error and"
         " scatter: the law does not hold here: is it another material, or another normal force?"
@@ -213,7 +214,31 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
         if u.law and abs(c) > STRAINED
     ]
     verdict = "strained" if far and judged.verdict == "explained" else judged.verdict
-    return replace(judged, verdict=verdict, warnings=(*far, *judged.warnings))
+    expected = _expected(law, seen, force) if isinstance(seen, ForceObservation) else {}
+    return replace(judged, verdict=verdict, warnings=(*far, *judged.warnings), expected=expected)
+
+
+def _rig_by(law: MaterialLaw, errors: Mapping[str, float], scene: Scene, seen: CycleObservation) -> list[Unknown]:
+    """Natural frequency and lag of a test: as its law was found with them, and as the scene knows them."""
+    known, drive = seen.sources, seen.turn / (2.0 * math.pi)
+    tuned = law.natural_frequency_hz * law.values.get(DETUNING, 1.0) / (drive / seen.r) - 1.0
+    lag = (law.rig.get("lag_s", 0.0) - scene.sensors.lag_s, 0.0) if known.lag_is_assumed else (0.0, known.lag)
+    by_both = math.hypot(errors.get(DETUNING, 0.0), 0.0 if FREQUENCY in known.assumed else known.natural_frequency)
+    each = (("natural_frequency", tuned, by_both), ("lag_s", *lag))
+    return [Unknown(name, name, mean=value, sd=max(HELD, sd)) for name, value, sd in each]
+
+
+def _expected(law: MaterialLaw, seen: ForceObservation, force: float) -> dict[str, Any]:
+    """Energy of the loop (J) and coefficient that a law alone expects of a given motion, by their columns: bands."""
+    from frictionlab.inference.predictive import MOST_DRAWS, band_of  # noqa: PLC0415 - for laws found elsewhere alone
+
+    found, joules = list[tuple[float, float]](), 2.0 * math.pi * seen.unit_n * seen.unit
+    for values in (law.values, *law.draws(MOST_DRAWS)):
+        own = law.over(values, force, seen.frame)
+        if (cycle := seen.motion(own)) is not None:
+            work = joules * float(np.mean(cycle * shifted(seen.place, order=1)))
+            found.append((work, own["beta"] * seen.unit_n / force))
+    return {name: band_of(each[0], each[1:]) for name, each in zip(EXPECTED, zip(*found, strict=True), strict=True)}
 
 
 def compare_table(
@@ -270,6 +295,11 @@ def compare_force(
         if asked != law:
             raise UsageError(f"law: the contact slides one way at one speed, which shows no {asked}: do: --law coulomb")
     found, ladder = _found(observe_force(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
+    return forced(measurement, scene, found, ladder)
+
+
+def forced(measurement: Measurement, scene: Scene, found: Posterior, ladder: Ladder | None) -> Comparison:
+    """Return the measured force of a given motion over that of a posterior, judged."""
     observation = cast("ForceObservation", found.tests[0].observation)
     contact = contact_of(observation, found.values())
     said = [*measurement.warnings, *observation.said, *found.warnings]
@@ -289,6 +319,7 @@ def compare_force(
         closure_error=None,
         **{key: getattr(measurement, key) for key in MEASURED[2:]},
         at_contact=contact,
+        force_energy_per_cycle_j=measurement.force_energy_per_cycle_j,
     )
 
 

@@ -14,6 +14,7 @@ from frictionlab.schema import COMPARISONS, ENERGY, Result, with_error
 from frictionlab.simulator import Base, Problem
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, FlatKnown, FrictionNames
 
+EXPECTED = ("predicted_force_energy_per_cycle_j", "predicted_friction_coefficient")  # by the law of a material alone
 FADE = 25.0  # harmonics of a contact's force above this fade out
 
 Verdict = Literal["explained", "strained", "misfit"]
@@ -209,6 +210,7 @@ class Comparison(FrictionNames, Result):
     keys of the scene that nobody has declared; ``levels``: unknown -> "rig", "material" or "test"; ``budget``: quantity
     -> source -> standard uncertainty; ``laws``: the ladder in the order climbed (law "auto" alone). ``tau`` (p,) rad
     from the top of the base's fundamental, ``base``, ``measured``, ``predicted`` (p,) in Y stand behind them.
+    ``expected``: of a given motion, column -> what a law found elsewhere expects alone, and its 95 % band.
     ``record_nrmse``, ``record_energy_difference``: the same of the whole record (``record``), where it was asked for;
     ``cycle_law``, ``record_laws``: with law "auto", what the steady cycle requires, and the ladder that the record
     climbed (fit "whole"): ``law`` is then its top.
@@ -246,6 +248,8 @@ class Comparison(FrictionNames, Result):
     predicted_response_amplitude: float | None = None
     predicted_stops_per_cycle: float | None = None
     predicted_regime: str | None = None
+    force_energy_per_cycle_j: float | None = None
+    expected: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     energy_difference: float | None = None
     response_nrmse: float | None = None
     response_floor: float | None = None
@@ -304,7 +308,9 @@ class Comparison(FrictionNames, Result):
 
     def row(self) -> dict[str, object]:
         """The contract's keys alone: a line of JSON or of a table."""
-        return COMPARISONS.row(self)
+        bands = ((name, self.expected.get(name, (None, None, None))) for name in EXPECTED)
+        ends = ("", "_low", "_high")
+        return COMPARISONS.row(self, **{f"{name}{ends[i]}": x for name, band in bands for i, x in enumerate(band)})
 
     def __repr__(self) -> str:
         left = "no prediction" if self.response_nrmse is None else f"nrmse {self.response_nrmse:.2g}, {self.verdict}"

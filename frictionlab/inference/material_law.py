@@ -139,17 +139,22 @@ class MaterialLaw:
         0.395
         """
         given = dict(self.values if values is None else values)
-        natural, stiffness = self.natural_frequency_hz, self.rig["stiffness_n_per_m"]
-        frequency, turn = natural * given.get(DETUNING, 1.0), 2.0 * math.pi * natural * r
-        parameters = {FRAME: given.get(FRAME, self.rig.get(FRAME, 0.0))}
+        natural, detuned = self.natural_frequency_hz, given.get(DETUNING, 1.0)
+        frame = {"stiffness": self.rig["stiffness_n_per_m"], "frequency": natural * detuned}
+        frame |= {"amplitude": base_amplitude_m, "turn": 2.0 * math.pi * natural * r}
+        parameters = self.over(given, normal_force_n, frame)
+        damping, beta = given.get(FRAME, self.rig.get(FRAME, 0.0)), parameters.pop("beta")
+        law, r = law_of(self.law), r / detuned
+        return Problem(r, beta, wall=self.wall, law=law, parameters=parameters, frame_damping_ratio=damping)
+
+    def over(self, values: Mapping[str, float], normal_force_n: float, frame: Mapping[str, float]) -> dict[str, float]:
+        """Return the law's own parameters at some values, dimensionless by a ``frame`` as `to_physical` takes it."""
+        found = {}
         for parameter in law_of(self.law).own:
-            factor, _ = to_physical(parameter, stiffness, frequency, amplitude=base_amplitude_m, turn=turn)
             name = physical_name(parameter)
-            value = self._friction(given, normal_force_n) if name == COEFFICIENT else given[name]
-            parameters[parameter.name] = value / (factor or 1.0)
-        beta, frame = parameters.pop("beta"), parameters.pop(FRAME)
-        r /= given.get(DETUNING, 1.0)
-        return Problem(r, beta, wall=self.wall, law=law_of(self.law), parameters=parameters, frame_damping_ratio=frame)
+            value = self._friction(values, normal_force_n) if name == COEFFICIENT else values[name]
+            found[parameter.name] = value / (to_physical(parameter, **frame)[0] or 1.0)
+        return found
 
     def _friction(self, values: Mapping[str, float], normal_force_n: float) -> float:
         """Friction force, N: by the coefficient, or between those at the normal forces of the tests."""

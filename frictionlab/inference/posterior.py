@@ -280,7 +280,7 @@ class Posterior:
     def unseen(self) -> tuple[int, ...]:
         """Friction ratios so far below what is usual that their priors keep them from 0 by more than their errors."""
         off = np.sqrt(np.diag(self.plain)) * self.fit.point
-        return tuple(k for k, u in enumerate(self.unknowns) if u.name == "beta" and off[k] < -1.0)
+        return tuple(k for k, u in enumerate(self.unknowns) if (u.name, u.scale) == ("beta", "log") and off[k] < -1.0)
 
     @property
     def strained(self) -> tuple[int, ...]:

@@ -114,9 +114,9 @@ def predict_tests(
     count = draws or min(MOST_DRAWS, max(FEWEST_DRAWS, ALL_DRAWS // max(len(frequency_ratios), 1)))
     others, tau = law.draws(count), np.linspace(0.0, 2.0 * np.pi, POINTS)
     force, amplitude, found = normal_force_n, base_amplitude_m, []
-    factors = (1.0, amplitude, 1.0, law.rig["stiffness_n_per_m"] * amplitude**2, 1.0)
     for r in frequency_ratios:
         best, states = steady_state(law.problem(force, amplitude, r)), []
+        factors = (1.0, amplitude, 1.0, law.rig["stiffness_n_per_m"] * amplitude**2, 1.0)
         for values in others:
             with suppress(FrictionlabError):  # values outside a law's domain have no motion
                 states.append(steady_state(law.problem(force, amplitude, r, values=values)))

@@ -1,17 +1,19 @@
 """A campaign on a tribometer: motions are given, forces measured; there is no frame, and so no frequency ratio."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import frictionlab as fl
 from frictionlab.analysis.measurement import measure
 from frictionlab.campaign import Campaign
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference.material_law import read_material_law
+from frictionlab.inference.predictive import predict_tests
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import scene_from_tables
 from frictionlab.tables import read_rows
@@ -30,9 +32,10 @@ def stroked(
     *,
     times: float = 1.0,
     channel: bool = False,
+    true: Sequence[float] = (),
 ) -> Recording:
     """20 s of a contact that is moved to and fro; ``times`` its friction; ``channel``: the normal force is measured."""
-    (newtons, stroke, hz), (coefficient, dashpot) = setting, TRUE[material]
+    (newtons, stroke, hz), (coefficient, dashpot) = setting, true or TRUE[material]
     t = np.arange(0.0, 20.0, 0.004)
     turn = 2.0 * math.pi * hz
     x, v = stroke * np.sin(turn * t + 0.4), stroke * turn * np.cos(turn * t + 0.4)
@@ -98,7 +101,7 @@ def test_it_says_what_it_cannot_give(campaign: Campaign, tmp_path: Path) -> None
     law = read_material_law(tmp_path / "out" / "law_brass.toml")
     assert dict(law.rig) == {}
     with pytest.raises(UsageError, match=r"brass: found on a tribometer.*under \[rig\] of the law's file"):
-        law.problem(10.0, 1.8e-3, 0.5)
+        predict_tests(law, [0.5], normal_force_n=10.0, base_amplitude_m=1.8e-3)
     (measured,) = (row for row in read_rows(tmp_path / "out" / "measurements.csv") if "brass_0" in str(row["source"]))
     assert measured["predicted_energy_per_cycle"] is None
     assert measured["test_friction_ratio"] == pytest.approx(0.31, rel=0.04)
@@ -113,6 +116,24 @@ def test_tests_left_out_are_predicted_by_the_others(campaign: Campaign) -> None:
         assert row["measured_energy_per_cycle"] == pytest.approx(value, rel=0.05)
         assert row["response_nrmse_own"] < 0.03
     assert sum(bool(row["band_holds"]) for row in campaign.left_out) >= 6
+
+
+def test_a_law_found_on_a_tribometer_predicts_another_test(campaign: Campaign) -> None:
+    """As one found on a frame does there: `--law-file` was refused for want of a frequency ratio."""
+    (_, law), known, generator = campaign.material_laws, scene_from_tables(GIVEN), np.random.default_rng(7)
+    for times in 1.0 + 0.01 * generator.standard_normal(8):
+        found = fl.compare(stroked("felt", (15.0, 5e-3, 0.9), generator, times=times), known, law_file=law)
+        assert found.friction_coefficient == pytest.approx(
+            0.22 * times, abs=2.5 * present(found.friction_coefficient_u)
+        )
+        assert (found.verdict, found.levels["beta"]) == ("explained", "test")
+        for name in ("friction_coefficient", "force_energy_per_cycle_j"):
+            value, low, high = found.expected[f"predicted_{name}"]
+            assert low < getattr(found, name) < high < low + 0.2 * value  # the tests have scattered by 1.8 %
+    other = fl.compare(stroked("brass", SETTINGS[0], generator), known, law_file=law)
+    assert any("the law does not hold here" in said for said in other.warnings)
+    with pytest.raises(UsageError, match="a law of a material needs the test's normal force"):
+        fl.compare(stroked("felt", SETTINGS[0], generator).changed(experiment={}), known, law_file=law)
 
 
 def test_a_normal_force_that_is_measured_needs_no_fact(tmp_path: Path) -> None:
