@@ -137,7 +137,8 @@ def _attribute_lines(node: h5py.Group, indent: str) -> Iterator[str]:
 def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[str, Any]:
     """Read the numeric arrays at the root of a file, and those one group deep as a mapping under the group's name.
 
-    The attribute ``units`` of arrays stands beside them, in a mapping ``units`` by their names.
+    The attribute ``units`` of arrays stands beside them, in a mapping ``units`` by their names. MATLAB's cells of them
+    are arrays of objects.
 
     ``check_size`` is called with how many numbers all arrays hold and the file's size in bytes, and may raise.
 
@@ -146,21 +147,25 @@ def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[st
     RecordingError
         If it is no HDF5 file, or damaged. Links out of the file are not followed.
     """
-    found, tree = dict[str, h5py.Dataset](), dict[str, Any]()
+    found, tree = dict[str, list[h5py.Dataset]](), dict[str, Any]()
 
     def take(name: str, node: h5py.Group | h5py.Dataset) -> None:
-        if _is_numeric(node) and name.count("/") < 2 and not name.startswith("#"):  # MATLAB's own
-            found[name] = node
+        is_cell = node.attrs.get("MATLAB_class") == b"cell"  # of references
+        parts = [node.file[place] for place in node[()].ravel()] if is_cell else [node]
+        if all(map(_is_numeric, parts)) and name.count("/") < 2 and not name.startswith("#"):  # MATLAB's own
+            found[name] = parts
 
     try:
         with opening.to_read(path) as file:
             file.visititems(take)  # no links
-            check_size(sum(int(dataset.size) for dataset in found.values()), path.stat().st_size)
-            for name, dataset in found.items():
+            check_size(sum(int(part.size) for parts in found.values() for part in parts), path.stat().st_size)
+            for name, parts in found.items():
                 group, _, own = name.rpartition("/")
-                place = tree.setdefault(group, {}) if group else tree
-                place[own] = np.asarray(dataset[()], dtype=np.float64)
-                if units := text(dataset.attrs.get("units", "")):
+                place, arrays = tree.setdefault(group, {}) if group else tree, np.empty(len(parts), dtype=object)
+                for i, part in enumerate(parts):
+                    arrays[i] = np.asarray(part[()], dtype=np.float64).squeeze()
+                place[own] = arrays[0] if len(arrays) == 1 else arrays
+                if units := text(parts[0].attrs.get("units", "")):
                     place.setdefault("units", {})[own] = units
             return tree
     except FrictionlabError:

@@ -254,7 +254,7 @@ def _tests(content: Any) -> list[Any]:
             return [{key: [each.get(key) for each in content] for key in content[0]}]  # records: a row each
         return content
     if not isinstance(content, Mapping):
-        return [{"column": content}]
+        content = {"column": content}
     if {"columns", "data"} <= set(content) and np.ndim(content["data"]) == 2:
         names, data = [str(name) for name in content["columns"]], np.asarray(content["data"], dtype=object)
         data = data if len(data) == len(names) != data.shape[1] else data.T
@@ -267,6 +267,10 @@ def _tests(content: Any) -> list[Any]:
     if len(groups) > 1 and len({tuple(each) for each in groups}) == 1:
         return groups
     cells = {name: each for name, each in content.items() if _cells(each)}
+    if len(cells) == len(content) == 1:
+        ((name, some),) = cells.items()
+        if {np.ndim(each) for each in some} == {1} and len({len(each) for each in some}) == 1:  # columns of one test
+            return [{f"{name}{i}": each for i, each in enumerate(some, 1)}]
     counts = {len(each) for each in cells.values()}
     if len(counts) == 1 and (count := counts.pop()) > 1:
         shared = {name: each for name, each in content.items() if name not in cells}
@@ -275,11 +279,11 @@ def _tests(content: Any) -> list[Any]:
 
 
 def _cells(value: Any) -> bool:
-    """Whether this is a row of arrays of their own lengths, as MATLAB's cells are, or of structures."""
+    """Whether this is a row of arrays, as MATLAB's cells are (in JSON those of several lengths), or of structures."""
     if not isinstance(value, (list, np.ndarray)) or not len(np.atleast_1d(np.asarray(value, dtype=object))):
         return False
-    if isinstance(value, np.ndarray) and value.dtype != object:
-        return False
+    if isinstance(value, np.ndarray):
+        return value.dtype == object and all(np.ndim(each) in (1, 2) for each in value)
     if all(isinstance(each, Mapping) for each in value):
         return True
     return len({np.size(each) for each in value}) > 1 and all(np.ndim(each) == 1 for each in value)

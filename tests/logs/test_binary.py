@@ -233,6 +233,20 @@ def test_cells_and_structures_of_matlab_are_tests(tmp_path: Path) -> None:
     assert len(read_log(path, LogOptions(unit="mm", test=1))) == 150
     with pytest.raises(LogError, match="--test 3: expected one of 1 to 2"):
         read_log(path, LogOptions(unit="mm", test=3))
+    for name in ("t", "x", "y"):  # of one length, they were "no arrays of numbers"
+        cells[name][0] = cells[name][1]
+    assert_is_the_log(read_log(matlab(path, "5", **cells), LogOptions(unit="mm", test=1)))
+    table, columns = np.empty(2, dtype=object), np.empty(3, dtype=object)
+    table[:] = [np.stack([T, Y, X], axis=1), np.stack([T, X, Y], axis=1)[:150]]
+    columns[:] = [T, Y, X]
+    for test, made in ((1, table), (None, columns)):
+        which = LogOptions(test=test, time=1, mass=3, base=2, unit="mm")
+        assert_is_the_log(read_log(matlab(path, "5", log=made), which))
+    with h5py.File(path, "w") as file:  # as MATLAB 7.3 has them: references
+        for name, of in (("t", T), ("x", X), ("y", Y)):
+            parts = [file.create_dataset(f"#refs#/{name}{i}", data=of[None, :n]).ref for i, n in enumerate((150, None))]
+            file.create_dataset(name, data=parts, dtype=h5py.ref_dtype).attrs["MATLAB_class"] = np.bytes_("cell")
+    assert_is_the_log(read_log(path, LogOptions(unit="mm", test=2)))
     path = matlab(tmp_path / "two.mat", "5", first={"t": T, "x": X, "y": Y}, second={"p": T})
     assert_is_the_log(read_log(path, LogOptions(unit="mm", variable="first")))
     with pytest.raises(LogError, match="--variable 'third': expected one of first, second"):
