@@ -5,7 +5,7 @@ Options win over the layout, the layout over names and units, names over elimina
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -180,7 +180,7 @@ def assign(
     sure = [c for c in columns if not more or c.unit in LENGTH or candidates([c], "mass") or candidates([c], "base")]
     found = _with_displacements(sure, found, options, roles, log, alone=bool(more) or lone)
     _refuse_grouped(log, list(found.values()))
-    warnings += _not_taken(_left(columns, found)) if further else []
+    warnings += _not_taken(_left(columns, found), found) if further else []
     found = {role: every[column.index] for role, column in (found | more).items()}
     first = next(iter(found.values())).stamps
     if first is not None and "time" not in found and not is_counted:  # each channel's own: the first one's is time
@@ -201,16 +201,21 @@ def _refuse_grouped(log: "Log", columns: Sequence[LogColumn]) -> None:
                 )
 
 
-def _not_taken(columns: Sequence[LogColumn]) -> list[str]:
-    """Sentences of columns left over that are lengths, or whose names say a quantity that their units do not."""
-    said = []
+def _not_taken(columns: Sequence[LogColumn], found: Mapping[str, LogColumn]) -> list[str]:
+    """Sentences of columns left over: lengths, other quantities of a channel, by their units or else by their names."""
+    said, places = [], {role: found[role].index + 1 for role in LASERS if role in found}
+    for quantity in dict.fromkeys(quantity_of(c.unit) for c in columns):
+        options = " or ".join(_flag(role) for role in FURTHER if quantity and role.endswith(f"_{quantity}"))
+        if unnamed := [c for c in columns if options and quantity_of(c.unit) == quantity and not channel_named(c)]:
+            said.append(f"{quantity}, not taken, for no name says of what: {_list(unnamed)}: {options} takes one")
     for column in columns:
         word = _SAYS.search(column.name)
         laser = next((role for role in LASERS if column.unit in VOLTS and _NAMES[role].fullmatch(column.name)), "")
         said += [f"column {column} is not taken: say what a volt is, --units '{laser}=5 mm/V'"] if laser else []
         if column.unit in LENGTH:
-            same = f"if it sees what another does, give both (ingest --mass 2+{column.index + 1}, or mass in [log])"
-            said.append(f"column {column} is a length, and not taken: {same}")
+            both = " or ".join(f"--{role} {number}+{column.index + 1}" for role, number in places.items())
+            same = f"if it sees what another does, give both ({both}, or the same in [log])"
+            said.append(f"column {column} is a length, and not taken: {same if both else 'name it if it is needed'}")
         if word is None or quantity_of(column.unit) not in ("", "voltage"):
             continue
         quantity = str(word.lastgroup)

@@ -114,6 +114,15 @@ def test_volts_that_are_not_taken_are_said(tmp_path: Path) -> None:
     said = read_log(path, LogOptions(units="contact_force=4 N/V,normal_force=9 N/V")).source.warnings
     assert said[0] == "contact_force: a volt of it is declared, but no column is called so: give --contact-force"
     assert said[-1].startswith("column 5 ('side [mm]') is a length, and not taken: ")
+    assert "--mass 2+5 or --base 3+5" in said[-1]
+    said = read_log(
+        log(tmp_path, **{"t [s]": T, "torque [N]": FORCE, "speed [m/s]": X, "angle [deg]": X})
+    ).source.warnings
+    assert [w.partition(":")[0] for w in said] == [
+        f"{q}, not taken, for no name says of what" for q in ("force", "velocity")
+    ]
+    path = log(tmp_path, **{"side [mm]": X, "base [mm]": X, "t [s]": T, "mass [mm]": X})
+    assert "--mass 4+1 or --base 2+1" in read_log(path).source.warnings[-1]  # as if the mass were always the second
 
 
 def test_a_log_without_displacements_is_a_recording_that_says_what_it_lacks(tmp_path: Path) -> None:
