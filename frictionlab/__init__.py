@@ -23,7 +23,7 @@ __version__ = "0.2.0"
 
 # Module -> the public names that come from it. A new one is a word here and a line in __init__.pyi.
 _NAMES = {
-    "verbs.one_test": "ingest analyze compare explain free_vibration",
+    "verbs.one_test": "ingest analyze compare explain free_vibration modes",
     "verbs.evaluate": "evaluate publish",
     "verbs.chain": "Batch batch",
     "verbs.simulating": "simulate respond predict plan synthesize",

@@ -40,6 +40,7 @@ from frictionlab.verbs.one_test import compare as compare
 from frictionlab.verbs.one_test import explain as explain
 from frictionlab.verbs.one_test import free_vibration as free_vibration
 from frictionlab.verbs.one_test import ingest as ingest
+from frictionlab.verbs.one_test import modes as modes
 from frictionlab.verbs.simulating import plan as plan
 from frictionlab.verbs.simulating import predict as predict
 from frictionlab.verbs.simulating import respond as respond

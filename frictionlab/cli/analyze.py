@@ -199,20 +199,16 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
 
 def _tapped(file: Path, *, scene: "Scene") -> Made:
     """The row of an input: the averages over its taps and each of them, or the modes of several masses."""
-    import numpy as np
-
     from frictionlab.analysis.channels import other_masses
-    from frictionlab.analysis.free_vibration import averages, modes
+    from frictionlab.analysis.free_vibration import averages
     from frictionlab.logs import read_mass_log
     from frictionlab.uncertainty import Estimate
-    from frictionlab.verbs.one_test import free_vibration, recording_given
+    from frictionlab.verbs.one_test import free_vibration, modes, recording_given
 
     recording = recording_given(file, scene, read_mass_log)
     head = {"source": str(file), "status": "ok", "reason": None}
-    if (others := other_masses(recording.measured())) and "mass_displacement" in recording.measured():
-        part = max(recording.stretches(), key=len)
-        found = part.measured()
-        every = list(map(asdict, modes(part.time, np.array([found[name] for name in ("mass_displacement", *others)]))))
+    if other_masses(recording.measured()) and "mass_displacement" in recording.measured():
+        every = list(map(asdict, modes(recording, scene)))
         first = {key: value for key, value in every[0].items() if key != "shape"}
         return {**head, "warnings": list(recording.source.warnings), **first, "modes": every}, {}
     taps = free_vibration(recording, scene)

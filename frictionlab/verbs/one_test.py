@@ -10,6 +10,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from frictionlab.errors import AnalysisError, OutputError, UsageError
 from frictionlab.files import refuse_inputs
 from frictionlab.hdf5 import check_writable, is_recording, read_recording, write_recording
@@ -19,7 +21,7 @@ from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, scen
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from frictionlab.analysis.free_vibration import FreeVibration
+    from frictionlab.analysis.free_vibration import FreeVibration, Mode
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.inference.comparison import Comparison, Fitted
     from frictionlab.inference.explain import Explanation
@@ -315,3 +317,20 @@ def free_vibration(
         said = () if pendulum else (NO_PENDULUM,)
         taps = [replace(tap, unit="rad", warnings=(*tap.warnings, *said)) for tap in taps]
     return tuple(sorted(taps, key=lambda tap: tap.start_s))
+
+
+def modes(what: "Recording | FilePath", scene: AnyScene = None, **settings: object) -> "tuple[Mode, ...]":
+    """Frequency, damping ratio and shape of each mode of a frame of several masses, from its free decay.
+
+    Parameters and errors as of `free_vibration`; UsageError, too, where fewer than two masses were measured.
+    """
+    from frictionlab.analysis.channels import other_masses
+    from frictionlab.analysis.free_vibration import modes as fitted
+    from frictionlab.logs import read_mass_log
+
+    recording = recording_given(what, scene_given(scene, settings, ("log",)), read_mass_log)
+    part = max(recording.stretches(), key=len)
+    measured = part.measured()
+    if not (others := other_masses(measured)) or "mass_displacement" not in measured:
+        raise UsageError(f"modes: expected the displacements of two masses or more; got {', '.join(measured)}")
+    return fitted(part.time, np.array([measured[name] for name in ("mass_displacement", *others)]))

@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ import frictionlab as fl
 from frictionlab.analysis.decay import Decay, first_guess, fit_decay
 from frictionlab.analysis.free_vibration import averages, free_vibrations, modes
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import AnalysisError, RecordingError
+from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.recording import Channel, Recording
 from tests.analysis.seen import STEP_M, through_laser
 from tests.desk import invoke, present, published, rows_of
@@ -275,7 +275,9 @@ def test_the_command_gives_each_mode(tmp_path: Path) -> None:
     assert "note: modes are a table only" in shown.stderr
     row = json.loads(invoke("free-vibration", tap, "--json").stdout)
     assert [mode["natural_frequency_hz"] for mode in row["modes"]] == pytest.approx(hz.tolist(), rel=1e-4)
-    assert len(row["modes"][0]["shape"]) == 2
+    assert row["modes"] == [asdict(mode) | {"shape": list(mode.shape)} for mode in fl.modes(tap)]
+    with pytest.raises(UsageError, match="modes: expected the displacements of two masses or more; got mass_disp"):
+        fl.modes(log(tmp_path / "one.csv", "t [s],mass [mm]", t, 1e3 * x[0]))
 
 
 def integrated(decay: Decay, times: FloatArray) -> FloatArray:
