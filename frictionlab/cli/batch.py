@@ -206,10 +206,7 @@ def _write_campaign(
     """
     from frictionlab.verbs.evaluate import evaluate, publish
 
-    def watch(items: Sequence[Any], *, title: str) -> Iterable[Any]:
-        return screen.track(items, total=len(items), title=title, quiet=quiet)
-
-    fitting, drawing = partial(watch, title="fit"), partial(watch, title="draw")
+    fitting, drawing = (partial(screen.track, title=title, quiet=quiet) for title in ("fit", "draw"))
     result = evaluate(rows, scene, watch=fitting, **asked)
     if len(result.failures) == len(result.trials):
         kinds = kinds_of((trial.source, str(trial.reason)) for trial in result.failures)

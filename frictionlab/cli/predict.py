@@ -1,5 +1,6 @@
 """Tests not made: ``frictionlab plan``, which say most; ``predict``, what they would show; ``sweep``, a map of them."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -7,7 +8,7 @@ import typer
 
 from frictionlab.cli import complain
 from frictionlab.cli.options import Drawn, Results, doubt_amplitude, named_values, scene_of, values_of
-from frictionlab.cli.screen import count, counted, heads, paragraph, print_table, print_warnings
+from frictionlab.cli.screen import count, counted, heads, paragraph, print_table, print_warnings, track
 from frictionlab.errors import UsageError
 from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTIONS, STEADY_STATES, STOPS
 from frictionlab.tables import Row, check_output, json_line, write_rows
@@ -27,7 +28,6 @@ def plan(
     scene: Path | None = None,
     law: str | None = None,
     against: str | None = None,
-    aim: list[str] | None = None,
     tests: int | None = None,
     measured: list[Path] | None = None,
     every: bool = False,
@@ -47,12 +47,11 @@ def plan(
         law=law,
         against=against,
         tests=tests,
-        aim=aim or (),
         measured=measured or (),
         sheet=to.output,
         force=to.force,
         everything=every,
-        say=None if to.quiet else complain,
+        watch=partial(track, title="plan", quiet=to.quiet or to.as_json),
     )
     for note in () if to.quiet else found.notes:
         complain(note)
@@ -94,7 +93,7 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
             " (logarithm of the Bayes factor; about half of such tests give more, half less); if B: for B if B holds;"
             f" after: sum of this test and all better ones, the lesser of both; {REQUIRED:g} or more decides"
         )
-    paragraph(f"lab min: laboratory time so far; {meaning}")
+    paragraph(meaning)
     typer.echo("\nIn the laboratory, in the order that saves changes:")
     for line in steps(found):
         paragraph(line, indent="    ")
@@ -113,7 +112,6 @@ def _flat(test: "PlannedTest") -> Row:
     return {
         **test.row(),
         "base_amplitude_mm": 1e3 * test.base_amplitude_m,
-        "total_min": None if test.total_s is None else float(f"{test.total_s / 60.0:.3g}"),
         **{f"u({name})": _short(error) for name, error in errors.items()},
         **{key: f"> {CERTAIN:g}" if (value or 0.0) > CERTAIN else _short(value) for key, value in evidence.items()},
     }

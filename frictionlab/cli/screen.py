@@ -7,7 +7,7 @@ import os
 import shutil
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -337,8 +337,9 @@ def exit_status(rows: Iterable[Row]) -> None:
         raise typer.Exit(status or 1)
 
 
-def track(items: Iterable[T], *, total: int, title: str, quiet: bool = False) -> Iterator[T]:
-    """Yield the items and show how many are done, if ``quiet`` is not set."""
+def track(items: Iterable[T], *, title: str, total: int = 0, quiet: bool = False) -> Iterator[T]:
+    """Yield the items and show how many are done, if ``quiet`` is not set; ``total``: of items without a length."""
+    total = len(items) if isinstance(items, Sized) else total
     with count(title, quiet=quiet, total=total) as progress:
         for number, item in enumerate(items, 1):
             yield item

@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from frictionlab.analysis.response import Cycle
-from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
 from frictionlab.inference.comparison import harmonics_of
 from frictionlab.inference.diagnose import OTHER_CAUSE
@@ -36,7 +35,6 @@ HARMONICS = 64
 CHANGE = 0.75  # of a cycle from the base's top on: cycles are cut there, friction changes at the top
 MOST_CYCLES = 60  # drawn of a test: more cycles scatter like these
 STEP = 1e-3  # relative change of the friction by which the scatter from cycle to cycle is drawn
-HOUR = 3600.0
 EXAMPLES = {"frequency_ratios": [0.3, 0.5, 1.2], "normal_forces_n": [2.5, 5.0], "base_amplitudes_m": [0.0018]}
 
 
@@ -79,11 +77,6 @@ class Laboratory:
     def noise_m(self) -> float:
         """Rms of the noise of one sample, and of the sensor's steps."""
         return math.sqrt(self.scene.plan.noise_m**2 + self.scene.plan.step_m**2 / 12.0)
-
-    @property
-    def seconds(self) -> FloatArray:
-        """Laboratory time (n,) of each candidate, s."""
-        return np.array([candidate.duration_s + self.scene.plan.setup_s for candidate in self.candidates])
 
     def under(self, law: str) -> "Laboratory":
         """The same laboratory with another law in mind; nothing of it is held but the frame's damping."""
@@ -149,11 +142,9 @@ def laboratory(scene: Scene, law: str | None = None, measured: MaterialLaw | Non
 def _candidates(scene: Scene, forces: Sequence[float]) -> tuple[Candidate, ...]:
     """All tests of a plan's ranges that are outside the band to avoid."""
     plan, transient = scene.plan, scene.analysis.planned_transient_s
-    durations = plan.durations_s or [plan.duration_s]
-    if max(durations) <= transient:
-        key = "durations_s" if plan.durations_s else "duration_s"
+    if plan.duration_s <= transient:
         raise SceneError(
-            f"plan.{key}: {max(durations):g} s are over before the transient (analysis.transient_s ="
+            f"plan.duration_s: {plan.duration_s:g} s are over before the transient (analysis.transient_s ="
             f" {transient:g} s): lengthen the test, or shorten the transient"
         )
     low, high = plan.avoid_frequency_ratios or (math.inf, -math.inf)
@@ -163,7 +154,7 @@ def _candidates(scene: Scene, forces: Sequence[float]) -> tuple[Candidate, ...]:
             f"plan.avoid_frequency_ratios: {low:g} to {high:g} forbids all of frequency_ratios; give others or a"
             " narrower band"
         )
-    points = product(ratios, forces, plan.base_amplitudes_m, [t for t in durations if t > transient])
+    points = product(ratios, forces, plan.base_amplitudes_m, [plan.duration_s])
     return tuple(Candidate(*point) for point in points)
 
 
@@ -303,16 +294,15 @@ def _observation(
 def together(lab: Laboratory, tests: Sequence[VirtualTest], *, rig: bool = True) -> Posterior:
     """Return what tests that say something would state together, in the units of the first.
 
-    Friction differs from test to test by what ``[plan]`` says, and drifts on the way; ``rig``: whether sensors and rig
-    are unknown too, or as they are known.
+    Friction differs from test to test by what ``[plan]`` says; ``rig``: whether sensors and rig are unknown too, or as
+    they are known.
     """
     known = [p for t in tests if (p := t.posterior if rig else t.held) is not None]
     model = model_of([t.observation for t in tests if t.observation is not None], rig=rig)
-    values, plan = lab.values(tests[0].candidate), lab.scene.plan
+    values, repeatability = lab.values(tests[0].candidate), lab.scene.plan.repeatability
     point = point_at(model, values)
-    drift = 0.5 * plan.drift_per_hour * max(t.candidate.duration_s for t in tests) / HOUR
     scatter = np.array([
-        math.hypot(plan.repeatability, drift) * values["beta"] / u.slope(float(c)) if u.name == "beta" else 0.0
+        repeatability * values["beta"] / u.slope(float(c)) if u.name == "beta" else 0.0
         for u, c in zip(model.unknowns, point, strict=True)
     ])  # fmt: skip
     slopes, information, shifts = [], [], []

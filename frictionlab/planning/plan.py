@@ -1,4 +1,4 @@
-"""A plan: one test after the other, the one that shows most for its laboratory time beside those before it.
+"""A plan: one test after the other, the one that shows most beside those before it.
 
 Two laws are distinguished by the evidence to expect if the one holds and the other is fitted to it, both ways.
 What a test would show under one law is fitted with the other by the inference itself, sensors and rig beside it, so
@@ -8,7 +8,7 @@ sheet, which ``[experiment] sheet`` reads after the tests.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -30,11 +30,11 @@ from frictionlab.uncertainty import NOT_KNOWN, Estimate, Flat
 
 MOST = 10  # tests, where nobody says how many
 SWEEPS = 2  # through the tests chosen, each compared with all others again
-SLOW = 1.0  # s that a law without exact slides takes for one candidate, roughly
 AGAIN = 1e-9  # of what a test shows: a tie goes to one not chosen yet
 NEAR = 12  # candidates of a choice between two laws to which both are fitted, at least
 MOST_STEPS = 12  # of a fit: the evidence need not be known better
 Gain = Callable[[Sequence[int]], FloatArray]
+Watch = Callable[[Sequence[Candidate]], Iterable[Candidate]]
 Evidence = FloatArray
 """Logarithm of the Bayes factor to expect (2, n), if the one law holds and if the other does; NaN: not judged."""
 
@@ -53,8 +53,8 @@ class PlannedTest:
     friction, or over the law it is planned against; ``log_bayes_against``: for that law, if it is the one that holds;
     ``log_bayes_after``: for the one of the two that holds after this and all better tests, the lesser of both ways.
 
-    ``laboratory_s``: laboratory time of this test; ``total_s``: of the plan so far; ``values``: the law's
-    parameters that are to be found, as they are expected in this test; ``told``: whether this test alone does.
+    ``values``: the law's parameters that are to be found, as they are expected in this test; ``told``: whether this
+    test alone does.
     """
 
     rank: int | None
@@ -68,8 +68,6 @@ class PlannedTest:
     expected_u: Mapping[str, float | None]
     cumulative: Mapping[str, float | None] | None
     cumulative_u: Mapping[str, float | None] | None
-    laboratory_s: float
-    total_s: float | None
     drive_frequency_hz: float
     values: Mapping[str, float]
     told: Mapping[str, bool]
@@ -116,34 +114,30 @@ def plan_tests(
     *,
     against: str | None = None,
     tests: int | None = None,
-    aim: Sequence[str] = (),
     everything: bool = False,
+    watch: Watch = iter,
 ) -> Plan:
     """Return the tests that show most about a law's parameters, or most between two laws, best first.
 
-    Each next test is the one that, with all before it, takes most from what is not known for the laboratory time it
-    adds: from the product of the parameters' uncertainties (D-optimality), or in expected evidence between two laws.
-    A test may be chosen again where nothing else shows more. Options and errors as of `frictionlab.plan`.
+    Each next test is the one that, with all before it, takes most from what is not known: from the product of the
+    parameters' uncertainties (D-optimality), or in expected evidence between two laws. A test may be chosen again where
+    nothing else shows more. Options and errors as of `frictionlab.plan`.
     """
     if tests is not None and tests < 1:
         raise UsageError(f"tests: expected at least 1; got {tests}")
-    for name in aim:
-        if name not in lab.free:
-            raise UsageError(f"law {lab.law.name} has no parameter {name!r} to find: expected {', '.join(lab.free)}")
     if not lab.free:
         raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
-    virtual = [virtual_test(lab, candidate) for candidate in lab.candidates]
+    virtual = [virtual_test(lab, candidate) for candidate in watch(lab.candidates)]
     allowed, evidence = allowed_by(lab, virtual), np.full((2, len(virtual)), math.nan)
     if against is None:
-        order = pick(_least_error(lab, virtual, aim), lab, allowed, tests or MOST)
+        order = pick(_least_error(lab, virtual), allowed, tests or MOST)
         for i in np.flatnonzero(allowed) if everything else np.unique(order):
             evidence[0, i], own = evidence_over(lab, virtual[i], "coulomb"), virtual[i].posterior
             if own is not None:  # errors hold, as a comparison's do, what another spring or frequency would move
                 virtual[i] = replace(virtual[i], posterior=diagnose(own, lab.scene, explained=True).posterior)
     else:
-        evidence = _between(
-            lab, virtual, against, allowed, len(virtual) if everything else max(NEAR, 2 * (tests or MOST))
-        )
+        most = len(virtual) if everything else max(NEAR, 2 * (tests or MOST))
+        evidence = _between(lab, virtual, against, allowed, most, watch)
         shown = np.nan_to_num(evidence)
 
         def both_ways(before: Sequence[int]) -> FloatArray:  # growth in proportion, both ways alike
@@ -151,7 +145,7 @@ def plan_tests(
             grown = np.log1p(np.maximum(so_far + shown, 0.0)) - np.log1p(np.maximum(so_far, 0.0))
             return np.where(np.isnan(evidence[0]), -math.inf, grown.sum(axis=0))
 
-        order = pick(both_ways, lab, allowed & np.isfinite(evidence[0]), tests or MOST)
+        order = pick(both_ways, allowed & np.isfinite(evidence[0]), tests or MOST)
 
     def row(i: int, before: Sequence[int] = ()) -> PlannedTest:
         return _row(lab, virtual, i, before, evidence if against else evidence[:1])
@@ -163,24 +157,13 @@ def plan_tests(
     return Plan(lab.law.name, against, chosen, tuple(map(row, rest)), _doubts(lab, chosen, against))
 
 
-def waiting(lab: Laboratory, against: str | None = None) -> str | None:
-    """How long a plan under laws without exact slides will take, in words; None where it takes seconds."""
-    laws = [lab.law] if against is None else [lab.law, lab.under(against).law]
-    slow, count = [one.name for one in laws if not one.is_exact], len(lab.candidates)
-    minutes = 9.0 * SLOW * len(slow) * count / 60.0
-    if minutes < 0.5:
-        return None
-    lists = "shorter lists in [plan] take less"
-    return f"plan: {count} candidates under {' and '.join(slow)} take some {minutes:.0f} minutes: {lists}"
-
-
-def _least_error(lab: Laboratory, tests: Sequence[VirtualTest], aim: Sequence[str]) -> Gain:
+def _least_error(lab: Laboratory, tests: Sequence[VirtualTest]) -> Gain:
     """What each candidate adds to tests chosen: the fall of the logarithm of the parameters' joint uncertainty."""
     telling = [i for i, test in enumerate(tests) if test.posterior is not None]
     whole = together(lab, [tests[i] for i in telling])
     m = len(whole.unknowns)
     holds = np.eye(m) + known_before(lab, whole, tests[telling[0]].candidate)
-    counted = np.array([u.law and (not aim or u.name in aim) for u in whole.unknowns])
+    counted = np.array([u.law for u in whole.unknowns])
     information = np.zeros((len(tests), m, m))
     for i, own in zip(telling, whole.information, strict=True):
         s = together(lab, [tests[i]]).fit.model.scatter
@@ -235,43 +218,38 @@ def allowed_by(lab: Laboratory, tests: Sequence[VirtualTest]) -> NDArray[np.bool
     return np.asarray(allowed)
 
 
-def pick(gain: Gain, lab: Laboratory, allowed: NDArray[np.bool_], most: int) -> list[int]:
+def pick(gain: Gain, allowed: NDArray[np.bool_], most: int) -> list[int]:
     """Return indices of the tests chosen, at most so many, best first.
 
-    Each is the one that shows most for the time it takes. What the first show beside nothing is no measure of what they
-    show beside the rest: so each is put to the test again beside all others, and the set is ranked once more.
+    Each is the one that shows most. What the first show beside nothing is no measure of what they show beside the rest:
+    so each is put to the test again beside all others, and the set is ranked once more.
     """
-    seconds, repeats = lab.seconds, lab.scene.plan.most_repeats or math.inf
 
     def often(order: Sequence[int]) -> NDArray[np.intp]:
-        return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(seconds))
+        return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(allowed))
 
-    def best(order: Sequence[int], free: NDArray[np.bool_]) -> int | None:
-        gained = gain(order) * (1.0 - AGAIN * often(order))
-        rate = np.where(free, np.where(gained > 0.0, gained / seconds, gained * seconds), -math.inf)
-        return int(np.argmax(rate)) if free.any() else None
+    def best(order: Sequence[int], free: NDArray[np.bool_]) -> int:
+        return int(np.argmax(np.where(free, gain(order) * (1.0 - AGAIN * often(order)), -math.inf)))
 
     order: list[int] = []
     for _ in range(1 + SWEEPS):
         before = sorted(order)
         for k in range(len(order)):
-            rest = [*order[:k], *order[k + 1 :]]
-            better = best(rest, allowed & (often(rest) < repeats))
-            order[k] = order[k] if better is None else better
-        while len(order) < most and (i := best(order, allowed & (often(order) < repeats))) is not None:
-            order.append(i)
+            order[k] = best([*order[:k], *order[k + 1 :]], allowed)
+        while len(order) < most:
+            order.append(best(order, allowed))
         if sorted(order) == before:
             break
     ranked: list[int] = []
-    while (i := best(ranked, often(order) > often(ranked))) is not None:
-        ranked.append(i)
+    while len(ranked) < len(order):
+        ranked.append(best(ranked, often(order) > often(ranked)))
     return ranked
 
 
 def _doubts(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) -> tuple[str, ...]:
     """What is assumed, and what the plan will not do."""
     plan, notes = lab.scene.plan, lab.notes
-    if len(tests) > 1 and not plan.repeatability and not plan.drift_per_hour:
+    if len(tests) > 1 and not plan.repeatability:
         notes = (*notes, "plan.repeatability: not given: friction is taken to be the same in every test")
     if against is not None and "breakaway" in f"{lab.law.name}+{against}":
         notes = (*notes, "against: motions jump with break-away: the evidence may come out some ten times lower")
@@ -315,8 +293,6 @@ def _row(
         expected_u=u,
         cumulative=after_se,
         cumulative_u=after_u,
-        laboratory_s=float(lab.seconds[i]),
-        total_s=float(lab.seconds[list(order)].sum()) if order else None,
         drive_frequency_hz=candidate.frequency_ratio * lab.natural_frequency_hz,
         values={name: values[name] for name in lab.free},
         told={name: bool(estimates and estimates[name].told) for name in lab.free},
@@ -369,7 +345,7 @@ def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float:
 
 
 def _between(
-    lab: Laboratory, tests: Sequence[VirtualTest], against: str, allowed: NDArray[np.bool_], most: int
+    lab: Laboratory, tests: Sequence[VirtualTest], against: str, allowed: NDArray[np.bool_], most: int, watch: Watch
 ) -> Evidence:
     """The evidence between two laws, each fitted to what the other shows: of so many candidates allowed.
 
@@ -378,17 +354,17 @@ def _between(
     other = lab.under(against)
     if other.law.name == lab.law.name:
         raise UsageError(f"against: law {against} is the one that is planned for: name another one")
-    others = [virtual_test(other, candidate) for candidate in lab.candidates]
+    others = [virtual_test(other, candidate) for candidate in watch(lab.candidates)]
     apart = np.array([_apart(one, two) for one, two in zip(tests, others, strict=True)])
     if not np.isfinite(apart[allowed]).any():
         raise UsageError(
             f"against: no candidate that largest_response_m allows moves steadily under both {lab.law.name} and"
             f" {other.law.name}: change normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
         )
-    rate = np.where(allowed, apart, -math.inf) / lab.seconds
+    apart = np.where(allowed, apart, -math.inf)
     found, every = np.full((2, len(tests)), np.nan), most == len(tests)
-    for i in np.argsort(-rate)[:most].tolist():
-        if not allowed[i] or not (every or np.isfinite(rate[i])):
+    for i in np.argsort(-apart)[:most].tolist():
+        if not allowed[i] or not (every or np.isfinite(apart[i])):
             continue
         ways = evidence_over(lab, tests[i], other.law.name), evidence_over(other, others[i], lab.law.name)
         found[:, i] = np.nan_to_num(ways)

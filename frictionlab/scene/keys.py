@@ -214,13 +214,7 @@ class PlanTable(SceneTable):
     normal_forces_n: list[Positive] = key("Normal forces that the rig can set.", [])
     base_amplitudes_m: list[Positive] = key("Amplitudes of the base that the rig can set.", [1.8e-3])
     duration_s: Positive = key("Length of a test, its transient included.", 60.0)
-    durations_s: list[Positive] = key("Lengths to choose from, in place of duration_s.", [])
-    setup_s: NonNegative = key("Laboratory time that each test costs beside its length: to start, to store.", 0.0)
     repeatability: NonNegative = key("Relative rms of friction from test to test; cycles do not average it out.", 0.0)
-    drift_per_hour: NonNegative = key("Relative change of friction in an hour of rubbing, of unknown sign.", 0.0)
-    most_repeats: Annotated[int, Field(ge=1)] | None = key(
-        "How often the same test may be planned; by default as often as it determines most."
-    )
     expected: dict[str, float] = key("What to expect of the law's other parameters: {gradient = 0.03}.", {})
     sampling_rate_hz: Positive = key("Samples per second.", 250.0)
     noise_m: NonNegative = key("Noise of each sensor, rms.", 0.8e-6)

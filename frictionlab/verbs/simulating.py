@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
     from frictionlab.inference.material_law import MaterialLaw
     from frictionlab.inference.predictive import Prediction
-    from frictionlab.planning.plan import Plan
+    from frictionlab.planning.plan import Plan, Watch
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, Solver, SteadyState, Structure
@@ -160,12 +160,11 @@ def plan(
     law: str | None = None,
     against: str | None = None,
     tests: int | None = None,
-    aim: Sequence[str] = (),
     measured: "Sequence[FilePath | MaterialLaw]" = (),
     sheet: "FilePath | None" = None,
     force: bool = False,
     everything: bool = False,
-    say: Callable[[str], None] | None = None,
+    watch: "Watch" = iter,
     **settings: object,
 ) -> "Plan":
     """Return the tests that say most about a contact law, or most between two, best first.
@@ -179,8 +178,6 @@ def plan(
         A law in place of the scene's; another law that the tests are to decide against.
     tests : int, optional
         How many at most: by default ten, between two laws no more than are expected to decide.
-    aim : sequence of str
-        Parameters of the law whose errors count; by default all.
     measured : sequence of str, Path or MaterialLaw
         What is known before: the law of the material (``law_MATERIAL.toml``), or the folder of its campaign. Where
         neither `law` nor the scene names a law, it is planned for.
@@ -189,8 +186,8 @@ def plan(
         a file that stands there may have been filled in, and is replaced with ``force`` only.
     everything : bool
         Judge candidates that are not chosen as closely as those that are (seconds).
-    say : callable, optional
-        Called with a sentence where the plan will take minutes, before it does.
+    watch : callable, optional
+        Wraps the candidates while their motions are solved for, to show progress.
     **settings
         Keys of ``[plan]``, ``[model]``, ``[rig]`` and ``[sensors]`` that win over the scene's: ``duration_s=90.0``.
 
@@ -200,11 +197,11 @@ def plan(
         Natural frequency or stiffness is not known, ``[plan.expected]`` names what the law lacks, a range is empty, the
         bounds forbid all, or no test outlasts its transient.
     UsageError
-        A law or an aim cannot be, no candidate shows anything about it, or the sheet exists.
+        A law cannot be, no candidate shows anything about it, or the sheet exists.
     """
     from frictionlab.inference.material_law import MaterialLaw, read_material_law
     from frictionlab.planning.candidates import laboratory
-    from frictionlab.planning.plan import plan_tests, sheet_rows, waiting
+    from frictionlab.planning.plan import plan_tests, sheet_rows
     from frictionlab.tables import check_output, write_rows
     from frictionlab.verbs.inputs import files_of, scene_given
 
@@ -222,12 +219,8 @@ def plan(
     if sheet is not None and known.experiment.material is None:
         notes.append(f"experiment.material: not given: {sheet} leaves it empty: fill it in")
     lab = laboratory(known, law, before)
-    if say is not None and (time := waiting(lab, against)) is not None:
-        say(time)
-    found = plan_tests(
-        replace(lab, notes=(*notes, *lab.notes)),
-        against=against, tests=tests, aim=aim, everything=everything,
-    )  # fmt: skip
+    lab = replace(lab, notes=(*notes, *lab.notes))
+    found = plan_tests(lab, against=against, tests=tests, everything=everything, watch=watch)
     if sheet is not None:
         write_rows(sheet_rows(found, known), Path(sheet), force=True, inputs=inputs)
     return found
