@@ -75,6 +75,8 @@ def _of_the_drive(layout: Layout, r: float | None, *, is_even: bool, prescribed:
     drive, distortion = layout.drive, layout.drive.distortion
     if r is not None and not 0.02 <= r <= 5.0:
         yield f"frequency_ratio: {r:.3g} lies outside 0.02 to 5: check --natural-frequency and time_unit in [log]"
+    if drive.amplitude > LARGEST_BASE_M and not prescribed:
+        yield f"base_amplitude_m: {drive.amplitude:.3g} m: {DOUBTED} (--unit)"
     if distortion > 0.05 and not prescribed:
         said = f"harmonics 2-{HARMONICS} of the base are {100 * distortion:.2g} % of its fundamental"
         yield f"base_distortion: {said}: the prediction of a recording takes them in, that of a row of numbers cannot"
@@ -258,6 +260,7 @@ def _of_the_load_cell(m: "Measurement", taken: float) -> Iterator[str]:
 
 # Channels that are not what they are called --------------------------------------------------------------------------
 
+LARGEST_BASE_M = 0.5  # of a base that moves a frame with a contact
 SMALL = 5e-3  # times the amplitude without friction: so little is a unit of another channel, or a contact that holds
 OFF, FITS, CLEARER = 0.1, 0.3, 2.0  # what friction leaves of the force where the mass never stops, one over the other
 

@@ -213,6 +213,8 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
         for u, c in zip(own, found.fit.point.tolist(), strict=True)
         if u.law and abs(c) > STRAINED
     ]
+    if (own_name := measurement.material) not in (None, law.material):
+        far.append(f"material: {own_name} by its name, sheet or scene, and the law is that of {law.material}")
     verdict = "strained" if far and judged.verdict == "explained" else judged.verdict
     expected = _expected(law, seen, force) if isinstance(seen, ForceObservation) else {}
     return replace(judged, verdict=verdict, warnings=(*far, *judged.warnings), expected=expected)

@@ -220,7 +220,7 @@ def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
     law = law_of(about.comparison.law)
     yield from ((2, f"To measure {name}: {law.parameter(name).determined_by}.") for name in untold)
     if (left := _left_for_work(about.comparison)) and about.comparison.verdict != "explained":
-        yield 0, f"Next: --law {left[0]} fits that law alone."
+        yield 0, f"Next: frictionlab compare-numeric --law {left[0]} fits that law alone."
     elif not untold:
         yield 2, NEXT
     warnings = (said for said in about.comparison.warnings if "does not determine it" not in said)

@@ -95,6 +95,7 @@ def test_steps_that_no_noise_hides_are_named_and_are_no_lines() -> None:
         (0.5, lambda _, y: (y, y), "mass: its channel repeats the base's .*--mass"),
         (0.5, lambda _, y: (through_laser(y, np.random.default_rng(9)), y), "mass: its channel repeats the base's"),
         (0.5, lambda x, y: (1e-4 * np.random.default_rng(3).standard_normal(len(x)), y), "nothing but noise .*--mass"),
+        (0.5, lambda x, y: (1e3 * x, 1e3 * y), "base_amplitude_m: 1.8 m: the unit looks wrong"),
         (0.5, lambda x, y: (1e-3 * x, y), "response_amplitude: .* a thousand times .* the unit looks wrong"),
     ],
 )

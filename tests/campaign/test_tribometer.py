@@ -132,6 +132,7 @@ def test_a_law_found_on_a_tribometer_predicts_another_test(campaign: Campaign) -
             assert low < getattr(found, name) < high < low + 0.2 * value  # the tests have scattered by 1.8 %
     other = fl.compare(stroked("brass", SETTINGS[0], generator), known, law_file=law)
     assert any("the law does not hold here" in said for said in other.warnings)
+    assert "material: brass by its name, sheet or scene, and the law is that of felt" in other.warnings
     with pytest.raises(UsageError, match="a law of a material needs the test's normal force"):
         fl.compare(stroked("felt", SETTINGS[0], generator).changed(experiment={}), known, law_file=law)
 
