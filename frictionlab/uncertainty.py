@@ -178,7 +178,7 @@ class Average:
 
 
 def average(values: Sequence[float], errors: Sequence[float]) -> Average:
-    """Mean weighted by the errors and by the scatter beyond them [Paule and Mandel 1982].
+    """Mean weighted by the errors and by the scatter beyond them [DerSimonian and Laird 1986].
 
     The standard error is the larger of what the errors and what the values themselves say.
 
@@ -193,29 +193,14 @@ def average(values: Sequence[float], errors: Sequence[float]) -> Average:
     if len(value) == 1:
         return Average(float(value[0]), float(error[0]), None)
     error = np.maximum(error, 1e-12 * float(np.abs(value).max(initial=1e-300)))
-    spread = scatter_beyond(value, error)
+    weight = 1.0 / error**2
+    share = weight / weight.sum()
+    excess = float(np.sum(weight * (value - np.sum(share * value)) ** 2)) - (len(value) - 1)
+    spread = math.sqrt(max(excess, 0.0) / float(np.sum(weight * (1.0 - share))))
     weight = 1.0 / (error**2 + spread**2)
     mean = float(np.sum(weight * value) / np.sum(weight))
     seen = math.sqrt(float(np.sum(weight * (value - mean) ** 2)) / (len(value) - 1) / float(weight.sum()))
     return Average(mean, max(1.0 / math.sqrt(float(weight.sum())), seen), spread)
-
-
-def scatter_beyond(value: FloatArray, error: FloatArray) -> float:
-    """Scatter beyond the errors: where chi-square meets its degrees of freedom; 0 where it is below them already."""
-    freedom = len(value) - 1
-
-    def excess(spread: float) -> float:
-        weight = 1.0 / (error**2 + spread**2)
-        return float(np.sum(weight * (value - np.sum(weight * value) / np.sum(weight)) ** 2)) - freedom
-
-    if freedom < 1 or excess(0.0) <= 0.0:
-        return 0.0
-    from scipy.optimize import brentq  # noqa: PLC0415 - for means of several alone
-
-    high = float(np.ptp(value))
-    while excess(high) > 0.0:
-        high *= 2.0
-    return float(brentq(excess, 0.0, high, xtol=1e-15 * high))
 
 
 @dataclass(frozen=True)

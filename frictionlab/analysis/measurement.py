@@ -52,9 +52,9 @@ MANY_HELD = 0.01  # of the samples: so many leave no cycle whole
 class Measurement(Response, ByForce, Result):
     """What one recording says. ``None`` is not known; lengths are over Y, energies over k Y^2 unless a name says more.
 
-    Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``), means over the cycles used and
-    (``steady_``) over all settled ones; each has flat names too, which are the contract's keys: ``energy_per_cycle``,
-    ``energy_per_cycle_se``, ``energy_per_cycle_u``. All of them are described in `frictionlab.schema`; `Response` (how
+    Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``), means over the cycles used; each
+    has flat names too, which are the contract's keys: ``energy_per_cycle``, ``energy_per_cycle_se``,
+    ``energy_per_cycle_u``. All of them are described in `frictionlab.schema`; `Response` (how
     the mass answers) and `ByForce` (by a load cell) describe theirs.
 
     ``energy_trend`` (k Y^2 per hour): long tests only. ``cycle``, ``series``, ``trend``, ``layout``: what stands behind
@@ -66,8 +66,6 @@ class Measurement(Response, ByForce, Result):
     base_amplitude: Estimate
     energy: Estimate
     amplitude: Estimate
-    steady_energy: Estimate
-    steady_amplitude: Estimate
     source: str
     warnings: tuple[str, ...]
     material: str | None
@@ -110,10 +108,6 @@ class Measurement(Response, ByForce, Result):
     response_amplitude_u = Flat("amplitude", "u")
     energy_trend_per_hour = Flat("energy_trend")
     energy_trend_per_hour_se = Flat("energy_trend", "se")
-    steady_energy_per_cycle = FlatKnown("steady_energy")
-    steady_energy_per_cycle_se = FlatKnown("steady_energy", "se")
-    steady_response_amplitude = FlatKnown("steady_amplitude")
-    steady_response_amplitude_se = FlatKnown("steady_amplitude", "se")
 
     force_energy_per_cycle, force_energy_per_cycle_u = Flat("force_energy"), Flat("force_energy", "u")
     force_energy_per_cycle_j, force_energy_per_cycle_j_u = Flat("force_energy_j"), Flat("force_energy_j", "u")
@@ -186,7 +180,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
     answer = response.response(layout, used, wall_moves=wall_moves)
     cycle = mean_cycle(layout, answer, used, of_mass)
-    means = _means(layout, answer, used, begin + (settled or 0.0), natural, prescribed=prescribed)
+    means = _means(layout, answer, used, natural, prescribed=prescribed)
     sources = sources_of_test(recording, scene, 1.0 / parts[0].step)
     smooth, slides = cycle.mass_smooth, abs(means["energy"].value or 0.0) / (4.0 * max(answer.size, 1e-12))
     cut = 0.0 if answer.is_stuck else channels.cut_away(smooth, drive.frequency, of_mass, friction=slides, r=r)
@@ -265,23 +259,17 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
     return slice(first, n)
 
 
-def _means(
-    layout: Layout, answer: Response, used: slice, steady_from: float, natural: float | None, *, prescribed: bool
-) -> Means:
-    """All means with their standard errors, by their names; from a time [s] on cycles are steady."""
-    first = min(int(np.searchsorted(layout.time, steady_from - 1e-9)), len(layout) - 1)
-    drive, series = layout.drive, answer.series
-
+def _means(layout: Layout, answer: Response, used: slice, natural: float | None, *, prescribed: bool) -> Means:
+    """All means with their standard errors, by their names."""
+    drive, noise, shared = layout.drive, answer.energy_noise, answer.energy_shared
     frequency = Estimate(drive.frequency, drive.frequency_se)
     found = {"drive": frequency, "ratio": frequency.over(natural)}
     found["base_amplitude"] = Estimate(drive.amplitude, drive.amplitude_se)
-    for steady, some in (("", used), ("steady_", slice(first, len(layout)))):
-        noise, shared = answer.energy_noise, answer.energy_shared
-        found[f"{steady}energy"] = steadiness.mean_over(series.energy, some, noise=noise, shared=shared)
-        size = steadiness.mean_over(series.amplitude, some)
-        found[f"{steady}amplitude"] = Estimate(size.value, math.hypot(size.se or 0.0, answer.amplitude_noise))
+    found["energy"] = steadiness.mean_over(answer.series.energy, used, noise=noise, shared=shared)
+    size = steadiness.mean_over(answer.series.amplitude, used)
+    found["amplitude"] = Estimate(size.value, math.hypot(size.se or 0.0, answer.amplitude_noise))
     # a mass that drives itself has no loop and no ratio
-    return found | (dict.fromkeys(("ratio", "energy", "steady_energy"), NOT_KNOWN) if prescribed else {})
+    return found | (dict.fromkeys(("ratio", "energy"), NOT_KNOWN) if prescribed else {})
 
 
 def _budgeted(

@@ -31,7 +31,7 @@ MEASURED_FORCE, MEASURED_COEFFICIENT = "measured_friction_force_n", "measured_fr
 NO_FACTS = ("its facts are not known", "is taken as a remark")  # of sentences on a name or a sheet
 LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
 NEEDED = (RATIO, ENERGY, AMPLITUDE)
-ESTIMATES = ("ratio", "energy", "energy_joules", "amplitude", "steady_energy", "steady_amplitude")
+ESTIMATES = ("ratio", "energy", "energy_joules", "amplitude")
 NUMBERS = {
     **{key: key for key in ("duration_s", "transient_s", "settled_s", "drive_frequency_hz", BASE)},
     "irregularity": "irregularity_index",
@@ -49,7 +49,6 @@ class Trial:
 
     ``ratio`` (the frequency ratio), ``energy`` (k Y^2 per cycle), ``amplitude`` (Y) are estimates, dimensionless;
     ``energy_joules``: the energy in J, where the measurement knew the stiffness;
-    ``steady_energy``, ``steady_amplitude``: the same over all settled cycles, where ``energy`` is of the last only.
     ``coefficient``: friction by the measured force over the normal force, where that was measured.
     """
 
@@ -68,8 +67,6 @@ class Trial:
     energy: Estimate = NOT_KNOWN
     energy_joules: Estimate = NOT_KNOWN
     amplitude: Estimate = NOT_KNOWN
-    steady_energy: Estimate = NOT_KNOWN
-    steady_amplitude: Estimate = NOT_KNOWN
     coefficient: Estimate = NOT_KNOWN
     irregularity: float | None = None
     irregularity_floor: float = 0.0
@@ -105,9 +102,8 @@ class Trial:
 
     @property
     def means(self) -> tuple[Estimate, Estimate]:
-        """Energy and amplitude that count: over all settled cycles, or else as the measurement's rule has them."""
-        settled = self.steady_energy.known and self.steady_amplitude.known
-        return (self.steady_energy, self.steady_amplitude) if settled else (self.energy, self.amplitude)
+        """Energy and amplitude, over the cycles of the measurement's rule."""
+        return self.energy, self.amplitude
 
     @property
     def mean(self) -> tuple[float, float]:
@@ -133,8 +129,6 @@ class Trial:
     @property
     def cycles_before(self) -> float:
         """Cycles that have passed before the ones its `means` are of."""
-        if self.steady_energy.known and self.steady_amplitude.known:
-            return max(self.transient_s, self.settled_s or 0.0) * self.drive_frequency_hz
         kind, _, seconds = self.energy_rule.partition(":")
         before = {"all": self.transient_s, "window": self.duration_s - float(seconds or 0)}
         passed = before.get(kind, self.duration_s) * self.drive_frequency_hz

@@ -42,6 +42,7 @@ OLD_NAMES = {
     "--friction-ratio": "--beta",
     "--static-ratio": "--mu",
     "--contact-damping-ratio": "--zeta",
+    "--measured": "--law-file",
 }
 """Names of commands and options that are still taken, for one version, and those to give instead."""
 MORE = "more"

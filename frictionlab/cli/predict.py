@@ -29,7 +29,7 @@ def plan(
     law: str | None = None,
     against: str | None = None,
     tests: int | None = None,
-    measured: list[Path] | None = None,
+    law_file: Path | None = None,
     every: bool = False,
     to: Results,
 ) -> None:
@@ -47,7 +47,7 @@ def plan(
         law=law,
         against=against,
         tests=tests,
-        measured=measured or (),
+        law_file=law_file,
         sheet=to.output,
         force=to.force,
         everything=every,

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign import Campaign
-from frictionlab.campaign.friction import FrictionFit, Verdict
+from frictionlab.campaign.friction import Verdict
 from frictionlab.campaign.ranking import Drift
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.figures import style
@@ -18,9 +18,7 @@ from frictionlab.figures.judged import draw_evidence, draw_force
 
 SHOWN = 16  # laws of a ladder
 ASIDE = 0.015  # of the largest force: between the points of two materials
-HIGH = 6  # rows of a legend beside a low panel
 NORMAL = 1.96
-MOST_USED = 95  # per cent of the tests that a fit used are inside their panel
 ENERGY, FORCE = "energy per cycle / kY²", "normal force [N]"
 OF_LAW: Mapping[str, Any] = {"color": "black", "lw": 0.7}  # a line
 
@@ -113,7 +111,8 @@ def energy(campaign: Campaign, material: str) -> Figure:
     Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit. Lines: the law,
     with one friction ratio β per normal force.
     """
-    fits, over_r = _by_force(campaign, material), across(campaign)[0] != FORCE
+    fits = sorted((f for f in campaign.fits if f.material == material), key=lambda fit: fit.normal_force_n)
+    over_r = across(campaign)[0] != FORCE
     with style.drawing(3.8) as figure:
         ax = figure.subplots()
         for fit, colour, marker in zip(fits, style.shades(len(fits)), cycle(style.MARKERS), strict=False):
@@ -135,52 +134,10 @@ def energy(campaign: Campaign, material: str) -> Figure:
     return figure
 
 
-def residuals(campaign: Campaign) -> Figure:
-    """What the fitted law leaves unexplained.
-
-    Measured over predicted energy per cycle, less one, with the 95 % confidence of the test's own cycles. Open: tests
-    left out of the fit; what stands at an edge lies beyond it.
-    """
-    with style.drawing(0.5 + 1.5 * len(campaign.materials)) as figure:
-        axes = figure.subplots(len(campaign.materials), 1, sharex=True, squeeze=False)[:, 0]
-        for ax, material in zip(axes, campaign.materials, strict=True):
-            ax.axhline(0, color=style.GREY, linewidth=0.8)
-            fits = _by_force(campaign, material)
-            used = [abs(value) + error for fit in fits for v in fit.used for value, error in _residual(v)]
-            reach = 1.3 * float(np.percentile(used or [1.0], MOST_USED)) + 0.5  # half the height, %
-            for fit, colour, marker in zip(fits, style.shades(len(fits)), cycle(style.MARKERS), strict=False):
-                edge = 0.97 * reach
-                rows = [(v, np.clip(e, -edge, edge), error) for v in fit.verdicts for e, error in _residual(v)]
-                _draw_tests(ax, campaign, rows, colour, marker, f"{fit.normal_force_n:.4g} N")
-            _set_across(ax, campaign)
-            ax.set(title=material, ylabel="residual [%]", ylim=(-reach, reach))
-            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=1 + (len(fits) - 1) // HIGH)
-            ax.label_outer()
-    return figure
-
-
-def _by_force(campaign: Campaign, material: str) -> list[FrictionFit]:
-    return sorted((f for f in campaign.fits if f.material == material), key=lambda fit: fit.normal_force_n)
-
-
-def _residual(verdict: Verdict) -> list[tuple[float, float]]:
-    """Residual and half its 95 % confidence (%), by the scatter of the test's own cycles; nothing if not known."""
-    mean, se = verdict.trial.mean[0], verdict.trial.mean_se[0]
-    if verdict.residual is None:
-        return []
-    return [(100.0 * verdict.residual, 100.0 * NORMAL * (1.0 + verdict.residual) * se / mean if mean > 0.0 else 0.0)]
-
-
-def count(campaign: Campaign, material: str | None = None) -> int:
-    """How many short tests of a material, or of all, are drawn."""
-    fits = [fit for fit in campaign.fits if material in (None, fit.material)]
+def count(campaign: Campaign, material: str) -> int:
+    """How many short tests of a material are drawn."""
+    fits = [fit for fit in campaign.fits if fit.material == material]
     return sum(not verdict.trial.is_long for fit in fits for verdict in fit.verdicts)
-
-
-def has_open_points(campaign: Campaign) -> bool:
-    """Whether a short test is left out of the fits, or so many are drawn that some may lie beyond their panel."""
-    out = any(v.excluded is not None for f in campaign.fits for v in f.verdicts if not v.trial.is_long)
-    return out or count(campaign) > 100 / (100 - MOST_USED)
 
 
 def across(campaign: Campaign) -> tuple[str, str]:

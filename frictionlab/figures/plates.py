@@ -65,7 +65,6 @@ KINDS: Mapping[str, tuple[Callable[..., Figure], Callable[[Campaign], Sequence[s
     "irregularity": (grids.irregularity, lambda c: WHOLE if grids.varies(c, lambda t: t.irregularity) else ()),
     "stops": (grids.stops, lambda c: WHOLE if grids.varies(c, lambda t: t.stops) else ()),
     "energy_": (materials.energy, lambda c: [m for m in c.materials if materials.count(c, m) > 1]),
-    "residuals": (materials.residuals, lambda c: WHOLE if materials.count(c) > 1 else ()),
     "drift_r": (materials.drift, materials.drift_levels),
 }
 """Begin of a figure's name -> what draws it, and what a campaign has one of it for; in the report's order.
@@ -75,7 +74,6 @@ The first line of what draws it is the figure's title, the rest its caption.
 LAST: Mapping[str, tuple[str, Callable[[Campaign], bool]]] = {
     "friction": ("Right:", materials.has_several_forces),
     "law_": ("Right:", lambda c: bool(c.laws)),
-    "residuals": ("Open:", materials.has_open_points),
 }
 """Figures whose caption ends, from this word on, with what is there for some campaigns only."""
 

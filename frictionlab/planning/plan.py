@@ -49,9 +49,9 @@ class PlannedTest:
     ``coefficient``: the friction coefficient with its combined uncertainty as a comparison of this test alone would
     state it, with gains, stiffness and normal force; ``friction_coefficient_u_after``: after all better ones too.
 
-    ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law over plain Coulomb
-    friction, or over the law it is planned against; ``log_bayes_against``: for that law, if it is the one that holds;
-    ``log_bayes_after``: for the one of the two that holds after this and all better tests, the lesser of both ways.
+    ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law over the one it is planned
+    against; ``log_bayes_against``: for that law, if it is the one that holds; ``log_bayes_after``: for the one of the
+    two that holds after this and all better tests, the lesser of both ways.
 
     ``values``: the law's parameters that are to be found, as they are expected in this test; ``told``: whether this
     test alone does.
@@ -128,27 +128,28 @@ def plan_tests(
     if not lab.free:
         raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
     virtual = [virtual_test(lab, candidate) for candidate in watch(lab.candidates)]
-    allowed, evidence = allowed_by(lab, virtual), np.full((2, len(virtual)), math.nan)
+    allowed = allowed_by(lab, virtual)
+    evidence: Evidence | None = None
     if against is None:
         order = pick(_least_error(lab, virtual), allowed, tests or MOST)
         for i in np.flatnonzero(allowed) if everything else np.unique(order):
-            evidence[0, i], own = evidence_over(lab, virtual[i], "coulomb"), virtual[i].posterior
+            own = virtual[i].posterior
             if own is not None:  # errors hold, as a comparison's do, what another spring or frequency would move
                 virtual[i] = replace(virtual[i], posterior=diagnose(own, lab.scene, explained=True).posterior)
     else:
         most = len(virtual) if everything else max(NEAR, 2 * (tests or MOST))
         evidence = _between(lab, virtual, against, allowed, most, watch)
-        shown = np.nan_to_num(evidence)
+        known, shown = np.isfinite(evidence[0]), np.nan_to_num(evidence)
 
         def both_ways(before: Sequence[int]) -> FloatArray:  # growth in proportion, both ways alike
             so_far = shown[:, list(before)].sum(axis=1, keepdims=True)
             grown = np.log1p(np.maximum(so_far + shown, 0.0)) - np.log1p(np.maximum(so_far, 0.0))
-            return np.where(np.isnan(evidence[0]), -math.inf, grown.sum(axis=0))
+            return np.where(known, grown.sum(axis=0), -math.inf)
 
-        order = pick(both_ways, allowed & np.isfinite(evidence[0]), tests or MOST)
+        order = pick(both_ways, allowed & known, tests or MOST)
 
     def row(i: int, before: Sequence[int] = ()) -> PlannedTest:
-        return _row(lab, virtual, i, before, evidence if against else evidence[:1])
+        return _row(lab, virtual, i, before, evidence)
 
     chosen = tuple(row(i, order[: rank + 1]) for rank, i in enumerate(order))
     decided = [rank for rank, test in enumerate(chosen, 1) if (test.log_bayes_after or 0.0) >= REQUIRED]
@@ -262,7 +263,7 @@ def _doubts(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) 
 
 
 def _row(
-    lab: Laboratory, tests: Sequence[VirtualTest], i: int, order: Sequence[int], evidence: Evidence
+    lab: Laboratory, tests: Sequence[VirtualTest], i: int, order: Sequence[int], evidence: Evidence | None
 ) -> PlannedTest:
     """One candidate as a row of a plan; ``order``: the tests up to it, if it is chosen."""
     test, candidate, response = tests[i], lab.candidates[i], tests[i].response_m
@@ -282,8 +283,9 @@ def _row(
             coefficient, after = Estimate(known.value, None, known.u), (after_u or {}).get("beta")
             beyond = (known.u / known.value) ** 2 - (ratio.u / ratio.value) ** 2
             coefficient_after = after and known.value * math.sqrt(max(beyond, 0.0) + (after / values["beta"]) ** 2)
-    one, two = (None if math.isnan(way[i]) else float(way[i]) for way in (evidence[0], evidence[-1]))
-    both = len(evidence) > 1
+    both = (math.nan, math.nan) if evidence is None else evidence[:, i].tolist()
+    one, two = (None if math.isnan(way) else way for way in both)
+    after = None if evidence is None or not order else float(np.nan_to_num(evidence[:, order]).sum(axis=1).min())
     return PlannedTest(
         rank=len(order) or None,
         **candidate._asdict(),
@@ -299,8 +301,8 @@ def _row(
         coefficient=coefficient,
         friction_coefficient_u_after=coefficient_after,
         log_bayes=one,
-        log_bayes_against=two if both else None,
-        log_bayes_after=min(np.nan_to_num(way)[list(order)].sum() for way in evidence) if both and order else None,
+        log_bayes_against=two,
+        log_bayes_after=after,
     )
 
 

@@ -21,7 +21,6 @@ from frictionlab.log_options import LogOptions
 from frictionlab.scene.rig import LawName, NonNegative, Positive, Rig, SceneTable, Synthetic, check_parameters, key
 
 Padding = Annotated[int, Field(ge=1, le=1024)]
-CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Order = Annotated[int, Field(ge=1, le=8)]
 Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 Pair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
@@ -51,7 +50,6 @@ WORDS = {
     "greater_than": "expected more than {gt:g}",
     "greater_than_equal": "expected {ge:g} or more",
     "less_than_equal": "expected {le:g} or less",
-    "multiple_of": "expected a multiple of {multiple_of:g}",
     "too_short": "expected at least {min_length} values",
     "too_long": "expected at most {max_length} values",
     "literal_error": "expected {expected}",
@@ -117,11 +115,9 @@ class Analysis(SceneTable):
     transient_s: NonNegative | None = key("Cut from the beginning; by default until the motion settles (thesis: 20 s).")
     cycles: str = key('Cycles the energy is of: "all", "last" (thesis), or "window:15", of the last 15 s.', "all")
     accuracy: Literal["fast", "balanced", "exact"] = key(
-        'Level that trades speed for accuracy: "fast", "balanced" or "exact"; the next three win over it.', "balanced"
+        'Level that trades speed for accuracy: "fast", "balanced" or "exact"; padding wins over it.', "balanced"
     )
     padding: Padding | None = key("Length of the FFT over the record's; by default, by level, 1, 4 or 16.")
-    least_points: CyclePoints | None = key("Points a cycle is laid out on: one per sample, but at least so many.")
-    most_points: CyclePoints | None = key("Points a cycle is laid out on: one per sample, but at most so many.")
 
     @field_validator("cycles")
     @classmethod
@@ -131,9 +127,8 @@ class Analysis(SceneTable):
 
     @property
     def knobs(self) -> dict[str, Any]:
-        """Padding and points of a cycle: as given, else as the level of accuracy has them."""
-        given = {name: value for name in LEVELS[self.accuracy] if (value := getattr(self, name)) is not None}
-        return {**LEVELS[self.accuracy], **given}
+        """Padding, as given, and points of a cycle: as the level of accuracy has them."""
+        return {**LEVELS[self.accuracy], **({} if self.padding is None else {"padding": self.padding})}
 
     @property
     def planned_transient_s(self) -> float:

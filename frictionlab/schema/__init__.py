@@ -161,8 +161,6 @@ ESTIMATED = {
     "energy": ENERGY,
     "energy_joules": f"{ENERGY}_j",
     "amplitude": AMPLITUDE,
-    "steady_energy": f"steady_{ENERGY}",
-    "steady_amplitude": f"steady_{AMPLITUDE}",
 }
 """Attribute that holds a number with its errors -> its column."""
 PREDICTED = (AMPLITUDE, f"{AMPLITUDE}_m", ENERGY, f"{ENERGY}_j", STOPS)

@@ -7,7 +7,6 @@ SceneError or UsageError where its scene or a setting is refused; its docstring 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -160,7 +159,7 @@ def plan(
     law: str | None = None,
     against: str | None = None,
     tests: int | None = None,
-    measured: "Sequence[FilePath | MaterialLaw]" = (),
+    law_file: "MaterialLaw | FilePath | None" = None,
     sheet: "FilePath | None" = None,
     force: bool = False,
     everything: bool = False,
@@ -178,9 +177,9 @@ def plan(
         A law in place of the scene's; another law that the tests are to decide against.
     tests : int, optional
         How many at most: by default ten, between two laws no more than are expected to decide.
-    measured : sequence of str, Path or MaterialLaw
-        What is known before: the law of the material (``law_MATERIAL.toml``), or the folder of its campaign. Where
-        neither `law` nor the scene names a law, it is planned for.
+    law_file : MaterialLaw, str or Path, optional
+        What is known before: the law of the material, ``law_MATERIAL.toml`` of its campaign. Where neither `law` nor
+        the scene names a law, it is planned for.
     sheet : str or Path, optional
         Write the plan here as a sheet (CSV) for the laboratory, which ``[experiment] sheet`` reads after the tests;
         a file that stands there may have been filled in, and is replaced with ``force`` only.
@@ -203,18 +202,19 @@ def plan(
     from frictionlab.planning.candidates import laboratory
     from frictionlab.planning.plan import plan_tests, sheet_rows
     from frictionlab.tables import check_output, write_rows
-    from frictionlab.verbs.inputs import files_of, scene_given
+    from frictionlab.verbs.inputs import scene_given
 
     known = scene_given(scene, settings, PLANNED)
-    inputs = files_of([Path(what) for what in measured if isinstance(what, (str, PathLike))], _laws_in)
-    given = [what for what in measured if isinstance(what, MaterialLaw)]
+    inputs = [] if law_file is None or isinstance(law_file, MaterialLaw) else [Path(law_file)]
     if sheet is not None:
         check_output(Path(sheet), force=force, inputs=[*inputs, *known.files])
         if Path(sheet).exists() and not force:
             raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or --force")
-    before = _law_among([*given, *map(read_material_law, inputs)], known.experiment.material)
+    before = law_file if law_file is None or isinstance(law_file, MaterialLaw) else read_material_law(law_file)
+    if before is not None and known.experiment.material not in (None, before.material):
+        raise UsageError(f"law_file: expected the law of {known.experiment.material}; got that of {before.material}")
     known, notes = _not_said(known, before)
-    if before is not None and known.experiment.material is None:
+    if before is not None:
         known = known.changed(experiment={"material": before.material})
     if sheet is not None and known.experiment.material is None:
         notes.append(f"experiment.material: not given: {sheet} leaves it empty: fill it in")
@@ -235,25 +235,6 @@ def _not_said(scene: "Scene", before: "MaterialLaw | None") -> "tuple[Scene, lis
         notes.append(f"plan.base_amplitudes_m: not given: {tested}, as in the tests of {before.material}")
     assumed = ", ".join(f"{key} = {getattr(scene.plan, key)}" for key in open_keys)
     return scene, notes + [f"plan: not given, assumed: {assumed}: name yours under [plan]"] * bool(assumed)
-
-
-def _laws_in(folder: Path) -> list[Path]:
-    """The laws of materials that a campaign has left in a folder."""
-    if not (found := sorted(folder.glob("law_*.toml"))):
-        raise UsageError(
-            f"{folder}: expected law_MATERIAL.toml, as `frictionlab batch LOGS --campaign` writes it; got none"
-        )
-    return found
-
-
-def _law_among(laws: "Sequence[MaterialLaw]", material: str | None) -> "MaterialLaw | None":
-    """The one law of the material that is planned for; None where none is given."""
-    own = [law for law in laws if material in (None, law.material)]
-    if laws and len(own) != 1:
-        got = ", ".join(sorted(law.material for law in own or laws))
-        of = "one material: name it in [experiment]" if own else str(material)
-        raise UsageError(f"--measured: expected the law of {of}; got {got}")
-    return own[0] if own else None
 
 
 def predict(

@@ -93,7 +93,7 @@ def test_no_output_replaces_what_is_read_nor_a_link_of_it(
     of_test = ("analyze", "compare-numeric", "free-vibration", "explain")
     for words, places in (
         *(((command, recording), (scene, sheet, of_scene, of_recording)) for command in of_test),
-        (("plan", "--measured", rows), (scene, sheet, rows)),
+        (("plan", "--law-file", rows), (scene, sheet, rows)),
         (DRIVEN, (of_scene,)),
         (("ingest", SAMPLE), (of_scene,)),
     ):
@@ -210,7 +210,7 @@ def test_a_material_need_not_be_ascii(tmp_path: Path) -> None:
     assert (tmp_path / test.log).read_text(encoding="utf-8").splitlines()[1].startswith("# material Stähl S355")
 
 
-@pytest.mark.parametrize("name", ["figures/residuals.png", "report.html"])
+@pytest.mark.parametrize("name", ["figures/stops.png", "report.html"])
 def test_a_campaign_keeps_foreign_files_and_says_so_before_it_writes(name: str, tmp_path: Path) -> None:
     rows, mine = tmp_path / "rows.jsonl", tmp_path / "out" / name
     write_rows(small_campaign()[:3], rows)

@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
 from frictionlab.arrays import FloatArray
@@ -20,7 +18,7 @@ from frictionlab.inference.fit import fit_from
 from frictionlab.inference.posterior import model_of
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
-from frictionlab.uncertainty import Estimate, scatter_beyond, sources_of
+from frictionlab.uncertainty import Estimate, sources_of
 from tests.campaign.fabricate import AMPLITUDE, QUIET, SCENE, STIFFNESS, row
 from tests.campaign.fabricate import fit_of as fit
 from tests.desk import present
@@ -160,16 +158,6 @@ def test_what_a_fit_rests_on_is_said() -> None:
     assert alone.scatter is None
     assert "one test only" in alone.note
     assert fit(trials_of(ratios=(0.5, 0.7))).note.startswith("2 tests only hardly show how friction scatters")
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.lists(st.tuples(st.floats(0.5, 1.5), st.floats(0.01, 0.3)), min_size=2, max_size=12))
-def test_the_scatter_is_where_chi_square_meets_its_freedom(pairs: list[tuple[float, float]]) -> None:
-    value, error = np.array(pairs).T
-    scatter = scatter_beyond(value, error)
-    weight = 1.0 / (error**2 + scatter**2)
-    chi_square = float(weight @ (value - np.average(value, weights=weight)) ** 2)
-    assert chi_square == pytest.approx(len(value) - 1) if scatter else chi_square <= len(value) - 1 + 1e-9
 
 
 def test_a_test_whose_unit_is_doubted_is_in_no_mean_and_named() -> None:

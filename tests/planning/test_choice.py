@@ -127,7 +127,7 @@ def test_what_was_planned_is_measured_and_the_next_plan_knows_it(desk: Path) -> 
     invoke("campaign", desk / "measured.jsonl", "--scene", desk / "rig.toml", "-o", campaign, status=0)
     law = fl.read_material_law(campaign / "law_steel.toml")
     assert law.values["friction_coefficient"] == pytest.approx(COEFFICIENT, rel=0.01)
-    before, after = _plan(desk), _plan(desk, "--measured", campaign)
+    before, after = _plan(desk), _plan(desk, "--law-file", campaign / "law_steel.toml")
     for old, new in zip(before, after, strict=True):
         assert new["values"]["contact_damping_ratio"] == pytest.approx(DASHPOT, rel=0.02)
         assert new["values"]["beta"] / old["values"]["beta"] == pytest.approx(COEFFICIENT / 0.5, rel=0.01)
