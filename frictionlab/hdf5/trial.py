@@ -91,7 +91,7 @@ def _matlab(path: str) -> tuple[dict[str, Any] | None, str]:
 def _set_limits(size: int) -> None:
     """Let this process have no more time and memory than the file can need, where the system knows such limits."""
     try:
-        import resource  # noqa: PLC0415 - not on Windows
+        import resource
     except ImportError:
         return
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
