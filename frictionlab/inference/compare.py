@@ -16,7 +16,7 @@ from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference import verdict as words
-from frictionlab.inference.comparison import EXPECTED, AtContact, Comparison, ContactForce, Fitted, WholeRecord
+from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
 from frictionlab.inference.diagnose import OTHER_CAUSE, Diagnosis, against_richer, diagnose, strained_facts
 from frictionlab.inference.fit import Model, Test, fit_from, placed
 from frictionlab.inference.force import GAIN, ForceObservation, observe_force, with_force
@@ -30,6 +30,7 @@ from frictionlab.inference.table import TableObservation, observe_table
 from frictionlab.inference.unknowns import STRAINED, STRONGEST, Unknown
 from frictionlab.recording import FrequencyTable, Recording
 from frictionlab.scene import Scene
+from frictionlab.schema import EXPECTED
 from frictionlab.simulator import SteadyState
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import respond
@@ -213,9 +214,9 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
         for u, c in zip(own, found.fit.point.tolist(), strict=True)
         if u.law and abs(c) > STRAINED
     ]
+    verdict = "strained" if far and judged.verdict == "explained" else judged.verdict
     if (own_name := measurement.material) not in (None, law.material):
         far.append(f"material: {own_name} by its name, sheet or scene, and the law is that of {law.material}")
-    verdict = "strained" if far and judged.verdict == "explained" else judged.verdict
     expected = _expected(law, seen, force) if isinstance(seen, ForceObservation) else {}
     return replace(judged, verdict=verdict, warnings=(*far, *judged.warnings), expected=expected)
 

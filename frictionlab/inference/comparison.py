@@ -10,11 +10,10 @@ import numpy as np
 from frictionlab.analysis.response import Cycle
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.recording import FrequencyTable
-from frictionlab.schema import COMPARISONS, ENERGY, Result, with_error
+from frictionlab.schema import COMPARISONS, ENERGY, EXPECTED, Result, with_error
 from frictionlab.simulator import Base, Problem
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, FlatKnown, FrictionNames
 
-EXPECTED = ("predicted_force_energy_per_cycle_j", "predicted_friction_coefficient")  # by the law of a material alone
 FADE = 25.0  # harmonics of a contact's force above this fade out
 
 Verdict = Literal["explained", "strained", "misfit"]

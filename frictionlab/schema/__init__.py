@@ -163,6 +163,7 @@ ESTIMATED = {
     "amplitude": AMPLITUDE,
 }
 """Attribute that holds a number with its errors -> its column."""
+EXPECTED = (f"predicted_force_{ENERGY}_j", "predicted_friction_coefficient")  # by the law of a material alone
 PREDICTED = (AMPLITUDE, f"{AMPLITUDE}_m", ENERGY, f"{ENERGY}_j", STOPS)
 PREDICTED_RECORD = (AMPLITUDE, f"{AMPLITUDE}_m", "record_energy", "record_energy_j", "record_stops")
 """What a law predicts of a steady cycle, and of a whole record (largest displacement), each with its band."""
