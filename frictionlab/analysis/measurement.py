@@ -54,8 +54,8 @@ class Measurement(Response, ByForce, Result):
 
     Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``), means over the cycles used; each
     has flat names too, which are the contract's keys: ``energy_per_cycle``, ``energy_per_cycle_se``,
-    ``energy_per_cycle_u``. All of them are described in `frictionlab.schema`; `Response` (how
-    the mass answers) and `ByForce` (by a load cell) describe theirs.
+    ``energy_per_cycle_u``. All of them are described in `frictionlab.schema`; `Response` (how the mass answers) and
+    `ByForce` (by a load cell) describe theirs.
 
     ``energy_trend`` (k Y^2 per hour): long tests only. ``cycle``, ``series``, ``trend``, ``layout``: what stands behind
     the numbers.

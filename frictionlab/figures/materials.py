@@ -108,7 +108,7 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
 def energy(campaign: Campaign, material: str) -> Figure:
     """Energy per cycle.
 
-    Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit. Lines: the law,
+    Points: measured, mean over the cycles used, 95 % confidence; open ones are left out of the fit. Lines: the law,
     with one friction ratio β per normal force.
     """
     fits = sorted((f for f in campaign.fits if f.material == material), key=lambda fit: fit.normal_force_n)

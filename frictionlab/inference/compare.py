@@ -188,12 +188,15 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
             f"{measurement.source}: a law of a material needs the test's normal force and frequency ratio: give"
             " normal_force_n in [experiment] and natural_frequency_hz in [rig] of the scene"
         )
-    frame, held, by_force = seen.frame, dict[str, float](), isinstance(seen, ForceObservation)
-    if not by_force:
-        frame["frequency"] = law.natural_frequency_hz * law.values.get(DETUNING, 1.0)
-        frame["stiffness"] = law.rig["stiffness_n_per_m"]
-        held[FRAME] = law.values.get(FRAME, law.rig.get(FRAME, 0.0))
+    frame, held = seen.frame, dict[str, float]()
     errors = dict(zip(law.values, np.sqrt(np.diag(law.covariance)).tolist(), strict=True))
+    if isinstance(seen, ForceObservation):
+        of_rig = seen.rig_unknowns
+    else:
+        frame["frequency"] = law.natural_frequency_hz * law.values.get(DETUNING, 1.0)
+        frame["stiffness"] = law.frame["stiffness_n_per_m"]
+        held[FRAME] = law.values.get(FRAME, law.frame.get(FRAME, 0.0))
+        of_rig = _rig_by(law, errors, scene, seen)
     apart = {name: value + math.hypot(*law.scatter.get(name, ()), errors[name]) for name, value in law.values.items()}
     middle, moved, own = law.over(law.values, force, frame), law.over(apart, force, frame), list[Unknown]()
     for p in law_of(law.law).own:
@@ -203,11 +206,14 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
             own.append(Unknown(p.name, p.words, "test", mean=mean, sd=sd, low=low, law=True))
         else:
             held[p.name] = mean
-    own += seen.rig_unknowns if isinstance(seen, ForceObservation) else _rig_by(law, errors, scene, seen)
+    own += of_rig
     one = Test(seen.under(seen.law, held), np.arange(len(own)), np.ones(len(own)))
     starts = [np.array([start * (u.level == "test") for u in own]) for start in (0.0, 1.0, -1.0)]
     found = posterior_of(fit_from(Model((one,), tuple(own), np.zeros(len(own))), starts))
-    judged = (forced if by_force else compared)(measurement, scene, found, None)
+    if isinstance(seen, ForceObservation):
+        judged = replace(forced(measurement, scene, found, None), expected=_expected(law, seen, force))
+    else:
+        judged = compared(measurement, scene, found, None)
     far = [
         f"{u.name}: {u.value(c):.4g} fits this test, the law says {u.mean:.4g}: {abs(c):.0f} times its error and"
         " scatter: the law does not hold here: is it another material, or another normal force?"
@@ -217,30 +223,29 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     verdict = "strained" if far and judged.verdict == "explained" else judged.verdict
     if (own_name := measurement.material) not in (None, law.material):
         far.append(f"material: {own_name} by its name, sheet or scene, and the law is that of {law.material}")
-    expected = _expected(law, seen, force) if isinstance(seen, ForceObservation) else {}
-    return replace(judged, verdict=verdict, warnings=(*far, *judged.warnings), expected=expected)
+    return replace(judged, verdict=verdict, warnings=(*far, *judged.warnings))
 
 
-def _rig_by(law: MaterialLaw, errors: Mapping[str, float], scene: Scene, seen: CycleObservation) -> list[Unknown]:
+def _rig_by(law: MaterialLaw, errors: Mapping[str, float], scene: Scene, seen: CycleObservation) -> tuple[Unknown, ...]:
     """Natural frequency and lag of a test: as its law was found with them, and as the scene knows them."""
     known, drive = seen.sources, seen.turn / (2.0 * math.pi)
     tuned = law.natural_frequency_hz * law.values.get(DETUNING, 1.0) / (drive / seen.r) - 1.0
     lag = (law.rig.get("lag_s", 0.0) - scene.sensors.lag_s, 0.0) if known.lag_is_assumed else (0.0, known.lag)
     by_both = math.hypot(errors.get(DETUNING, 0.0), 0.0 if FREQUENCY in known.assumed else known.natural_frequency)
     each = (("natural_frequency", tuned, by_both), ("lag_s", *lag))
-    return [Unknown(name, name, mean=value, sd=max(HELD, sd)) for name, value, sd in each]
+    return tuple(Unknown(name, name, mean=value, sd=max(HELD, sd)) for name, value, sd in each)
 
 
 def _expected(law: MaterialLaw, seen: ForceObservation, force: float) -> dict[str, Any]:
     """Energy of the loop (J) and coefficient that a law alone expects of a given motion, by their columns: bands."""
     from frictionlab.inference.predictive import MOST_DRAWS, band_of  # noqa: PLC0415 - for laws found elsewhere alone
 
-    found, joules = list[tuple[float, float]](), 2.0 * math.pi * seen.unit_n * seen.unit
+    found, joules = list[tuple[float | None, float]](), 2.0 * math.pi * seen.unit_n * seen.unit
     for values in (law.values, *law.draws(MOST_DRAWS)):
         own = law.over(values, force, seen.frame)
-        if (cycle := seen.motion(own)) is not None:
-            work = joules * float(np.mean(cycle * shifted(seen.place, order=1)))
-            found.append((work, own["beta"] * seen.unit_n / force))
+        cycle = seen.motion(own)
+        work = None if cycle is None else joules * float(np.mean(cycle * shifted(seen.place, order=1)))
+        found.append((work, own["beta"] * seen.unit_n / force))
     return {name: band_of(each[0], each[1:]) for name, each in zip(EXPECTED, zip(*found, strict=True), strict=True)}
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from frictionlab.analysis.response import Cycle
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.recording import FrequencyTable
-from frictionlab.schema import COMPARISONS, ENERGY, EXPECTED, Result, with_error
+from frictionlab.schema import COMPARISONS, ENERGY, EXPECTED, Result, banded, with_error
 from frictionlab.simulator import Base, Problem
 from frictionlab.uncertainty import NOT_KNOWN, Estimate, FlatKnown, FrictionNames
 
@@ -307,9 +307,7 @@ class Comparison(FrictionNames, Result):
 
     def row(self) -> dict[str, object]:
         """The contract's keys alone: a line of JSON or of a table."""
-        bands = ((name, self.expected.get(name, (None, None, None))) for name in EXPECTED)
-        ends = ("", "_low", "_high")
-        return COMPARISONS.row(self, **{f"{name}{ends[i]}": x for name, band in bands for i, x in enumerate(band)})
+        return COMPARISONS.row(self, **banded({name: self.expected.get(name, (None, None, None)) for name in EXPECTED}))
 
     def __repr__(self) -> str:
         left = "no prediction" if self.response_nrmse is None else f"nrmse {self.response_nrmse:.2g}, {self.verdict}"

@@ -23,15 +23,7 @@ from frictionlab.inference.fit import Fit, Model, cost, fit_from, followed, temp
 from frictionlab.inference.force import ForceObservation
 from frictionlab.inference.observation import NO_MOTION, Observation
 from frictionlab.inference.observations import CycleObservation, OfCycles
-from frictionlab.inference.posterior import (
-    CORRECTED,
-    Posterior,
-    explains,
-    infer,
-    misfit_is_noise,
-    model_of,
-    posterior_of,
-)
+from frictionlab.inference.posterior import Posterior, explains, infer, misfit_is_noise, model_of, posterior_of
 from frictionlab.inference.starts import point_at, starting_points
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.simulator.laws import TERMS, Law, excluded_by, law_of, tried_of
@@ -93,9 +85,9 @@ class Rung:
 
         A scene is wrong once in so many (`WRONG`); the fact's prior is then as wide as it was moved.
         """
-        if self.fit is None or self.posterior is None or len(self.posterior.strained) != 1:
+        if self.fit is None or not explains(self.fit, range(len(self.fit.model.tests))):
             return self.log_evidence
-        if not explains(self.fit, range(len(self.fit.model.tests))):
+        if self.posterior is None or len(self.posterior.strained) != 1:
             return self.log_evidence
         k = self.posterior.strained[0]
         u, c = self.fit.model.unknowns[k], float(self.fit.point[k])
@@ -242,7 +234,7 @@ class _Climb:
         again = [o.under(top.law).metered(Meter(RESERVE * len(self.observations))) for o in self.observations]
         try:
             found = infer(again)
-            more = DEEPER if found.held_se is None else CORRECTED  # by which values as known may leave more
+            more = max(DEEPER, found.may_leave)
             if top.fit is not None and found.fit.chi_square > top.fit.chi_square + more * top.fit.excess():
                 found = infer(again, near=top.fit.values())
         except NO_MOTION as fault:

@@ -108,15 +108,20 @@ class MaterialLaw:
         return f"<MaterialLaw of {self.material}, {self.law}: {said}>"
 
     @property
-    def natural_frequency_hz(self) -> float:
-        """Natural frequency of the rig; `UsageError` of a law found on a tribometer, which has none."""
+    def frame(self) -> Mapping[str, float]:
+        """The numbers of the rig; `UsageError` of a law found on a tribometer, which has none."""
         if not self.rig:
             raise UsageError(
                 f"law of {self.material}: found on a tribometer, whose motion is given: expected the frame that it is"
                 " to be used on; got none; do: write natural_frequency_hz, stiffness_n_per_m and frame_damping_ratio"
                 " under [rig] of the law's file"
             )
-        return self.rig["natural_frequency_hz"]
+        return self.rig
+
+    @property
+    def natural_frequency_hz(self) -> float:
+        """Natural frequency of the rig."""
+        return self.frame["natural_frequency_hz"]
 
     def problem(
         self, normal_force_n: float, base_amplitude_m: float, r: float, *, values: Mapping[str, float] | None = None
@@ -140,7 +145,7 @@ class MaterialLaw:
         """
         given = dict(self.values if values is None else values)
         natural, detuned = self.natural_frequency_hz, given.get(DETUNING, 1.0)
-        frame = {"stiffness": self.rig["stiffness_n_per_m"], "frequency": natural * detuned}
+        frame = {"stiffness": self.frame["stiffness_n_per_m"], "frequency": natural * detuned}
         frame |= {"amplitude": base_amplitude_m, "turn": 2.0 * math.pi * natural * r}
         parameters = self.over(given, normal_force_n, frame)
         damping, beta = given.get(FRAME, self.rig.get(FRAME, 0.0)), parameters.pop("beta")

@@ -283,6 +283,11 @@ class Posterior:
         return tuple(k for k, u in enumerate(self.unknowns) if (u.name, u.scale) == ("beta", "log") and off[k] < -1.0)
 
     @property
+    def may_leave(self) -> float:
+        """Chi-square by which values with sensors and rig as known may leave more than a fit that moves them."""
+        return 0.0 if self.held_se is None else CORRECTED
+
+    @property
     def strained(self) -> tuple[int, ...]:
         """Unknowns of sensors and rig that the fit had to move over three standard uncertainties."""
         law = self.fit.point

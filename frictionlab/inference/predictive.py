@@ -12,7 +12,7 @@ from frictionlab.base_motion import RecordResponse, respond_to
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.material_law import DETUNING, MaterialLaw
 from frictionlab.recording import Recording
-from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTED, PREDICTED_RECORD, PREDICTIONS, Result, value_of
+from frictionlab.schema import AMPLITUDE, ENERGY, PREDICTED, PREDICTED_RECORD, PREDICTIONS, Result, banded, value_of
 from frictionlab.simulator import steady_state
 
 LOW, HIGH = 0.025, 0.975  # probabilities at the ends of a band
@@ -61,9 +61,8 @@ class PredictedTest:
 
     def row(self) -> dict[str, object]:
         """The contract's keys alone: a line of JSON or of a table."""
-        ends = {f"{name}{end}": b[i] for name, b in self.numbers.items() for i, end in enumerate(("", "_low", "_high"))}
         known = {name: getattr(self, name, None) for name in PREDICTIONS.names}
-        return {**known, **ends, "warnings": list(self.warnings)}
+        return {**known, **banded(self.numbers), "warnings": list(self.warnings)}
 
 
 @dataclass(frozen=True)
@@ -114,9 +113,9 @@ def predict_tests(
     count = draws or min(MOST_DRAWS, max(FEWEST_DRAWS, ALL_DRAWS // max(len(frequency_ratios), 1)))
     others, tau = law.draws(count), np.linspace(0.0, 2.0 * np.pi, POINTS)
     force, amplitude, found = normal_force_n, base_amplitude_m, []
+    factors = (1.0, amplitude, 1.0, law.frame["stiffness_n_per_m"] * amplitude**2, 1.0)
     for r in frequency_ratios:
         best, states = steady_state(law.problem(force, amplitude, r)), []
-        factors = (1.0, amplitude, 1.0, law.rig["stiffness_n_per_m"] * amplitude**2, 1.0)
         for values in others:
             with suppress(FrictionlabError):  # values outside a law's domain have no motion
                 states.append(steady_state(law.problem(force, amplitude, r, values=values)))
@@ -183,7 +182,7 @@ def predict_record(
         The base jumps, has a gap or does not move.
     """
     largest = float(np.abs(recording.base_displacement - recording.base_displacement[0]).max())
-    frequency, stiffness = law.natural_frequency_hz, law.rig["stiffness_n_per_m"]
+    frequency, stiffness = law.natural_frequency_hz, law.frame["stiffness_n_per_m"]
 
     def respond(values: Mapping[str, float]) -> RecordResponse:
         detuned = values.get(DETUNING, 1.0)

@@ -10,7 +10,7 @@ import html
 import io
 import math
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -118,6 +118,11 @@ for _key, _kind, _unit, _numbers, _title, _sentence in csv.reader(io.StringIO(_F
     _COLUMNS[_name] = Column(_plain, _attribute or _plain, Type(_kind), _unit, _title, _sentence, _limits)
 LINES: list[list[str]] = list(csv.reader(io.StringIO(_FACTS.pop("lines").strip())))
 """The columns of tables of one line a test: kind of table, title, key, keep, form, error, times."""
+
+
+def banded(bands: Mapping[str, tuple[float | None, ...]]) -> dict[str, object]:
+    """Return the columns of numbers with the ends of their bands: of X these are ``X``, ``X_low`` and ``X_high``."""
+    return {f"{name}{end}": band[i] for name, band in bands.items() for i, end in enumerate(("", "_low", "_high"))}
 
 
 def _column_named(name: str, table: str = "") -> Column:

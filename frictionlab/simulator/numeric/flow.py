@@ -160,15 +160,15 @@ class Integrated(Flow):
     ) -> SteadyState:
         """Return the steady state that rest settles on, or a neighbour's branch: see `steady_state`."""
         weakens, spent = self.what.weakens, STATE
-        begin = [self.carried(self.rest(), 0.0, TURN, FOLLOWED)[0] if weakens else self.rest()]
+        rest = self.carried(self.rest(), 0.0, TURN, FOLLOWED)[0] if weakens else self.rest()
+        starts = [(rest, False, inf), (rest, True, inf)]
         if near is not None and near.orbit is not None and near.orbit.section is not None:
-            begin.insert(0, near.orbit.section)
-        for start, waits in [*((start, False) for start in begin), (begin[-1], True)]:
-            left = inf if meter is None else meter.left - spent
-            left = left if start is not begin[0] or near is None else min(left, NEARBY)
+            starts.insert(0, (near.orbit.section, False, NEARBY))
+        for start, waits, most in starts:
+            left = min(most, inf if meter is None else meter.left - spent)
             found = self.solved(start, waits=waits, left=left)
             spent += found.spent
-            outcome, followed = found.row[places.OUTCOME], weakens and start is begin[-1]
+            outcome, followed = found.row[places.OUTCOME], weakens and start is rest
             if outcome == places.UNBOUNDED or (
                 outcome == places.PERIODIC and (not followed or self._is_beside(found, start))
             ):
