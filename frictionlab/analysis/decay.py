@@ -16,7 +16,6 @@ Runge and Kutta's method a half-cycle leave 1e-6 of the swing.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import least_squares
 
-from frictionlab.analysis.signals import student
+from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import FloatArray
 
 ONE_SIDED = 1.645  # 95 % of a normal distribution lie below its mean and so many standard deviations
@@ -234,44 +233,29 @@ def _solve(
 def decay_errors(
     jacobian: FloatArray, residual: FloatArray, time: FloatArray, decay: Decay, shape: FloatArray = ALONE
 ) -> FloatArray:
-    """Standard error of each parameter: of white residuals or of jackknives, if larger, and of friction that wanders.
+    """Standard error of each parameter: the largest by noise, by alike half-cycles, and by friction that wanders.
 
-    Runs of neighbouring half-cycles are left out whole, from single ones to a sixth of the decay, so that damping of
-    another kind widens the error as much as it moves the result. ``jacobian`` (n, p), ``residual`` (n,), ``time`` (n,)
-    s, ascending; ``shape`` (m,): how far each of m masses, whose samples take turns, moves in the decay.
+    What half-cycles add to a parameter resembles that of their neighbours where damping is of another kind, and then
+    widens the error as much as it moves the result. ``jacobian`` (n, p), ``residual`` (n,), ``time`` (n,) s, ascending;
+    ``shape`` (m,): how far each of m masses, whose samples take turns, moves in the decay.
     """
     # number of each sample's half-cycle; a few samples at either end belong to the half-cycle beside them
     number = np.unique(np.floor((time - decay.start) / decay.half_period), return_inverse=True)[1]
     few = np.bincount(number) < 0.5 * np.median(np.bincount(number))
     number = np.clip(number, int(few[0]), len(few) - 1 - int(few[-1])) - int(few[0])
-    count = int(number[-1]) + 1
-    freedom = max(1, len(residual) - jacobian.shape[1])
-    variances = [np.diag(np.linalg.inv(jacobian.T @ jacobian)) * float(residual @ residual) / freedom]
-    size = 1
-    while count // size >= 6:
-        variances.append(_jackknife(jacobian, residual, np.minimum(number // size, count // size - 1)))
-        size *= 2
-    variance = np.max(variances, axis=0)
+    inverse, count = np.linalg.inv(jacobian.T @ jacobian), jacobian.shape[1]
+    white = np.diag(inverse) * float(residual @ residual) / max(1, len(residual) - count)
+    each = np.stack([np.bincount(number, column * residual) for column in jacobian.T], axis=1) @ inverse
+    freedom = max(1, len(each) - count)
+    grown = np.sum(each**2, axis=0) * variance_inflation(each) * student(float(freedom)) * len(each) / freedom
     angle = math.pi / decay.half_period * (time - decay.start)
     fade = np.exp(-decay.zeta * decay.omega * np.mod(time - decay.start, decay.half_period))
     kept = math.exp(-decay.zeta * decay.omega * decay.half_period)
     masses = np.tile(shape, len(residual) // len(shape))
     along = np.repeat(residual.reshape(-1, len(shape)) @ shape / float(shape @ shape), len(shape)) * masses
     for push in (np.cos(angle), np.sin(angle)):  # what one at a turning point adds: amplitude, phase
-        variance = variance + _wandering(jacobian, along, number, push * fade * masses, kept, len(shape))
-    return np.asarray(np.sqrt(variance))
-
-
-def _jackknife(jacobian: FloatArray, residual: FloatArray, group: NDArray[np.intp]) -> FloatArray:
-    """Variance of each parameter from leaving out one group at a time, to first order [Bell and McCaffrey 2002]."""
-    groups = int(group[-1]) + 1
-    edges = np.searchsorted(group, np.arange(groups + 1))
-    information = jacobian.T @ jacobian
-    moved = []
-    for begin, end in pairwise(edges.tolist()):
-        part, left = jacobian[begin:end], residual[begin:end]
-        moved.append(np.linalg.lstsq(information - part.T @ part, part.T @ left, rcond=None)[0])
-    return np.asarray((groups - 1) / groups * np.sum(np.square(moved), axis=0))
+        white = white + _wandering(jacobian, along, number, push * fade * masses, kept, len(shape))
+    return np.asarray(np.sqrt(np.maximum(white, grown)))
 
 
 def _wandering(

@@ -385,7 +385,7 @@ def test_damping_of_another_kind_widens_the_bars() -> None:
         for drag, guess in ((0.0, Decay(0, 5e-3, 0, OMEGA, 0.004, 2e-5)), (2.0, Decay(0, 5e-3, 0, OMEGA, 0.006, 2e-5)))
     )
     assert odd.misfit > 3 * quiet.misfit
-    assert odd.se.zeta > 20 * quiet.se.zeta
+    assert odd.se.zeta > max(20 * quiet.se.zeta, abs(odd.decay.zeta - 0.004) / 3)  # it was 5 errors off
 
 
 @pytest.mark.parametrize(("share", "seed"), [(0.01, 2), (0.08, 2), (-0.05, 2), (0.0, 0), (0.0, 1), (0.0, 2)])
