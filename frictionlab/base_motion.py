@@ -12,7 +12,7 @@ from frictionlab.arrays import FloatArray
 from frictionlab.errors import RecordingError
 from frictionlab.recording import Channel, Quality, Recording, Source
 from frictionlab.simulator import Problem, Structure
-from frictionlab.simulator.record import BaseRecord, Response, motion_under, respond
+from frictionlab.simulator.record import BaseRecord, Response, respond
 
 HOLE = 1000.0  # times the usual step between two samples
 QUIET = 1e-7  # of the base's range: a motion whose noise is less is clean
@@ -144,7 +144,7 @@ def respond_to(
         half = BaseRecord(
             base.time[every], base.displacement[every], rest=base.rest, scale=base.scale, quantity=base.quantity
         )
-        coarse = motion_under(moves, half, x0=response.displacements[0], v0=response.velocities[0])
+        coarse = respond(moves, half, x0=response.displacements[0], v0=response.velocities[0])
         error = math.sqrt(float(np.mean((coarse.displacements - response.displacements[every]) ** 2))) / ORDER_LEFT
     problem = response.problem
     if error > COARSE:

@@ -29,7 +29,7 @@ from frictionlab.inference.unknowns import Unknown
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law
-from frictionlab.simulator.record import BaseRecord, RecordMotion, motion_under
+from frictionlab.simulator.record import BaseRecord, Response, respond
 
 DENSE = 120.0  # samples per period of drive or frame, whichever is shorter, that a fit needs at most
 STEP = 1e-3  # of a prior's standard deviation: finite differences of the simulated record
@@ -158,16 +158,16 @@ class RecordObservation(Observation):
             base = np.asarray(own * float(np.dot(base, base) / np.dot(own, base)))
         return BaseRecord(self._turn_of_frame(values) * self.time, base, rest=0.0, scale=1.0)
 
-    def motion(self, values: Values, near: RecordMotion | None = None) -> RecordMotion | None:  # noqa: ARG002 - from the start
+    def motion(self, values: Values, near: Response | None = None) -> Response | None:  # noqa: ARG002 - from the start
         """Return the simulated motion at some values; None where the simulator has none."""
         start = values.get("start_displacement", 0.0), values.get("start_velocity", 0.0)
         self.work.take((COST if self.law.kind == "rigid" else 1.5 * COST) * len(self.time))
         try:
-            return motion_under(self.problem(values).in_frame_time(), self.drive(values), x0=start[0], v0=start[1])
+            return respond(self.problem(values).in_frame_time(), self.drive(values), x0=start[0], v0=start[1])
         except NO_MOTION:
             return None
 
-    def seen(self, motion: RecordMotion, values: Values) -> FloatArray:
+    def seen(self, motion: Response, values: Values) -> FloatArray:
         """Return a motion through the sensors: gain, lag of the base's channel, offset, crosstalk, bends.
 
         A bend grows with the place, from -1 to 1 in the steady motion.
@@ -531,7 +531,7 @@ def _delay(observation: RecordObservation, values: Mapping[str, float], slope: F
     k = len(time) // 2
     base = BaseRecord(here.time[k:], here.base.values[k:], rest=0.0, scale=1.0)
     stepped = law.with_parameters({"beta": law.beta * (1.0 + SMALL)})
-    there = motion_under(stepped, base, x0=float(here.displacement[k]), v0=float(here.velocity[k]))
+    there = respond(stepped, base, x0=float(here.displacement[k]), v0=float(here.velocity[k]))
     step = (there.displacement - here.displacement[k:]) / (SMALL * law.beta)
     since = ((time[k:] - time[k]) / observation.period).astype(np.intp)
     shown, weight = changes(step, slope[k:], since, int(since[-1]) + 1)

@@ -15,7 +15,7 @@ from frictionlab.inference.unknowns import of_law
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
-from frictionlab.simulator.record import BaseRecord, motion_under
+from frictionlab.simulator.record import BaseRecord, respond
 from tests.analysis.seen import through_laser
 from tests.desk import present
 
@@ -79,7 +79,7 @@ def from_rest(problem: Problem) -> Callable[[FloatArray, FloatArray, FloatArray]
 
     def started(t: FloatArray, _mass: FloatArray, base: FloatArray) -> tuple[FloatArray, FloatArray]:
         drive = BaseRecord(2.0 * math.pi * NATURAL_HZ * t, base / BASE_M, rest=0.0, scale=1.0)
-        return BASE_M * motion_under(problem.in_frame_time(), drive).displacement, base
+        return BASE_M * respond(problem.in_frame_time(), drive).displacement, base
 
     return started
 

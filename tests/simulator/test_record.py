@@ -1,6 +1,5 @@
 """The response to a sampled base motion: against slow twins, its own refinement, the steady state."""
 
-import importlib
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem
+from frictionlab.simulator.numeric import flow
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.simulator.twin import LAWS, Twin, problem_of
 
@@ -148,9 +148,6 @@ def test_the_periodic_base_of_a_problem_is_not_used() -> None:
     np.testing.assert_array_equal(respond(plain, base).displacement, respond(other, base).displacement)
 
 
-carrier = importlib.import_module("frictionlab.simulator.record.carry")
-
-
 def integrated(law: str, wall: Any = "fixed") -> Problem:
     more = LAWS[law] | {"contact_damping_ratio": 0.02, "gradient": 0.05}
     return Problem(1.0, 0.15, wall=wall, law=f"{law}+speed+place", parameters=more, frame_damping_ratio=0.03)
@@ -183,20 +180,6 @@ def test_a_contact_that_creeps_has_the_stops_of_the_rigid_one() -> None:
     assert stiff.friction_energy == pytest.approx(rigid.friction_energy, rel=1e-3)
 
 
-@pytest.mark.parametrize(("law", "few"), [("coulomb", 1e-9), ("coulomb+compliance", 1e-9), ("coulomb+dahl", 1e-3)])
-def test_a_stop_goes_on_where_a_chunk_of_samples_ends(law: str, few: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What creeps slips slowly as long as a line between the nodes of steps says, and its steps are others."""
-    tau, y = some_base(3, 120, even=True)
-    own = {} if law == "coulomb" else {"stiffness_ratio": 50.0}
-    problem, base = Problem(1.0, 0.3, law=law, parameters=own), BaseRecord(tau + 1e4, y)
-    whole = respond(problem, base)
-    monkeypatch.setattr(carrier, "CHUNK", 2)
-    parts = respond(problem, base)
-    assert len(whole.contact_stops[0]) > 5
-    assert parts.contact_stops[0] == pytest.approx(whole.contact_stops[0], abs=few)
-    assert parts.energy == pytest.approx(whole.energy, abs=1e-9)
-
-
 def test_what_cannot_be_integrated_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     base = BaseRecord(*some_base(5, 20, even=True))
     with pytest.raises(SimulationError, match="friction turns negative"):
@@ -204,6 +187,6 @@ def test_what_cannot_be_integrated_is_named(monkeypatch: pytest.MonkeyPatch) -> 
             Problem(1.0, 0.1, law="coulomb+stribeck+place", parameters=LAWS["coulomb+stribeck"] | {"gradient": 2.0}),
             base,
         )
-    monkeypatch.setattr(carrier, "ALLOWED", 3)
+    monkeypatch.setattr(flow, "ALLOWED", 3.0)
     with pytest.raises(SimulationError, match=r"more steps than allowed.* too stiff"):
         respond(Problem(1.0, 0.1, law="coulomb+dahl", parameters={"stiffness_ratio": 1e5}), base)

@@ -309,16 +309,6 @@ class Flow:
             y[first[c] : first[c + 1]] = system["row"][c, : self.masses] @ q - system["follow"][c] * f
         return y
 
-    def put(self, works: Any, y: FloatArray) -> None:
-        """Make a state the one at hand."""
-        n, work = self.masses, works[0]
-        work["q"][:n], work["v"][:n], work["anchor"][: len(y) - 2 * n] = np.split(y, (n, 2 * n))
-
-    def at_hand(self, works: Any) -> FloatArray:
-        """Return the state at hand."""
-        n, work = self.masses, works[0]
-        return np.concatenate((work["q"][:n], work["v"][:n], work["anchor"][: self.size - 2 * n]))
-
     def stored(self, sample: FloatArray, f: float) -> FloatArray:
         """Return the energy (c,) in the contacts' springs at the state at hand, by displacements (n,) and the base."""
         system, work, stored = self.systems[0], self.workspace()[0], np.zeros(self.contacts)
@@ -329,6 +319,26 @@ class Flow:
             held = np.where(work["slips"][some] != 0, limit, system["spring"][some] * (place - work["anchor"][some]))
             stored[c] = np.sum(0.5 * held**2 / system["spring"][some])
         return stored
+
+    def along(
+        self, time: FloatArray, cubics: FloatArray, q: FloatArray, v: FloatArray, left: float = inf
+    ) -> tuple[Motion, FloatArray]:
+        """Return the motion along sampled times (k,) from displacements and velocities (n,) on, and what it is at them.
+
+        `cubics` (k - 1, 4): what drives the masses, in the time from each sample on. At the samples (k, 2 n + c) are
+        displacements, velocities and contacts' forces. `left`: evaluations, or steps, between samples.
+        """
+        works, n, count = self.workspace(), self.masses, 256 + 2 * len(time)
+        start, found = self.rest_at(q, v, float(cubics[0, 0])), np.empty((len(time), 2 * n + self.contacts))
+        self.systems[0]["harmonics"] = 0
+        while True:
+            pieces, work = np.empty((count, self.width)), works[0]
+            work["q"][:n], work["v"][:n], work["anchor"][: self.size - 2 * n] = np.split(start, (n, 2 * n))
+            reached, code = answer.travel(self.systems, works, pieces, time, cubics, found, left)
+            self.refuse(code, f" of a record at tau = {time[reached]:.6g}")
+            count = int(work["count"])
+            if count <= len(pieces):
+                return self.motion(pieces[:count], periodic=False), found
 
     def carried(
         self,

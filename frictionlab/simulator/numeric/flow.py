@@ -15,6 +15,7 @@ from frictionlab.simulator.exact.motion import COUNT, WORK
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, SLIDERS, STEEP
 from frictionlab.simulator.exact.solve import Flow, Solved
 from frictionlab.simulator.laws import TERMS, formula_of
+from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
 from frictionlab.simulator.numeric.radau import NODES
@@ -25,6 +26,7 @@ from frictionlab.simulator.structure import Structure
 TURN = 2.0 * np.pi
 FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
 MOST, LONGEST = 200_000, 3_000_000  # steps of a search for a steady state, some seconds; and of a run of many cycles
+ALLOWED, LONGEST_FIRST = 20_000.0, 0.5  # steps that may be tried between two samples, or within so long (rad)
 NEARBY = 2_000  # the same of one that begins at a neighbour's orbit, some thirty cycles: rest is as quick else
 RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
@@ -141,13 +143,25 @@ class Integrated(Flow):
 
     def stored(self, sample: FloatArray, f: float) -> FloatArray:
         """As of the exact flow; what is in the spring of a contact with a state of its own its force at rest says."""
-        stored = super().stored(sample, f)
+        stored, first = super().stored(sample, f), self.sliders - 2 * self.masses
         for c, contact in enumerate(self.frame.contacts):
             if self.law["states"][c] > 0:
-                own, w = tuple(self.law["own"][c].tolist()), self.at_hand(self.works)[self.sliders + self.law["at"][c]]
+                own, w = tuple(self.law["own"][c].tolist()), self.works[0]["anchor"][first + self.law["at"][c]]
                 force = float(self.formulas[c](own, 1.0, contact.beta, 0.0, 0.0, float(w), 1.0)[0])
                 stored[c] = 0.5 * force**2 / contact.parameter("stiffness_ratio")
         return stored
+
+    def along(
+        self, time: FloatArray, cubics: FloatArray, q: FloatArray, v: FloatArray, left: float = inf
+    ) -> tuple[Motion, FloatArray]:
+        """As of the exact flow; what counts as small is over what drives in the record."""
+        n, law, steps = self.masses, self.law, np.diff(time)
+        push = np.array([self.systems[0]["push"][:n] @ cubics[:, k : k + 2].T for k in (0, 1)])  # and its slope
+        rms = [float(np.sqrt(2.0 * np.max(x**2 @ steps) / (time[-1] - time[0]))) for x in push]
+        size, rate = float(np.abs(push[0]).max()), float(np.abs(cubics[:, 1]).max())
+        law["scale"][:n], law["scale"][n : 2 * n] = min(size, 1.0), min(size, max(rate, 1e-3 * size))
+        law["force"], law["first"], self.drive_rate, self.drive_time = size, LONGEST_FIRST, rms[1], rms[0] / rms[1]
+        return super().along(time, cubics, q, v, min(left, ALLOWED * max(1.0, float(steps.max()) / LONGEST_FIRST)))
 
     def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
         """As of the exact flow; a contact that has an age has its steady one."""
