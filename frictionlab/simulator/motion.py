@@ -66,11 +66,6 @@ class Motion:
         return self.first + np.concatenate((np.zeros(1, np.int64), np.cumsum(turns)))
 
     @property
-    def duration(self) -> FloatArray:
-        """Length of each phase, rad."""
-        return self.rows[:, 1]
-
-    @property
     def begins(self) -> FloatArray:
         """Start of each phase, rad."""
         return np.asarray(self.cycle * TURN + self.rows[:, 0], dtype=np.float64)
@@ -83,7 +78,7 @@ class Motion:
     @property
     def end(self) -> float:
         """End of the motion (or of its first period), rad."""
-        return float(self.begins[-1] + self.duration[-1])
+        return float(self.begins[-1] + self.rows[-1, 1])
 
     @property
     def solver(self) -> str:

@@ -18,7 +18,7 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.solve import flow_of
-from frictionlab.simulator.structure import Structure
+from frictionlab.simulator.structure import Structure, frame_of
 
 Quantity = Literal["displacement", "acceleration"]
 
@@ -340,7 +340,7 @@ def respond(
             f"simulation of a record: it lasts {cycles:.3g} natural periods; expected at most {MOST_CYCLES:g}: are its "
             "stamps in seconds?"
         )
-    frame = what if isinstance(what, Structure) else Structure.of(what)
+    frame = frame_of(what)
     if base.quantity == "acceleration" and not frame.follows_base:  # it says nothing of where a wall is
         raise SimulationError(
             "simulation of a record: the base's acceleration; expected a wall that moves with the base (wall ="

@@ -74,17 +74,12 @@ def steady_state(
 
 def _check_solver(problem: Problem | Structure, solver: str) -> None:
     """Refuse a solver that does not exist, or does not know the law."""
-    if isinstance(problem, Structure):
-        if solver != "auto":
-            raise UsageError("simulate: of several masses the laws say what solves them: leave solver out")
-        return
-    if solver not in get_args(Solver):
-        raise UsageError(f"steady state: solver; expected one of {', '.join(get_args(Solver))}; got {solver!r}")
-    able = ANSWERS[problem.law.kind]
+    able: tuple[str, ...] = ("auto",)
+    what = "several masses, of which the laws say what solves them"
+    if isinstance(problem, Problem):
+        able, what = ANSWERS[problem.law.kind], f"law {problem.law.name}"
     if solver not in able:
-        raise UsageError(
-            f"steady state: solver {solver!r} does not know law {problem.law.name}; expected one of {', '.join(able)}"
-        )
+        raise UsageError(f"steady state: solver {solver!r} does not know {what}; expected one of {', '.join(able)}")
 
 
 def flow_of(problem: Problem | Structure, solver: str = "auto") -> Any:
@@ -93,7 +88,7 @@ def flow_of(problem: Problem | Structure, solver: str = "auto") -> Any:
         from frictionlab.simulator.exact.solve import Flow  # noqa: PLC0415 - half a second to load
 
         return Flow(problem)
-    from frictionlab.simulator.numeric import Integrated  # noqa: PLC0415 - as above
+    from frictionlab.simulator.numeric.integrated import Integrated  # noqa: PLC0415 - as above
 
     return Integrated(problem)
 

@@ -12,7 +12,7 @@ from frictionlab.simulator import row as places
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import notes_of, sentences
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.structure import Structure
+from frictionlab.simulator.structure import Structure, frame_of
 
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
@@ -223,12 +223,13 @@ def to_numbers(state: SteadyState) -> list[float]:
     return row
 
 
-def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
+def numbers_of(motion: Motion) -> dict[str, Any]:
     """Return what a motion of whole cycles says of a steady state, by the names of `SteadyState`.
 
     `response_amplitudes` and `contacts` are of all masses and contacts, the others of the first ones.
     """
-    sums, cycles, contacts = motion.sums, round((motion.end - motion.start) / (2.0 * pi)), []
+    frame, sums, contacts = frame_of(motion.flow.what), motion.sums, []
+    cycles = round((motion.end - motion.start) / (2.0 * pi))
     taken = sums["contact"][: len(frame.contacts)] / cycles
     loop, contact, lost = float(sums["loop"]) / cycles, float(taken.sum()), float(sums["frame"]) / cycles
     follows = any(known.against == "base" for known in frame.contacts)
@@ -260,14 +261,9 @@ def numbers_of(motion: Motion, frame: Structure) -> dict[str, Any]:
     }
 
 
-def taken_in(numbers: dict[str, Any]) -> float:
-    """Return what contacts and dashpots take in a cycle (k Y^2), by what `numbers_of` gives."""
-    return float(numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"])
-
-
 def last_of(motion: Motion) -> SteadyState:
     """Return the state of a motion of one cycle, the last of a run: "not settled" where it does not yet repeat."""
-    numbers = numbers_of(motion, Structure.of(motion.problem))
+    numbers = numbers_of(motion)
     x, v = (values.tolist() for values in motion.at([motion.start, motion.end]))
     drift = hypot(x[1] - x[0], motion.problem.r * (v[1] - v[0]))
     settled = drift <= SETTLED * (hypot(x[0], v[0]) + 2.0 * numbers["response_amplitude"])

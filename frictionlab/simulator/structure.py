@@ -141,13 +141,6 @@ class Structure:
         dashpots = 2.0 * zeta * np.sqrt(k * m) / np.sqrt(k[0] * m[0])
         return cls(float(r), np.diag(m / m[0]), _chain(dashpots), _chain(k / k[0]), tuple(contacts), base)
 
-    @classmethod
-    def of(cls, problem: Problem) -> "Structure":
-        """Return a problem as a frame of one mass."""
-        against, zeta = "base" if problem.wall == "base" else "wall", problem.frame_damping_ratio
-        contact, one = Contact(1, against, problem.law, problem.numbers), np.eye(1)
-        return cls(problem.r, one, 2.0 * zeta * one, one, (contact,), problem.base)
-
     @property
     def masses(self) -> int:
         """Number of masses."""
@@ -196,6 +189,14 @@ class Structure:
         first = self.contacts[0]
         wall: Wall = "base" if first.against == "base" else "fixed"
         return Problem(self.r, first.beta, wall=wall, base=self.base, law=first.law, parameters=first.parameters)
+
+
+def frame_of(what: Problem | Structure) -> Structure:
+    """Return a problem as a frame of one mass; a structure is one."""
+    if isinstance(what, Structure):
+        return what
+    contact, one = Contact(1, "base" if what.wall == "base" else "wall", what.law, what.numbers), np.eye(1)
+    return Structure(what.r, one, 2.0 * what.frame_damping_ratio * one, one, (contact,), what.base)
 
 
 def _chain(values: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ from frictionlab.simulator import Base, Contact, Problem, Structure, compiled, s
 from frictionlab.simulator.exact import phase
 from frictionlab.simulator.exact.phase import SIDE, SLOTS
 from frictionlab.simulator.exact.solve import Flow
-from frictionlab.simulator.numeric import Integrated
+from frictionlab.simulator.numeric.integrated import Integrated
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import to_numbers
 from frictionlab.simulator.sweep import Grid, sweep_points
@@ -206,5 +206,5 @@ def test_phases_that_were_forgotten_are_made_again() -> None:
     rich = frame(rubs("coulomb+iwan", 1, "wall", beta=0.4, **many), rubs("coulomb+iwan", 2, 1, beta=0.3, **many))
     run = simulate(rich, cycles=2)
     assert len(np.unique(run.rows[:, -4:-2], axis=0)) > SLOTS  # stiffnesses of the contacts
-    ends = run.flow.evaluate(run.rows, np.arange(len(run.rows) - 1), run.duration[:-1].copy())[0]
+    ends = run.flow.evaluate(run.rows, np.arange(len(run.rows) - 1), run.rows[:-1, 1].copy())[0]
     np.testing.assert_allclose(ends, run.rows[1:, SIDE + 2 : SIDE + 4], atol=1e-12)

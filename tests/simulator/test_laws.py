@@ -18,7 +18,7 @@ from frictionlab.simulator import Base, Problem, Solver, steady_state, sweep
 from frictionlab.simulator import row as places
 from frictionlab.simulator.laws import TERMS, excluded_by, law_of
 from frictionlab.simulator.notes import WORDS, Note
-from frictionlab.simulator.numeric import Integrated
+from frictionlab.simulator.numeric.integrated import Integrated
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import from_numbers
 from frictionlab.simulator.sweep import warm_up

@@ -162,11 +162,11 @@ def test_before_the_end_of_a_slide_the_velocity_keeps_its_sign(
 ) -> None:
     problem = Problem(r, 0.3, zeta=zeta, base=Base((1.0, 0.0, third), (0.0, 0.1, 0.0)))
     run = simulate(problem, cycles=1, x0=z, v0=v, tau0=tau)
-    t, few = float(run.duration[0]), 1e-9 if zeta == 1.0 else 1e-13  # critically damped rates are parted
+    t, few = float(run.rows[0, 1]), 1e-9 if zeta == 1.0 else 1e-13  # critically damped rates are parted
     before = run.at(tau + np.linspace(0.0, t * (1 - 1e-9), 500))[1]
     assert sides(run)[0] == 1.0
     assert before.min() > -few * (v + 1.0 / r)
-    if len(run.duration) > 1:
+    if len(run.rows) > 1:
         assert run.rows[1, VELOCITY] == 0.0
         assert abs(float(run.at(tau + t * (1 - 1e-15))[1])) <= few * (v + 1.0 / r**2)
         assert sides(run)[1] <= 0.0
@@ -180,7 +180,7 @@ def test_a_grazing_stop_is_met_or_passed_as_it_must_be(r: float, depth: float) -
     gain = -(1.0 - depth) * sin(least / r) / r
     x, v = cos(tau) - 0.1 - r * r * gain, 1.0 - (1.0 - depth) * cos(least / r)
     run = simulate(Problem(r, 0.1), cycles=1, x0=x, v0=v, tau0=tau)
-    t, times = float(run.duration[0]), np.linspace(0.0, 2.0 * least, 20001)
+    t, times = float(run.rows[0, 1]), np.linspace(0.0, 2.0 * least, 20001)
     a, b = x + 0.1 - cos(tau) / (1 - r * r), r * (v + sin(tau) / (1 - r * r))
     speeds = -np.sin(tau + times) / (1 - r * r) + (b * np.cos(times / r) - a * np.sin(times / r)) / r
     if speeds.min() > 0.0:
@@ -193,7 +193,7 @@ def test_a_grazing_stop_is_met_or_passed_as_it_must_be(r: float, depth: float) -
 def test_at_rest_the_decision_comes_before_the_search() -> None:
     held = simulate(Problem(0.5, 0.4), cycles=1, x0=0.7)  # |cos 0 - 0.7| = 0.3 <= 0.4: sticks
     assert sides(held)[0] == 0.0
-    assert held.duration[0] == pytest.approx(acos(0.3), abs=1e-15)  # until cos(tau) - 0.7 = -0.4
+    assert held.rows[0, 1] == pytest.approx(acos(0.3), abs=1e-15)  # until cos(tau) - 0.7 = -0.4
     assert sides(held)[1] == -1.0
     free = simulate(Problem(0.5, 0.4), cycles=1, x0=0.5)
     assert sides(free)[0] == 1.0
@@ -210,8 +210,8 @@ def test_a_release_is_the_first_time_the_pull_passes_the_limit(
         if abs(float(base.at(tau)) - z) > hold * (1 - 1e-9):
             continue
         run = simulate(Problem(0.5, hold, base=base), cycles=1, x0=z, tau0=tau)
-        t = float(run.duration[0])
-        side = float(sides(run)[1]) if len(run.duration) > 1 else 0.0
+        t = float(run.rows[0, 1])
+        side = float(sides(run)[1]) if len(run.rows) > 1 else 0.0
         pull = base.at(tau + np.linspace(0.0, t, 4000)) - z
         assert sides(run)[0] == 0.0
         assert np.abs(pull).max() <= hold + 1e-12

@@ -13,10 +13,10 @@ from scipy.interpolate import CubicSpline
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, last_cycle, laws, steady_state
 from frictionlab.simulator.exact.motion import STAGES
-from frictionlab.simulator.exact.solve import Flow
+from frictionlab.simulator.exact.solve import Flow, workspace
 from frictionlab.simulator.laws.law import STILL, Contact, Parameter, Term
 from frictionlab.simulator.laws.rate_state import rate_state
-from frictionlab.simulator.numeric import Integrated
+from frictionlab.simulator.numeric.integrated import Integrated
 from frictionlab.simulator.numeric.radau import BERNSTEIN, MATRIX, NODES, WEIGHTS
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.desk import present
@@ -163,7 +163,7 @@ def test_a_search_that_got_lost_leaves_nothing_behind() -> None:
     law = {"direct_effect": 0.0059, "evolution_effect": 0.0877, "slip_distance": 0.0064, "reference_speed": 0.0098}
     flow = Integrated(problem("coulomb+rate-state", 1.5, 0.19, parameters=law | {"stiffness_ratio": 93.8}), 1e-8)
     before = flow.carried(flow.rest(), 0.0, 1.0)[0]
-    flow.works[0]["steps"]["next"] = 1e-30
+    workspace()[0]["steps"]["next"] = 1e-30
     np.testing.assert_array_equal(flow.carried(flow.rest(), 0.0, 1.0)[0], before)
 
 

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem
-from frictionlab.simulator.numeric import flow
+from frictionlab.simulator.numeric import integrated as by_steps
 from frictionlab.simulator.record import BaseRecord, respond
 from tests.simulator.twin import LAWS, Twin, problem_of
 
@@ -187,6 +187,6 @@ def test_what_cannot_be_integrated_is_named(monkeypatch: pytest.MonkeyPatch) -> 
             Problem(1.0, 0.1, law="coulomb+stribeck+place", parameters=LAWS["coulomb+stribeck"] | {"gradient": 2.0}),
             base,
         )
-    monkeypatch.setattr(flow, "ALLOWED", 3.0)
+    monkeypatch.setattr(by_steps, "ALLOWED", 3.0)
     with pytest.raises(SimulationError, match=r"more steps than allowed.* too stiff"):
         respond(Problem(1.0, 0.1, law="coulomb+dahl", parameters={"stiffness_ratio": 1e5}), base)

@@ -18,9 +18,9 @@ from scipy.optimize import brentq
 from frictionlab.simulator import Base, Motion, Problem, SteadyState, Structure
 from frictionlab.simulator.exact.solve import sliders_of
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.numeric import RTOL, Integrated
+from frictionlab.simulator.numeric.integrated import RTOL, Integrated
 from frictionlab.simulator.problem import COSINE, Wall
-from frictionlab.simulator.structure import Contact
+from frictionlab.simulator.structure import Contact, frame_of
 
 Floats = np.ndarray
 TURN = 2.0 * pi
@@ -109,7 +109,7 @@ class Twin:
     """
 
     def __init__(self, what: Structure | Problem, sampled: CubicSpline | None = None, method: Any = None) -> None:
-        self.s = what if isinstance(what, Structure) else Structure.of(what)
+        self.s = frame_of(what)
         self.sampled, self.n = sampled, self.s.masses
         self.inverse = np.linalg.inv(self.s.r**2 * self.s.mass)
         self.rows = np.array([self.s.row(c) for c in self.s.contacts]).reshape(-1, self.n)

@@ -12,7 +12,7 @@ from numba import from_dtype, types
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.compiled import address_of, caller, entry, inlined, inner
+from frictionlab.simulator.compiled import address_of, caller, entry, inner
 from frictionlab.simulator.exact.flow import RECORDS, Carrier, is_integrated
 from frictionlab.simulator.exact.motion import base_at_time, begin_motion, contact_force, modes_at, place_of
 from frictionlab.simulator.exact.phase import CONTACTS, MASSES, SIDE, dot, slot_of
@@ -50,28 +50,21 @@ def look(system: Any, work: Any, pieces: FloatArray, k: int, t: float) -> int:
 
     Written are displacements and velocities, the base's motion, and the contacts' forces and speeds of slip.
     """
-    if work.entered != k:
-        work.slot = enter(system, work, pieces, k)
+    n, contacts, begun = system.masses, system.contacts, SIDE + system.contacts
+    if work.entered != k:  # it becomes the phase at hand
+        begin_look(system, work, pieces, k)
+        for a in range(n):
+            work.q[a], work.v[a] = pieces[k, begun + a], pieces[k, begun + n + a]
+        for c in range(contacts):
+            work.side[c] = int(pieces[k, SIDE + c])
+            work.kappa[c], work.offset[c] = pieces[k, begun + 2 * n + c], pieces[k, begun + 2 * n + contacts + c]
+        work.slot = slot_of(system, work.phases, work.kappa)
+        begin_motion(system, work, work.slot)
     modes_at(system, work, work.slot, t)
-    for c in range(system.contacts):
+    for c in range(contacts):
         work.force[c] = contact_force(system, work, work.slot, c)
         work.slip[c] = place_of(system, work.now_v, c, work.f[1]) if work.side[c] != 0 else 0.0
     return int(work.slot)
-
-
-@inlined
-def enter(system: Any, work: Any, pieces: FloatArray, k: int) -> int:
-    """Make a recorded piece the phase at hand; return its slot."""
-    n, contacts, begun = system.masses, system.contacts, SIDE + system.contacts
-    begin_look(system, work, pieces, k)
-    for a in range(n):
-        work.q[a], work.v[a] = pieces[k, begun + a], pieces[k, begun + n + a]
-    for c in range(contacts):
-        work.side[c] = int(pieces[k, SIDE + c])
-        work.kappa[c], work.offset[c] = pieces[k, begun + 2 * n + c], pieces[k, begun + 2 * n + contacts + c]
-    slot = slot_of(system, work.phases, work.kappa)
-    begin_motion(system, work, slot)
-    return slot
 
 
 @inner
@@ -230,24 +223,18 @@ def count_stops(pieces: FloatArray, count: int, c: int, numbers: Any) -> None:
         numbers.stops[c] += 0 if at_begin else 1
 
 
-@inner
-def clear(system: Any, numbers: Any) -> None:
-    """Begin new sums."""
-    numbers.gap = numbers.input = numbers.loop = numbers.frame = 0.0
-    for a in range(system.masses):
-        numbers.high[a], numbers.low[a] = -np.inf, np.inf
-    for c in range(system.contacts):
-        numbers.contact[c] = numbers.dashpot[c] = numbers.path[c] = numbers.stuck[c] = 0.0
-        numbers.stops[c] = 0
-
-
 def account(system: Any, work: Any, pieces: FloatArray, count: int, numbers: Any) -> int:
     """Write what a motion does in so many recorded pieces, as NUMBERS; return their number. Called by its address.
 
     Under a sampled base ranges and stops are left out.
     """
     flow, work.entered = Carrier(system, work, pieces), -1
-    clear(system, numbers)
+    numbers.gap = numbers.input = numbers.loop = numbers.frame = 0.0
+    for a in range(system.masses):
+        numbers.high[a], numbers.low[a] = -np.inf, np.inf
+    for c in range(system.contacts):
+        numbers.contact[c] = numbers.dashpot[c] = numbers.path[c] = numbers.stuck[c] = 0.0
+        numbers.stops[c] = 0
     for k in range(count):
         integrate(flow, k, numbers)
         if system.harmonics > 0:

@@ -22,8 +22,8 @@ from frictionlab.simulator.laws import BREAKAWAY, PLACE
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.problem import EXACT_STATE, LOOKS, Base, Meter, Problem
-from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
-from frictionlab.simulator.structure import Contact, Structure
+from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of
+from frictionlab.simulator.structure import Contact, Structure, frame_of
 
 announce("frictionlab.simulator.exact.answer")
 
@@ -92,9 +92,10 @@ def system_of(what: Problem | Structure) -> Any:
     Refuses more masses, contacts, sliders or harmonics than there is space for, and what rigid contacts hold twice
     over.
     """
-    if isinstance(what, Problem):
+    if isinstance(what, Problem) and what.is_exact:
         values = what.parameters | {"r": what.r}
         return systems_of({name: np.array([value]) for name, value in values.items()}, what.wall, what.base)
+    what = frame_of(what)
     _refuse_more("masses", what.masses, phase.MASSES)
     _refuse_more("contacts", len(what.contacts), phase.CONTACTS)
     contacts, bound = [], []
@@ -227,23 +228,12 @@ class Flow:
         self.masses, self.contacts = (int(self.systems[0][name]) for name in ("masses", "contacts"))
         self.sliders = int(self.systems[0]["sliders"])
         self.width = SIDE + 2 * self.masses + 3 * self.contacts
+        self.each = 8 * (max(1, int(self.systems[0]["harmonics"])) + 1.0 / what.r)  # pieces likely in a cycle
 
     @property
     def size(self) -> int:
         """Number of entries of a state."""
         return 2 * self.masses + int(self.systems[0]["sliders"])
-
-    def workspace(self) -> Any:
-        """Return where runs write."""
-        return workspace()
-
-    def pieces_in(self, cycles: int) -> int:
-        """Return how many pieces so many cycles are likely to have."""
-        return 64 + ceil(8 * cycles * (max(1, int(self.systems[0]["harmonics"])) + 1.0 / self.what.r))
-
-    def motion(self, pieces: FloatArray, *, periodic: bool, mirror: bool = False, first: int = 0) -> Motion:
-        """Return recorded phases as a motion."""
-        return Motion(self.problem, self, pieces, periodic, mirror, first)
 
     def mirrored(self, pieces: FloatArray) -> FloatArray:
         """Return pieces of half a cycle and their mirror image, which follows.
@@ -257,7 +247,7 @@ class Flow:
 
     def sums(self, pieces: FloatArray) -> Any:
         """Return what pieces do in all, a record of NUMBERS."""
-        works, sums, pieces = self.workspace(), record_of(NUMBERS), pieces.copy()
+        works, sums, pieces = workspace(), record_of(NUMBERS), pieces.copy()
         account_all(self.systems, works, pieces, sums)
         return sums[0]
 
@@ -288,7 +278,7 @@ class Flow:
 
     def evaluate(self, rows: FloatArray, index: NDArray[np.intp], within: FloatArray) -> tuple[FloatArray, ...]:
         """Return displacements, velocities (k, n) and contacts' forces (k, c) at times within pieces of an index."""
-        works, found = self.workspace(), np.empty((len(index), 2 * self.masses + self.contacts))
+        works, found = workspace(), np.empty((len(index), 2 * self.masses + self.contacts))
         evaluate(self.systems, works, rows, index, within, found)
         return tuple(np.split(found, (self.masses, 2 * self.masses), axis=1))
 
@@ -311,7 +301,7 @@ class Flow:
 
     def stored(self, sample: FloatArray, f: float) -> FloatArray:
         """Return the energy (c,) in the contacts' springs at the state at hand, by displacements (n,) and the base."""
-        system, work, stored = self.systems[0], self.workspace()[0], np.zeros(self.contacts)
+        system, work, stored = self.systems[0], workspace()[0], np.zeros(self.contacts)
         for c in range(self.contacts):
             place = system["row"][c, : self.masses] @ sample[: self.masses] - system["follow"][c] * f
             some = slice(int(system["first"][c]), int(system["first"][c + 1]))
@@ -328,7 +318,7 @@ class Flow:
         `cubics` (k - 1, 4): what drives the masses, in the time from each sample on. At the samples (k, 2 n + c) are
         displacements, velocities and contacts' forces. `left`: evaluations, or steps, between samples.
         """
-        works, n, count = self.workspace(), self.masses, 256 + 2 * len(time)
+        works, n, count = workspace(), self.masses, 256 + 2 * len(time)
         start, found = self.rest_at(q, v, float(cubics[0, 0])), np.empty((len(time), 2 * n + self.contacts))
         self.systems[0]["harmonics"] = 0
         while True:
@@ -338,7 +328,7 @@ class Flow:
             self.refuse(code, f" of a record at tau = {time[reached]:.6g}")
             count = int(work["count"])
             if count <= len(pieces):
-                return self.motion(pieces[:count], periodic=False), found
+                return Motion(self.problem, self, pieces[:count], periodic=False), found
 
     def carried(
         self,
@@ -354,19 +344,19 @@ class Flow:
 
         Pieces are recorded as far as there is space for them.
         """
-        works, legs, end = self.workspace(), record_of(orbit.LEG), np.empty(self.size)
+        works, legs, end = workspace(), record_of(orbit.LEG), np.empty(self.size)
         legs[0], works[0]["left"] = (tau, span, turns, 1.0, 0), self.longest
         self.refuse(answer.carry_on(self.systems, works, pieces, legs, start.copy(), end, derived))
         return end, works[0]["jacobian"][: self.size, : self.size].copy(), int(works[0]["count"])
 
     def recorded(self, start: FloatArray, tau: float, cycles: int, *, first: int = 0, periodic: bool = False) -> Motion:
         """Return the motion from a state over some cycles, the first of which has the number `first`."""
-        count = self.pieces_in(cycles)
+        count = 64 + ceil(self.each * cycles)
         while True:
             pieces = np.empty((min(count, MOST_PIECES), self.width))
             count = self.carried(start, tau, TURN, cycles, pieces)[2]
             if count <= len(pieces):
-                return self.motion(pieces[:count].copy(), periodic=periodic, first=first)
+                return Motion(self.problem, self, pieces[:count].copy(), periodic, first=first)
             if count > MOST_PIECES:
                 raise SimulationError(
                     f"simulate: expected at most {MOST_PIECES} phases; got {count}; do: keep fewer cycles"
@@ -382,7 +372,7 @@ class Flow:
             still, f = np.zeros(self.masses), self.systems[0]["lines"].real
             start = np.zeros(self.size) if self.masses == 1 else self.rest_at(still, still, float(f.sum()))
         count = PIECES if self.most == inf else 0  # an integrated orbit is recorded when it is found
-        works, kept = self.workspace(), np.empty((count, self.width))
+        works, kept = workspace(), np.empty((count, self.width))
         search = Search(works, self.systems, start[np.newaxis].copy(), kept, min(left, self.most))
         search.run(waits=waits)
         pieces = search.pieces[: int(works[0]["count"])]
@@ -440,19 +430,20 @@ class Flow:
         """Return what a search has found; of several masses with the numbers of each mass and contact."""
         what, row, orbit_of = self.what, found.row, None
         if row[places.OUTCOME] in (places.PERIODIC, places.STUCK):
-            orbit_of = self.motion(found.pieces, periodic=True, mirror=bool(found.leg["sign"] < 0.0))
+            orbit_of = Motion(self.problem, self, found.pieces, periodic=True, mirror=bool(found.leg["sign"] < 0.0))
         if isinstance(what, Problem):
             return from_numbers(what, row, orbit=orbit_of)
         if orbit_of is None:  # what has no contacts is linear: without an orbit it is at resonance and undamped
             state = from_numbers(self.problem, row, structure=what)
             is_linear = state.outcome == "not found" and not what.contacts
             return replace(state, outcome="unbounded") if is_linear else state
-        return self.described(found, numbers_of(orbit_of, what))
+        return self.described(found, orbit_of)
 
-    def described(self, found: Solved, numbers: dict[str, Any], notes: int = 0) -> SteadyState:
+    def described(self, found: Solved, motion: Motion, notes: int = 0) -> SteadyState:
         """Return a state that was found by the numbers of its motion, with more notes."""
-        row, stuck, weakens = found.row, numbers["regime"] == "stuck", self.what.weakens
-        off, size = numbers["closure_error"], taken_in(numbers)
+        row, numbers, weakens = found.row, numbers_of(motion), self.what.weakens
+        stuck, off = numbers["regime"] == "stuck", numbers["closure_error"]
+        size = numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"]
         said = {
             Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(row[places.MULTIPLIER]) < SLOW,
             Note.MAY_COEXIST: not stuck and weakens,

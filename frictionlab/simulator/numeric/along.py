@@ -15,7 +15,7 @@ from frictionlab.arrays import FloatArray, shifted
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.compiled import compiled, inner
 from frictionlab.simulator.exact.flow import call_formula
-from frictionlab.simulator.numeric.flow import Integrated
+from frictionlab.simulator.numeric.integrated import Integrated
 from frictionlab.simulator.problem import Problem
 
 STAGE = 1.0 - sqrt(0.5)

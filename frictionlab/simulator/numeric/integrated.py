@@ -9,19 +9,19 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import row as places
-from frictionlab.simulator.compiled import address_of, record_of
+from frictionlab.simulator.compiled import address_of
 from frictionlab.simulator.exact.flow import FORMULA
-from frictionlab.simulator.exact.motion import COUNT, WORK
+from frictionlab.simulator.exact.motion import COUNT
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, SLIDERS, STEEP
-from frictionlab.simulator.exact.solve import Flow, Solved
+from frictionlab.simulator.exact.solve import Flow, Solved, workspace
 from frictionlab.simulator.laws import TERMS, formula_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.numeric import radau
 from frictionlab.simulator.numeric.radau import NODES
 from frictionlab.simulator.problem import STATE, Meter, Problem
-from frictionlab.simulator.state import SteadyState, from_numbers, numbers_of, taken_in
-from frictionlab.simulator.structure import Structure
+from frictionlab.simulator.state import SteadyState, from_numbers
+from frictionlab.simulator.structure import Structure, frame_of
 
 TURN = 2.0 * np.pi
 FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
@@ -52,19 +52,17 @@ class Integrated(Flow):
     def __init__(self, what: Problem | Structure, rtol: float = RTOL) -> None:
         if not FINEST <= rtol <= COARSEST:
             raise UsageError(f"numeric solver: rtol; expected between 1e-12 and 1e-3; got {rtol!r}")
-        frame = what if isinstance(what, Structure) else Structure.of(what)
-        super().__init__(frame)
-        self.what, self.frame, self.rtol, self.works = what, frame, rtol, record_of(WORK)
-        self.problem = what if isinstance(what, Problem) else what.first_contact
+        super().__init__(what)
+        self.frame, self.rtol = frame_of(what), rtol
         system, n, h = self.systems[0], self.masses, int(self.systems[0]["harmonics"])
         waves = 1j * np.arange(1, h + 1) * system["push"][:n, 1:] + system["push"][:n, :1]
         self._sizes = np.abs(waves * system["lines"][:h])  # (n, h): of the forces on the masses
-        fastest = 1.0 if n == 1 else float(frame.natural_frequencies[-1])
+        fastest = 1.0 if n == 1 else float(self.frame.natural_frequencies[-1])
         self.law = system["law"]
-        self.law["first"] = FIRST * min(frame.r / fastest, 1.0) / h
+        self.law["first"] = FIRST * min(what.r / fastest, 1.0) / h
         self._set_laws()
         self.components = 2 * n + int(system["sliders"]) - self.sliders
-        self.width = SIDE + self.contacts + COUNT * (self.components + 2 * self.contacts)
+        self.width, self.each = SIDE + self.contacts + COUNT * (self.components + 2 * self.contacts), STEPS
         self.drive_rate, self.drive_time = float((self._sizes @ np.arange(1.0, h + 1.0)).max()), 1.0
 
     def _set_laws(self) -> None:
@@ -97,14 +95,6 @@ class Integrated(Flow):
                 fast = self.formulas[c](tuple(law["own"][c].tolist()), 1.0, contact.beta, 0.0, 1e300, 0.0, 1.0)[0]
                 system["brake"][c] = max(contact.beta, fast)
 
-    def workspace(self) -> Any:
-        """Return where runs write; phases of its masses stay."""
-        return self.works
-
-    def pieces_in(self, cycles: int) -> int:
-        """Return how many steps so many cycles are likely to have."""
-        return STEPS * cycles
-
     def _slow_share(self, contact: int) -> float:
         """Return the share of the drive's largest rate below which the slip of a contact that creeps is none.
 
@@ -124,7 +114,9 @@ class Integrated(Flow):
         if self.law["states"][contact] <= 0:
             return super().held_in(begins, pieces, contact)
         times = (begins[:, None] + pieces[:, 1:2] * NODES).ravel()
-        size, slow = np.abs(self.nodes(pieces)[3][:, contact].ravel()), self._slow_share(contact) * self.drive_rate
+        first = self.width - COUNT * (self.contacts - contact)  # slip at the nodes stands last
+        size = np.abs(pieces[:, first : first + COUNT].ravel())
+        slow = self._slow_share(contact) * self.drive_rate
         held = size < slow
         change = np.flatnonzero(held[1:] != held[:-1])
         share = (slow - size[change]) / (size[change + 1] - size[change])
@@ -132,21 +124,12 @@ class Integrated(Flow):
         edges = np.concatenate((times[:1][held[:1]], at, times[-1:][held[-1:]]))
         return edges.reshape(-1, 2)
 
-    def nodes(self, pieces: FloatArray) -> list[FloatArray]:
-        """Return what is recorded at the nodes of m steps: displacements (m, n, 8); velocities and inner states.
-
-        Then come force and slip of the contacts, (m, c, 8) each.
-        """
-        nodes = pieces[:, SIDE + self.contacts :].reshape(len(pieces), -1, COUNT)
-        ends = np.cumsum((self.masses, self.components - self.masses, self.contacts))
-        return np.split(nodes, ends, axis=1)
-
     def stored(self, sample: FloatArray, f: float) -> FloatArray:
         """As of the exact flow; what is in the spring of a contact with a state of its own its force at rest says."""
         stored, first = super().stored(sample, f), self.sliders - 2 * self.masses
         for c, contact in enumerate(self.frame.contacts):
             if self.law["states"][c] > 0:
-                own, w = tuple(self.law["own"][c].tolist()), self.works[0]["anchor"][first + self.law["at"][c]]
+                own, w = tuple(self.law["own"][c].tolist()), workspace()[0]["anchor"][first + self.law["at"][c]]
                 force = float(self.formulas[c](own, 1.0, contact.beta, 0.0, 0.0, float(w), 1.0)[0])
                 stored[c] = 0.5 * force**2 / contact.parameter("stiffness_ratio")
         return stored
@@ -175,43 +158,37 @@ class Integrated(Flow):
         """Return the steady state that rest settles on, or a neighbour's branch: see `steady_state`."""
         weakens, spent = self.what.weakens, STATE
         rest = self.carried(self.rest(), 0.0, TURN, FOLLOWED)[0] if weakens else self.rest()
-        starts = [(rest, False, inf), (rest, True, inf)]
+        size, n, starts = self.law["scale"], 2 * self.masses, [(rest, False, inf), (rest, True, inf)]
+        scale = np.concatenate((size[:n], np.full(self.sliders, size[0]), size[n : self.size - self.sliders]))
         if near is not None and near.orbit is not None and near.orbit.section is not None:
             starts.insert(0, (near.orbit.section, False, NEARBY))
         for start, waits, most in starts:
             left = min(most, inf if meter is None else meter.left - spent)
             found = self.solved(start, waits=waits, left=left)
             spent += found.spent
-            outcome, followed = found.row[places.OUTCOME], weakens and start is rest
-            if outcome == places.UNBOUNDED or (
-                outcome == places.PERIODIC and (not followed or self._is_beside(found, start))
-            ):
+            outcome, away = found.row[places.OUTCOME], float(np.max(np.abs(found.y - start) / (scale + np.abs(start))))
+            settles = not weakens or start is not rest or (away < BESIDE and found.leg["tau"] == 0.0)
+            if outcome == places.UNBOUNDED or (outcome == places.PERIODIC and settles):
                 break
         if meter is not None:
             meter.take(spent)
         return self.state_of(found)
 
-    def _is_beside(self, found: Solved, start: FloatArray) -> bool:
-        """Return whether an orbit is so near to a state that the motion from there settles on it."""
-        size, n = self.law["scale"], 2 * self.masses
-        scale = np.concatenate((size[:n], np.full(self.sliders, size[0]), size[n : self.size - self.sliders]))
-        away = float(np.max(np.abs(found.y - start) / (scale + np.abs(start))))
-        return bool(away < BESIDE and found.leg["tau"] == 0.0)
-
     def state_of(self, found: Solved) -> SteadyState:
         """Return what a search has found, by finer steps where its two energies differ by more than the tolerance."""
         code, what, flow = int(found.row[places.OUTCOME]), self.what, self
+        terms = ((term, contact.parameters) for contact in self.frame.contacts for term in contact.law.terms)
+        passive = int(Note.NOT_PASSIVE) * any(term.gives(values | {"r": what.r}) for term, values in terms)
         self.refuse({places.CHATTERED: CHATTER, places.RUNAWAY: STEEP, places.PULLING: PULLS}.get(code, DONE))
-        passive, structure = self._passivity(), what if isinstance(what, Structure) else None
         if code not in (places.PERIODIC, places.STUCK):
+            structure = what if isinstance(what, Structure) else None
             state = from_numbers(self.problem, found.row, solver="numeric", structure=structure)
             return replace(state, notes=state.notes | passive)
         for _ in range(TIGHTER + 1):
             tau = float(found.leg["tau"])
             begun = flow.carried(found.y, tau, TURN - tau)[0] if tau else found.y
             motion = replace(flow.recorded(found.y, tau, found.cycles, periodic=True), section=begun)
-            numbers = numbers_of(motion, self.frame)
-            off, size = numbers["closure_error"], taken_in(numbers)
+            off, size = abs(float(motion.sums["gap"])), float(motion.sums["contact"].sum() + motion.sums["frame"])
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
             dear = REFINING * len(motion.recorded) > MOST
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
@@ -221,10 +198,4 @@ class Integrated(Flow):
             if (better.row[places.OUTCOME], better.cycles) != (places.PERIODIC, found.cycles):
                 break
             found = better
-        return flow.described(found, numbers, passive)
-
-    def _passivity(self) -> int:
-        """Return the note that a contact may give energy back, if it may."""
-        r, contacts = self.frame.r, self.frame.contacts
-        pairs = ((contact.parameters | {"r": r}, term) for contact in contacts for term in contact.law.terms)
-        return int(Note.NOT_PASSIVE) if any(term.gives(values) for values, term in pairs) else 0
+        return flow.described(found, motion, passive)
