@@ -58,6 +58,12 @@ HIDDEN_PLAY = (
     " friction here and move the ratio by {:.2g}: make sure that nothing is loose"
 )
 
+ALONG_THE_PATH = (
+    "friction_ratio: its error of {:.1g} assumes friction that does not vary along the path: higher amid it than at its"
+    " ends, it looks like a dashpot. Tests at other base amplitudes tell which"
+)
+VARIES = 0.1  # of friction, along the path: with an error above it, nothing is said
+
 
 @dataclass(frozen=True)
 class Diagnosis:
@@ -88,7 +94,19 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
         named, answered = [], False  # a start that is still in the cycles looks like any cause
     facts = strained_facts(fitted, scene, [cause.name for cause, _ in named]) if explained else ()
     causes = (*(named_cause(cause, other, found, scene) for cause, other in named), *hidden)
-    return Diagnosis(found, strained or bool(named), (*facts, *said, *causes), answered and not explained, causes)
+    along = along_the_path(found) if explained else ()
+    said = [*facts, *said, *causes, *along]
+    return Diagnosis(found, strained or bool(named), tuple(said), answered and not explained, causes)
+
+
+def along_the_path(found: Posterior) -> Iterator[str]:
+    """Yield that friction along the path may be what one test's law takes for a dashpot, if it errs by no more.
+
+    Of a motion near a sine of amplitude X, place and speed know each other: ``z^2 + (v / w)^2 = X^2``.
+    """
+    friction, single = found.estimate("beta", 0), found.tests[0].observation.friction_by_energy
+    if single and found.law(0).has("speed") and friction.value and (friction.u or math.inf) < VARIES * friction.value:
+        yield ALONG_THE_PATH.format(friction.u)
 
 
 def misses_start(found: Fit) -> bool:

@@ -305,10 +305,11 @@ class _Climb:
         of_force = len(model.tests) == 1 and isinstance(model.tests[0].observation, ForceObservation)
         if "stiffness_ratio" in {u.name for u in model.unknowns} and (of_force or not several):
             begun = [*self._in_valleys(model, below), *(begun if of_force else ())]
-        elif not law.is_exact:  # dear: the likeliest start first, for one may lead astray, or be enough
+        elif not law.is_exact or law.has("breakaway"):  # a simpler law's sensors and rig may lead it astray
             begun += [(model, p, [np.zeros(len(p))]) for p in ([] if several else with_known_rig(model))]
-            begun.sort(key=lambda start: cost(*start))
-            sure = cost(*begun[0]) < below.cost  # no other start is worth keeping work for
+            if not law.is_exact:  # dear: the likeliest start first, for one may be enough
+                begun.sort(key=lambda start: cost(*start))
+                sure = cost(*begun[0]) < below.cost  # no other start is worth keeping work for
         enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)
         best: Fit | None = None
         spent: OverspentError | None = None
