@@ -336,6 +336,6 @@ def test_a_richer_law_is_found_as_it_is_where_it_is_given() -> None:
 def test_a_dashpot_of_one_test_may_be_friction_along_the_path() -> None:
     """Friction that rippled by 20 % along the path gave half of itself, and nothing was said."""
     truth = Problem(1.3, 0.3, law="coulomb+speed", parameters={"contact_damping_ratio": 0.05})
-    seen, said = recorded(truth, np.random.default_rng(5), seconds=20.0), "does not vary along the path"
+    seen, said = recorded(truth, np.random.default_rng(5), seconds=20.0), "amid the path than at its ends"
     assert any(said in one for one in compare(seen, scene(), law="coulomb+speed").warnings)
     assert not any(said in one for one in compare(seen, scene()).warnings)
