@@ -13,6 +13,7 @@ from frictionlab.errors import RecordingError
 from frictionlab.recording import Channel, Quality, Recording, Source
 from frictionlab.simulator import Problem, Structure
 from frictionlab.simulator.record import BaseRecord, Response, respond
+from frictionlab.simulator.structure import frame_of
 
 HOLE = 1000.0  # times the usual step between two samples
 QUIET = 1e-7  # of the base's range: a motion whose noise is less is clean
@@ -114,7 +115,7 @@ def respond_to(
     ``source``: what the result calls its base.
     """
     sketch = what if isinstance(what, Problem) else what(1.0)
-    follows = sketch.wall == "base" if isinstance(sketch, Problem) else sketch.follows_base
+    follows = frame_of(sketch).follows_base
     (part, warnings), is_acceleration = sound_base(recording), "base_displacement" not in recording.measured()
     y, u = part.base_acceleration if is_acceleration else part.base_displacement, None
     omega = 2.0 * math.pi * natural_frequency_hz

@@ -28,17 +28,13 @@ KEPT = {"natural_frequency_hz": 1e-4, "damping_ratio": 0.02}  # relative: what a
 
 @dataclass(frozen=True)
 class FreeVibration:
-    """One free decay.
+    """One free decay; what each number is says its column in `frictionlab.schema`.
 
-    ``start_s``: when the part fitted begins, the second turning point after the release; ``natural_frequency_hz``,
-    ``damped_frequency_hz``: without and with the viscous damping, whose ``damping_ratio`` is that of a dashpot between
-    mass and base; ``friction_m``: friction force over stiffness, F/k [m], ``friction_over_swing``: the same over the
-    first swing, ``amplitude_m``; ``_se``: standard errors, ``None`` for what came out negative and is held at 0, whose
-    one-sided 95 % limit is its ``_upper``; ``half_cycles``: how many were fitted; ``misfit``: rms of what it leaves
-    over the first swing; ``cubic_share``: share of the spring's force at the first swing that grows with its cube, 0
-    (``_se`` ``None``) where none shows: frequency, damping and friction are of small swings then. What was fitted:
-    ``time`` (n,) s, ``measured`` and ``fitted`` displacement of the mass (n,) m. Of an angle ``unit`` is rad, and all
-    that is said in metres is in radians.
+    The part fitted begins at the second turning point after the release. ``_se``: standard errors, ``None`` for what
+    came out negative and is held at 0, whose one-sided 95 % limit is its ``_upper``; ``misfit``: rms of what the fit
+    leaves over the first swing; where a ``cubic_share`` shows (else 0, ``_se`` ``None``), frequency, damping and
+    friction are of small swings. What was fitted: ``time`` (n,) s, ``measured`` and ``fitted`` displacement of the mass
+    (n,) m. Of an angle ``unit`` is rad, and all that is said in metres is in radians.
     """
 
     start_s: float

@@ -123,7 +123,7 @@ class Verdict:
     @property
     def energy(self) -> Estimate:
         """Measured energy (k Y^2) as it is at the lag found, to be held against ``predicted``."""
-        energy = self.trial.means[0]
+        energy = self.trial.energy
         return energy if energy.value is None else replace(energy, value=energy.value - self.by_lag)
 
 
@@ -361,7 +361,7 @@ def _notes(verdicts: Sequence[Verdict], screened: str, law: str, freedom: int, *
         yield f"{tests - len(used)} of {tests} tests left out"
     if misread := [short_name(v.trial.source) for v in verdicts if v.is_misread]:
         yield f"left out of all means, for {DOUBTED}: {', '.join(misread)}"
-    silent = sum(any(e.se is None for e in v.trial.means) for v in used)
+    silent = sum(v.trial.energy.se is None or v.trial.amplitude.se is None for v in used)
     if silent and not missed:
         yield f"{silent} tests give no standard error: {UNKNOWN_ERROR:.0%} is taken"
     if not has_stiffness:

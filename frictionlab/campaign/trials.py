@@ -101,20 +101,15 @@ class Trial:
         return self.duration_s >= LONG_S and not self.is_given
 
     @property
-    def means(self) -> tuple[Estimate, Estimate]:
-        """Energy and amplitude, over the cycles of the measurement's rule."""
-        return self.energy, self.amplitude
-
-    @property
     def mean(self) -> tuple[float, float]:
-        """Values of `means`; nan if unknown."""
-        energy, amplitude = self.means
-        return energy.value or math.nan, amplitude.value or math.nan
+        """Energy and amplitude, over the cycles of the measurement's rule; nan if unknown."""
+        return self.energy.value or math.nan, self.amplitude.value or math.nan
 
     @property
     def mean_se(self) -> tuple[float, float]:
-        """Standard errors of `means`; where the measurement has none, `UNKNOWN_ERROR` of the number."""
-        energy, amplitude = (UNKNOWN_ERROR * abs(e.value or math.nan) if e.se is None else e.se for e in self.means)
+        """Their standard errors; where the measurement has none, `UNKNOWN_ERROR` of the number."""
+        both = zip((self.energy, self.amplitude), self.mean, strict=True)
+        energy, amplitude = (UNKNOWN_ERROR * abs(value) if e.se is None else e.se for e, value in both)
         return energy, amplitude
 
     @property
@@ -128,7 +123,7 @@ class Trial:
 
     @property
     def cycles_before(self) -> float:
-        """Cycles that have passed before the ones its `means` are of."""
+        """Cycles that have passed before the ones its energy is of."""
         kind, _, seconds = self.energy_rule.partition(":")
         before = {"all": self.transient_s, "window": self.duration_s - float(seconds or 0)}
         passed = before.get(kind, self.duration_s) * self.drive_frequency_hz

@@ -252,13 +252,10 @@ def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) 
     motion = state.orbit
     if motion is not None:
         tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1) + 1)
-        if state.structure is not None:
-            place, speed, _ = motion.all_at(np.minimum(tau, motion.end))
-            moved = {f"displacement_{i + 1}": x for i, x in enumerate(place.T)}
-            moved |= {f"velocity_{i + 1}": v for i, v in enumerate(speed.T)}
-        else:
-            moved = dict(zip(("displacement", "velocity"), motion.at(np.minimum(tau, motion.end)), strict=True))
-            tree["stops"] = motion.stops
+        ends = [""] if state.structure is None else [f"_{i + 1}" for i in range(state.structure.masses)]
+        both = zip(("displacement", "velocity"), motion.all_at(np.minimum(tau, motion.end)), strict=False)
+        moved = {f"{name}{end}": each for name, every in both for end, each in zip(ends, every.T, strict=True)}
+        tree |= {"stops": motion.stops} if state.structure is None else {}
         tree["motion"] = {"tau": tau, **moved, "base": state.problem.base.at(tau)}
     make_folder(output.parent)
     write_tree(tree, output, kind=MOTIONS.format, force=force, columns=MOTIONS.column)

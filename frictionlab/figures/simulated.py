@@ -11,12 +11,13 @@ from frictionlab.errors import UsageError
 from frictionlab.figures.style import MOST_POINTS, PREDICTED, TURN, drawing, over_time, panels, shades, thinned
 from frictionlab.schema import AMPLITUDE, ENERGY
 from frictionlab.simulator import simulate as run_from_rest
+from frictionlab.simulator.structure import frame_of
 from frictionlab.tables.texts import kinds_of
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
     from frictionlab.inference.predictive import Prediction
-    from frictionlab.simulator import Base, Motion, SteadyState
+    from frictionlab.simulator import Motion, SteadyState
 
 SAMPLES = 2000  # per cycle: smooth in print
 MOST_CYCLES = 200  # from rest, the last ones
@@ -32,14 +33,14 @@ def motion_figure(state: "SteadyState") -> Figure:
 
     That of a single contact is drawn over its speed too.
     """
-    contacts = 1 if state.structure is None else len(state.structure.contacts)
+    contacts = len(frame_of(state.structure or state.problem).contacts)
     posed = "" if state.structure is not None else f"{repr(state.problem)[1:-1].removeprefix('Problem ')}. "
     with drawing(5.0, posed + state.verdict, state.warnings) as figure:
         grid = figure.add_gridspec(2, 4 * max(1, contacts))
         draw_motion(state, figure.add_subplot(grid[0, : -max(1, contacts)]))
         tau, q, _, _ = _sampled(state)
         loop = figure.add_subplot(grid[0, -max(1, contacts) :], xlabel="mass x/Y", ylabel="base y/Y")
-        loop.plot(q[:, 0], _base_of(state).at(tau), color=PREDICTED)
+        loop.plot(q[:, 0], state.problem.base.at(tau), color=PREDICTED)
         panels = [(0, False), (0, True)] if contacts == 1 else [(number, False) for number in range(contacts)]
         width = 4 * contacts // max(1, len(panels))
         for place, (number, over_speed) in enumerate(panels):
@@ -62,7 +63,7 @@ def draw_motion(state: "SteadyState", ax: Axes) -> Axes:
     stops = [((a + begin) / np.pi, (b + begin) / np.pi) for begin in begins for a, b in motion.stops]
     masses = motion.all_at(tau)[0].T
     names = ["mass x/Y"] if len(masses) == 1 else [f"mass {number} x/Y" for number in range(1, len(masses) + 1)]
-    lines = {"base y/Y": _base_of(state).at(tau), **dict(zip(names, masses, strict=True))}
+    lines = {"base y/Y": state.problem.base.at(tau), **dict(zip(names, masses, strict=True))}
     shaded = stops if len(masses) == 1 and len(stops) <= MOST_STOPS else ()
     colors = (PREDICTED,) if len(masses) == 1 else shades(len(masses))
     return over_time(ax, tau / np.pi, lines, colors, stops=shaded, xlabel=PHASE, ylabel=OVER)
@@ -70,15 +71,14 @@ def draw_motion(state: "SteadyState", ax: Axes) -> Axes:
 
 def draw_contact_force(state: "SteadyState", ax: Axes, number: int = 0, *, over_speed: bool = False) -> Axes:
     """Draw the force of a contact (from 0) over its displacement, or its speed, over one period."""
-    tau, q, v, force = _sampled(state)
-    way, follows = (v if over_speed else q)[:, 0], state.structure is None and state.problem.wall == "base"
+    (tau, q, v, force), frame = _sampled(state), frame_of(state.structure or state.problem)
+    contact = frame.contacts[number]
+    way = (v if over_speed else q) @ frame.row(contact)
     if state.structure is not None:
-        contact = state.structure.contacts[number]
-        way, follows = (v if over_speed else q) @ state.structure.row(contact), contact.against == "base"
         ax.set_title(f"mass {contact.mass} against {'mass ' * isinstance(contact.against, int)}{contact.against}")
-    if follows:
-        way = way - (_base_of(state).rate_at(tau) if over_speed else _base_of(state).at(tau))
-    ax.plot(way, force[:, number] if force.shape[1] else 0.0 * tau, color=PREDICTED)
+    if contact.against == "base":
+        way = way - (frame.base.rate_at(tau) if over_speed else frame.base.at(tau))
+    ax.plot(way, force[:, number], color=PREDICTED)
     ax.set_xlabel("contact's speed over ωY" if over_speed else "contact's displacement over Y")
     ax.set_ylabel("contact's force over kY")
     return ax
@@ -88,10 +88,6 @@ def _orbit(state: "SteadyState") -> "Motion":
     if state.orbit is None:
         raise UsageError(f"plot: there is no motion to draw (outcome {state.outcome}, solver {state.solver})")
     return state.orbit
-
-
-def _base_of(state: "SteadyState") -> "Base":
-    return (state.structure or state.problem).base
 
 
 def _samples(state: "SteadyState") -> int:

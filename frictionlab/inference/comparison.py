@@ -199,20 +199,11 @@ class OverFrequency:
 class Comparison(FrictionNames, Result):
     """A measured steady cycle and its prediction; the contract's keys, ``None`` is not known.
 
-    ``friction`` (the friction ratio), ``force`` (N), ``coefficient`` are estimates, with the contract's keys as flat
-    names. Energies in k Y^2, amplitudes in Y; ``energy_difference`` = predicted / measured - 1; ``response_nrmse``: rms
-    of measured minus predicted cycle over the rms of the measured cycle about its mean; ``response_floor``: standard
-    error of the measured mean cycle over its rms; ``misfit``: their ratio; ``verdict``: whether the law explains the
-    cycle, "strained" if only with sensors or rig unlike what the scene declares. ``_se``: standard error with sensors
-    and rig as they are known, ``_u``: with what is not known of them. ``parameters``: name -> value with its errors and
-    limits; ``nuisances``: what else the fit moved, name -> value, uncertainty, and what was known before; ``assumed``:
-    keys of the scene that nobody has declared; ``levels``: unknown -> "rig", "material" or "test"; ``budget``: quantity
-    -> source -> standard uncertainty; ``laws``: the ladder in the order climbed (law "auto" alone). ``tau`` (p,) rad
-    from the top of the base's fundamental, ``base``, ``measured``, ``predicted`` (p,) in Y stand behind them.
-    ``expected``: of a given motion, column -> what a law found elsewhere expects alone, and its 95 % band.
-    ``record_nrmse``, ``record_energy_difference``: the same of the whole record (``record``), where it was asked for;
-    ``cycle_law``, ``record_laws``: with law "auto", what the steady cycle requires, and the ladder that the record
-    climbed (fit "whole"): ``law`` is then its top.
+    What each number is says its column in `frictionlab.schema`. ``friction`` (the friction ratio), ``force`` (N) and
+    ``coefficient`` are estimates, with the contract's keys as flat names: ``_se`` with sensors and rig as they are
+    known, ``_u`` with what is not known of them. ``tau`` (p,) rad from the top of the base's fundamental, ``base``,
+    ``measured``, ``predicted`` (p,) in Y stand behind them. ``expected``: of a given motion, column -> what a law found
+    elsewhere expects alone, and its 95 % band. ``record``: of the whole record, where it was asked for.
     A record without a steady cycle (a sweep, a start-up) has None for all that is a cycle's, and empty arrays: its law
     is given over the largest displacement of the base from its first value and, of speeds, over omega_n times that.
     Of a table over frequency (``over_frequency``) the nrmse is of amplitudes relative, of phases in radians.

@@ -199,21 +199,26 @@ class CycleObservation(OfCycles):
         base = Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist()))
         return simulated(self.law, self.held, self.wall, values, self.r, base)
 
+    @property
+    def finer(self) -> int:
+        """How many times the points of the measured cycle a turn is timed on."""
+        return -(-FINE // len(self.cycle.tau))
+
     @cached_property
     def stretch(self) -> FloatArray:
         """Measured motion of the mass over the base (p,), Y: what the frame's spring is stretched by."""
-        return finer(slid_of(self.cycle, "base")) + self.stands
+        return shifted(slid_of(self.cycle, "base"), times=self.finer) + self.stands
 
     @cached_property
     def pressed_more(self) -> FloatArray | None:
         """By how much the normal force is above its mean (p,), over that, where it is measured and varies."""
         each = self.cycle.pressed if self.single else None
-        return None if each is None else finer(each.mean(axis=0) / each.mean()) - 1.0
+        return None if each is None else shifted(each.mean(axis=0) / each.mean(), times=self.finer) - 1.0
 
     @cached_property
     def way(self) -> FloatArray:
         """To which side the mass slides (p,); in a stop that of the next slide, where friction lets go."""
-        speed = finer(shifted(self.slid, order=1))
+        speed = shifted(self.slid, order=1, times=self.finer)
         way = np.sign(np.where(np.abs(speed) > RESTS * np.abs(speed).max(), speed, 0.0))
         slides = np.flatnonzero(way)
         return way[slides[np.searchsorted(slides, np.arange(len(way))) % len(slides)]] if len(slides) else way
@@ -381,12 +386,6 @@ class CycleObservation(OfCycles):
         """Return the rms of a whitened residual (2 K,) over the rms of the measured mean cycle."""
         gap = self.gap(residual)
         return math.sqrt(0.5 * float(gap @ gap) / self.power)
-
-
-def finer(cycle: FloatArray) -> FloatArray:
-    """Return a cycle (p,) at no fewer points than `FINE`."""
-    points = max(len(cycle), FINE)
-    return np.asarray(np.fft.irfft(np.fft.rfft(cycle), points) * (points / len(cycle)))
 
 
 def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:

@@ -126,7 +126,7 @@ def of_parameter(parameter: Parameter) -> Unknown:
 def of_law(law: Law, held: Mapping[str, float], declared: Infer) -> tuple[Unknown, ...]:
     """Return the unknowns of a law's own parameters: those that the scene does not hold, without counts.
 
-    ``declared``: the scene's ``[infer]``, whose levels, priors and scatter stand in place of the usual ones.
+    ``declared``: the scene's ``[infer]``, whose levels and priors stand in place of the usual ones.
     """
     return tuple(_declared(of_parameter(p), declared) for p in law.own if p.name not in held and not p.whole)
 
@@ -145,10 +145,6 @@ def _declared(usual: Unknown, declared: Infer) -> Unknown:
         absolute = found.scale == "log" or found.level == "test"
         scatter = found.scatter * (usual.sd / sd if absolute else 1.0)
         found = replace(found, mean=mean, sd=sd, low=low, high=high, folded=False, scatter=scatter)
-    if name in declared.scatter:
-        relative = declared.scatter[name]
-        own = relative / found.sd if found.scale == "log" else relative
-        found = replace(found, scatter=own * abs(found.mean) / found.sd if found.level == "test" else own)
     return found
 
 

@@ -41,20 +41,11 @@ Evidence = FloatArray
 
 @dataclass(frozen=True)
 class PlannedTest:
-    """One test of a plan, or a candidate that was not chosen (``rank`` None).
+    """One test of a plan, or a candidate that was not chosen (``rank`` None); its columns: `frictionlab.schema`.
 
-    ``expected``: law parameter -> standard error of this test alone, what a fit calls ``se`` where sensors and rig
-    are as they are known; ``expected_u``: the same with what is not known of them; ``cumulative`` and
-    ``cumulative_u``: both after this and all better ones, and with friction that differs from test to test.
-    ``coefficient``: the friction coefficient with its combined uncertainty as a comparison of this test alone would
-    state it, with gains, stiffness and normal force; ``friction_coefficient_u_after``: after all better ones too.
-
-    ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law over the one it is planned
-    against; ``log_bayes_against``: for that law, if it is the one that holds; ``log_bayes_after``: for the one of the
-    two that holds after this and all better tests, the lesser of both ways.
-
-    ``values``: the law's parameters that are to be found, as they are expected in this test; ``told``: whether this
-    test alone does.
+    ``expected``: what a fit calls ``se``, where sensors and rig are as they are known; ``cumulative``: with friction
+    that differs from test to test. ``coefficient``: the friction coefficient with its combined uncertainty as a
+    comparison of this test alone would state it. ``values``: those of the law's parameters that are to be found.
     """
 
     rank: int | None
@@ -70,7 +61,6 @@ class PlannedTest:
     cumulative_u: Mapping[str, float | None] | None
     drive_frequency_hz: float
     values: Mapping[str, float]
-    told: Mapping[str, bool]
     coefficient: Estimate = NOT_KNOWN
     friction_coefficient_u_after: float | None = None
     log_bayes: float | None = None
@@ -297,7 +287,6 @@ def _row(
         cumulative_u=after_u,
         drive_frequency_hz=candidate.frequency_ratio * lab.natural_frequency_hz,
         values={name: values[name] for name in lab.free},
-        told={name: bool(estimates and estimates[name].told) for name in lab.free},
         coefficient=coefficient,
         friction_coefficient_u_after=coefficient_after,
         log_bayes=one,

@@ -170,7 +170,7 @@ def _warnings(campaign: Campaign) -> list[str]:
 def _overview(campaign: Campaign) -> str:
     """The energy of every test (its measured coefficient, where motions are given); a point opens its test's page."""
     (name, of), verdicts = across(campaign), campaign.verdicts
-    found = {t.source: verdicts[t.source].energy if t.source in verdicts else t.means[0] for t in campaign.trials}
+    found = {t.source: verdicts[t.source].energy if t.source in verdicts else t.energy for t in campaign.trials}
     number, said = "energy per cycle [kY²]", "r {r:.4g}, E {} kY²"
     if campaign.is_given:
         found, number, said = {t.source: t.coefficient for t in campaign.trials}, "friction coefficient", "{}"

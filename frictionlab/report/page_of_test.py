@@ -63,9 +63,6 @@ def sheet_page(
     the phase (rad) by which its base's channel is late; ``measurement``: where the recording is at hand; ``lag``: in
     words, that its energies are those at the lag found.
     """
-    shares = (share or 0.0 for share in trial.systematic)
-    means = [mean.widened(share) if mean.u is None else mean for mean, share in zip(trial.means, shares, strict=False)]
-    energy, mean = trial.energy.value, trial.means[0].value
     charts = () if measurement is None else _charts(measurement, scene, fitted, trial)
     return TEMPLATES.get_template("sheet.html").render(
         trial=trial,
@@ -75,8 +72,7 @@ def sheet_page(
         lag=lag,
         force=Estimate(trial.normal_force_n),
         base=Estimate(trial.base_amplitude_m).scaled(1e3),
-        means=means,
-        joules=trial.energy_joules.scaled(1e3 * mean / energy if energy and mean else None),
+        joules=trial.energy_joules.scaled(1e3),
         is_at_hand=measurement is not None,
         is_fitted=fitted is not None,
         charts=[(title, svg) for title, svg in charts if svg],

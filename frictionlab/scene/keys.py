@@ -187,11 +187,10 @@ class Infer(SceneTable):
     priors: dict[str, Two] = key(
         "Parameter of the law -> [value, standard deviation] known before: {contact_damping_ratio = [0.02, 0.005]}.", {}
     )
-    scatter: dict[str, Positive] = key("Parameter -> scatter from test to test to expect, over its value.", {})
 
     @model_validator(mode="after")
     def _of_laws(self) -> Self:
-        for table in ("levels", "priors", "scatter"):
+        for table in ("levels", "priors"):
             for name, value in getattr(self, table).items():
                 mean, sd = value if table == "priors" else (None, 1.0)
                 check_parameters({name: mean}, None, table=table)
