@@ -247,10 +247,14 @@ class Twin:
         begun = self.rest if start is None else np.concatenate((start, self.rest[len(start) :]))
         z, tau, self.states, self.forces = np.append(begun, np.zeros(3)), float(knots[0]), [begun], list[Floats]()
         self.begin(tau, z, anchors)
+        still = 0
         for _, knot in pairwise(knots):
             self.forces.append(self.solved(tau, z)[1].sum(axis=1))
             while tau < knot:
-                tau, z = self.step(tau, float(knot), z)
+                before, (tau, z) = tau, self.step(tau, float(knot), z)
+                still = still + 1 if tau - before < 1e-9 else 0
+                if still > 2 * len(self.elements) + 9:
+                    raise AssertionError(f"the twin makes no way at {tau}")
             self.states.append(z[:-3])
         self.forces.append(self.solved(tau, z)[1].sum(axis=1))
         self.loop, self.friction, self.viscous = (float(work) for work in z[-3:])
