@@ -143,7 +143,6 @@ def test_two_writers_at_once_leave_one_of_both_files(tmp_path: Path) -> None:
     assert leftovers(tmp_path) == []
 
 
-POSIX = ("fcntl", "resource", "pwd", "grp", "termios")
 WITHOUT = """
 import os, sys
 for name in ("fcntl", "resource", "pwd", "grp", "termios", "tty", "pty"):

@@ -142,10 +142,9 @@ def test_init_of_a_tribometer_asks_for_no_frame_and_its_campaign_is_made(run: Ru
 
 @pytest.mark.usefixtures("one_format")
 def test_a_copy_of_a_log_counts_once_in_a_campaign(run: Run, tmp_path: Path) -> None:
-    log, places = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", []
-    for name in ("a.csv", "steel_N1.25_r0.3.csv"):
-        (tmp_path / name).write_bytes(log.read_bytes())
-        places.append(tmp_path / name)
+    places = [tmp_path / name for name in ("a.csv", "steel_N1.25_r0.3.csv")]
+    for place in places:
+        place.write_bytes(short_of(ROOT / "sample_data" / "steel_N1.25_r0.3.csv"))
     command = ("batch", *places, "--campaign", "--scene", CONFIGS / "sample_data.toml", "-o", "out")
     done = run(*command)
     said = done.stdout.splitlines()

@@ -147,12 +147,9 @@ def test_laws_that_a_campaign_did_not_try_are_named(monkeypatch: pytest.MonkeyPa
     """Break-away was printed as required, and nothing said that Stribeck's curve had been given up for its work."""
     monkeypatch.setattr(ladder, "WORK", 8e3)
     monkeypatch.setattr(ladder, "EXACT", ("speed",))
-    more = {"static_ratio": 1.3, "stribeck_speed": 0.5}
-    seen = []
-    for i, r in enumerate((0.4, 0.7)):
-        truth = Problem(r, BETA, law="coulomb+stribeck", parameters=more)
-        seen.append(observed(truth, scene_with(), np.random.default_rng(i), i, seconds=12.0))
-    joint, notes = fit_together({"steel": seen}, find_law=True, accuracy="balanced")
+    truth = Problem(0.4, BETA, law="coulomb+stribeck", parameters={"static_ratio": 1.3, "stribeck_speed": 0.5})
+    seen = observed(truth, scene_with(), np.random.default_rng(0), 0, seconds=12.0)
+    joint, notes = fit_together({"steel": [seen]}, find_law=True, accuracy="balanced")
     (row,) = (row for row in laws_together(present(joint).ladders) if row["law"] == "coulomb+stribeck")
     assert (row["log_evidence"], row["required"]) == (None, None)
     assert str(row["note"]).endswith("the work of a ladder was used up. Give one to --law to fit it alone")
@@ -287,18 +284,14 @@ def test_whether_a_cycle_is_one_of_many_is_judged_by_the_law_that_is_fitted(law:
 
 def test_a_material_that_its_law_does_not_explain_leaves_the_others_their_scatter() -> None:
     """Friction 15 % apart from test to test was taken for misfit of all, as soon as one material was not explained."""
-    generator, seen = np.random.default_rng(5), dict[str, list[CycleObservation]]()
+    generator, seen = np.random.default_rng(5), list[CycleObservation]()
     scene = scene_from_tables({"rig": {"natural_frequency_hz": NATURAL_HZ}, "experiment": {"normal_force_n": FORCE}})
     for material, spread in {"steel": (0.3, 0.42, 0.36), "brass": (0.5, 0.44)}.items():
         contacts = [Problem(0.5, beta) for beta in spread]
         if material == "brass":
             contacts[1] = Problem(0.5, 0.44, law="coulomb+place", parameters={"gradient": 0.2})
-        seen[material] = [
-            observed(contact, scene, generator, f"{material}{contact.beta}", material=material, seconds=12.0)
-            for contact in contacts
-        ]
-    joint, _ = fit_together(seen, find_law=False, accuracy="balanced")
-    posterior = present(joint).posterior
+        seen += [observed(one, scene, generator, material, material=material, seconds=12.0) for one in contacts]
+    posterior = infer(seen)
     assert all(explains(posterior.fit, [i]) for i in range(3))
     assert not explains(posterior.fit, [4])
     assert posterior.values(1)["beta"] == pytest.approx(0.42, rel=0.01)
