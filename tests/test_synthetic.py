@@ -8,7 +8,7 @@ import pytest
 
 from frictionlab import compare
 from frictionlab.analysis.measurement import measure
-from frictionlab.errors import OutputError, SceneError
+from frictionlab.errors import SceneError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Rig, Scene, read_scene, scene_from_tables
 from frictionlab.simulator import simulate, steady_state
@@ -90,17 +90,6 @@ def test_friction_scatters_from_cycle_to_cycle_by_the_given_share() -> None:
     ratios = cycle_friction_ratios(test, scene)
     assert ratios.std() / test.friction_ratio == pytest.approx(0.02, rel=0.06)
     assert ratios.mean() == pytest.approx(test.friction_ratio, rel=0.002)
-
-
-def test_a_measured_log_is_never_replaced(tmp_path: Path) -> None:
-    scene = scene_of()
-    (test,) = virtual_tests(scene)
-    measured = tmp_path / test.log
-    measured.write_text("time [s],mass [mm],base [mm]\n0,1,2\n")
-    with pytest.raises(OutputError, match=r"steel_N1\.25_r0\.5\.csv"):
-        list(synthesize(scene, tmp_path))
-    assert measured.read_text().endswith("0,1,2\n")
-    assert not (tmp_path / "truth.jsonl").exists()
 
 
 def test_a_scene_without_rig_or_tests_is_refused() -> None:

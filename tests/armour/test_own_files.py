@@ -1,6 +1,5 @@
 """What stands on the user's disk stays, whatever an output is called; the same work gives the same bytes anywhere."""
 
-import json
 import stat
 import sys
 from pathlib import Path
@@ -169,14 +168,20 @@ def test_an_empty_name_is_not_the_folder_that_is_worked_in(
     assert not list(tmp_path.iterdir())
 
 
-def test_synthesize_keeps_a_truth_that_is_not_its_own(tmp_path: Path) -> None:
-    mine = json.dumps({"log": "a.csv", "verdict": "years of work"}) + "\n"
-    (tmp_path / "truth.jsonl").write_text(mine)
-    with pytest.raises(OutputError, match=r"truth\.jsonl: exists and is not a file of this kind"):
+@pytest.mark.parametrize(
+    ("name", "mine"),
+    [
+        ("truth.jsonl", '{"log": "a.csv", "verdict": "years of work"}\n'),
+        ("steel_N1_r0.5.csv", "time [s],mass [mm],base [mm]\n0,1,2\n"),
+    ],
+)
+def test_synthesize_keeps_a_truth_and_a_log_that_are_not_its_own(name: str, mine: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(mine)
+    with pytest.raises(OutputError, match=rf"{name}: exists and is not a file of this kind"):
         list(synthesize(scene_of(), tmp_path))
-    assert (tmp_path / "truth.jsonl").read_text() == mine
-    assert [path.name for path in tmp_path.iterdir()] == ["truth.jsonl"]  # refused before the work
-    (tmp_path / "truth.jsonl").unlink()
+    assert (tmp_path / name).read_text() == mine
+    assert [path.name for path in tmp_path.iterdir()] == [name]  # refused before the work
+    (tmp_path / name).unlink()
     for _ in range(2):
         assert len(list(synthesize(scene_of(), tmp_path))) == 1
 

@@ -19,7 +19,6 @@ from frictionlab.planning.plan import Plan
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.scene.text import to_toml
 from frictionlab.simulator import Problem
-from frictionlab.simulator.sweep import warm_up
 from tests.desk import invoke, present, rows_of
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded
 from tests.planning.rig import scene
@@ -45,10 +44,9 @@ def test_each_further_test_leaves_less_unknown(coulomb: Plan) -> None:
     assert first.cumulative_u == pytest.approx(first.expected_u, rel=1e-3)
 
 
-def test_the_errors_promised_are_those_achieved() -> None:
+def test_the_errors_promised_are_those_achieved(coulomb: Plan) -> None:
     """The scatter of the friction ratio over repeats of the best test, each with its own noise and cycles."""
-    warm_up("coulomb")
-    best = fl.plan(scene(), tests=1).tests[0]
+    best = coulomb.tests[0]
     beta = 0.6 * best.normal_force_n / (1191.0 * BASE_M)
     found = []
     for seed in range(30):
