@@ -119,7 +119,7 @@ def test_the_law_of_a_contact_is_found_by_the_motion_of_all_masses(desk: Path) -
     assert found.friction_coefficient == pytest.approx(0.3, abs=2.0 * (found.friction_coefficient_u or 0.0))
     assert {"storey_2_frequency", "storey_2_damping", "gain_2"} <= set(found.nuisances)
     assert "mass 1 of 2 against the wall, 1 more contacts as the scene says" in found.model
-    assert np.nanmedian(np.abs(present(found.contact).force)) == pytest.approx(test.friction_ratio, rel=0.02)
+    assert np.nanmedian(np.abs(present(found.contact).seen.force)) == pytest.approx(test.friction_ratio, rel=0.02)
 
 
 def test_a_contact_between_two_masses_is_found_and_its_force_is_recovered() -> None:
@@ -148,7 +148,7 @@ def test_a_contact_between_two_masses_is_found_and_its_force_is_recovered() -> N
         estimate = found.parameters[name]
         assert abs(estimate["value"] - value) < 2.0 * estimate["u"] < 0.1 * value
     contact = present(found.contact)
-    gap = contact.force - present(contact.law_force)
+    gap = contact.seen.force - present(contact.predicted).force
     assert float(np.sqrt(np.mean(gap**2))) < 0.2 * truth[0]  # harmonics beyond 25 fade in what is recovered
 
 

@@ -93,9 +93,10 @@ def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
         looks = {"label": label, **style.LINES["measured"]}, {"label": contact.law, "color": style.PREDICTED, "lw": 1.0}
         if contact.is_one_way:
             ax, newtons = above.subplots(), contact.unit_n or 1.0
-            for force, look in zip((contact.force, contact.law_force), looks, strict=True):
-                if force is not None:
-                    ax.plot(contact.tau / style.TURN, newtons * style.unfolded(force, contact.velocity), **look)
+            for at, look in zip((contact.seen, contact.predicted), looks, strict=True):
+                if at is not None:
+                    force = style.unfolded(at.force, contact.seen.velocity)
+                    ax.plot(contact.tau / style.TURN, newtons * force, **look)
             ax.set(xlabel=style.ONE_WAY, ylabel="force of the contact [N]")
         else:
             for ax, over_speed in zip(above.subplots(1, 2), (False, True), strict=True):
@@ -118,11 +119,10 @@ def draw_force(
     In mm and mm/s; in newtons where the stiffness of the frame is known, else over k Y. The mappings say how both look.
     """
     size, newtons = 1e3 * contact.unit_m * (contact.turn if over_speed else 1.0), contact.unit_n or 1.0
-    ways = (contact.velocity, contact.law_velocity) if over_speed else (contact.displacement, contact.law_displacement)
     jumps = over_speed and law_of(contact.law).kind in ("rigid", "smooth")  # others yield in a stop
-    for way, force, look in zip(ways, (contact.force, contact.law_force), (measured, law), strict=True):
-        if way is not None and force is not None:
-            x, y = style.closed(way), style.closed(force)
+    for at, look in ((contact.seen, measured), (contact.predicted, law)):
+        if at is not None:
+            x, y = style.closed(at.velocity if over_speed else at.displacement), style.closed(at.force)
             x, y = _with_jumps(x, y) if jumps and look is law else (x, y)
             ax.plot(size * x, newtons * y, **look)
     ax.set_xlabel("speed of the mass [mm/s]" if over_speed else "displacement of the mass [mm]")
@@ -146,10 +146,10 @@ def _draw_residual(contact: ContactForce, ax: Axes) -> None:
         label = "standard error of the mean cycle" if edge > 0.0 else None
         ax.axhline(unit * edge, color=style.GREY, lw=0.8, ls=":", label=label)
     if contact.residual is not None:
-        left = style.unfolded(contact.residual, contact.velocity) if contact.is_one_way else contact.residual
+        left = style.unfolded(contact.residual, contact.seen.velocity) if contact.is_one_way else contact.residual
         ax.plot(turns, unit * left, color=style.MEASURED, lw=1.0)
-    if contact.law_velocity is not None and not contact.is_one_way:
-        stops = np.abs(contact.law_velocity) < STILL
+    if contact.predicted is not None and not contact.is_one_way:
+        stops = np.abs(contact.predicted.velocity) < STILL
         ax.fill_between(turns, 0, 1, where=stops, transform=above, color=style.GREY, alpha=0.2, lw=0)
     ax.set(
         xlabel=style.ONE_WAY if contact.is_one_way else "drive cycle, ωt / 2π (stops shaded)",

@@ -315,7 +315,7 @@ def forced(measurement: Measurement, scene: Scene, found: Posterior, ladder: Lad
     over = "friction" if observation.normal_force is None else f"{momentary}normal"
     stroke = f"Y = {1e3 * observation.unit:.4g} mm" if measurement.force_energy_j.known else "half the stroke"
     unit = f"forces over the {over} force {observation.unit_n:.4g} N, lengths over {stroke}"
-    missed, of_law = np.abs(np.array([contact.residual, contact.law_force], dtype=np.float64))
+    missed, of_law = np.abs(np.array([contact.residual, cast("AtContact", contact.predicted).force], dtype=np.float64))
     varies = 100.0 * float(np.nanmax(missed) / of_law.mean())
     return _judged(
         *(found, scene, ladder, found.fit.nrmse(), said),
@@ -545,9 +545,8 @@ def _contact(
     observation: OfCycles, tau: FloatArray, seen: AtContact, law: AtContact | None, unit_n: float | None, **more: Any
 ) -> ContactForce:
     """A contact over a cycle, as measured and as its law has it."""
-    own = AtContact(None, None, None) if law is None else law  # type: ignore[arg-type]
     return ContactForce(
-        *(observation.source, observation.law.name, tau, *seen, *own, more.pop("residual", None)),
+        *(observation.source, observation.law.name, tau, seen, law),
         floor=observation.floor * math.sqrt(observation.power),
         unit_m=observation.unit,
         turn=observation.turn,

@@ -84,15 +84,22 @@ class WholeRecord:
         return float(np.std(friction) / np.mean(friction)) if sure else 0.0
 
 
+class AtContact(NamedTuple):
+    """What a contact does at the phases of a cycle (p,): place in Y, velocity by phase, force on its mass over k Y."""
+
+    displacement: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+
+
 @dataclass(frozen=True)
 class ContactForce:
     """The contact's force over one cycle: recovered from the motion, and as the identified law has it.
 
-    Arrays (p,) on the phases of the mean cycle: ``displacement`` x/Y about its mean, ``velocity`` over omega Y,
-    ``force`` over k Y as recovered, with lag, natural frequency and base motion as the fit has found them. Its mean is
-    the law's, for sensors do not show where the spring is without force. ``law_displacement``, ``law_velocity``,
-    ``law_force``: the same of the law, None without a prediction; ``residual`` x/Y: measured minus predicted;
-    ``floor``: what noise alone leaves of it, rms, Y. ``law``: its name.
+    On the phases ``tau`` (p,) of the mean cycle, places about their means: ``seen``, its force as recovered, with lag,
+    natural frequency and base motion as the fit has found them, about the law's mean, for sensors do not show where the
+    spring is without force; ``predicted``, by the law, None without a prediction. ``residual`` x/Y (p,): measured minus
+    predicted; ``floor``: what noise alone leaves of it, rms, Y. ``law``: its name.
     ``unit_m``: Y [m]; ``turn``: omega [rad/s]; ``unit_n``: k Y [N], None where the stiffness is not known, and
     ``stiffness_u``, relative; ``is_measured``: the force and, over its unit, ``residual`` and ``floor`` are a load
     cell's; ``is_one_way``: it slides one way, folded. As its comparison has them (`Comparison.contact`), ``laws``: the
@@ -103,16 +110,12 @@ class ContactForce:
     source: str
     law: str
     tau: FloatArray
-    displacement: FloatArray
-    velocity: FloatArray
-    force: FloatArray
-    law_displacement: FloatArray | None
-    law_velocity: FloatArray | None
-    law_force: FloatArray | None
-    residual: FloatArray | None
+    seen: AtContact
+    predicted: AtContact | None
     floor: float
     unit_m: float
     turn: float
+    residual: FloatArray | None = None
     unit_n: float | None = None
     stiffness_u: float = 0.0
     is_measured: bool = False
@@ -120,14 +123,6 @@ class ContactForce:
     laws: Mapping[str, tuple[int, float, float]] = field(default_factory=dict)
     said: str = ""
     warnings: tuple[str, ...] = ()
-
-
-class AtContact(NamedTuple):
-    """What a contact does at the phases of a cycle (p,): place in Y, velocity by phase, force on its mass over k Y."""
-
-    displacement: FloatArray
-    velocity: FloatArray
-    force: FloatArray
 
 
 def contact_force(cycle: Cycle, problem: Problem, late: float = 0.0) -> FloatArray:

@@ -139,9 +139,9 @@ def _force(comparison: Comparison) -> dict[str, tuple[float, float | None, str, 
 
 def missed(contact: ContactForce | None) -> dict[str, float]:
     """Rms of what a law misses, over Y: while the contact stands, slides up, slides down, by the law; one way: none."""
-    if contact is None or contact.residual is None or contact.law_velocity is None or contact.is_one_way:
+    if contact is None or contact.residual is None or contact.predicted is None or contact.is_one_way:
         return {}
-    speed = contact.law_velocity
+    speed = contact.predicted.velocity
     still = np.abs(speed) < STILL
     still &= np.roll(still, 1) | np.roll(still, -1)  # where it turns it stands for one sample, and has no stop
     parts = {"stops": still, "slides up": speed >= STILL, "slides down": speed <= -STILL}
