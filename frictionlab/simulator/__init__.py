@@ -8,10 +8,9 @@
 The mathematics stands in the README of this folder.
 """
 
-from frictionlab.simulator.coexisting import Attractor, coexisting
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import COSINE, Base, Problem
-from frictionlab.simulator.solve import last_cycle, simulate, steady_state
+from frictionlab.simulator.solve import Attractor, coexisting, last_cycle, simulate, steady_state
 from frictionlab.simulator.state import Solver, SteadyState
 from frictionlab.simulator.structure import Contact, Structure
 from frictionlab.simulator.sweep import StateMap, sweep

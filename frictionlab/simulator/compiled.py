@@ -4,6 +4,7 @@ Imported with the kernels only, which are imported when they are needed: numba t
 ``NUMBA_DISABLE_JIT=1`` leaves everything plain Python.
 """
 
+import contextlib
 import ctypes
 import functools
 import hashlib
@@ -45,20 +46,13 @@ def _machine_code_folder() -> Path:
     return root / "frictionlab" / f"simulator-{digest.hexdigest()[:16]}"
 
 
-def _prepared(folder: Path) -> bool:
-    """Make the folder; False where nothing can be written: then each process compiles for itself."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return False
-    return os.access(folder, os.W_OK)
-
-
 FOLDER = _machine_code_folder()
+with contextlib.suppress(OSError):  # where nothing can be written each process compiles for itself
+    FOLDER.mkdir(parents=True, exist_ok=True)
 _ANNOUNCED: set[Path] = set()
 _CALLED: list[Any] = []  # functions called by their address
 _RAISED: dict[int, BaseException] = {}  # by thread: what compiled code cannot raise, until it returns
-OPTIONS = {"cache": _prepared(FOLDER), "error_model": "numpy"}
+OPTIONS = {"cache": os.access(FOLDER, os.W_OK), "error_model": "numpy"}
 
 
 def announce(module: str) -> None:

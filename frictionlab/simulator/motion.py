@@ -106,6 +106,8 @@ class Motion:
     ) -> tuple[tuple[int, ...], NDArray[np.intp], FloatArray]:
         """Return the shape of times (rad, from cycles if given); flat: number of the phase, time within.
 
+        A time is a phase of the drive in the motion's first cycle, and whole turns since; a period repeats.
+
         Raises
         ------
         SimulationError
@@ -115,30 +117,24 @@ class Motion:
         turns = np.zeros_like(times) if cycle is None else np.asarray(cycle, dtype=np.float64)
         if times.shape != turns.shape:
             times, turns = np.broadcast_arrays(times, turns)
-        local, turns = self._fold(times.ravel(), turns.ravel())
-        since, begins = self.cycle - self.first, self.rows[:, 0]
+        since, begins, shape = self.cycle - self.first, self.rows[:, 0], times.shape
+        low, high = float(begins[0]), float(since[-1] * TURN + self.rows[-1, :2].sum())
+        times, whole = times.ravel(), np.floor((times.ravel() - low) / TURN)
+        local, turns = times - whole * TURN, turns.ravel() + whole
+        if self.periodic:
+            turns = np.mod(turns, max(1.0, float(round((high - low) / TURN))))
+        else:
+            turns = turns - float(self.first)
+            total, slack = turns * TURN + local, 1e-12 * (1.0 + abs(high))
+            if not np.all((total >= low - slack) & (total <= high + slack)):
+                earliest, latest = np.min(times, initial=np.inf), np.max(times, initial=-np.inf)
+                raise SimulationError(
+                    f"trajectory: at(tau); expected times between {self.start:.6g} and {self.end:.6g} rad; got times"
+                    f" from {earliest:.6g} to {latest:.6g}; do: ask within the motion, or simulate longer"
+                )
         index = np.maximum(np.searchsorted(since * TURN + begins, turns * TURN + local, side="right") - 1, 0)
         within = local - begins[index] + (turns - since[index]) * TURN
-        return times.shape, index, np.maximum(within, 0.0)
-
-    def _fold(self, tau: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return times as a phase of the drive in the motion's first cycle, and whole turns since; a period repeats."""
-        low = float(self.rows[0, 0])
-        high = float((self.cycle[-1] - self.first) * TURN + self.rows[-1, :2].sum())
-        turns = turns - (0.0 if self.periodic else float(self.first))
-        whole = np.floor((tau - low) / TURN)
-        local, turns = tau - whole * TURN, turns + whole
-        if self.periodic:
-            return local, np.mod(turns, max(1.0, float(round((high - low) / TURN))))
-        total = turns * TURN + local
-        slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
-        if not np.all((total >= low - slack) & (total <= high + slack)):
-            earliest, latest = np.min(tau, initial=np.inf), np.max(tau, initial=-np.inf)
-            raise SimulationError(
-                f"trajectory: at(tau); expected times between {self.start:.6g} and {self.end:.6g} rad; got times from "
-                f"{earliest:.6g} to {latest:.6g}; do: ask within the motion, or simulate longer"
-            )
-        return local, turns
+        return shape, index, np.maximum(within, 0.0)
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
         """Return displacement x and velocity x' of the mass at any times, to rounding.

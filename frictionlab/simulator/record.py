@@ -269,14 +269,9 @@ class Response:
         return int(np.count_nonzero(self.contact_stops[contact][:, 0] > self.time[0]))
 
     @property
-    def time_stuck(self) -> float:
-        """Time in which the first contact does not slip, rad."""
-        return float(np.sum(np.diff(self.contact_stops[0])))
-
-    @property
     def stuck_fraction(self) -> float:
         """Share of the time in which the first contact does not slip."""
-        return self.time_stuck / float(self.time[-1] - self.time[0])
+        return float(np.sum(np.diff(self.contact_stops[0]))) / float(self.time[-1] - self.time[0])
 
     def row_of(self, contact: int) -> dict[str, object]:
         """What a contact (from 0) does: what it is, energy taken, stops, share of the time without slip, way, force."""

@@ -1,7 +1,7 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
 from dataclasses import dataclass
-from math import hypot, isfinite, nan, pi
+from math import isfinite, nan, pi
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -259,15 +259,3 @@ def numbers_of(motion: Motion) -> dict[str, Any]:
         "stuck_fraction": contacts[0].stuck_fraction if contacts else None,
         "regime": "stuck" if is_stuck else "stick-slip" if sticks else "continuous",
     }
-
-
-def last_of(motion: Motion) -> SteadyState:
-    """Return the state of a motion of one cycle, the last of a run: "not settled" where it does not yet repeat."""
-    numbers = numbers_of(motion)
-    x, v = (values.tolist() for values in motion.at([motion.start, motion.end]))
-    drift = hypot(x[1] - x[0], motion.problem.r * (v[1] - v[0]))
-    settled = drift <= SETTLED * (hypot(x[0], v[0]) + 2.0 * numbers["response_amplitude"])
-    moves: Outcome = "periodic" if settled else "not settled"
-    outcome: Outcome = "stuck" if numbers["regime"] == "stuck" else moves
-    cycles = 1 if settled else None
-    return SteadyState(motion.problem, motion.solver, outcome, period_cycles=cycles, residual=drift, **numbers)

@@ -30,7 +30,6 @@ STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
 NUMBERS = np.dtype(
     [
         ("gap", "f8"),  # energies over k_1 Y^2, in all: work of the drive on the masses less what is taken from them
-        ("input", "f8"),  # that work
         ("loop", "f8"),  # integral of f dx_1 (2.18)
         ("frame", "f8"),
         ("contact", "f8", (CONTACTS,)),
@@ -158,7 +157,6 @@ def add_flows(system: Any, work: Any, weight: float, numbers: Any) -> None:
     for a in range(n):
         drive = dot(system.push[a], work.f, 2)
         numbers.gap += weight * (drive - dot(system.damping[a], work.now_v, n)) * work.now_v[a]
-        numbers.input += weight * drive * work.now_v[a]
         numbers.frame += weight * dot(system.frame[a], work.net, n) * work.net[a]
     numbers.loop += weight * (f if system.moves else base_moved(system, work, 0)) * work.now_v[0]
 
@@ -229,7 +227,7 @@ def account(system: Any, work: Any, pieces: FloatArray, count: int, numbers: Any
     Under a sampled base ranges and stops are left out.
     """
     flow, work.entered = Carrier(system, work, pieces), -1
-    numbers.gap = numbers.input = numbers.loop = numbers.frame = 0.0
+    numbers.gap = numbers.loop = numbers.frame = 0.0
     for a in range(system.masses):
         numbers.high[a], numbers.low[a] = -np.inf, np.inf
     for c in range(system.contacts):

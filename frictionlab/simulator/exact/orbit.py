@@ -47,34 +47,13 @@ def copy(values: FloatArray, to: FloatArray) -> None:
 
 
 @inner
-def put(system: Any, work: Any, y: FloatArray, tau: float) -> None:
-    """Make a vector (q, v, anchors) the state at hand."""
-    n = system.masses
-    work.tau = tau
-    for a in range(n):
-        work.q[a], work.v[a] = y[a], y[n + a]
-    for i in range(system.sliders):
-        work.anchor[i] = y[2 * n + i]
-
-
-@inner
 def write_image(system: Any, work: Any, leg: Any, image: FloatArray) -> None:
     """Write the image that the run last carried has come to."""
     n = system.masses
     for a in range(n):
         image[a], image[n + a] = leg.sign * work.q[a], leg.sign * work.v[a]
     for i in range(system.sliders):
-        image[2 * n + i] = mirror_sign(system, leg, 2 * n + i) * work.anchor[i]
-
-
-@inner
-def mirror_sign(system: Any, leg: Any, k: int) -> float:
-    """Return by what the end of a leg is multiplied in an entry of the state: an age is its own mirror image."""
-    if leg.sign < 0.0:
-        for c in range(system.contacts):
-            if system.law.states[c] == 2 and k == system.first[system.contacts] + system.law.at[c] + 1:
-                return 1.0
-    return float(leg.sign)
+        image[2 * n + i] = work.anchor[i] if leg.sign > 0.0 else system.mirror[i] * work.anchor[i]
 
 
 @inner
@@ -82,19 +61,20 @@ def carry(flow: Any, leg: Any, y: FloatArray, image: FloatArray, tangent: bool) 
     """Write the image of a state under the map of a leg; return how the run ended."""
     system, work = flow.system, flow.work
     n = system.masses
-    put(system, work, y, leg.tau)
-    code = DONE
+    code, size = DONE, 2 * n + system.sliders
+    for a in range(n):
+        work.q[a], work.v[a] = y[a], y[n + a]
+    for i in range(system.sliders):
+        work.anchor[i] = y[2 * n + i]
     for turn in range(leg.turns):
         work.tau = leg.tau
         code = call_run(system.run, (system, work, flow.pieces, leg.span, tangent, turn == 0))
         if code != DONE:
             return code
     write_image(system, work, leg, image)
-    if tangent and leg.sign != 1.0:
-        for a in range(2 * n + system.sliders):
-            sign = mirror_sign(system, leg, a)
-            for b in range(2 * n + system.sliders):
-                work.jacobian[a, b] *= sign
+    for a in range(size if tangent and leg.sign < 0.0 else 0):
+        for b in range(size):
+            work.jacobian[a, b] *= -1.0 if a < 2 * n else system.mirror[a - 2 * n]
     return code
 
 

@@ -81,6 +81,7 @@ SYSTEM = np.dtype(
         # the laws' own states, which are integrated
         ("spring", "f8", (_S,)),
         ("strength", "f8", (_S,)),  # friction force of each slider
+        ("mirror", "i1", (_S,)),  # what a mirror image makes of its anchor, or of a law's own state: -1; 1 of an age
         ("lines", "c16", (_H,)),  # the base is Re sum lines_k e^(i k tau)
         ("cubic", "f8", (4,)),  # of a sampled base, the piece's polynomial in local time
         ("moves", "f8"),  # 1; 0 in coordinates relative to the base

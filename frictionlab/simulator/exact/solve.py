@@ -4,7 +4,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import ceil, inf, nan, pi
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -142,6 +142,7 @@ def _systems(
     systems, (mass, damping, stiffness), n = record_of(phase.SYSTEM, len(r)), frame, len(frame[0])
     systems["run"], systems["advance"], systems["look"], systems["account"] = RUNNER, ADVANCER, LOOKER, ACCOUNT
     systems["make"], systems["make_modes"] = phase.MAKER, MODES
+    systems["mirror"] = -1
     systems["harmonics"], systems["moves"], systems["lines"][:, : base.harmonics] = base.harmonics, 1.0, base.lines
     systems["masses"], systems["contacts"], systems["r"], each = n, len(contacts), r, np.reshape(r, (-1, 1, 1))
     inverse = 1.0 / mass if n == 1 else np.linalg.inv(mass)
@@ -182,21 +183,6 @@ def _set_sliders(system: Any, contact: int, numbers: Mapping[str, float]) -> Non
 def _refuse_more(name: str, count: int, most: int) -> None:
     if count > most:
         raise SimulationError(f"structure: {name}; expected at most {most}; got {count}; do: leave some out")
-
-
-class Solved(NamedTuple):
-    """What a search has found: its row, start and pieces of the orbit, its map."""
-
-    row: FloatArray
-    y: FloatArray
-    pieces: FloatArray
-    leg: Any
-    spent: float  # evaluations, or steps
-
-    @property
-    def cycles(self) -> int:
-        """Cycles of the map, whole ones of a half that is mirrored."""
-        return int(np.ceil(self.leg["span"] * self.leg["turns"] / TURN))
 
 
 def workspace() -> Any:
@@ -362,7 +348,7 @@ class Flow:
                     f"simulate: expected at most {MOST_PIECES} phases; got {count}; do: keep fewer cycles"
                 )
 
-    def solved(self, start: FloatArray | None = None, *, waits: bool = False, left: float = inf) -> Solved:
+    def solved(self, start: FloatArray | None = None, *, waits: bool = False, left: float = inf) -> "Search":
         """Return the steady state that rest settles on, or the motion from a start.
 
         `waits`: the motion is followed at once. `left`: evaluations that the search may take, if those are fewer than
@@ -372,11 +358,10 @@ class Flow:
             still, f = np.zeros(self.masses), self.systems[0]["lines"].real
             start = np.zeros(self.size) if self.masses == 1 else self.rest_at(still, still, float(f.sum()))
         count = PIECES if self.most == inf else 0  # an integrated orbit is recorded when it is found
-        works, kept = workspace(), np.empty((count, self.width))
-        search = Search(works, self.systems, start[np.newaxis].copy(), kept, min(left, self.most))
+        search = Search(self.systems, start[np.newaxis].copy(), np.empty((count, self.width)), min(left, self.most))
         search.run(waits=waits)
-        pieces = search.pieces[: int(works[0]["count"])]
-        return Solved(search.rows[0], search.ys[0], pieces, search.legs[0], search.spent)
+        search.pieces = search.pieces[: int(search.works[0]["count"])]
+        return search
 
     def refuse(self, code: int, motion: str = "") -> None:
         """Raise the named error of a run that did not come to its end; `motion`: of what."""
@@ -404,16 +389,16 @@ class Flow:
     ) -> SteadyState:
         """Return the steady state that rest settles on: see `frictionlab.simulator.steady_state`."""
         what, many, found = self.what, isinstance(self.what, Structure), self.solved()
-        code = int(found.row[places.OUTCOME])
+        code = int(found.rows[0, places.OUTCOME])
         if meter is not None:
             meter.take(EXACT_STATE + found.spent / LOOKS)
         if code == places.CHATTERED:
             self.refuse(phase.CHATTER)
         if many and code in (places.PULLING, places.RUNAWAY):
             self.refuse(phase.PULLS)
-        is_closed = found.row[places.SOLVER] == places.CLOSED_FORM or code in (places.STUCK, places.UNBOUNDED)
+        is_closed = found.rows[0, places.SOLVER] == places.CLOSED_FORM or code in (places.STUCK, places.UNBOUNDED)
         if solver == "exact":
-            found.row[places.SOLVER] = places.EXACT
+            found.rows[0, places.SOLVER] = places.EXACT
         if solver == "closed-form" and not is_closed:
             raise SimulationError(
                 f"steady state: closed form at r = {what.r!r}; expected continuous motion of an undamped mass under a"
@@ -421,16 +406,11 @@ class Flow:
             )
         return self.state_of(found)
 
-    def steady_from(self, x0: ArrayLike, v0: ArrayLike, looks: float = inf) -> tuple[SteadyState, float]:
-        """Return what the motion from a start at tau = 0 settles on, and what is left of the work allowed."""
-        found = self.solved(self.rest(x0, v0), waits=True, left=looks)
-        return self.state_of(found), looks - found.spent
-
-    def state_of(self, found: Solved) -> SteadyState:
+    def state_of(self, found: "Search") -> SteadyState:
         """Return what a search has found; of several masses with the numbers of each mass and contact."""
-        what, row, orbit_of = self.what, found.row, None
+        what, row, orbit_of = self.what, found.rows[0], None
         if row[places.OUTCOME] in (places.PERIODIC, places.STUCK):
-            orbit_of = Motion(self.problem, self, found.pieces, periodic=True, mirror=bool(found.leg["sign"] < 0.0))
+            orbit_of = Motion(self.problem, self, found.pieces, periodic=True, mirror=bool(found.legs[0]["sign"] < 0.0))
         if isinstance(what, Problem):
             return from_numbers(what, row, orbit=orbit_of)
         if orbit_of is None:  # what has no contacts is linear: without an orbit it is at resonance and undamped
@@ -439,9 +419,9 @@ class Flow:
             return replace(state, outcome="unbounded") if is_linear else state
         return self.described(found, orbit_of)
 
-    def described(self, found: Solved, motion: Motion, notes: int = 0) -> SteadyState:
+    def described(self, found: "Search", motion: Motion, notes: int = 0) -> SteadyState:
         """Return a state that was found by the numbers of its motion, with more notes."""
-        row, numbers, weakens = found.row, numbers_of(motion), self.what.weakens
+        row, numbers, weakens = found.rows[0], numbers_of(motion), self.what.weakens
         stuck, off = numbers["regime"] == "stuck", numbers["closure_error"]
         size = numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"]
         said = {
@@ -462,7 +442,7 @@ class Flow:
 def rows_of(systems: Any) -> FloatArray:
     """Return the rows (k, ROW) of the steady states of systems of one mass: the same bits as one by one."""
     ys = np.zeros((len(systems), 2 + int(systems["sliders"].max(initial=0))))
-    return Search(workspace(), systems, ys, np.empty((PIECES, SIDE + 5))).run()
+    return Search(systems, ys, np.empty((PIECES, SIDE + 5))).run()
 
 
 class Search:
@@ -473,10 +453,21 @@ class Search:
     less than its share.
     """
 
-    def __init__(self, works: Any, systems: Any, starts: FloatArray, pieces: FloatArray, left: float = inf) -> None:
-        self.works, self.systems, self.starts, self.pieces, self.left = works, systems, starts, pieces, float(left)
+    def __init__(self, systems: Any, starts: FloatArray, pieces: FloatArray, left: float = inf) -> None:
+        self.works, self.systems, self.starts, self.pieces, self.left = (
+            workspace(),
+            systems,
+            starts,
+            pieces,
+            float(left),
+        )
         self.legs, self.sums, self.spent = record_of(orbit.LEG), record_of(NUMBERS), 0.0
         self.rows = np.full((len(systems), places.ROW), nan)
+
+    @property
+    def cycles(self) -> int:
+        """Cycles of the last one's map, whole ones of a half that is mirrored."""
+        return ceil(self.legs[0]["span"] * self.legs[0]["turns"] / TURN)
 
     def run(self, *, waits: bool = False) -> FloatArray:
         """Return the rows (k, ROW); `waits`: motions are followed at once."""

@@ -13,7 +13,7 @@ from frictionlab.simulator.compiled import address_of
 from frictionlab.simulator.exact.flow import FORMULA
 from frictionlab.simulator.exact.motion import COUNT
 from frictionlab.simulator.exact.phase import CHATTER, DONE, PULLS, SIDE, SLIDERS, STEEP
-from frictionlab.simulator.exact.solve import Flow, Solved, workspace
+from frictionlab.simulator.exact.solve import Flow, Search, workspace
 from frictionlab.simulator.laws import TERMS, formula_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.notes import Note
@@ -85,9 +85,11 @@ class Integrated(Flow):
                 bend = term.contact(own, 1.0, contact.beta, 0.0, 0.0, 0.0, 1.0)[4]
                 scale += [contact.beta / bend or 1.0, 1.0][: term.states]
         system["sliders"] = self.sliders + len(scale) - 2 * n
+        self.ages = self.sliders - 2 * n + law["at"][law["states"] == 2] + 1  # behind displacements and velocities
         if system["sliders"] > SLIDERS:
             raise SimulationError(f"structure: sliders and states of laws; expected at most {SLIDERS}; got more")
         law["scale"][: len(scale)], law["force"], law["tolerance"] = scale, reach, self.rtol
+        system["mirror"][self.ages] = 1
         system["advance"], system["look"] = radau.INTEGRATOR, radau.LOOKER
         self.formulas: list[Any] = [(term or TERMS["coulomb"]).contact for term in terms]
         for c, contact in enumerate(contacts):
@@ -149,7 +151,7 @@ class Integrated(Flow):
     def rest_at(self, q: FloatArray, v: FloatArray, f: float) -> FloatArray:
         """As of the exact flow; a contact that has an age has its steady one."""
         y = super().rest_at(q, v, f)
-        y[self.sliders + self.law["at"][self.law["states"] == 2] + 1] = 1.0
+        y[2 * self.masses + self.ages] = 1.0
         return y
 
     def steady(
@@ -166,28 +168,28 @@ class Integrated(Flow):
             left = min(most, inf if meter is None else meter.left - spent)
             found = self.solved(start, waits=waits, left=left)
             spent += found.spent
-            outcome, away = found.row[places.OUTCOME], float(np.max(np.abs(found.y - start) / (scale + np.abs(start))))
-            settles = not weakens or start is not rest or (away < BESIDE and found.leg["tau"] == 0.0)
+            outcome, away = found.rows[0, places.OUTCOME], np.abs(found.ys[0] - start) / (scale + np.abs(start))
+            settles = not weakens or start is not rest or (away.max() < BESIDE and found.legs[0]["tau"] == 0.0)
             if outcome == places.UNBOUNDED or (outcome == places.PERIODIC and settles):
                 break
         if meter is not None:
             meter.take(spent)
         return self.state_of(found)
 
-    def state_of(self, found: Solved) -> SteadyState:
+    def state_of(self, found: Search) -> SteadyState:
         """Return what a search has found, by finer steps where its two energies differ by more than the tolerance."""
-        code, what, flow = int(found.row[places.OUTCOME]), self.what, self
+        code, what, flow = int(found.rows[0, places.OUTCOME]), self.what, self
         terms = ((term, contact.parameters) for contact in self.frame.contacts for term in contact.law.terms)
         passive = int(Note.NOT_PASSIVE) * any(term.gives(values | {"r": what.r}) for term, values in terms)
         self.refuse({places.CHATTERED: CHATTER, places.RUNAWAY: STEEP, places.PULLING: PULLS}.get(code, DONE))
         if code not in (places.PERIODIC, places.STUCK):
             structure = what if isinstance(what, Structure) else None
-            state = from_numbers(self.problem, found.row, solver="numeric", structure=structure)
+            state = from_numbers(self.problem, found.rows[0], solver="numeric", structure=structure)
             return replace(state, notes=state.notes | passive)
         for _ in range(TIGHTER + 1):
-            tau = float(found.leg["tau"])
-            begun = flow.carried(found.y, tau, TURN - tau)[0] if tau else found.y
-            motion = replace(flow.recorded(found.y, tau, found.cycles, periodic=True), section=begun)
+            tau = float(found.legs[0]["tau"])
+            begun = flow.carried(found.ys[0], tau, TURN - tau)[0] if tau else found.ys[0]
+            motion = replace(flow.recorded(found.ys[0], tau, found.cycles, periodic=True), section=begun)
             off, size = abs(float(motion.sums["gap"])), float(motion.sums["contact"].sum() + motion.sums["frame"])
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
             dear = REFINING * len(motion.recorded) > MOST
@@ -195,7 +197,7 @@ class Integrated(Flow):
                 break
             flow = Integrated(what, flow.rtol * TIGHTEN)
             better = flow.solved(begun, waits=found.cycles > 1)
-            if (better.row[places.OUTCOME], better.cycles) != (places.PERIODIC, found.cycles):
+            if (better.rows[0, places.OUTCOME], better.cycles) != (places.PERIODIC, found.cycles):
                 break
             found = better
         return flow.described(found, motion, passive)
