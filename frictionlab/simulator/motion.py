@@ -88,7 +88,7 @@ class Motion:
     @cached_property
     def sums(self) -> Any:
         """What it does in all, energies, ways and ranges, by the names of `exact.account.NUMBERS`."""
-        return self.flow.sums(self.rows)
+        return self.flow.sums(self.rows if self.mirror else self.recorded)
 
     @property
     def stops(self) -> FloatArray:

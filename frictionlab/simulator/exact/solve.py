@@ -233,8 +233,8 @@ class Flow:
 
     def sums(self, pieces: FloatArray) -> Any:
         """Return what pieces do in all, a record of NUMBERS."""
-        works, sums, pieces = workspace(), record_of(NUMBERS), pieces.copy()
-        account_all(self.systems, works, pieces, sums)
+        sums = record_of(NUMBERS)
+        account_all(self.systems, workspace(), pieces if pieces.flags.writeable else pieces.copy(), sums)
         return sums[0]
 
     def held_in(self, begins: FloatArray, pieces: FloatArray, contact: int) -> FloatArray:
