@@ -35,7 +35,7 @@ STATISTICAL = "noise and scatter"
 LINES = "hum and other lines"
 FILTER = "filter of the mass sensor"
 KEYS = (ENERGY, AMPLITUDE, BASE)
-LAG, FREQUENCY = "sensors.lag_s_u", "rig.natural_frequency_hz_u"
+LAG, FREQUENCY, STIFF = "sensors.lag_s_u", "rig.natural_frequency_hz_u", "rig.stiffness_n_per_m_u"
 LEVEL, NORMAL = 0.95, 1.959964  # of an interval, and of how many standard errors to either side it is
 ROUNDING = 1e-12  # below it a share is the rounding of differences
 CUBIC_GAIN = 0.75  # of a cosine's cube, in its fundamental
@@ -271,7 +271,7 @@ def sources_of(
         crosstalk=sensors.crosstalk,
         natural_frequency=known(FREQUENCY, rig.natural_frequency_hz_u, NATURAL_FREQUENCY, rig.natural_frequency),
         damping_ratio=known("rig.damping_ratio_u", rig.damping_ratio_u, damping),
-        stiffness=known("rig.stiffness_n_per_m_u", rig.stiffness_n_per_m_u, STIFFNESS, rig.stiffness),
+        stiffness=known(STIFF, rig.stiffness_n_per_m_u, STIFFNESS, rig.stiffness),
         normal_force=known("experiment.normal_force_n_u", force.normal_force_n_u, NORMAL_FORCE, pressed),
         assumed=tuple(assumed),
         infer=scene.infer,

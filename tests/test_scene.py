@@ -87,10 +87,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_their_lines(tmp_path: Path)
         (f"{GROUP}law = 'coulomb+iwan'\nparameters = {{sliders = 2.5}}", "sliders: expected a whole number"),
         ("[rig]\nmass_kg = 1\nstiffness_n_per_m = 1\nnatural_frequency_hz = 9\n", r"rig: .*contradicts"),
         ("[rig]\nkind = 'shaken'\n", r"line 2: rig\.kind: expected 'base-excited' or 'prescribed'"),
-        (
-            "[infer]\nlevels = {gradient = 'house'}\n",
-            r"infer\.levels\.gradient: expected 'material' or 'test'; got 'house'",
-        ),
+        ("[infer]\nlevels = {gradient = 'house'}\n", r"infer\.levels\.gradient: expected 'material' or 'test'"),
         ("[infer]\nlevels = {lag_s = 'test'}\n", r"infer: levels\.lag_s: no law has such a parameter; expected one of"),
         ("[infer]\npriors = {beta = [-0.3, 0.1]}\n", r"priors\.beta: expected a .*; got -0\.3"),
         ("[infer]\npriors = {beta = [0.3, 0.0]}\n", r"priors\.beta: expected \[value, standard deviation > 0\]"),

@@ -15,6 +15,7 @@ from frictionlab import compare, uncertainty
 from frictionlab.analysis.channels import SensorChannel, low_pass, restored
 from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.arrays import FloatArray
+from frictionlab.cli.screen import assumed
 from frictionlab.inference.comparison import Comparison
 from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
@@ -248,6 +249,15 @@ def test_a_physical_parameter_has_the_error_of_what_makes_it_physical(unit: str,
     rig = {"stiffness_n_per_m": 1000.0, "stiffness_n_per_m_u": 30.0, "natural_frequency_hz_u": 0.04 * NATURAL_HZ}
     sources = sources_of(scene(rig=rig, sensors={"gain_error": 0.02, "linearity": 0.0}), 250.0)
     assert unit_share(unit, sources) == pytest.approx(share, rel=1e-3)
+
+
+def test_what_is_assumed_of_newtons_is_said_and_three_keys_that_disagree_are_doubted() -> None:
+    """A mass 10 % wrong gave 0.880 +- 0.005 N for 0.8, without a word: no test can show it."""
+    stiffness = 1.0065 * 3.0 * (2.0 * math.pi * NATURAL_HZ) ** 2
+    by_mass, both = scene(rig={"mass_kg": 3.0}), scene(rig={"mass_kg": 3.0, "stiffness_n_per_m": stiffness})
+    assert any("0.5 % of 1160 N/m is assumed, also where mass" in note for note in assumed(by_mass, [{}]))
+    assert not any("N/m" in note for note in assumed(by_mass.changed(rig={"stiffness_n_per_m_u": 12.0}), [{}]))
+    assert [by_mass.rig.doubts, "+0.32 % off natural_frequency_hz" in both.rig.doubts[0]] == [(), True]
 
 
 @pytest.mark.parametrize("nothing", [None, math.nan, math.inf])

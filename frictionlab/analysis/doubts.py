@@ -27,8 +27,6 @@ FEW_CYCLES = 5
 ASIDE = 0.06  # of the frequency ratio asked for, of 1 where it is less: names are rounded
 QUIET = 0.01  # rounding that noise does not average away, over the step: a sensor that shows the same in every cycle
 COARSE, FINE_STEP = 0.02, 0.005  # of the amplitude: a sensor's step that is said, and one that no noise hides
-FOLDED = 0.003  # of the drive's frequency: how near a line lies to a harmonic that the sampling folds down
-PARTS, KEEPS = 16, 20.0  # of a record; times the noise's power: the phase of so strong a line is the same in all parts
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
 REACHED = 1.3  # times the friction force that energy gives; a dashpot's is 1.2
 MANY = 6  # times named in one sentence
@@ -110,31 +108,18 @@ def _of_lines(layout: Layout, driver: str) -> Iterator[str]:
         )
     if foreign.masked > faint and not foreign.on_harmonics:
         yield f"response_amplitude: hum, up to {share(foreign.masked)}, may hide in a harmonic: drive a little faster"
-    every = (
-        (line, rows) for name, rows in (("mass", layout.mass), ("base", layout.base)) for line in foreign.lines[name]
-    )
-    low = next((line for line, rows in every if not line.removed and _keeps_time(layout, rows, line)), None)
-    if low is not None:
-        beat, rate = abs(low.frequency - max(round(low.frequency / hz), 1) * hz), layout.samples * hz
-        order = np.arange(max(2.0, layout.samples // 2), 2.0 * layout.samples + HARMONICS)  # an acceleration may jump
-        seen = np.abs(order - layout.samples * np.rint(order / layout.samples)) * hz
-        folded = order[np.abs(seen - low.frequency) < FOLDED * hz]
-        often = f"comes and goes every {1.0 / beat:.3g} s (take many, --cycles all)"
-        if len(folded):
-            yield (
-                f"sampling_rate_hz: the line {of(low)}, is harmonic {folded[0]:.0f} of the drive, folded down by"
-                f" {rate:.4g} samples a second: record faster, or filter before sampling"
-            )
-        else:
-            yield f"response_amplitude: beats: a second motion {of(low)}, {often}"
-
-
-def _keeps_time(layout: Layout, rows: FloatArray, line: Line) -> bool:
-    """Whether a line in cycles (n, p) keeps its phase, as a second motion does; friction that wanders makes others."""
-    turned = np.exp(-2j * math.pi * line.frequency * layout.moments(np.arange(len(rows)))).reshape(rows.shape)
-    each = np.mean((rows - rows.mean(axis=0)) * turned, axis=1)
-    parts = np.array([some.mean() for some in np.array_split(each, min(len(each), PARTS))])
-    return bool(abs(parts.mean()) ** 2 * (1.0 + (len(parts) - 1.0) / KEEPS) > np.mean(np.abs(parts) ** 2))
+    low, order = layout.second_motion
+    if low is None:
+        return
+    beat, rate = abs(low.frequency - max(round(low.frequency / hz), 1) * hz), layout.samples * hz
+    if order:
+        yield (
+            f"sampling_rate_hz: the line {of(low)}, is harmonic {order:.0f} of the drive, folded down by"
+            f" {rate:.4g} samples a second: record faster, or filter before sampling"
+        )
+    else:
+        often = f"every {1.0 / beat:.3g} s (take many, --cycles all)"
+        yield f"response_amplitude: beats: a second motion {of(low)}, comes and goes {often}"
 
 
 def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> Iterator[str]:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +20,9 @@ SHOWN = 10.0  # times the drive: how far a spectrum is kept
 VELOCITY = "mass_velocity"
 JUMPS = " without overshoot"  # of a force: as it is drawn and fitted; its loop takes the harmonics of all samples
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
+FOLDED = 0.003  # of the drive's frequency: how near a line lies to a harmonic that the sampling folds down
+FARTHEST = 20.0  # times the order of one that is seen: how far others that are folded down are looked for
+PARTS, KEEPS = 16, 20.0  # of a record; times the noise's power: the phase of so strong a line is the same in all parts
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,43 @@ class Layout:
     def duration(self) -> float:
         """From the first cycle's start to the last one's end [s]."""
         return float(self.end[-1] - self.time[0])
+
+    @cached_property
+    def second_motion(self) -> tuple[Line | None, float]:
+        """A line of mass or base that keeps its phase, and which harmonic of the drive it is, folded down (0: none)."""
+        lines = self.foreign.lines
+        every = ((line, rows) for rows, of in ((self.mass, "mass"), (self.base, "base")) for line in lines[of])
+        low = next((line for line, rows in every if not line.removed and self._keeps_time(rows, line)), None)
+        if low is None:
+            return None, 0.0
+        order = np.arange(max(2.0, self.samples // 2), 2.0 * self.samples + HARMONICS)  # an acceleration may jump
+        near = order[np.abs(self._folded(order) - low.frequency / self.drive.frequency) < FOLDED]
+        return low, float(near[0]) if len(near) else 0.0
+
+    def folded_into(self, count: int) -> FloatArray:
+        """Amplitude (count,), Y, by which harmonics of a mass's acceleration that are folded down may stand in others.
+
+        Those of a jump fall as 1 over their order; the second motion is one, and shows how large they are.
+        """
+        second, (line, first), k = self.of_mass.second, self.second_motion, np.arange(1.0, count + 1.0)
+        if line is None or not first or second is None or not (second.alone and second.times == 2):
+            return np.zeros(count)
+        order = np.arange(first, FARTHEST * first)
+        there = np.abs(self._folded(order) - k[:, None]) < 1.0 / len(self)
+        share = np.where(there.any(axis=1), first / order[there.argmax(axis=1)], 0.0)
+        size, slower = line.amplitude / self.drive.amplitude, line.frequency / self.drive.frequency / k
+        return np.asarray(size * slower**2 * share)
+
+    def _folded(self, order: FloatArray) -> FloatArray:
+        """Where harmonics (n,) show in the samples, over the drive's frequency."""
+        return np.asarray(np.abs(order - self.samples * np.rint(order / self.samples)))
+
+    def _keeps_time(self, rows: FloatArray, line: Line) -> bool:
+        """Whether a line in cycles (n, p) keeps its phase, as a second motion does, not friction that wanders."""
+        turned = np.exp(-2j * math.pi * line.frequency * self.moments(np.arange(len(rows)))).reshape(rows.shape)
+        each = np.mean((rows - rows.mean(axis=0)) * turned, axis=1)
+        parts = np.array([some.mean() for some in np.array_split(each, min(len(each), PARTS))])
+        return bool(abs(parts.mean()) ** 2 * (1.0 + (len(parts) - 1.0) / KEEPS) > np.mean(np.abs(parts) ** 2))
 
     def seconds(self, turns: FloatArray) -> FloatArray:
         """When so many cycles have passed [s]; what is between two blocks has no time."""

@@ -26,7 +26,7 @@ from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import window_of
-from frictionlab.schema import AMPLITUDE, ESTIMATED, MEASUREMENTS, RATIO, Result
+from frictionlab.schema import AMPLITUDE, ENERGY, ESTIMATED, MEASUREMENTS, RATIO, Result
 from frictionlab.uncertainty import (
     FILTER,
     LINES,
@@ -283,7 +283,9 @@ def _budgeted(
     sources = replace(sources, mass_gain=mass * sources.mass_gain, base_gain=base * sources.base_gain)
     found = dict(cycle_budget(cycle.mass_smooth, cycle.base, sources, turn=turn, unit=unit))
     found[RATIO] = {"natural frequency": (means["ratio"].value or 0.0) * sources.natural_frequency}
-    found[AMPLITUDE] = {**found[AMPLITUDE], LINES: layout.hidden, **of_filter}
+    folded = float(layout.folded_into(1)[0])  # of any phase
+    found[ENERGY] = {**found[ENERGY], **({LINES: math.pi * folded / math.sqrt(2.0)} if folded else {})}
+    found[AMPLITUDE] = {**found[AMPLITUDE], LINES: math.hypot(layout.hidden, folded), **of_filter}
     whole, budget = dict[str, Estimate](), dict[str, Shares]()
     for name in ("ratio", "base_amplitude", "energy", "amplitude"):
         number, key = means[name], ESTIMATED[name]

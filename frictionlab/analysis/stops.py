@@ -116,7 +116,12 @@ def parted(
         slip = _slip(mean, begin, end, noise, dwell)
         if slip is None:
             continue
-        split = _with(split, *slip, dwell)
+        turns = TURN * (np.floor((split[0] - slip[0]) / TURN) + 1.0)  # taken out of each that holds it, in any cycle
+        at, until = slip[0] + turns, slip[1] + turns
+        inside = (at - split[0] > dwell) & (split[1] - until > dwell)
+        first = np.concatenate([split[0], until[inside]])
+        last = np.concatenate([np.where(inside, at, split[1]), split[1][inside]])
+        split = np.array([first, last])[:, np.argsort(first, kind="stable")]
         if min(slip[0] - begin, end - slip[1]) < THIN * dwell:
             before, after = (mean[int(edge * scale) % len(mean)] for edge in slip)
             moves.append((abs(float(after - before)), (end - begin) / TURN))
@@ -176,13 +181,3 @@ def _slip(mean: FloatArray, begin: float, end: float, noise: float, dwell: float
         if apart >= FLAT * abs(way) + 3.0 * noise * math.sqrt(2.0 / half):
             return None
     return (first + leaves) / scale, (first + comes) / scale
-
-
-def _with(found: FloatArray, first: float, last: float, dwell: float) -> FloatArray:
-    """The stops with this slip taken out of each that holds it, in whatever cycle."""
-    turns = np.floor((found[0] - first) / TURN) + 1.0
-    at, until = first + TURN * turns, last + TURN * turns
-    inside = (at - found[0] > dwell) & (found[1] - until > dwell)
-    begin = np.concatenate([found[0], until[inside]])
-    end = np.concatenate([np.where(inside, at, found[1]), found[1][inside]])
-    return np.array([begin, end])[:, np.argsort(begin, kind="stable")]

@@ -11,9 +11,9 @@ import typer
 from frictionlab.cli import complain, printable, screen
 from frictionlab.cli.options import AnalysisSettings, Inputs, check_law, scene_of
 from frictionlab.errors import AnalysisError
-from frictionlab.schema import COMPARISONS, FRICTION, MATERIAL_LAWS, MEASUREMENTS, with_error
+from frictionlab.schema import COMPARISONS, FRICTION, GRAVE, MATERIAL_LAWS, MEASUREMENTS, with_error
 from frictionlab.tables import Row, check_output, read_rows, write_rows
-from frictionlab.tables.texts import GRAVE, few_of, kinds_of
+from frictionlab.tables.texts import few_of, kinds_of
 from frictionlab.verbs.inputs import failure, files_of, tables_in
 
 if TYPE_CHECKING:

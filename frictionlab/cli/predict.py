@@ -64,9 +64,8 @@ def plan(
 
 
 def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) -> None:
-    """The table, what its last columns mean, and what to do in the laboratory."""
+    """The table, and what its last columns mean."""
     from frictionlab.inference.ladder import REQUIRED
-    from frictionlab.planning.plan import steps
 
     apart = "" if found.against is None else f" against {found.against}"
     count = len({tuple(getattr(test, key) for key in SETTING) for test in found.tests})
@@ -79,11 +78,9 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
         again = rows and row["rank"] is not None and all(row[key] == rows[-1][key] for key in SETTING)
         first = str(rows.pop()["rank"]).partition("-")[0] if again else ""
         rows.append({**row, "rank": f"{first}-{row['rank']}"} if again else row)
-    settings = (("base_amplitude_mm", "base_amplitude_m"), ("duration_s", "duration_s"))
-    same = {key for key, each in settings if len({getattr(test, each) for test in listed}) == 1}  # stand in the steps
     last = {f"u({name})": "friction %" if name == "beta" else f"u({name})" for name in found.tests[0].expected}
     last = last if found.against is None else {"one": "if A", "other": "if B", "after": "after"}
-    print_table(rows, {key: head for key, head in (heads("planned") | last).items() if key not in same})
+    print_table(rows, heads("planned") | last)
     meaning = (
         "the last columns: standard uncertainty after this test and all better ones, of friction in per cent of it"
     )
@@ -94,11 +91,7 @@ def _print(found: "Plan", listed: "Sequence[PlannedTest]", output: Path | None) 
             f" after: sum of this test and all better ones, the lesser of both; {REQUIRED:g} or more decides"
         )
     paragraph(meaning)
-    typer.echo("\nIn the laboratory, in the order that saves changes:")
-    for line in steps(found):
-        paragraph(line, indent="    ")
     if output is not None:
-        typer.echo("")
         paragraph(f"the sheet is {output}: name the logs as it says, then give it as [experiment] sheet")
 
 

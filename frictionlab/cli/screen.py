@@ -32,6 +32,10 @@ NO_LAG = (
     "lag_s_u of [sensors] is not declared: half a sampling interval of lag between the channels, either way, is assumed"
     " in the uncertainties, and no filter of one channel, which lags too (mass_filter_hz; compare-numeric may see it)"
 )
+NO_STIFFNESS = (
+    "stiffness_n_per_m_u of [rig] is not declared: {:.2g} % of {:.4g} N/m is assumed, also where mass and frequency"
+    " make it. N, coefficient and J are as wrong as mass or stiffness, and no test shows it: weigh the mass and declare"
+)
 T = TypeVar("T")
 
 
@@ -99,7 +103,8 @@ def _columns(table: Table, names: Iterable[str]) -> list[Shown]:
 
     An error is a column where it is no other's uncertainty.
     """
-    return [Shown(_head(name, table), name, form=".6g") for name in names if not name.endswith("_u")]
+    heads = {name: column.head if (column := table.column(name)) else printable(name) for name in names}
+    return [Shown(head, name, form=".6g") for name, head in heads.items() if not name.endswith("_u")]
 
 
 def each_of(value: Any) -> Sequence[Any]:
@@ -240,10 +245,12 @@ def headline(rows: Sequence[Row], noun: str) -> str:
 
 def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
     """What the uncertainties assume that nobody declared; of rows that do not say so, by the scene alone."""
-    from frictionlab.uncertainty import LAG
+    from frictionlab.uncertainty import LAG, STIFF, sources_of
 
-    known: list[Any] = [row.get("assumed", [LAG] * (scene.sensors.lag_s_u is None)) for row in good]
-    return [NO_LAG] if any(LAG in assumed for assumed in known) else []
+    by_scene = sources_of(scene, 1.0)
+    known = {key for row in good for key in each_of(row.get("assumed", by_scene.assumed))}
+    stiff = NO_STIFFNESS.format(100.0 * by_scene.stiffness, scene.rig.stiffness or 0.0)
+    return [NO_LAG] * (LAG in known) + [stiff] * (STIFF in known and scene.rig.stiffness is not None)
 
 
 def print_table(rows: Iterable[Row], columns: Table | Mapping[str, str] | Sequence[Shown]) -> None:
@@ -292,11 +299,6 @@ def _bold(text: str) -> str:
 
 def _joined(texts: Sequence[str], widths: Sequence[int]) -> str:
     return (" " * GAP).join(text.ljust(width) for text, width in zip(texts, widths, strict=True)).rstrip()
-
-
-def _head(name: str, table: Table) -> str:
-    column = table.column(name)
-    return printable(name) if column is None else column.head
 
 
 def _width() -> int:

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PathCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -85,7 +84,13 @@ def _grid(campaign: Campaign, columns: Mapping[str, Value], quantity: str) -> Fi
         for line, row, material in zip(axes, rows, campaign.materials, strict=True):
             for ax, tests, words in zip(line, row, columns, strict=True):
                 if _is_map(tests):
-                    squares = _draw_map(ax, tests, colours)
+                    r, force, value = tests
+                    forces, places = np.unique(force, return_inverse=True)
+                    edges = {"linewidths": 0.3, "edgecolors": GREY}
+                    squares = ax.scatter(r, places, c=value, s=SQUARE**2, marker="s", **edges, **colours)
+                    ax.set_yticks(range(len(forces)), [f"{each:.4g}" for each in forces])
+                    ax.set(ylabel="normal force [N]", xlabel="frequency ratio r", xlim=(0.0, None))
+                    ax.set_ylim(-0.6, len(forces) - 0.4)
                 else:
                     _draw_line(ax, tests, quantity, max(0.0, float(every.max(initial=0.0))), whole=classes is not None)
                 ax.set_title(f"{material}{words}")
@@ -108,16 +113,6 @@ def _draw_line(ax: Axes, tests: FloatArray, quantity: str, most: float, *, whole
     ax.set(xlabel="normal force [N]" if over_force else "frequency ratio r", ylabel=quantity)
     ax.set(xlim=(0.0, 1.05 * max(along)), ylim=(-0.06 * top, 1.12 * top))
     ax.yaxis.set_major_locator(MaxNLocator(4, integer=whole))
-
-
-def _draw_map(ax: Axes, tests: FloatArray, colours: Mapping[str, Any]) -> PathCollection:
-    """A square for each test over frequency ratio and normal force."""
-    r, force, value = tests
-    forces, places = np.unique(force, return_inverse=True)
-    squares = ax.scatter(r, places, c=value, s=SQUARE**2, marker="s", linewidths=0.3, edgecolors=GREY, **colours)
-    ax.set_yticks(range(len(forces)), [f"{each:.4g}" for each in forces])
-    ax.set(ylabel="normal force [N]", xlabel="frequency ratio r", xlim=(0.0, None), ylim=(-0.6, len(forces) - 0.4))
-    return squares
 
 
 def colour_limit(values: FloatArray) -> float:

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.arrays import FloatArray
 from frictionlab.errors import UsageError
 from frictionlab.figures import style
 from frictionlab.inference.comparison import Comparison, ContactForce, OverFrequency
@@ -123,18 +122,13 @@ def draw_force(
     for at, look in ((contact.seen, measured), (contact.predicted, law)):
         if at is not None:
             x, y = style.closed(at.velocity if over_speed else at.displacement), style.closed(at.force)
-            x, y = _with_jumps(x, y) if jumps and look is law else (x, y)
+            if jumps and look is law:  # two points at rest wherever the speed turns or stops: friction jumps there
+                places = np.flatnonzero(np.diff(np.where(np.abs(x) < STILL, 0.0, np.sign(x)))) + 1
+                before_after, twice = np.stack([y[places - 1], y[places]], axis=1), np.repeat(places, 2)
+                x, y = np.insert(x, twice, 0.0), np.insert(y, twice, before_after.ravel())
             ax.plot(size * x, newtons * y, **look)
     ax.set_xlabel("speed of the mass [mm/s]" if over_speed else "displacement of the mass [mm]")
     ax.set_ylabel("force of the contact, n / kY" if contact.unit_n is None else "force of the contact [N]")
-
-
-def _with_jumps(speed: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The line with two points at rest wherever the speed turns or stops: friction of a stiff contact jumps there."""
-    places = np.flatnonzero(np.diff(np.where(np.abs(speed) < STILL, 0.0, np.sign(speed)))) + 1
-    before_after = np.stack([force[places - 1], force[places]], axis=1)
-    twice = np.repeat(places, 2)
-    return np.insert(speed, twice, 0.0), np.insert(force, twice, before_after.ravel())
 
 
 def _draw_residual(contact: ContactForce, ax: Axes) -> None:

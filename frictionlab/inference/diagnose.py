@@ -31,6 +31,7 @@ FEW = 4  # data an unknown: with fewer nothing strains, whatever the rig is
 ALWAYS = ("spring_cubic", "play", "load_by_base", "natural_frequency")  # tried on every fit, the dearest last
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
 BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law explains as well and nothing strains
+OFF = 2.0  # standard uncertainties from what is declared from which a cause let free is one
 AS_LIKELY = -4.0  # the same from which what it moves belongs to u
 BETTER = 0.7  # of what a law misses: a richer one that leaves less was right to be asked
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
@@ -91,12 +92,16 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     cycle = cycle_of(found.tests[0])
     starts = cycle.starting and misses_start(found.fit)
     if (starts or cycle.settles_later_s is not None) and not explained:
-        named, answered = [], False  # a start that is still in the cycles looks like any cause
-    facts = strained_facts(fitted, scene, [cause.name for cause, _ in named]) if explained else ()
-    causes = (*(named_cause(cause, other, found, scene) for cause, other in named), *hidden)
-    along = along_the_path(found) if explained else ()
-    said = [*facts, *said, *causes, *along]
-    return Diagnosis(found, strained or bool(named), tuple(said), answered and not explained, causes)
+        named = []  # a start that is still in the cycles looks like any cause
+    at = fitted.values()  # one that is hardly elsewhere when it is free only makes the fit less sure
+    named = [(c, o) for c, o in named if abs(o.values()[c.name] - at.get(c.name, 0.0)) > OFF * _known_to(c, o)]
+    moved = _unnamed(fitted, named)
+    rival = f", or {fitted.unknowns[moved[0]].words} (either fits)" if explained and len(moved) == 1 else ""
+    facts = strained_facts(fitted, scene, named) if explained else ()
+    causes = [named_cause(cause, other, found, scene, rival) for cause, other in named]
+    answered = answered and bool(named) and not explained
+    said = [*causes, *facts, *said, *hidden, *(along_the_path(found) if explained else ())]
+    return Diagnosis(found, strained or bool(named), tuple(said), answered, (*causes, *hidden))
 
 
 def along_the_path(found: Posterior) -> Iterator[str]:
@@ -109,6 +114,17 @@ def along_the_path(found: Posterior) -> Iterator[str]:
         yield ALONG_THE_PATH
 
 
+def _unnamed(found: Posterior, named: Sequence[tuple[Unknown, Fit]]) -> list[int]:
+    """Which strained unknowns are not among the causes named."""
+    return [k for k in found.strained if found.unknowns[k].name not in [cause.name for cause, _ in named]]
+
+
+def _known_to(cause: Unknown, other: Fit) -> float:
+    """Standard uncertainty of a cause by the fit in which it is free."""
+    k = other.find(cause.name)
+    return 0.0 if k is None else cause.sd * math.sqrt(float(np.linalg.inv(other.precision)[k, k]))
+
+
 def misses_start(found: Fit) -> bool:
     """Whether half of what a fit misses may be what cycles, its tests, show of their starts."""
     seen = [test.observation for test in found.model.tests]
@@ -116,14 +132,20 @@ def misses_start(found: Fit) -> bool:
     return len(left) == len(seen) and math.sqrt(float(np.mean(np.square(left)))) > OF_START * found.nrmse()
 
 
-def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) -> Iterator[str]:
+def strained_facts(found: Posterior, scene: Scene, named: Sequence[tuple[Unknown, Fit]] = ()) -> Iterator[str]:
     """Yield which known quantity the fit had to move away from what is known of it, and what to declare instead.
 
     Of a law that explains the test: any other law finds a lag or a frequency that makes up for what it lacks. What is
     to be declared is what the data say without the prior, which has pulled the value found; its error holds how far,
-    for that is one linear step, and data that say too little (`LEAST_FREE`) ask for nothing. Of those ``named`` with
-    the value that they have when they are let free, that value.
+    for that is one linear step, and data that say too little (`LEAST_FREE`) ask for nothing. Causes that are ``named``
+    say their own value; several others that were moved for want of one of these are not to be declared.
     """
+    moved = _unnamed(found, named)
+    if len(moved) > 1 and any(_strain(other, cause) < STRAINED for cause, other in named):
+        each = ((found.unknowns[k], abs(float(found.fit.point[k]))) for k in moved)
+        words = ", ".join(f"{u.words} ({c / u.known_to:.2g} times)" for u, c in each)
+        yield f"friction_ratio: without that cause the fit moved much that the scene knows, over its u: {words}"
+        return
     for k in found.strained:
         u, seen = found.unknowns[k], found.nuisances().get(found.unknowns[k].name)
         if seen is None:
@@ -132,16 +154,14 @@ def strained_facts(found: Posterior, scene: Scene, named: Sequence[str] = ()) ->
         times, says = abs(c) / u.known_to, 1.0 - u.hold(c) * float(found.plain[k, k])
         free = 1.0 / max(says, LEAST_FREE)
         asked = u.mean + u.sd * c * free, math.hypot(seen["u"] * math.sqrt(free), u.sd * c * (free - 1.0))
-        declare = "" if u.name in named or says < LEAST_FREE else to_declare(u.name, *asked, scene)
+        declare = "" if k not in moved or says < LEAST_FREE else to_declare(u.name, *asked, scene)
         against = "what is assumed where none is declared: measure it and declare it"
         if not u.assumed:
             against = "its standard uncertainty: check it"
-        moved = u.unit[0] * (seen["value"] - u.mean)
+        by = u.unit[0] * (seen["value"] - u.mean)
         unit = f" {u.unit[1]}" if u.unit[1] else ""
         key, fits = ("", f" ({declare})") if declare else (f" ({u.key})", "")
-        yield (
-            f"friction_ratio: the fit moved the {u.words}{key} by {moved:.2g}{unit}, {times:.2g} times {against}{fits}"
-        )
+        yield f"friction_ratio: the fit moved the {u.words}{key} by {by:.2g}{unit}, {times:.2g} times {against}{fits}"
 
 
 def to_declare(name: str, value: float, u: float, scene: Scene) -> str:
@@ -155,7 +175,7 @@ def to_declare(name: str, value: float, u: float, scene: Scene) -> str:
         table, key, said = "sensors", name, f"{1e3 * value:+.3g} ms"
     elif name == "natural_frequency" and frequency:
         value, u = frequency * (1.0 + value), frequency * u
-        table, key, said = "rig", "natural_frequency_hz", f"{value:.4g} Hz"
+        table, key, said = "rig", "natural_frequency_hz", f"{with_digits(value, u)} Hz"
     elif name == "frame_damping_ratio" and value >= 0.0:
         table, key, said = "rig", "damping_ratio", f"{value:.3g}"
     elif name.endswith("filter_s") and value > 0.0:
@@ -342,21 +362,21 @@ def _of_hidden_play(freed: Fit, play: Unknown, unit: float) -> float:
     return abs(freed.model.unknowns[beta].slope(float(freed.point[beta])) * float(moved[beta] / moved[k])) * usual
 
 
-def named_cause(cause: Unknown, other: Fit, found: Posterior, scene: Scene) -> str:
-    """Say which cause answers, its value, and what it makes of the friction ratio of the first test."""
-    k, value, frequency = other.find(cause.name), other.values()[cause.name], scene.rig.natural_frequency
+def named_cause(cause: Unknown, other: Fit, found: Posterior, scene: Scene, rival: str = "") -> str:
+    """Say which cause answers, or its ``rival``, its value, and what it makes of the friction of the first test."""
+    value, u, frequency = other.values()[cause.name], _known_to(cause, other), scene.rig.natural_frequency
     who = "this recording asks" if len(found.tests) == 1 else "all tests together ask"
     if cause.name == "natural_frequency" and frequency:
-        asks = f"{frequency:.4g} Hz is declared; {who} for {frequency * (1 + value):.4g} Hz"
+        asks = f"{frequency:.6g} Hz is declared; {who} for {with_digits(frequency * (1 + value), frequency * u)} Hz"
     else:
         sign, unit = "" if cause.folded else "+", f" {cause.unit[1]}".rstrip()
         asks = f"{who} for {cause.unit[0] * value:{sign}.3g}{unit}"
-    u = 0.0 if k is None else cause.sd * math.sqrt(float(np.linalg.inv(other.precision)[k, k]))
-    declare = to_declare(cause.name, value, u, scene) if explains(other, range(len(other.model.tests))) else ""
+    fits = explains(other, range(len(other.model.tests)))
+    declare = to_declare(cause.name, value, u, scene) if fits else "it leaves less, but a misfit too"
     declared = f"; {declare}" if declare else ""
     own, there = found.values().get("beta"), other.values().get("beta")
     moves = "" if own is None or there is None else f". The friction ratio would be {there:.4g} in place of {own:.4g}"
-    return f"rig: {cause.words}: {asks}{declared}{moves}; its error holds the difference"
+    return f"rig: {cause.words}{rival}: {asks}{declared}{moves}; its error holds the difference"
 
 
 def varied_friction(found: Posterior, tests: Sequence[int]) -> tuple[float, float] | None:

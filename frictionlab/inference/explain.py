@@ -10,8 +10,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.compare import AUTO, compare_measurement
@@ -20,12 +18,11 @@ from frictionlab.inference.ladder import REQUIRED, left_for_work
 from frictionlab.inference.posterior import limits_in_words
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
+from frictionlab.schema import GRAVE, OF_LAWS
 from frictionlab.simulator.laws import law_of
-from frictionlab.uncertainty import Estimate, unit_share
+from frictionlab.uncertainty import STIFF, Estimate, unit_share
 
 WIDTH = 80
-STILL = 1e-9  # of omega Y: a contact that is slower stands
-PARTS = {"stops": "at stops", "slides up": "while the mass slides up", "slides down": "while the mass slides down"}
 VERDICTS = {
     "explained": "It explains the cycle: it",
     "strained": "It explains the cycle only with sensors or rig unlike the scene (below): it",
@@ -90,13 +87,9 @@ class Explanation:
         return found
 
     def row(self) -> dict[str, object]:
-        """The comparison's row, with the text and what a simpler law leaves."""
-        simpler = self.simpler or {}
+        """The comparison's row, with the text and values in physical units."""
         return {
             **self.comparison.row(),
-            "simpler_law": simpler.get("law"),
-            "simpler_nrmse": simpler.get("response_nrmse"),
-            "missed": missed(self.comparison.contact),
             "physical": {n: {"value": v, "u": u, "unit": unit} for n, (v, u, unit, _) in self.physical.items()},
             "text": self.text.splitlines(),
         }
@@ -135,19 +128,6 @@ def _force(comparison: Comparison) -> dict[str, tuple[float, float | None, str, 
     """The friction force, where the stiffness is known."""
     force, u = comparison.friction_force_n, comparison.friction_force_n_u
     return {} if force is None else {"beta": (force, u, "N", "friction force")}
-
-
-def missed(contact: ContactForce | None) -> dict[str, float]:
-    """Rms of what a law misses, over Y: while the contact stands, slides up, slides down, by the law; one way: none."""
-    if contact is None or contact.residual is None or contact.predicted is None or contact.is_one_way:
-        return {}
-    speed = contact.predicted.velocity
-    still = np.abs(speed) < STILL
-    still &= np.roll(still, 1) | np.roll(still, -1)  # where it turns it stands for one sample, and has no stop
-    parts = {"stops": still, "slides up": speed >= STILL, "slides down": speed <= -STILL}
-    square = contact.residual**2
-    seen = {name: there & np.isfinite(square) for name, there in parts.items()}  # of a force sliding parts alone
-    return {name: math.sqrt(float(square[there].mean())) for name, there in seen.items() if there.any()}
 
 
 def _left_for_work(c: Comparison) -> list[str]:
@@ -189,6 +169,9 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
             yield 1, f"  {words}: {Estimate(size, None, error)} {unit} ({name} {own}){more}"
         else:
             yield 1, f"  {words}: {own} ({name})"
+    if STIFF in c.assumed and c.contact is not None and c.contact.unit_n is not None and not c.contact.is_measured:
+        k, u = c.contact.unit_n / c.contact.unit_m, 100.0 * c.contact.stiffness_u
+        yield 1, f"  N and J are as sure as k = {k:.4g} N/m: {u:.2g} % is assumed (stiffness_n_per_m_u)"
     if vague:
         yield 2, f"  not determined (95 %): {', '.join(vague)}"
     shares = c.budget.get("friction_ratio", {})
@@ -198,30 +181,25 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
 
 
 def _what_it_is_not(about: Explanation) -> Iterator[tuple[int, str]]:
-    """What a simpler law leaves, and where this one misses, and which other laws were tried."""
+    """What a simpler law leaves, and which laws were left out."""
     c, simpler = about.comparison, about.simpler
     if simpler is not None and simpler["response_nrmse"] is not None:
         enough = f"Its log evidence is {simpler['gain']:.0f} lower; {REQUIRED:.0f} is enough."
         yield 3, f"A simpler law, {simpler['law']}, leaves {100 * simpler['response_nrmse']:.2g} %. {enough}"
-    in_newtons, unit_m = (False, 0.0) if c.contact is None else (c.contact.is_measured, c.contact.unit_m)
-    times, unit = ((c.contact and c.contact.unit_n) or 1.0, "N") if in_newtons else (1e6 * unit_m, "um")
-    here = ", ".join(f"{times * size:.2g} {unit} {PARTS[name]}" for name, size in missed(c.contact).items())
-    if here:
-        yield 6, f"{c.law} misses (rms): {here}."
     if (left := _left_for_work(c)) and c.verdict != "explained":
-        yield 0, f"Left out, for the ladder's work was used up: {', '.join(left)}."
-    if others := [str(rung["law"]) for rung in c.laws or () if not (rung["required"] or rung["note"])]:
-        yield 6, f"Tried, not required: {', '.join(others)}."
+        yield 6 if c.verdict == "strained" else 0, f"Left out, for the ladder's work was used up: {', '.join(left)}."
 
 
 def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
     """What to measure next, and what the comparison warns of."""
-    untold = [name for name, e in about.comparison.parameters.items() if e["u"] is not None and not e["told"]]
-    law = law_of(about.comparison.law)
+    c = about.comparison
+    untold, law = [name for name, e in c.parameters.items() if e["u"] is not None and not e["told"]], law_of(c.law)
     yield from ((2, f"To measure {name}: {law.parameter(name).determined_by}.") for name in untold)
-    if (left := _left_for_work(about.comparison)) and about.comparison.verdict != "explained":
+    if c.verdict == "strained":
+        yield 0, "Next: check rig and sensors (! below, first first): law and values may change."
+    elif (left := _left_for_work(c)) and c.verdict != "explained":
         yield 0, f"Next: frictionlab compare-numeric --law {left[0]} fits that law alone."
     elif not untold:
         yield 2, NEXT
-    warnings = (said for said in about.comparison.warnings if "does not determine it" not in said)
-    yield from ((1 if "declare it" in said else 5, f"! {said}") for said in warnings)
+    warnings = (said for said in c.warnings if "does not determine it" not in said)
+    yield from ((1 if GRAVE.search(said) and not OF_LAWS.match(said) else 5, f"! {said}") for said in warnings)

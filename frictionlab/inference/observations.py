@@ -521,6 +521,7 @@ def of_measurement(measurement: Measurement, scene: Scene, masses: int = 1) -> d
         least=scene.model.base_harmonics,
         masses=masses,
         settled=not test["starting"],
+        folded=measurement.layout.folded_into(MOST_HARMONICS),
     )
 
 
@@ -539,14 +540,15 @@ def of_cycle(
     least: int = 1,
     masses: int = 1,
     settled: bool = True,
+    folded: FloatArray | None = None,
 ) -> dict[str, Any]:
     """Return what an observation takes from a mean cycle: its base, and harmonics with the covariance of its cycles.
 
     ``samples`` of a cycle; ``used``: cycles that the mean is of; ``noise``: rms of the first mass's sensor, Y, which
     stands for all; ``unit_u``: relative error of Y; ``least``: harmonics of the base; ``masses`` of a frame, one after
-    the other; ``settled``: no start is known to be left. A stop's corner is sharp, and a slow drive wakes high
-    harmonics at the frame's own: so many are kept as that needs and the samples allow. What the base's noise adds is
-    shared by all cycles: all is over its amplitude, from its phase on.
+    the other; ``settled``: no start is known to be left; ``folded``: as of `Layout.folded_into`. A stop's corner is
+    sharp, and a slow drive wakes high harmonics at the frame's own: so many are kept as that needs and the samples
+    allow. What the base's noise adds is shared by all cycles: all is over its amplitude, from its phase on.
     """
     wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / r)))
     count = min(cycle.each.shape[1], max(2, min(wanted, int(min(samples, len(cycle.tau)) / POINTS))))
@@ -560,6 +562,8 @@ def of_cycle(
     start = left_of_start(single, sensor, settled=settled)
     of_all = unit_u**2 * (np.outer(mean, mean) + np.outer(later, later)) + start.T @ start
     of_all += 2.0 * rounding**2 / samples * np.eye(len(mean))
+    if folded is not None:
+        of_all += np.diag(np.tile(0.5 * folded[:count] ** 2, 2 * masses))
     of_noise = sensor + 2.0 * ROUNDING**2 * power / count
     known, variance = of_mean(mean, single, of_noise, used, power=power, white=sensor, of_all=of_all)
     beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)

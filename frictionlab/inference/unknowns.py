@@ -133,19 +133,17 @@ def of_law(law: Law, held: Mapping[str, float], declared: Infer) -> tuple[Unknow
 
 def _declared(usual: Unknown, declared: Infer) -> Unknown:
     """The unknown as the scene declares it; its bounds, as values, and its scatter's prior stay where it does not."""
-    name, found = usual.name, usual
-    if name in declared.levels:
-        found = replace(found, level=declared.levels[name])
-        if found.level != usual.level:
-            found = replace(found, scatter=SCATTER / usual.sd if usual.scale == "log" else SCATTER)
-    if name in declared.priors:
-        mean, sd = declared.priors[name]
-        mean, sd = (math.log(mean), sd / mean) if found.scale == "log" else (mean, sd)
-        low, high = ((usual.mean + usual.sd * end - mean) / sd for end in (usual.low, usual.high))
-        absolute = found.scale == "log" or found.level == "test"
-        scatter = found.scatter * (usual.sd / sd if absolute else 1.0)
-        found = replace(found, mean=mean, sd=sd, low=low, high=high, folded=False, scatter=scatter)
-    return found
+    if declared.levels.get(usual.name, usual.level) != usual.level:
+        scatter = SCATTER / usual.sd if usual.scale == "log" else SCATTER
+        usual = replace(usual, level=declared.levels[usual.name], scatter=scatter)
+    if usual.name not in declared.priors:
+        return usual
+    mean, sd = declared.priors[usual.name]
+    mean, sd = (math.log(mean), sd / mean) if usual.scale == "log" else (mean, sd)
+    low, high = ((usual.mean + usual.sd * end - mean) / sd for end in (usual.low, usual.high))
+    absolute = usual.scale == "log" or usual.level == "test"
+    scatter = usual.scatter * (usual.sd / sd if absolute else 1.0)
+    return replace(usual, mean=mean, sd=sd, low=low, high=high, folded=False, scatter=scatter)
 
 
 def of_rig(

@@ -3,14 +3,14 @@
 Two laws are distinguished by the evidence to expect if the one holds and the other is fitted to it, both ways.
 What a test would show under one law is fitted with the other by the inference itself, sensors and rig beside it, so
 that what a lag or a detuned frame explains does not count. The cycle fitted is free of noise: noise adds as much to
-both laws. Of a plan its tests, what to expect of each, and the order that saves changes are given as steps and as a
-sheet, which ``[experiment] sheet`` reads after the tests.
+both laws. Of a plan its tests, what to expect of each, and the order that saves changes are given as a sheet,
+which ``[experiment] sheet`` reads after the tests.
 """
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -377,11 +377,8 @@ def _apart(one: VirtualTest, two: VirtualTest) -> float:
 
 def running_order(plan: Plan) -> tuple[PlannedTest, ...]:
     """The tests so that each normal force is set once, and each motion of the base once for it."""
-    return tuple(sorted(plan.tests, key=_setting))
-
-
-def _setting(test: PlannedTest) -> tuple[float, ...]:
-    return test.normal_force_n, test.base_amplitude_m, test.frequency_ratio, test.duration_s
+    order = ("normal_force_n", "base_amplitude_m", "frequency_ratio", "duration_s")
+    return tuple(sorted(plan.tests, key=attrgetter(*order)))
 
 
 def sheet_rows(plan: Plan, scene: Scene) -> list[dict[str, object]]:
@@ -404,19 +401,6 @@ def sheet_rows(plan: Plan, scene: Scene) -> list[dict[str, object]]:
             }
         )
     return rows
-
-
-def steps(plan: Plan) -> list[str]:
-    """Return what to do in the laboratory, a line each, in the order to run the tests."""
-    lines = []
-    for force, tests in groupby(running_order(plan), key=lambda test: test.normal_force_n):
-        lines.append(f"Set a normal force of {force:g} N.")
-        for _, same in groupby(tests, key=_setting):
-            repeats = list(same)
-            *others, last = (str(test.rank) for test in repeats)
-            which = f"tests {', '.join(others)} and {last}: record it {len(repeats)} times, each begun anew"
-            lines.append(f"  {_note(repeats[0])} ({which if others else f'test {last}'})")
-    return lines
 
 
 def _note(test: PlannedTest) -> str:

@@ -28,10 +28,10 @@ from frictionlab.report.charts import HERE, TEMPLATES, Dot, chart
 from frictionlab.report.page_of_test import sheet_name
 from frictionlab.scene.physical import to_physical
 from frictionlab.scene.text import to_toml
-from frictionlab.schema import with_error
+from frictionlab.schema import GRAVE, with_error
 from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
-from frictionlab.tables.texts import GRAVE, kinds_of
+from frictionlab.tables.texts import kinds_of
 
 PACKAGES = ("numpy", "scipy", "pandas", "matplotlib", "h5py", "numba", "pydantic")
 MOST_DOUBTS = 6  # on the first screen; all warnings stand further down

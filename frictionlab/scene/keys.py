@@ -190,12 +190,11 @@ class Infer(SceneTable):
 
     @model_validator(mode="after")
     def _of_laws(self) -> Self:
-        for table in ("levels", "priors"):
-            for name, value in getattr(self, table).items():
-                mean, sd = value if table == "priors" else (None, 1.0)
-                check_parameters({name: mean}, None, table=table)
-                if sd <= 0.0:
-                    raise ValueError(f"priors.{name}: expected [value, standard deviation > 0]; got {value}")
+        check_parameters(dict.fromkeys(self.levels, 1.0), None, table="levels")
+        check_parameters({name: mean for name, (mean, _) in self.priors.items()}, None, table="priors")
+        for name, value in self.priors.items():
+            if value[1] <= 0.0:
+                raise ValueError(f"priors.{name}: expected [value, standard deviation > 0]; got {value}")
         return self
 
 

@@ -15,6 +15,7 @@ from frictionlab.errors import ParameterError
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Some = Field(min_length=1)
+APART, MEND = 0.003, "N and J follow the stiffness, r the frequency: mend or leave out one of the three"
 _NAME = re.compile(r'[^/\\:*?"<>|\x00-\x1f\x7f-\x9f\ud800-\udfff]{1,100}')
 
 
@@ -61,12 +62,12 @@ LawName = Annotated[str, AfterValidator(_law)]
 
 
 def check_parameters(
-    values: Mapping[str, float | None], law: str | None, *, breaks_away: bool = False, table: str = "parameters"
+    values: Mapping[str, float], law: str | None, *, breaks_away: bool = False, table: str = "parameters"
 ) -> None:
     """Refuse parameters that a law lacks, or values outside their domain, with a ValueError that names them.
 
     Of a law that is chosen later on (None, or "auto") those that no law has; ``breaks_away``: a static ratio of the
-    scene adds the term breakaway; ``table``: the scene's, for the words. Of a value that is None the name alone.
+    scene adds the term breakaway; ``table``: the scene's, for the words.
     """
     if not values:
         return
@@ -81,7 +82,7 @@ def check_parameters(
             whose = f"law {law} has no such parameter" if named else "no law has such a parameter"
             raise ValueError(f"{table}.{name}: {whose}; expected one of {', '.join(known)}")
         try:
-            known[name].checked(known[name].usual[0] if value is None else value)
+            known[name].checked(value)
         except ParameterError as error:
             raise ValueError(f"{table}.{name}: expected {known[name].domain}; got {value!r}") from error
 
@@ -140,7 +141,7 @@ class Rig(SceneTable):
         "Viscous damping ratio of the frame, as taps give it; given, it is simulated."
     )
     natural_frequency_hz_u: NonNegative | None = key("Standard uncertainty of the natural frequency.")
-    stiffness_n_per_m_u: NonNegative | None = key("Standard uncertainty of the stiffness.")
+    stiffness_n_per_m_u: NonNegative | None = key("Standard uncertainty of the stiffness; F in N, mu and J go with it.")
     damping_ratio_u: NonNegative | None = key("Standard uncertainty of the damping ratio.")
     kind: Literal["base-excited", "prescribed"] = key(
         '"base-excited", or "prescribed", as on a tribometer: there is no frequency ratio.', "base-excited"
@@ -206,13 +207,16 @@ class Rig(SceneTable):
         >>> Rig(mass_kg=3080.0, natural_frequency_hz=3.13).doubts
         ('rig: mass_kg = 3080: a frame on a bench has 0.01 to 300 kg: is this in g?',)
         """
-        mass, stiffness = self.first.mass_kg, self.first.stiffness_n_per_m
+        mass, stiffness, given = self.first.mass_kg, self.first.stiffness_n_per_m, self.natural_frequency_hz
         found, derived = [], self._derived_natural_frequency_hz()
         if mass is not None and not 0.01 <= mass <= 300.0:
             unit = "g" if mass > 300.0 else "t"
             found.append(f"mass_kg = {mass:g}: a frame on a bench has 0.01 to 300 kg: is this in {unit}?")
         if stiffness is not None and stiffness < 10.0:
             found.append(f"stiffness_n_per_m = {stiffness:g}: a frame has more than 10 N/m: is this in N/mm?")
+        if given and derived is not None and abs(derived / given - 1.0) > APART:
+            off = f"{derived:.4g} Hz, {100.0 * (derived / given - 1.0):+.2g} % off natural_frequency_hz"
+            found.append(f"mass_kg and stiffness_n_per_m make {off}: {MEND}")
         if derived is not None and not 0.2 <= derived <= 200.0 and not found:
             both = f"mass_kg = {mass:g} and stiffness_n_per_m = {stiffness:g}"
             found.append(f"{both} make {derived:.3g} Hz: is one of them in another unit (g, N/mm)?")

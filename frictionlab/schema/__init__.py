@@ -9,6 +9,7 @@ import csv
 import html
 import io
 import math
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -27,6 +28,12 @@ _OF_ANOTHER = {
     "low": "Lower end of the 95 % band of {}: errors of the law, and the scatter from test to test.",
     "high": "Upper end of the 95 % band of {}: errors of the law, and the scatter from test to test.",
 }
+GRAVE = re.compile(
+    r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
+    r"|times what|the fit moved|changes its sign|not at hand|used up|repeats|swapped|dead|jump off|quarantined"
+    r"|folded down|asks? for|does not hold|the law is that of"
+)
+OF_LAWS = re.compile(r"(verdict|friction_ratio: known only|laws?)\b")  # what follows from data that are broken
 MOST = 20  # rows in a notebook's table
 ROUNDING_OF_ZERO = 1e-13  # what is smaller, its error too, is no number
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from frictionlab.errors import DOUBTED, UsageError
-from frictionlab.schema import OUTCOME, Column, Table, Type, column_of, table_of
+from frictionlab.schema import GRAVE, OF_LAWS, OUTCOME, Column, Table, Type, column_of, table_of
 
 Row = Mapping[str, object]
 """A result from the schema's keys to values; ``None`` is not known."""
@@ -25,11 +25,6 @@ LINES_AT_ONCE = 1000
 FIRST_BYTES = 1 << 20  # of a file, in which its mark must be found
 MOST_DEPTH = 60  # of a value in JSON; results have 3
 MOST_DIGITS = 15  # of a whole number; beyond, two of them are one float
-GRAVE = re.compile(
-    r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
-    r"|times what|the fit moved|changes its sign|not at hand|used up|repeats|swapped|dead|jump off|quarantined"
-)
-_OF_LAWS = re.compile(r"(verdict|friction_ratio: known only|laws?)\b")  # what follows from data that are broken
 _DIGITS = re.compile(r"(?<![\w.])(?<!\w-)\d[\d.]*(?:e[+-]?\d+)?")  # a number, not part of a name
 _TO = re.compile(r"( \w{1,3})? to ")  # of a range, also of one that names its unit twice
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
@@ -299,8 +294,8 @@ def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, 
         sources = tuple(dict.fromkeys(source for source, _ in alike))
         said = _in_one(list(dict.fromkeys(first[source] for source in sources)))
         kinds.append((f"{said} (and {more} more such)" if more else said, sources))
-    kinds.sort(key=lambda kind: (bool(_OF_LAWS.match(kind[0])), -len(kind[1])))
-    return sorted(kinds, key=lambda kind: (DOUBTED not in kind[0], not GRAVE.search(kind[0])))
+    of_laws = {said: bool(OF_LAWS.match(said)) for said, _ in kinds}
+    return sorted(kinds, key=lambda k: (DOUBTED not in k[0], not GRAVE.search(k[0]), of_laws[k[0]], -len(k[1])))
 
 
 def _in_one(sentences: Sequence[str]) -> str:

@@ -79,7 +79,10 @@ def run_trials(
     the error. A first run, which may load or compile something, is not timed. Going round keeps a slow minute of the
     machine from being one setting's bad luck; the collector of garbage waits.
     """
-    errors = {name: _error(run(), truth) for name, run in runs.items()}
+    found = ((name, run()) for name, run in runs.items())
+    numbers = {name: one.energy_per_cycle if isinstance(one, SteadyState) else one for name, one in found}
+    off = {name: np.asarray(number, dtype=float) / truth - 1.0 for name, number in numbers.items()}
+    errors = {name: float(np.sqrt(np.mean(each**2))) for name, each in off.items()}
     seconds: dict[str, list[float]] = {name: [] for name in runs}
     for _ in range(LAPS):
         for name, run in runs.items():
@@ -89,11 +92,6 @@ def run_trials(
         Setting(knob, name, quantity, errors[name], min(seconds[name]), name == default, reference=reference)
         for name in runs
     ])  # fmt: skip
-
-
-def _error(result: object, truth: float) -> float:
-    found = result.energy_per_cycle if isinstance(result, SteadyState) else result
-    return float(np.sqrt(np.mean((np.asarray(found, dtype=float) / truth - 1.0) ** 2)))
 
 
 Knob = Callable[[], tuple[Setting, ...]]

@@ -12,7 +12,8 @@ from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.figures import plot
-from frictionlab.inference.explain import explain
+from frictionlab.inference.compare import compare_measurement
+from frictionlab.inference.explain import explain, explain_comparison
 from frictionlab.logs import read_log
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import Scene, scene_from_tables
@@ -159,6 +160,18 @@ def test_a_velocity_or_an_acceleration_serves_for_a_displacement(
     assert abs(m.response_amplitude - amplitude) < 2 * present(m.response_amplitude_u)
     (said,) = [w for w in m.warnings if w.startswith("mass_displacement: integrated") and "offset are gone" in w]
     assert ("; mass acceleration is not used" in said) == (channel == "mass_velocity")  # which is better
+
+
+def test_jumps_that_sampling_folds_onto_the_drive_make_no_dashpot() -> None:
+    """Harmonic 501 of a jump stood in the first: a dashpot 25 standard errors from none, in a fit that explained."""
+    seen = {name: values[1::2] for name, values in channels_of(1.5 / NATURAL_HZ, 0.4).items()}  # 166.67 a cycle
+    known = scene(lag_s_u=1e-5).changed(rig={"natural_frequency_hz_u": 3e-4, "damping_ratio": 0.0})
+    m = measure(recording(seen, "mass_acceleration", "base_displacement"), known)
+    assert m.layout.folded_into(3) == pytest.approx([0.0045, 0.0011, 0.0005], rel=0.1)
+    found = explain_comparison(compare_measurement(m, known, law="coulomb+speed"))
+    dashpot = found.comparison.parameters["contact_damping_ratio"]
+    assert 0.0 <= dashpot["value"] < 2.0 * dashpot["se"] < 2e-3
+    assert any("folded down" in line for line in found.short(11))
 
 
 @pytest.mark.parametrize("channel", ["mass_velocity", "mass_acceleration"])

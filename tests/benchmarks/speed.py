@@ -20,7 +20,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy import fft
 
 import frictionlab as fl
 from frictionlab.simulator import steady_state, sweep
@@ -107,23 +106,6 @@ def records() -> None:
         tell(f"response to 24,000 samples, {law}", seconds(partial(respond, problem, base), 3))
 
 
-def analyses() -> None:
-    """A recording of 90 s at 4 kHz, beside the FFT of one of its channels (Hann's window, four times as long)."""
-    rng, t = np.random.default_rng(4), np.arange(360_000) / 4000.0
-    scene = fl.scene_from_tables({"rig": {"natural_frequency_hz": NATURAL_HZ}, "analysis": {"transient_s": 20.0}})
-    for r in (0.1, 0.5, 2.0):
-        state, tau = steady_state(fl.Problem(r, 0.4)), 2 * math.pi * r * NATURAL_HZ * t
-        assert state.orbit is not None
-        assert state.energy_per_cycle is not None
-        shapes = state.orbit.at(np.mod(tau, 2 * math.pi))[0], np.cos(tau)
-        mass, base = (BASE_M * shape + 0.8e-6 * rng.standard_normal(len(t)) for shape in shapes)
-        recording = fl.Recording(t, mass, base)
-        error = (fl.analyze(recording, scene).energy_per_cycle or math.nan) / state.energy_per_cycle - 1.0
-        padded = seconds(partial(fft.rfft, base * np.hanning(len(t)), 4 * len(t)))
-        taken = seconds(partial(fl.analyze, recording, scene))
-        tell(f"analyze 90 s at 4 kHz, r = {r}", taken, f"{taken / padded:.1f} FFTs; energy off by {error:+.0e}")
-
-
 def logs() -> None:
     """Two logs of 2.7 million rows (84 MB), one plain and one with decimal commas, TABs and cp1252, beside pandas."""
     with tempfile.TemporaryDirectory() as folder:
@@ -163,15 +145,7 @@ def _process(words: Sequence[str]) -> tuple[float, float]:
     return time.perf_counter() - begun, used.ru_maxrss / 1024
 
 
-def fits() -> None:
-    """A cycle's fit of a sample log, and of its laws one after the other."""
-    recording = fl.ingest(LOG, scene=SCENE)
-    tell("compare, coulomb", seconds(lambda: fl.compare(recording, SCENE), 3))
-    tell("compare, coulomb+place+speed", seconds(lambda: fl.compare(recording, SCENE, law="coulomb+place+speed"), 3))
-    tell("compare, law auto", seconds(lambda: fl.compare(recording, SCENE, law="auto"), 1))
-
-
-TASKS = {task.__name__: task for task in (start_up, states, maps, records, logs, analyses, fits)}
+TASKS = {task.__name__: task for task in (start_up, states, maps, records, logs)}
 
 
 def main() -> None:

@@ -22,10 +22,9 @@ from frictionlab.inference import ladder
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import explains, infer
 from frictionlab.scene import Scene, scene_from_tables
-from frictionlab.schema import COMPARISONS
+from frictionlab.schema import COMPARISONS, GRAVE
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.tables import write_rows
-from frictionlab.tables.texts import GRAVE
 from frictionlab.uncertainty import Estimate
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row, steady_recording

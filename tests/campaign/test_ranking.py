@@ -13,8 +13,8 @@ from frictionlab.campaign.trials import trial_of
 from frictionlab.figures.plates import plates
 from frictionlab.report import page
 from frictionlab.scene import Scene
+from frictionlab.schema import GRAVE
 from frictionlab.simulator import Problem, steady_state
-from frictionlab.tables.texts import GRAVE
 from tests.campaign.fabricate import AMPLITUDE, COEFFICIENTS, RATIOS, STIFFNESS, row
 from tests.desk import present
 

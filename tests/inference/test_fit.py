@@ -87,10 +87,7 @@ def test_what_the_scene_declares_of_a_parameter_is_its_prior() -> None:
 
 
 def test_a_declared_prior_keeps_the_bounds_of_a_parameter() -> None:
-    declared = Infer(
-        levels={"gradient": "material"},
-        priors={"contact_damping_ratio": [0.02, 0.005], "beta": [0.3, 0.03]},
-    )
+    declared = Infer(levels={"gradient": "material"}, priors={"contact_damping_ratio": [0.1, 0.01], "beta": [0.3, 0.1]})
     law = law_of("coulomb+place+speed")
     usual, found = ({u.name: u for u in of_law(law, {}, said)} for said in (Infer(), declared))
     for name, (mean, sd) in declared.priors.items():

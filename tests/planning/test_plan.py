@@ -193,4 +193,3 @@ def test_two_laws_are_told_apart_on_the_command_line(written: Path) -> None:
     assert told["log_bayes_after"] == pytest.approx(min(told["log_bayes"], told["log_bayes_against"]), rel=0.05)
     said = invoke(*asked).stdout
     assert "law coulomb+place against coulomb+speed: 1 test, of 2 candidates" in said
-    assert "Set a normal force of 1 N." in said

@@ -162,22 +162,17 @@ def _systems(
             systems["push"][:, :n, 1] += np.outer(dashpot * follow, row)
         systems["first"][:, c + 1] = systems["first"][:, c]
         for k in range(len(r) if "stiffness_ratio" in values else 0):
-            _set_sliders(systems[k], c, {name: float(np.ravel(numbers)[k]) for name, numbers in values.items()})
+            springs, strengths = sliders_of({name: float(np.ravel(each)[k]) for name, each in values.items()})
+            own, begin = systems[k], int(systems[k]["first"][c])  # after those of the contacts before it
+            end = begin + len(springs)
+            _refuse_more("sliders", end, phase.SLIDERS)
+            own["spring"][begin:end], own["strength"][begin:end] = springs, strengths
+            own["first"][c + 1] = own["sliders"] = end
     if any(follow for _, follow, _ in contacts) and all(follow or row.sum() == 0.0 for row, follow, _ in contacts):
         systems["push"][:, :n, 0], systems["push"][:, :n, 1] = -systems["inertia"][:, :n, :n].sum(axis=-1), 0.0
         systems["follow"], systems["moves"] = 0.0, 0.0
         systems["lines"][:, : base.harmonics] *= -(np.arange(1.0, base.harmonics + 1.0) ** 2)
     return systems
-
-
-def _set_sliders(system: Any, contact: int, numbers: Mapping[str, float]) -> None:
-    """Write the sliders of a contact, after those of the contacts before it."""
-    springs, strengths = sliders_of(numbers)
-    first = int(system["first"][contact])
-    last = first + len(springs)
-    _refuse_more("sliders", last, phase.SLIDERS)
-    system["spring"][first:last], system["strength"][first:last] = springs, strengths
-    system["first"][contact + 1] = system["sliders"] = last
 
 
 def _refuse_more(name: str, count: int, most: int) -> None:

@@ -3,7 +3,7 @@
 from math import exp
 
 from frictionlab.arrays import FloatArray
-from frictionlab.simulator.laws.law import NO_AGE, STIFFNESS, Contact, Parameter, Term, Values
+from frictionlab.simulator.laws.law import NO_AGE, STIFFNESS, Contact, Parameter, Term
 from frictionlab.simulator.laws.stribeck import STATIC_RATIO, STRIBECK_SPEED
 
 
@@ -21,10 +21,6 @@ def lugre(own: FloatArray, side: float, friction: float, _z: float, v: float, w:
     n, n_w = stiffness * w + damping * rate, stiffness + damping * by_w
     force = n, damping * by_friction, 0.0, damping * by_v, n_w
     return (*force, slip, rate, by_friction, by_v, by_w, 0.0, *NO_AGE)
-
-
-def _gives_energy(p: Values) -> bool:
-    return 2.0 * p.get("contact_damping_ratio", 0.0) * p["r"] < p["bristle_damping"] * (p["static_ratio"] - 1.0)
 
 
 LUGRE = Term(
@@ -53,6 +49,8 @@ LUGRE = Term(
     contact=lugre,
     narrow=lambda p: p["stribeck_speed"] if p["static_ratio"] > 1.0 else 0.0,
     weakens=lambda p: p["static_ratio"] > 1.0,
-    gives=_gives_energy,
+    gives=lambda p: (
+        2.0 * p.get("contact_damping_ratio", 0.0) * p["r"] < p["bristle_damping"] * (p["static_ratio"] - 1.0)
+    ),
     effort=2,
 )
