@@ -41,7 +41,7 @@ OF_RECORD = 2.0  # times as much for a whole record, whose rigid laws count too
 KEPT = 0.5  # share of it that elastic laws leave to those that are integrated
 SHARE, LEAST = 0.5, 0.02  # of what is left, for one law or one start of it; of it all, below which none is begun
 RESERVE = 4e5  # the same for the values of the one that is required, found once more from all starts ...
-OF_RIVAL = 2.0, 1.0  # ... times so much, of one test and of several, for one held against it: it may take half
+OF_RIVAL = 2.0, 3.0  # ... times so much, of one test and of several, for one held against it: it may take half
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
 PUSHED = 3.0  # standard deviations from which what is known of sensors and rig is not where a richer law begins
@@ -306,18 +306,19 @@ class _Climb:
         if "stiffness_ratio" in {u.name for u in model.unknowns} and (of_force or not several):
             begun = [*self._in_valleys(model, below), *(begun if of_force else ())]
         elif not law.is_exact or law.has("breakaway"):  # a simpler law's sensors and rig may lead it astray
-            begun += [(model, p, [np.zeros(len(p))]) for p in ([] if several else with_known_rig(model))]
+            alike = [np.zeros(len(test.index)) for test in model.tests]
+            begun += [(model, point, alike) for point in with_known_rig(model)]
             if not law.is_exact:  # dear: the likeliest start first, for one may be enough
                 begun.sort(key=lambda start: cost(*start))
                 sure = cost(*begun[0]) < below.cost  # no other start is worth keeping work for
         enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)
         best: Fit | None = None
-        spent: OverspentError | None = None
+        spent, reserve = None, 0.0
         missed = AnalysisError("no starting point has a steady state")
         for there, point, local in begun:
             if best is not None and law.kind != "rigid" and (best.cost > enough or _is_noise(best)):
                 break
-            kept = 0.0 if sure else SHARE * self.work.left  # a start without an end is not the last
+            kept = reserve if sure else max(reserve, SHARE * self.work.left)  # a start without an end is not the last
             try:
                 with self.work.keeping(kept):
                     found = fit_from(there, [point], local, tempers=False)
@@ -329,6 +330,7 @@ class _Climb:
                     break
             else:
                 best = found if best is None or found.cost < best.cost else best
+                reserve = reserve or SHARE * self.work.left * (not law.is_exact)  # to follow the best to its end
         if best is None:
             raise spent or missed
         return self._no_worse(best, law)
@@ -493,9 +495,9 @@ def _carried(model: Model, below: Fit, new: Mapping[str, float], *, as_is: bool 
 
 def with_known_rig(model: Model) -> list[FloatArray]:
     """Return where a law fits with sensors and rig as known (nothing: nowhere); a simpler law's may lead it astray."""
-    plain = model_of([model.tests[0].observation.missing(0.0)], rig=False)
+    plain = replace(model_of([model.tests[0].observation.missing(0.0)], rig=False), most=25, tolerance=1e3)
     try:
-        return [point_at(model, fit_from(plain, starting_points(plain)).values())]
+        return [point_at(model, fit_from(plain, starting_points(plain), tempers=False).values())]
     except NO_MOTION:
         return []
 

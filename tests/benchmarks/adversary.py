@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 
 import frictionlab as fl
 from frictionlab.analysis.free_vibration import free_vibrations
-from frictionlab.analysis.measurement import measure
+from frictionlab.analysis.measurement import Measurement, measure
 from frictionlab.campaign import evaluate
-from frictionlab.campaign.trials import Trial, trial_of
-from frictionlab.inference.observations import CycleObservation, observe
+from frictionlab.campaign.trials import trial_of
+from frictionlab.inference.observations import observe
 from frictionlab.uncertainty import Estimate
 
 Floats = NDArray[np.float64]
@@ -305,17 +305,23 @@ def by_test(draw: Draw, fit: Literal["cycle", "whole"]) -> dict[str, Any]:
     return over(found.friction, draw.values["beta"]) | told
 
 
-def by_campaign(draw: Draw) -> dict[str, Any]:
-    """Identify four tests of one material on the drawn rig: the normal force whose friction is farthest off."""
-    g, known, trials = np.random.default_rng([*draw.seed, 2]), draw.scene(), list[Trial]()
-    observations = dict[str, CycleObservation]()
-    for i, force in enumerate(FORCES):
+def measured_tests(draw: Draw, count: int = len(FORCES)) -> list[Measurement]:
+    """Measure so many tests of one material on the drawn rig, each with its own normal force and frequency ratio."""
+    g, tests = np.random.default_rng([*draw.seed, 2]), list[Measurement]()
+    for i, force in enumerate(FORCES[:count]):
         own = {"beta": force * draw.values["beta"]} | (DRAW["place"](g) if "gradient" in draw.values else {})
         r = float(np.clip(draw.r * g.uniform(0.7, 1.3), 0.08, 1.6))
         test = replace(draw, r=r, values={**draw.values, **own}, seed=[*draw.seed, 3 + i])
-        measured = replace(measure(test.recording(), known), source=f"{i}", material="steel", normal_force_n=force)
-        trials.append(trial_of({**measured.row(), "warnings": []}))
-        observations[measured.source] = observe(measured, known)
+        measured = measure(test.recording(), draw.scene())
+        tests.append(replace(measured, source=f"{i}", material="steel", normal_force_n=force))
+    return tests
+
+
+def by_campaign(draw: Draw) -> dict[str, Any]:
+    """Identify four tests of one material on the drawn rig: the normal force whose friction is farthest off."""
+    known, tests = draw.scene(), measured_tests(draw)
+    trials = [trial_of({**measured.row(), "warnings": []}) for measured in tests]
+    observations = {measured.source: observe(measured, known) for measured in tests}
     found = evaluate(trials, known, observations=observations, find_law=True)
     said = *found.notes, *(fit.note for fit in found.fits)
     each = [over(fit.friction, fit.normal_force_n * draw.values["beta"]) for fit in found.fits]

@@ -25,7 +25,7 @@ from frictionlab.recording import Recording
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Meter
-from tests.benchmarks.adversary import drawn
+from tests.benchmarks.adversary import drawn, measured_tests
 from tests.desk import present
 from tests.inference.contacts import BASE_M, NATURAL_HZ, observed, recorded, scene
 
@@ -359,6 +359,14 @@ def test_a_richer_law_is_found_as_it_is_where_it_is_given() -> None:
     seen = observe(measure(draw.recording(), draw.scene()), draw.scene())
     rung = next(rung for rung in climb([seen]).rungs if rung.law.has("breakaway"))
     assert present(rung.fit).cost < infer([seen.under(rung.law)]).fit.cost + 0.1
+
+
+@patch.multiple(ladder, EXACT=("breakaway",), CHEAP=("breakaway",), SMOOTH=("stribeck",), INNER=(), DEAR=())
+def test_stribeck_friction_of_several_tests_is_found() -> None:
+    """It began at the values of Coulomb's law alone, which misses by far, and starts that led astray used all work."""
+    draw = drawn(311127, 24)
+    found = climb([observe(measured, draw.scene()) for measured in measured_tests(draw, 2)])
+    assert found.chosen.law.name == "coulomb+stribeck"
 
 
 def test_a_dashpot_of_one_test_may_be_friction_along_the_path() -> None:

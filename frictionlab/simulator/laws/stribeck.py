@@ -37,7 +37,7 @@ STRIBECK = Term(
             "stribeck_exponent",
             "d",
             "exponent of the Stribeck curve, 1 or 2 in most texts",
-            open_low=True,
+            low=0.5,  # Bo and Pavelescu, Wear 82 (1982) 277: 1/2 to 1
             high=10.0,  # beyond it friction falls at once, as in a break-away
             usual=(0.5, 3.0),
             scale="log",
