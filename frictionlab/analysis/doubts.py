@@ -111,15 +111,14 @@ def _of_lines(layout: Layout, driver: str) -> Iterator[str]:
     low, order = layout.second_motion
     if low is None:
         return
-    beat, rate = abs(low.frequency - max(round(low.frequency / hz), 1) * hz), layout.samples * hz
+    every, rate = 1.0 / abs(low.frequency - max(round(low.frequency / hz), 1) * hz), layout.samples * hz
     if order:
         yield (
             f"sampling_rate_hz: the line {of(low)}, is harmonic {order:.0f} of the drive, folded down by"
             f" {rate:.4g} samples a second: record faster, or filter before sampling"
         )
     else:
-        often = f"every {1.0 / beat:.3g} s (take many, --cycles all)"
-        yield f"response_amplitude: beats: a second motion {of(low)}, comes and goes {often}"
+        yield f"response_amplitude: beats: a second motion {of(low)}, comes and goes every {every:.3g} s (--cycles all)"
 
 
 def _of_the_sampling(layout: Layout, m: "Measurement", *, prescribed: bool) -> Iterator[str]:

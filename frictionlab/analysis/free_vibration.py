@@ -22,7 +22,7 @@ from frictionlab.arrays import FloatArray, sampling_interval
 from frictionlab.errors import AnalysisError
 from frictionlab.uncertainty import Average, Estimate, average, with_digits
 
-APART, SURE = 0.01, 5.0  # of the median frequency, and standard errors: a tap farther off is of another frame
+APART, SURE = {"natural_frequency_hz": 0.01, "damping_ratio": 0.5}, 5.0  # of the median, and standard errors
 KEPT = {"natural_frequency_hz": 1e-4, "damping_ratio": 0.02}  # relative: what a clock, and a frame mounted again, do
 
 
@@ -225,14 +225,14 @@ def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
 
 
 def taps_apart(taps: Sequence[FreeVibration]) -> Iterator[tuple[int, str]]:
-    """Taps, by their places, whose frequency is far from that of the others, in words: their average is of no frame."""
-    middle = float(np.median([tap.natural_frequency_hz for tap in taps])) if taps else 0.0
-    for number, tap in enumerate(taps):
-        off = tap.natural_frequency_hz - middle
-        if abs(off) > max(APART * middle, SURE * tap.natural_frequency_hz_se):
-            far = f"{100.0 * off / middle:+.2g} % from the median of all {len(taps)} taps"
-            why = "far more than its error: is it of another frame? average it by itself"
-            yield number, f"natural_frequency_hz: the tap at {tap.start_s:.4g} s is {far}, {why}"
+    """Taps, by their places, that are far from the others, in words: their average is of no frame."""
+    for name, share in APART.items():
+        middle = float(np.median([getattr(tap, name) for tap in taps])) if taps else 0.0
+        for number, tap in enumerate(taps):
+            off = getattr(tap, name) - middle
+            if abs(off) > max(share * middle, SURE * (getattr(tap, f"{name}_se") or math.inf)):
+                far = f"{name}: the tap at {tap.start_s:.4g} s is {float(f'{100.0 * off / middle:.2g}'):+g} %"
+                yield number, f"{far} from the median of all {len(taps)} taps: of another frame? average it by itself"
 
 
 def scene_snippet(means: Mapping[str, Average], unit: str = "m") -> str:

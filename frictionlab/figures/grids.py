@@ -84,10 +84,9 @@ def _grid(campaign: Campaign, columns: Mapping[str, Value], quantity: str) -> Fi
         for line, row, material in zip(axes, rows, campaign.materials, strict=True):
             for ax, tests, words in zip(line, row, columns, strict=True):
                 if _is_map(tests):
-                    r, force, value = tests
-                    forces, places = np.unique(force, return_inverse=True)
+                    forces, places = np.unique(tests[1], return_inverse=True)
                     edges = {"linewidths": 0.3, "edgecolors": GREY}
-                    squares = ax.scatter(r, places, c=value, s=SQUARE**2, marker="s", **edges, **colours)
+                    squares = ax.scatter(tests[0], places, c=tests[2], s=SQUARE**2, marker="s", **edges, **colours)
                     ax.set_yticks(range(len(forces)), [f"{each:.4g}" for each in forces])
                     ax.set(ylabel="normal force [N]", xlabel="frequency ratio r", xlim=(0.0, None))
                     ax.set_ylim(-0.6, len(forces) - 0.4)

@@ -223,7 +223,8 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     verdict = "strained" if far and judged.verdict == "explained" else judged.verdict
     if (own_name := measurement.material) not in (None, law.material):
         far.append(f"material: {own_name} by its name, sheet or scene, and the law is that of {law.material}")
-    return replace(judged, verdict=verdict, warnings=(*far, *judged.warnings))
+    rest = [w for w in judged.warnings if w.partition(": this test does not determine it")[0] not in law.values]
+    return replace(judged, verdict=verdict, warnings=(*far, *rest))
 
 
 def _rig_by(law: MaterialLaw, errors: Mapping[str, float], scene: Scene, seen: CycleObservation) -> tuple[Unknown, ...]:

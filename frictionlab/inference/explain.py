@@ -27,7 +27,6 @@ VERDICTS = {
     "explained": "It explains the cycle: it",
     "strained": "It explains the cycle only with sensors or rig unlike the scene (below): it",
 }
-NEXT = "Next: tests at another amplitude and another speed; frictionlab plan says which."
 
 
 @dataclass(frozen=True)
@@ -200,6 +199,6 @@ def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
     elif (left := _left_for_work(c)) and c.verdict != "explained":
         yield 0, f"Next: frictionlab compare-numeric --law {left[0]} fits that law alone."
     elif not untold:
-        yield 2, NEXT
+        yield 2, "Next: tests at another amplitude and another speed; frictionlab plan says which."
     warnings = (said for said in c.warnings if "does not determine it" not in said)
     yield from ((1 if GRAVE.search(said) and not OF_LAWS.match(said) else 5, f"! {said}") for said in warnings)

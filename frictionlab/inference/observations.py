@@ -353,7 +353,7 @@ class CycleObservation(OfCycles):
             )
         energy = self.energy.value or 0.0
         if not energy > 0.0:
-            cause = "are mass and base the right way round, and does no sensor count the other way (--units mass=-mm)?"
+            cause = "are mass and base the right way round, and does no sensor count the other way (ingest --units)?"
             if (self.energy.u or 0.0) > abs(energy):
                 cause = "known as it is, the channels' clocks may make it anything: give lag_s and lag_s_u in [log]"
             raise AnalysisError(

@@ -58,7 +58,7 @@ _GROUPED = re.compile(r"\s*[-+]?\d{1,3}(?:(?:\.\d{3})+,|(?:,\d{3})+\.)\d+\s*", r
 _CALIBRATE = "; for volts say what one is, --units 'mass=5 mm/V,base=5 mm/V'"
 _ONE_EACH = (
     "if each sensor has its file, `frictionlab init FOLDER` lists them in pairs for `batch`, and `frictionlab ingest"
-    " --mass-log FILE --base-log FILE -o NAME.h5` makes a recording of two"
+    " --mass-log FILE --base-log FILE -o NAME.h5` makes a recording of two; `frictionlab free-vibration` takes a tap"
 )
 _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 

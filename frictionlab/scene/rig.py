@@ -215,8 +215,9 @@ class Rig(SceneTable):
         if stiffness is not None and stiffness < 10.0:
             found.append(f"stiffness_n_per_m = {stiffness:g}: a frame has more than 10 N/m: is this in N/mm?")
         if given and derived is not None and abs(derived / given - 1.0) > APART:
-            off = f"{derived:.4g} Hz, {100.0 * (derived / given - 1.0):+.2g} % off natural_frequency_hz"
-            found.append(f"mass_kg and stiffness_n_per_m make {off}: {MEND}")
+            found.append(
+                f"mass_kg and stiffness_n_per_m make {derived:.4g} Hz, natural_frequency_hz = {given:g}: {MEND}"
+            )
         if derived is not None and not 0.2 <= derived <= 200.0 and not found:
             both = f"mass_kg = {mass:g} and stiffness_n_per_m = {stiffness:g}"
             found.append(f"{both} make {derived:.3g} Hz: is one of them in another unit (g, N/mm)?")

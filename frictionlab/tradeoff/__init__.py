@@ -21,7 +21,8 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.schema import ENERGY
-from frictionlab.simulator import Motion, Problem, Solver, SteadyState, last_cycle, steady_state
+from frictionlab.simulator import Motion, Problem, Solver, last_cycle, steady_state
+from frictionlab.simulator import SteadyState as SteadyState
 
 ROUNDING = 1e-14  # errors below this are all the same: rounding
 BETTER = 0.95  # an error is smaller if it is below this share of the other
@@ -79,9 +80,8 @@ def run_trials(
     the error. A first run, which may load or compile something, is not timed. Going round keeps a slow minute of the
     machine from being one setting's bad luck; the collector of garbage waits.
     """
-    found = ((name, run()) for name, run in runs.items())
-    numbers = {name: one.energy_per_cycle if isinstance(one, SteadyState) else one for name, one in found}
-    off = {name: np.asarray(number, dtype=float) / truth - 1.0 for name, number in numbers.items()}
+    found = {name: run() for name, run in runs.items()}
+    off = {n: np.asarray(getattr(one, "energy_per_cycle", one), dtype=float) / truth - 1.0 for n, one in found.items()}
     errors = {name: float(np.sqrt(np.mean(each**2))) for name, each in off.items()}
     seconds: dict[str, list[float]] = {name: [] for name in runs}
     for _ in range(LAPS):

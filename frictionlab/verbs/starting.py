@@ -213,9 +213,9 @@ def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
     --------
     >>> pattern_of(["steel_N1.25_r0.3", "rubber_N1.25_r1.2"]), pattern_of(["steel_250g", "steel_500g", "steel_x"])
     (('{material}_N{normal_force_n}_r{nominal_frequency_ratio}', ()), ('{material}_{normal_force_g}g', ('steel_x',)))
-    >>> pattern_of(["oak 1 N r 0.5", "oak 2 N r 0.7"]), pattern_of(["test1", "some other"])
+    >>> pattern_of(["oak 1 N r 0.5", "oak 2 N r 0.7"]), pattern_of(["ep_mass", "two_mass"])
     (('{material} {normal_force_n} N r {nominal_frequency_ratio}', ()), (None, ()))
-    >>> pattern_of(["a_mass", "b_mass"]), pattern_of(["oak 3N a", "oak 3N b"]), pattern_of(["oak dry 3N", "oak wet 3N"])
+    >>> pattern_of(["test1", "other"]), pattern_of(["oak 3N a", "oak 3N b"]), pattern_of(["oak dry 3N", "oak wet 3N"])
     ((None, ()), ('{material} {normal_force_n}N {note}', ()), (None, ()))
     """
     for sign in ("_", "-", " "):
@@ -230,7 +230,7 @@ def pattern_of(names: Sequence[str]) -> tuple[str | None, tuple[str, ...]]:
         if all(len(set(columns[i])) == 1 for i in words):  # of words that are the same in all names the first counts
             parts = [columns[i][0] if i in words[1:] else part for i, part in enumerate(parts)]
         keys = Counter(key for part in parts for key in re.findall(r"\{(\w+)\}", part))
-        if "material" in keys and max(keys.values()) == 1:
+        if "material" in keys and max(keys.values()) == 1 and (len(keys) > 1 or not {*NO_MATERIALS} & {*parts}):
             return sign.join(parts), tuple(name for name in names if matched(sign.join(parts), name) is None)
     return None, ()
 
