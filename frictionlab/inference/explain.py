@@ -170,7 +170,7 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
             yield 1, f"  {words}: {own} ({name})"
     if STIFF in c.assumed and c.contact is not None and c.contact.unit_n is not None and not c.contact.is_measured:
         k, u = c.contact.unit_n / c.contact.unit_m, 100.0 * c.contact.stiffness_u
-        yield 1, f"  N and J are as sure as k = {k:.4g} N/m: {u:.2g} % is assumed (stiffness_n_per_m_u)"
+        yield 2, f"  N and J are as sure as k = {k:.4g} N/m: {u:.2g} % is assumed (stiffness_n_per_m_u)"
     if vague:
         yield 2, f"  not determined (95 %): {', '.join(vague)}"
     shares = c.budget.get("friction_ratio", {})
