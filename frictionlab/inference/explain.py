@@ -170,7 +170,7 @@ def _what_it_is(about: Explanation) -> Iterator[tuple[int, str]]:
             yield 1, f"  {words}: {own} ({name})"
     if STIFF in c.assumed and c.contact is not None and c.contact.unit_n is not None and not c.contact.is_measured:
         k, u = c.contact.unit_n / c.contact.unit_m, 100.0 * c.contact.stiffness_u
-        yield 2, f"  N and J are as sure as k = {k:.4g} N/m: {u:.2g} % is assumed (stiffness_n_per_m_u)"
+        yield 2, f"  N and J rest on k = {k:.4g} N/m, assumed to be known to {u:.2g} % (stiffness_n_per_m_u)"
     if vague:
         yield 2, f"  not determined (95 %): {', '.join(vague)}"
     shares = c.budget.get("friction_ratio", {})
@@ -195,7 +195,7 @@ def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
     untold, law = [name for name, e in c.parameters.items() if e["u"] is not None and not e["told"]], law_of(c.law)
     yield from ((2, f"To measure {name}: {law.parameter(name).determined_by}.") for name in untold)
     if c.verdict == "strained":
-        yield 0, "Next: check rig and sensors (! below, first first): law and values may change."
+        yield 0, "Next: check rig and sensors, as the lines with ! say, in their order: law and values may change."
     elif (left := _left_for_work(c)) and c.verdict != "explained":
         yield 0, f"Next: frictionlab compare-numeric --law {left[0]} fits that law alone."
     elif not untold:
