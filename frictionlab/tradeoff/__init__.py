@@ -21,8 +21,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.schema import ENERGY
-from frictionlab.simulator import Motion, Problem, Solver, last_cycle, steady_state
-from frictionlab.simulator import SteadyState as SteadyState
+from frictionlab.simulator import Motion, Problem, Solver, SteadyState, last_cycle, steady_state
 
 ROUNDING = 1e-14  # errors below this are all the same: rounding
 BETTER = 0.95  # an error is smaller if it is below this share of the other
@@ -80,9 +79,9 @@ def run_trials(
     the error. A first run, which may load or compile something, is not timed. Going round keeps a slow minute of the
     machine from being one setting's bad luck; the collector of garbage waits.
     """
-    found = {name: run() for name, run in runs.items()}
-    off = {n: np.asarray(getattr(one, "energy_per_cycle", one), dtype=float) / truth - 1.0 for n, one in found.items()}
-    errors = {name: float(np.sqrt(np.mean(each**2))) for name, each in off.items()}
+    ends = {name: run() for name, run in runs.items()}
+    found = {name: end.energy_per_cycle if isinstance(end, SteadyState) else end for name, end in ends.items()}
+    errors = {name: float(np.sqrt(np.mean((np.asarray(e, float) / truth - 1.0) ** 2))) for name, e in found.items()}
     seconds: dict[str, list[float]] = {name: [] for name in runs}
     for _ in range(LAPS):
         for name, run in runs.items():

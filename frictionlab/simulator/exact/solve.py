@@ -418,7 +418,7 @@ class Flow:
         """Return a state that was found by the numbers of its motion, with more notes."""
         row, numbers, weakens = found.rows[0], numbers_of(motion), self.what.weakens
         stuck, off = numbers["regime"] == "stuck", numbers["closure_error"]
-        size = numbers["contact_energy_per_cycle"] + numbers["frame_energy_per_cycle"]
+        size = float(motion.sums["contact"][: self.contacts].sum() + motion.sums["frame"]) / found.cycles
         said = {
             Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(row[places.MULTIPLIER]) < SLOW,
             Note.MAY_COEXIST: not stuck and weakens,
