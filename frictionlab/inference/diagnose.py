@@ -28,7 +28,7 @@ from frictionlab.uncertainty import with_digits
 NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
 OF_START = 0.5  # of what a law misses: where the cycles show so much of the start, nothing else is asked for
 FEW = 4  # data an unknown: with fewer nothing strains, whatever the rig is
-ALWAYS = ("spring_cubic", "play", "load_by_base", "natural_frequency")  # tried on every fit, the dearest last
+ALWAYS = ("spring_cubic", "play", "load_by_base", "mass_filter_s", "natural_frequency")  # on every fit, dearest last
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
 BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law explains as well and nothing strains
 OFF = 2.0  # standard uncertainties from what is declared from which a cause let free is one
@@ -207,9 +207,8 @@ def _causes(observation: CycleObservation, *, misses: bool, few: bool) -> tuple[
         Unknown("filter_s", place("both channels"), sd=lag, low=0.0, folded=True, unit=delay),
     )
     causes = causes if observation.wall == "fixed" and observation.single else causes[:3]
-    if few:
-        return tuple(sorted((c for c in causes if c.name in ALWAYS), key=lambda c: ALWAYS.index(c.name)))
-    return (*causes, *filters) if misses and (observation.kept == 1.0).all() else causes
+    causes = (*causes, *filters[: 2 if misses else 1]) if (observation.kept == 1.0).all() else causes
+    return tuple(sorted((c for c in causes if c.name in ALWAYS), key=lambda c: ALWAYS.index(c.name))) if few else causes
 
 
 def other_causes(

@@ -12,6 +12,7 @@ import pytest
 
 from frictionlab import compare
 from frictionlab.analysis.measurement import measure
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, SimulationError
 from frictionlab.inference import ladder
 from frictionlab.inference.comparison import Comparison
@@ -375,3 +376,19 @@ def test_a_dashpot_of_one_test_may_be_friction_along_the_path() -> None:
     seen, said = recorded(truth, np.random.default_rng(5), seconds=20.0), "amid the path than at its ends"
     assert any(said in one for one in compare(seen, scene(), law="coulomb+speed").warnings)
     assert not any(said in one for one in compare(seen, scene()).warnings)
+
+
+def test_a_channel_that_averages_over_a_sample_is_in_the_error() -> None:
+    """Of the mass alone: its lag hides in the half sample that is assumed, what it smooths was 5 errors."""
+
+    def averaged(_t: FloatArray, mass: FloatArray, base: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return 0.5 * (mass + np.roll(mass, 1)), base
+
+    seen = recorded(
+        *(Problem(0.35, 0.2474), np.random.default_rng(3)), seconds=30.0, rate=100.0, scatter=0.0, sensors=averaged
+    )
+    known = scene(rig={"damping_ratio_u": 8e-5})
+    found = compare(seen, known)
+    assert found.friction_ratio == pytest.approx(0.2474, abs=2.0 * present(found.friction_ratio_u))
+    plain = compare(recorded(Problem(0.35, 0.2474), np.random.default_rng(3), scatter=0.0), known)
+    assert present(plain.friction_ratio_u) < 0.001
