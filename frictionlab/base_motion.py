@@ -80,7 +80,7 @@ class RecordResponse:
             "path": r.path,
             "path_m": r.path * scale,
             "stops": r.stops,
-            "time_stuck_s": r.stuck_fraction * float(r.time[-1] - r.time[0]) / omega,
+            "time_stuck_s": r.stuck_of(0) / omega,
             "stuck_fraction": r.stuck_fraction,
             "peak_displacement": peaks["displacement"],
             "peak_displacement_m": peaks["displacement"] * scale,

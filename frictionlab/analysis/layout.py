@@ -128,7 +128,7 @@ class Layout:
         if low is None:
             return None, 0.0
         order = np.arange(max(2.0, self.samples // 2), 2.0 * self.samples + HARMONICS)  # an acceleration may jump
-        near = order[np.abs(self._folded(order) - low.frequency / self.drive.frequency) < FOLDED]
+        near = order[np.abs(self._seen_at(order) - low.frequency / self.drive.frequency) < FOLDED]
         return low, float(near[0]) if len(near) else 0.0
 
     def folded_into(self, count: int) -> FloatArray:
@@ -140,12 +140,12 @@ class Layout:
         if line is None or not first or second is None or not (second.alone and second.times == 2):
             return np.zeros(count)
         order = np.arange(first, FARTHEST * first)
-        there = np.abs(self._folded(order) - k[:, None]) < 1.0 / len(self)
+        there = np.abs(self._seen_at(order) - k[:, None]) < 1.0 / len(self)
         share = np.where(there.any(axis=1), first / order[there.argmax(axis=1)], 0.0)
         size, slower = line.amplitude / self.drive.amplitude, line.frequency / self.drive.frequency / k
         return np.asarray(size * slower**2 * share)
 
-    def _folded(self, order: FloatArray) -> FloatArray:
+    def _seen_at(self, order: FloatArray) -> FloatArray:
         """Where harmonics (n,) show in the samples, over the drive's frequency."""
         return np.asarray(np.abs(order - self.samples * np.rint(order / self.samples)))
 

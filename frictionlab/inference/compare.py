@@ -223,7 +223,7 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     verdict = "strained" if far and judged.verdict == "explained" else judged.verdict
     if (own_name := measurement.material) not in (None, law.material):
         far.append(f"material: {own_name} by its name, sheet or scene, and the law is that of {law.material}")
-    rest = [w for w in judged.warnings if w.partition(": this test does not determine it")[0] not in middle]
+    rest = [w for w in judged.warnings if w.partition(f": {words.NOT_DETERMINED}")[0] not in middle]
     return replace(judged, verdict=verdict, warnings=(*far, *rest))
 
 

@@ -58,7 +58,6 @@ HIDDEN_PLAY = (
     "friction_ratio: its error of {:.1g} assumes a frame without play. {:.0f} um of play to either side would look like"
     " friction here and move the ratio by {:.2g}: make sure that nothing is loose"
 )
-
 ALONG_THE_PATH = (
     "friction_ratio: friction that is higher amid the path than at its ends looks like a dashpot: tests at other base"
     " amplitudes tell which"
@@ -109,8 +108,9 @@ def along_the_path(found: Posterior) -> Iterator[str]:
 
     Of a motion near a sine of amplitude X, place and speed know each other: ``z^2 + (v / w)^2 = X^2``.
     """
-    friction, single = found.estimate("beta", 0), found.tests[0].observation.friction_by_energy
-    if single and found.law(0).has("speed") and friction.value and (friction.u or math.inf) < VARIES * friction.value:
+    friction = found.estimate("beta", 0)
+    is_known = (friction.u or math.inf) < VARIES * (friction.value or 0.0)
+    if is_known and found.tests[0].observation.single and found.law(0).has("speed"):
         yield ALONG_THE_PATH
 
 

@@ -16,6 +16,7 @@ from frictionlab.inference.compare import AUTO, compare_measurement
 from frictionlab.inference.comparison import Comparison, ContactForce
 from frictionlab.inference.ladder import REQUIRED, left_for_work
 from frictionlab.inference.posterior import limits_in_words
+from frictionlab.inference.verdict import NOT_DETERMINED
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.schema import GRAVE, OF_LAWS
@@ -200,5 +201,5 @@ def _what_next(about: Explanation) -> Iterator[tuple[int, str]]:
         yield 0, f"Next: frictionlab compare-numeric --law {left[0]} fits that law alone."
     elif not untold:
         yield 2, "Next: tests at another amplitude and another speed; frictionlab plan says which."
-    warnings = (said for said in c.warnings if "does not determine it" not in said)
+    warnings = (said for said in c.warnings if NOT_DETERMINED not in said)
     yield from ((1 if GRAVE.search(said) and not OF_LAWS.match(said) else 5, f"! {said}") for said in warnings)

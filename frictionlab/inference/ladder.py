@@ -330,7 +330,7 @@ class _Climb:
                     break
             else:
                 best = found if best is None or found.cost < best.cost else best
-                reserve = reserve or SHARE * self.work.left * (not law.is_exact)  # to follow the best to its end
+                reserve = reserve or (0.0 if law.is_exact else SHARE * self.work.left)  # to follow the best to its end
         if best is None:
             raise spent or missed
         return self._no_worse(best, law)

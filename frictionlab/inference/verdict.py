@@ -23,6 +23,7 @@ SMALLEST, LARGEST = 8e-3, 5.0  # friction coefficients of dry contacts; 0.8 of g
 UNLIKELY = 100.0  # of log evidence: more than unknowns that are not needed cost
 ANOTHER = "another law may explain it: --law auto looks for one"
 UNSETTLED = "motion that is not steady"
+NOT_DETERMINED = "this test does not determine it"
 
 
 def verdict_of(
@@ -134,7 +135,7 @@ def doubts(
         )
     for name, e in parameters.items():
         if name != "beta" and name in law and not e.told:
-            yield f"{name}: this test does not determine it; {limits_in_words(e.lower, e.upper)} (95 %)"
+            yield f"{name}: {NOT_DETERMINED}; {limits_in_words(e.lower, e.upper)} (95 %)"
     if verdict == "explained" and observation.floor > FAINT:
         faint = f"the measurement's own error is {100 * observation.floor:.2g} % of the motion"
         yield f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"

@@ -91,6 +91,11 @@ class Motion:
         return self.flow.sums(self.rows if self.mirror else self.recorded)
 
     @property
+    def taken(self) -> float:
+        """What contacts and the frame's dashpots take in all, k Y^2."""
+        return float(self.sums["contact"].sum() + self.sums["frame"])
+
+    @property
     def stops(self) -> FloatArray:
         """Begin and end of each stop of the first contact, rad, shape (m, 2): times in which it does not slip."""
         return self.stops_of(0)

@@ -230,8 +230,7 @@ class Response:
     @property
     def contact_energies(self) -> FloatArray:
         """What each contact has dissipated (c,), its dashpot in it."""
-        taken: FloatArray = self.motion.sums["contact"][: len(self.stored)] - self.stored
-        return taken
+        return np.asarray(self.motion.sums["contact"][: len(self.stored)] - self.stored)
 
     @property
     def friction_energy(self) -> float:
@@ -251,8 +250,7 @@ class Response:
     @property
     def paths(self) -> FloatArray:
         """Way of each contact (c,) while it slips."""
-        paths: FloatArray = self.motion.sums["path"][: len(self.stored)]
-        return paths
+        return np.asarray(self.motion.sums["path"][: len(self.stored)])
 
     @property
     def path(self) -> float:
@@ -268,21 +266,25 @@ class Response:
         """Times that a contact (from 0), slipping, came to hold."""
         return int(np.count_nonzero(self.contact_stops[contact][:, 0] > self.time[0]))
 
+    def stuck_of(self, contact: int) -> float:
+        """Time in which a contact (from 0) does not slip, rad."""
+        return float(np.sum(np.diff(self.contact_stops[contact])))
+
     @property
     def stuck_fraction(self) -> float:
         """Share of the time in which the first contact does not slip."""
-        return float(np.sum(np.diff(self.contact_stops[0]))) / float(self.time[-1] - self.time[0])
+        return self.stuck_of(0) / float(self.time[-1] - self.time[0])
 
     def row_of(self, contact: int) -> dict[str, object]:
         """What a contact (from 0) does: what it is, energy taken, stops, share of the time without slip, way, force."""
-        known, stuck = self.frame.contacts[contact], float(np.sum(np.diff(self.contact_stops[contact])))
+        known = self.frame.contacts[contact]
         return {
             "mass": known.mass,
             "against": known.against,
             "law": known.law.name,
             "energy": float(self.contact_energies[contact]),
             "stops": self.stops_of(contact),
-            "stuck_fraction": stuck / float(self.time[-1] - self.time[0]),
+            "stuck_fraction": self.stuck_of(contact) / float(self.time[-1] - self.time[0]),
             "path": float(self.paths[contact]),
             "peak_force": float(np.abs(self.contact_forces[:, contact]).max()),
         }
@@ -346,9 +348,7 @@ def respond(
     cubics = base.cubics(acceleration=frame.follows_base)
     motion, found = flow_of(what, solver).along(base.time, cubics, q - shift[0, 0], v - shift[1, 0])
     q, v, forces = np.split(found, (frame.masses, 2 * frame.masses), axis=1)
-    inertia, stiffness = (
-        motion.flow.systems[0][name][: frame.masses, : frame.masses] for name in ("inertia", "stiffness")
-    )
+    inertia, stiffness = (motion.flow.systems[0][name][: q.shape[1], : q.shape[1]] for name in ("inertia", "stiffness"))
     kept = [0.5 * float(q[at] @ stiffness @ q[at] + v[at] @ inertia @ v[at]) for at in (0, -1)]
     moved = q + shift[0][:, None], v + shift[1][:, None]
     stored = motion.flow.stored(found[-1], base.values[-1])

@@ -417,12 +417,11 @@ class Flow:
     def described(self, found: "Search", motion: Motion, notes: int = 0) -> SteadyState:
         """Return a state that was found by the numbers of its motion, with more notes."""
         row, numbers, weakens = found.rows[0], numbers_of(motion), self.what.weakens
-        stuck, off = numbers["regime"] == "stuck", numbers["closure_error"]
-        size = float(motion.sums["contact"][: self.contacts].sum() + motion.sums["frame"]) / found.cycles
+        stuck, taken, off = numbers["regime"] == "stuck", motion.taken, abs(float(motion.sums["gap"]))
         said = {
             Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(row[places.MULTIPLIER]) < SLOW,
             Note.MAY_COEXIST: not stuck and weakens,
-            Note.FEWER_DIGITS: self.most < inf and not stuck and size != 0.0 and off / size > COARSE,
+            Note.FEWER_DIGITS: self.most < inf and not stuck and taken != 0.0 and off / taken > COARSE,
         }
         numbers |= {
             "solver": self.solver,
@@ -449,14 +448,8 @@ class Search:
     """
 
     def __init__(self, systems: Any, starts: FloatArray, pieces: FloatArray, left: float = inf) -> None:
-        self.works, self.systems, self.starts, self.pieces, self.left = (
-            workspace(),
-            systems,
-            starts,
-            pieces,
-            float(left),
-        )
-        self.legs, self.sums, self.spent = record_of(orbit.LEG), record_of(NUMBERS), 0.0
+        self.systems, self.starts, self.pieces, self.left = systems, starts, pieces, float(left)
+        self.works, self.legs, self.sums, self.spent = workspace(), record_of(orbit.LEG), record_of(NUMBERS), 0.0
         self.rows = np.full((len(systems), places.ROW), nan)
 
     @property

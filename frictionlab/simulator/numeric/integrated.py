@@ -190,7 +190,7 @@ class Integrated(Flow):
             tau = float(found.legs[0]["tau"])
             begun = flow.carried(found.ys[0], tau, TURN - tau)[0] if tau else found.ys[0]
             motion = replace(flow.recorded(found.ys[0], tau, found.cycles, periodic=True), section=begun)
-            off, size = abs(float(motion.sums["gap"])), float(motion.sums["contact"].sum() + motion.sums["frame"])
+            off, size = abs(float(motion.sums["gap"])), motion.taken
             closed = off <= max(flow.rtol, CLOSED) * size or off < SMALLEST
             dear = REFINING * len(motion.recorded) > MOST
             if closed or dear or flow.rtol * TIGHTEN < FINEST:
